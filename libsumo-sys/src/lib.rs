@@ -1,0 +1,1 @@
+//! Declarations and a C shim of batched calls for SUMO's libsumo.

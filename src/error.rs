@@ -1,0 +1,220 @@
+//! One error enum per boundary; every message says what was wrong and what to do next.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a simulation could not start or continue.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimError {
+    /// libsumo keeps its state in statics, so a second start would corrupt the first.
+    #[error("a simulation is already running in this process; run it in its own worker")]
+    AlreadyRunning,
+    /// A step or read without a simulation.
+    #[error("no simulation is running; call `reset` first")]
+    NotRunning,
+    /// libsumo could not be loaded.
+    #[error(
+        "SUMO's library cannot be loaded: {0}; install SUMO (Debian: `apt-get install sumo \
+         libpython3.11`) or rebuild with SUMO_HOME set, then run `tsc-family doctor`"
+    )]
+    Unavailable(String),
+    /// A recoverable TraCI error, for example an unknown lane id.
+    #[error("sumo rejected `{call}`: {message}")]
+    Traci {
+        /// Shim function that failed.
+        call: &'static str,
+        /// SUMO's own text, unedited.
+        message: String,
+    },
+    /// SUMO ended the simulation; its reason is on standard error.
+    #[error("sumo failed in `{call}`: {message}")]
+    Fatal {
+        /// Shim function that failed.
+        call: &'static str,
+        /// SUMO's own text, unedited.
+        message: String,
+    },
+    /// A scenario without anything to control.
+    #[error("{} has no traffic signal; give a scenario with at least one tlLogic", .0.display())]
+    NoSignals(PathBuf),
+    /// A signal that no controller here can handle.
+    #[error("signal {signal}: {reason}")]
+    Signal {
+        /// SUMO's id of the signal.
+        signal: String,
+        /// What is wrong and the way out.
+        reason: String,
+    },
+    /// A file of the scenario is missing on disk.
+    #[error("{} does not exist; run `tsc-family build-networks` first", .0.display())]
+    Missing(PathBuf),
+    /// SUMO's tripinfo output cannot be understood.
+    #[error("{}: {reason}", .path.display())]
+    Tripinfo {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}
+
+/// A file operation that failed, with the file's name.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {action} {}: {source}", .path.display())]
+pub struct FileError {
+    /// What was tried: `read`, `write`, `create`, ...
+    pub action: &'static str,
+    /// The file or directory.
+    pub path: PathBuf,
+    /// The operating system's reason.
+    pub source: io::Error,
+}
+
+impl FileError {
+    /// Returns a closure for `map_err` that adds the action and the path.
+    pub fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self { action, path, source }
+    }
+}
+
+/// Why a scenario or a family is unusable.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FamilyError {
+    /// Neither a file nor an embedded scenario.
+    #[error(
+        "no scenario {name:?}: neither a file nor an embedded scenario ({embedded}); \
+         `tsc-family list` shows the default one"
+    )]
+    UnknownScenario {
+        /// What was asked for.
+        name: String,
+        /// The embedded names.
+        embedded: String,
+    },
+    /// The TOML does not parse or has unknown or missing fields.
+    #[error("{file}: {message}")]
+    Toml {
+        /// The scenario file.
+        file: String,
+        /// The parser's message with line and column.
+        message: String,
+    },
+    /// A setting is out of range.
+    #[error("{file}: {field} = {value}: {expected}")]
+    Setting {
+        /// The scenario file.
+        file: String,
+        /// Dotted name of the field.
+        field: String,
+        /// What it is.
+        value: String,
+        /// What it should be.
+        expected: String,
+    },
+    /// A CSV row or header is wrong.
+    #[error("{file}, line {line}: {message}")]
+    Csv {
+        /// The table.
+        file: String,
+        /// One-based line.
+        line: u64,
+        /// What is wrong and what is expected.
+        message: String,
+    },
+    /// The family is not a probability distribution.
+    #[error(
+        "{file}: importance sums to {sum}, not to 1; divide each value by the sum, or give counts \
+         in a column `intersections` instead"
+    )]
+    NotADistribution {
+        /// The table.
+        file: String,
+        /// The sum found.
+        sum: f64,
+    },
+    /// A family without point MDPs.
+    #[error("{file}: no point MDP; the table needs at least one row below its header")]
+    Empty {
+        /// The table.
+        file: String,
+    },
+    /// A file could not be read.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}
+
+/// Why a network could not be built, checked or found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum NetworkError {
+    /// No netconvert to build with.
+    #[error(
+        "netconvert was not found ({tried}); install SUMO (Debian: `apt-get install sumo`) or set \
+         SUMO_HOME to the folder above its `bin`"
+    )]
+    NoNetconvert {
+        /// Places looked at.
+        tried: String,
+    },
+    /// netconvert rejected what it was given.
+    #[error("{point}: netconvert failed: {message}")]
+    Netconvert {
+        /// The point MDP.
+        point: String,
+        /// The last lines of its standard error.
+        message: String,
+    },
+    /// An intersection that cannot exist.
+    #[error("{point}: {reason}")]
+    Intersection {
+        /// The point MDP.
+        point: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A built network that fails its checks.
+    #[error("{point}: the network is unsound: {reason}")]
+    Unsound {
+        /// The point MDP.
+        point: String,
+        /// The failed check.
+        reason: String,
+    },
+    /// A network file that differs from the index.
+    #[error(
+        "{}: {what} since INDEX.csv was written; run `tsc-family build-networks --force` to build \
+         it again",
+        .path.display()
+    )]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// `was deleted` or `was altered`.
+        what: &'static str,
+    },
+    /// The index itself is wrong.
+    #[error("{}: {reason}; run `tsc-family build-networks --force`", .path.display())]
+    Index {
+        /// The index.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A network file that is not the XML that was expected.
+    #[error("{}: {reason}", .path.display())]
+    Xml {
+        /// The file.
+        path: PathBuf,
+        /// The parser's message.
+        reason: String,
+    },
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}

@@ -1,0 +1,228 @@
+//! The approaches table: one row per arm of a real intersection.
+//!
+//! Columns, in any order: `intersection, arm, latitude, longitude, bearing_deg, lanes_in,
+//! lanes_out, left_turn_lanes, right_turn_lanes, speed_mph, length_m,
+//! aadt_veh_per_day_per_lane, movements`. Rows of one intersection stand together.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::error::FamilyError;
+
+/// Most lanes per direction that an approach may have.
+const MAX_LANES: u32 = 12;
+
+/// One arm of a real intersection.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Approach {
+    /// Intersection that the arm belongs to.
+    pub intersection: String,
+    /// Name of the arm within its intersection.
+    pub arm: String,
+    /// Latitude of the intersection, degrees, WGS 84.
+    pub latitude: f64,
+    /// Longitude of the intersection, degrees, WGS 84.
+    pub longitude: f64,
+    /// Direction from the centre to the arm, degrees clockwise from north.
+    pub bearing_deg: f64,
+    /// Lanes towards the signal; 0 for a one-way street that leads away.
+    pub lanes_in: u32,
+    /// Lanes away from the signal.
+    pub lanes_out: u32,
+    /// Incoming lanes from which only a left turn is allowed; among `lanes_in`.
+    pub left_turn_lanes: u32,
+    /// Incoming lanes from which only a right turn is allowed; among `lanes_in`.
+    pub right_turn_lanes: u32,
+    /// Speed limit, miles per hour.
+    pub speed_mph: f64,
+    /// Length of the approach, metres.
+    pub length_m: f64,
+    /// Annual average daily traffic per lane, vehicles per day.
+    pub aadt_veh_per_day_per_lane: f64,
+    /// Turns that exist: `t` U-turn, `l` left, `s` straight, `r` right; empty when unknown.
+    pub movements: String,
+}
+
+/// A real intersection: its place and its arms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersection {
+    /// Id in the table.
+    pub id: String,
+    /// Latitude, degrees.
+    pub latitude: f64,
+    /// Longitude, degrees.
+    pub longitude: f64,
+    /// Arms in the order of the table.
+    pub arms: Vec<Approach>,
+}
+
+/// Reads an approaches table.
+///
+/// # Errors
+///
+/// [`FamilyError::Csv`] with file and line for a malformed row or a value out of range,
+/// [`FamilyError::Empty`] for a table without rows.
+pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let headers = reader.headers().map_err(|e| csv_error(file, &e))?.clone();
+    let mut intersections: Vec<Intersection> = Vec::new();
+    let mut position: BTreeMap<String, usize> = BTreeMap::new();
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(|e| csv_error(file, &e))? {
+        let line = record.position().map_or(0, csv::Position::line);
+        let row: Approach =
+            record.deserialize(Some(&headers)).map_err(|e| FamilyError::Csv {
+                file: file.to_owned(),
+                line,
+                message: deserialize_message(&e, &headers),
+            })?;
+        check(&row)
+            .map_err(|message| FamilyError::Csv { file: file.to_owned(), line, message })?;
+        let index = *position.entry(row.intersection.clone()).or_insert_with(|| {
+            intersections.push(Intersection {
+                id: row.intersection.clone(),
+                latitude: row.latitude,
+                longitude: row.longitude,
+                arms: Vec::new(),
+            });
+            intersections.len() - 1
+        });
+        if intersections[index].arms.iter().any(|a| a.arm == row.arm) {
+            return Err(FamilyError::Csv {
+                file: file.to_owned(),
+                line,
+                message: format!(
+                    "intersection {} has arm {} twice; give each arm one row",
+                    row.intersection, row.arm
+                ),
+            });
+        }
+        intersections[index].arms.push(row);
+    }
+    if intersections.is_empty() {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
+    if let Some(i) = intersections.iter().find(|i| i.arms.iter().all(|a| a.lanes_in == 0)) {
+        return Err(FamilyError::Csv {
+            file: file.to_owned(),
+            line: 0,
+            message: format!("intersection {} has no incoming lane; remove it", i.id),
+        });
+    }
+    Ok(intersections)
+}
+
+fn check(row: &Approach) -> Result<(), String> {
+    let number = |name: &str, value: f64, low: f64, high: f64| {
+        if value.is_finite() && (low..=high).contains(&value) {
+            Ok(())
+        } else {
+            Err(format!("{name} = {value}: expected a number from {low} to {high}"))
+        }
+    };
+    number("latitude", row.latitude, -90.0, 90.0)?;
+    number("longitude", row.longitude, -180.0, 180.0)?;
+    number("bearing_deg", row.bearing_deg, 0.0, 360.0)?;
+    number("speed_mph", row.speed_mph, 1.0, 100.0)?;
+    number("length_m", row.length_m, 1.0, 100_000.0)?;
+    number("aadt_veh_per_day_per_lane", row.aadt_veh_per_day_per_lane, 0.0, 1e7)?;
+    if row.lanes_in > MAX_LANES || row.lanes_out > MAX_LANES {
+        return Err(format!("more than {MAX_LANES} lanes in one direction"));
+    }
+    if row.lanes_in == 0 && row.lanes_out == 0 {
+        return Err("an arm needs at least one lane; lanes_in and lanes_out are both 0".into());
+    }
+    if row.left_turn_lanes + row.right_turn_lanes > row.lanes_in {
+        return Err(format!(
+            "{} left-turn and {} right-turn lanes are more than the {} of lanes_in, which counts \
+             them",
+            row.left_turn_lanes, row.right_turn_lanes, row.lanes_in
+        ));
+    }
+    if let Some(c) = row.movements.chars().find(|c| !"tlsr".contains(*c)) {
+        return Err(format!("movements has the letter {c:?}: expected some of t, l, s, r"));
+    }
+    Ok(())
+}
+
+/// Returns a [`FamilyError::Csv`] for an error of the reader itself.
+pub(super) fn csv_error(file: &str, error: &csv::Error) -> FamilyError {
+    let line = error.position().map_or(1, csv::Position::line);
+    let message = match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            format!("{len} fields where the header has {expected_len}")
+        }
+        csv::ErrorKind::Utf8 { .. } => "not UTF-8 text; save the table as UTF-8".to_owned(),
+        _ => error.to_string(),
+    };
+    FamilyError::Csv { file: file.to_owned(), line, message }
+}
+
+fn deserialize_message(error: &csv::Error, headers: &csv::StringRecord) -> String {
+    match error.kind() {
+        csv::ErrorKind::Deserialize { err, .. } => {
+            let field = err
+                .field()
+                .and_then(|i| headers.get(usize::try_from(i).unwrap_or(usize::MAX)))
+                .map(|name| format!("column {name}: "))
+                .unwrap_or_default();
+            format!("{field}{}", err.kind())
+        }
+        _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,\
+        left_turn_lanes,right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n";
+
+    fn error(rows: &str) -> String {
+        read(&format!("{HEADER}{rows}"), "a.csv").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn arms_of_an_intersection_are_gathered_in_order() {
+        let text = format!(
+            "{HEADER}7,A,40,-111,0,2,1,1,0,30,200,9000,lsr\n8,A,40,-111,0,1,1,0,0,30,200,1,\n\
+             7,B,40,-111,90,0,1,0,0,30,200,9000,\n"
+        );
+        let read = read(&text, "a.csv").unwrap();
+        assert_eq!(read.len(), 2);
+        assert_eq!(read[0].arms.len(), 2);
+        assert_eq!(read[0].arms[1].arm, "B");
+    }
+
+    #[test]
+    fn a_word_for_a_number_names_line_and_column() {
+        assert_eq!(
+            error("7,A,40,-111,0,many,1,1,0,30,200,9000,lsr\n"),
+            "a.csv, line 2: column lanes_in: invalid digit found in string"
+        );
+    }
+
+    #[test]
+    fn nan_and_negative_values_are_refused() {
+        assert!(error("7,A,40,-111,0,2,1,1,0,NaN,200,9000,lsr\n").contains("speed_mph = NaN"));
+        assert!(error("7,A,40,-111,0,2,1,1,0,30,-5,9000,lsr\n").contains("length_m = -5"));
+    }
+
+    #[test]
+    fn an_arm_without_any_lane_is_refused() {
+        assert!(error("7,A,40,-111,0,0,0,0,0,30,200,9000,\n").contains("at least one lane"));
+    }
+
+    #[test]
+    fn a_short_row_says_how_many_fields_it_has() {
+        assert_eq!(error("7,A,40\n"), "a.csv, line 2: 3 fields where the header has 13");
+    }
+
+    #[test]
+    fn an_empty_table_is_refused() {
+        assert!(error("").contains("no point MDP"));
+    }
+}

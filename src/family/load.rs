@@ -1,0 +1,212 @@
+//! Reads a scenario, embedded or from a file, and derives its family.
+
+use std::path::{Path, PathBuf};
+
+use super::approaches::{self, Intersection};
+use super::features::{group, point_id, six_features};
+use super::points;
+use super::scenario::{Detail, Scenario, SixFeatures};
+use super::{Feature, MdpFamily, PointMdp};
+use crate::error::{FamilyError, FileError};
+
+/// Scenarios that the binary carries, so that it works from any directory.
+pub const EMBEDDED: [(&str, &str); 2] = [
+    ("salt-lake-city", include_str!("../../scenarios/salt-lake-city.toml")),
+    ("smoke", include_str!("../../scenarios/smoke.toml")),
+];
+
+/// Tables that embedded scenarios name, by the path in the scenario.
+const EMBEDDED_TABLES: [(&str, &str); 2] = [
+    (
+        "../data/salt-lake-city/approaches.csv",
+        include_str!("../../data/salt-lake-city/approaches.csv"),
+    ),
+    ("smoke.csv", include_str!("../../scenarios/smoke.csv")),
+];
+
+/// A scenario with its family and what the family was derived from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadedScenario {
+    /// The settings.
+    pub scenario: Scenario,
+    /// The scenario file's text, of which the manifest keeps the hash.
+    pub text: String,
+    /// The table's text.
+    pub table: String,
+    /// The point MDPs.
+    pub family: MdpFamily,
+    /// Real intersections; empty for a table of point MDPs.
+    pub intersections: Vec<Intersection>,
+    /// Per point MDP the indices of its intersections.
+    pub members: Vec<Vec<usize>>,
+}
+
+/// Loads a scenario by path or embedded name.
+///
+/// # Errors
+///
+/// [`FamilyError`] naming the file and the place.
+pub fn load(name: &str) -> Result<LoadedScenario, FamilyError> {
+    if let Some((_, text)) = EMBEDDED.iter().find(|(n, _)| *n == name) {
+        let file = format!("{name}.toml (embedded)");
+        return from_text(text, &file, &|table| {
+            let embedded = EMBEDDED_TABLES.iter().find(|(path, _)| *path == table);
+            Ok(embedded.expect("embedded scenarios name embedded tables").1.to_owned())
+        });
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let embedded: Vec<_> = EMBEDDED.iter().map(|(n, _)| *n).collect();
+        return Err(FamilyError::UnknownScenario {
+            name: name.to_owned(),
+            embedded: embedded.join(", "),
+        });
+    }
+    let path = if path.is_dir() { path.join("scenario.toml") } else { path.to_path_buf() };
+    let text = read_text(&path)?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    from_text(&text, &path.display().to_string(), &|table| read_text(&folder.join(table)))
+}
+
+fn read_text(path: &Path) -> Result<String, FamilyError> {
+    let bytes = std::fs::read(path).map_err(FileError::at("read", path))?;
+    String::from_utf8(bytes).map_err(|e| FamilyError::Csv {
+        file: path.display().to_string(),
+        line: 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count()
+            as u64,
+        message: "not UTF-8 text; save the file as UTF-8".into(),
+    })
+}
+
+/// Parses a scenario and derives its family; `table` resolves a table's path to its text.
+///
+/// # Errors
+///
+/// [`FamilyError`] naming the file and the place.
+pub fn from_text(
+    text: &str,
+    file: &str,
+    table: &dyn Fn(&str) -> Result<String, FamilyError>,
+) -> Result<LoadedScenario, FamilyError> {
+    let scenario: Scenario = toml::from_str(text).map_err(|e| FamilyError::Toml {
+        file: file.to_owned(),
+        message: e.to_string().trim_end().to_owned(),
+    })?;
+    super::scenario::check(&scenario, file)?;
+    let text = text.to_owned();
+    match (&scenario.family.approaches, &scenario.family.points) {
+        (Some(path), None) => {
+            let table = table(path)?;
+            let intersections = approaches::read(&table, path)?;
+            let (family, members) = derive(&scenario, &intersections, path)?;
+            Ok(LoadedScenario { scenario, text, table, family, intersections, members })
+        }
+        (None, Some(path)) => {
+            let table = table(path)?;
+            let family = points::read(&scenario.name, &table, path)?;
+            let members = vec![Vec::new(); family.points.len()];
+            Ok(LoadedScenario { scenario, text, table, family, intersections: vec![], members })
+        }
+        _ => Err(FamilyError::Setting {
+            file: file.to_owned(),
+            field: "family".into(),
+            value: "approaches and points".into(),
+            expected: "give exactly one of the two tables".into(),
+        }),
+    }
+}
+
+/// Derives the point MDPs of intersections, and per point MDP the intersections it stands for.
+fn derive(
+    scenario: &Scenario,
+    intersections: &[Intersection],
+    file: &str,
+) -> Result<(MdpFamily, Vec<Vec<usize>>), FamilyError> {
+    let total = intersections.len() as f64;
+    let groups: Vec<(String, SixFeatures, Vec<usize>)> = match scenario.family.detail {
+        Detail::SixFeatures => group(intersections, &scenario.family)
+            .into_iter()
+            .map(|(features, members)| (point_id(&features), features, members))
+            .collect(),
+        Detail::PerApproach => intersections
+            .iter()
+            .enumerate()
+            .map(|(i, intersection)| {
+                let features = six_features(intersection, &scenario.family);
+                (format!("i{:0>4}", intersection.id), features, vec![i])
+            })
+            .collect(),
+    };
+    let columns = SixFeatures::COLUMNS
+        .map(|(name, unit)| Feature { name: name.to_owned(), unit: unit.to_owned() })
+        .to_vec();
+    let points = groups
+        .iter()
+        .map(|(id, features, members)| PointMdp {
+            id: id.clone(),
+            features: features.to_array().to_vec(),
+            importance: members.len() as f64 / total,
+            instances: members.len() as u32,
+        })
+        .collect();
+    let family = MdpFamily::new(&scenario.name, columns, points, file)?;
+    let members = family
+        .points
+        .iter()
+        .map(|p| {
+            let (_, _, members) =
+                groups.iter().find(|(id, ..)| *id == p.id).expect("points are made from groups");
+            members.clone()
+        })
+        .collect();
+    Ok((family, members))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn salt_lake_city_has_163_point_mdps_of_282_intersections() {
+        let loaded = load("salt-lake-city").unwrap();
+        assert_eq!(loaded.intersections.len(), 282);
+        assert_eq!(loaded.family.points.len(), 163);
+        assert_eq!(loaded.family.points[0].instances, 19);
+        let single = loaded.family.points.iter().filter(|p| p.instances == 1).count();
+        assert_eq!(single, 119);
+    }
+
+    #[test]
+    fn four_intersections_are_raised_to_the_minimal_inflow() {
+        let loaded = load("salt-lake-city").unwrap();
+        let raised: u32 = loaded
+            .family
+            .points
+            .iter()
+            .filter(|p| p.features[3] == 60.0)
+            .map(|p| p.instances)
+            .sum();
+        assert_eq!(raised, 4);
+    }
+
+    #[test]
+    fn per_approach_detail_keeps_every_intersection() {
+        let text = EMBEDDED[0].1.replace("six-features", "per-approach");
+        let loaded = from_text(&text, "t.toml", &|_| Ok(EMBEDDED_TABLES[0].1.to_owned())).unwrap();
+        assert_eq!(loaded.family.points.len(), 282);
+    }
+
+    #[test]
+    fn an_unknown_field_is_refused_with_its_name() {
+        let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\nspeeed = 3\n";
+        let e = from_text(text, "t.toml", &|_| unreachable!()).unwrap_err().to_string();
+        assert!(e.contains("t.toml") && e.contains("speeed"), "{e}");
+    }
+
+    #[test]
+    fn both_tables_at_once_are_refused() {
+        let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\napproaches = \"a.csv\"\n";
+        let e = from_text(text, "t.toml", &|_| unreachable!()).unwrap_err().to_string();
+        assert!(e.contains("exactly one"), "{e}");
+    }
+}

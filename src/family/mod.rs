@@ -1,0 +1,140 @@
+//! MDP families: point MDPs, their context features and their importance.
+//!
+//! A family knows nothing of traffic. What derives one from the approaches of a city's
+//! intersections is in [`approaches`] and [`features`]; what reads a scenario is in [`load`].
+
+pub mod approaches;
+pub mod features;
+pub mod load;
+pub mod points;
+pub mod scenario;
+
+use serde::Serialize;
+
+pub use crate::error::FamilyError;
+
+/// How far the importance of a family may be from 1 in total.
+pub const IMPORTANCE_TOLERANCE: f64 = 1e-9;
+
+/// A context feature of a family: a name and a unit.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Feature {
+    /// Name, with the unit as a suffix where it has one (`speed_mph`).
+    pub name: String,
+    /// Unit in words, empty for counts.
+    pub unit: String,
+}
+
+/// One member of a family.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointMdp {
+    /// Stable id, safe in file names.
+    pub id: String,
+    /// Context features, in the order of [`MdpFamily::features`].
+    pub features: Vec<f64>,
+    /// Probability of this point MDP in the family.
+    pub importance: f64,
+    /// How many real instances (intersections) it stands for.
+    pub instances: u32,
+}
+
+/// Point MDPs with an importance that sums to 1.
+///
+/// Source: Jayawardana et al. (NeurIPS 2022), section 3.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MdpFamily {
+    /// Name of the scenario.
+    pub name: String,
+    /// Names and units of the context features; any number.
+    pub features: Vec<Feature>,
+    /// The members, most important first, then by id.
+    pub points: Vec<PointMdp>,
+}
+
+impl MdpFamily {
+    /// Returns a family after checking that it is one.
+    ///
+    /// # Arguments
+    ///
+    /// * `source` — the file named in errors.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Empty`] without points, [`FamilyError::NotADistribution`] when the
+    /// importance does not sum to 1 within [`IMPORTANCE_TOLERANCE`].
+    pub fn new(
+        name: impl Into<String>,
+        features: Vec<Feature>,
+        mut points: Vec<PointMdp>,
+        source: &str,
+    ) -> Result<Self, FamilyError> {
+        if points.is_empty() {
+            return Err(FamilyError::Empty { file: source.to_owned() });
+        }
+        let sum: f64 = points.iter().map(|p| p.importance).sum();
+        if (sum - 1.0).abs() > IMPORTANCE_TOLERANCE {
+            return Err(FamilyError::NotADistribution { file: source.to_owned(), sum });
+        }
+        points.sort_by(|a, b| b.importance.total_cmp(&a.importance).then_with(|| a.id.cmp(&b.id)));
+        Ok(Self { name: name.into(), features, points })
+    }
+
+    /// Returns the importance of every point MDP, in order.
+    pub fn importance(&self) -> Vec<f64> {
+        self.points.iter().map(|p| p.importance).collect()
+    }
+
+    /// Returns the index of a point MDP.
+    pub fn position(&self, id: &str) -> Option<usize> {
+        self.points.iter().position(|p| p.id == id)
+    }
+
+    /// Returns the importance-weighted mean and standard deviation of each feature.
+    pub fn moments(&self) -> Vec<(f64, f64)> {
+        (0..self.features.len())
+            .map(|f| {
+                let mean: f64 = self.points.iter().map(|p| p.importance * p.features[f]).sum();
+                let variance: f64 = self
+                    .points
+                    .iter()
+                    .map(|p| p.importance * (p.features[f] - mean).powi(2))
+                    .sum();
+                (mean, variance.sqrt())
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(id: &str, importance: f64, x: f64) -> PointMdp {
+        PointMdp { id: id.into(), features: vec![x], importance, instances: 1 }
+    }
+
+    fn feature() -> Vec<Feature> {
+        vec![Feature { name: "x".into(), unit: String::new() }]
+    }
+
+    #[test]
+    fn importance_that_does_not_sum_to_one_is_refused() {
+        let e = MdpFamily::new("f", feature(), vec![point("a", 0.6, 0.0)], "p.csv").unwrap_err();
+        assert!(matches!(e, FamilyError::NotADistribution { sum, .. } if sum == 0.6));
+    }
+
+    #[test]
+    fn points_are_ordered_by_importance_then_id() {
+        let points = vec![point("c", 0.25, 0.0), point("b", 0.25, 0.0), point("a", 0.5, 0.0)];
+        let family = MdpFamily::new("f", feature(), points, "p.csv").unwrap();
+        let ids: Vec<_> = family.points.iter().map(|p| p.id.as_str()).collect();
+        assert_eq!(ids, ["a", "b", "c"]);
+    }
+
+    #[test]
+    fn moments_are_weighted_by_importance() {
+        let points = vec![point("a", 0.75, 0.0), point("b", 0.25, 4.0)];
+        let family = MdpFamily::new("f", feature(), points, "p.csv").unwrap();
+        assert_eq!(family.moments(), vec![(1.0, 3.0_f64.sqrt())]);
+    }
+}

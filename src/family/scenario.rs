@@ -1,0 +1,425 @@
+//! A scenario file: where the family comes from and every setting of networks, demand and signals.
+//!
+//! All fields but `name` and one source of the family have defaults, which live in the `Default`
+//! impls below and nowhere else. Unknown fields are errors.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::FamilyError;
+
+/// A scenario as written in TOML.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Name of the family; also the default folder of its networks.
+    pub name: String,
+    /// One sentence for people.
+    #[serde(default)]
+    pub title: String,
+    /// Where the point MDPs come from.
+    pub family: FamilySettings,
+    /// How intersections become road networks.
+    #[serde(default)]
+    pub network: NetworkSettings,
+    /// Which vehicles arrive.
+    #[serde(default)]
+    pub demand: DemandSettings,
+    /// How signals are timed and what controllers see.
+    #[serde(default)]
+    pub signal: SignalSettings,
+    /// How SUMO is run.
+    #[serde(default)]
+    pub simulation: SimulationSettings,
+    /// The denominator of every score.
+    #[serde(default)]
+    pub baseline: BaselineSettings,
+    /// The tuned fixed-time controller.
+    #[serde(default)]
+    pub fixed_time: FixedTimeSettings,
+    /// SUMO's gap-based control.
+    #[serde(default)]
+    pub actuated: ActuatedSettings,
+}
+
+/// Where the point MDPs come from: exactly one of `approaches` and `points`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FamilySettings {
+    /// Table of real approaches, relative to the scenario file; the point MDPs are derived.
+    pub approaches: Option<String>,
+    /// Table of point MDPs, relative to the scenario file, as written by hand.
+    pub points: Option<String>,
+    /// Six features per intersection or its real arms; needs `approaches` for the latter.
+    pub detail: Detail,
+    /// Share of the daily traffic that arrives in the simulated hour (the K factor); the paper's
+    /// AADT per hour is 1/24, a traffic engineer's design hour about 0.084.
+    pub hourly_share: f64,
+    /// Upper limit of the inflow, vehicles per hour and lane (IntersectionZoo's cap).
+    pub inflow_cap_vph_per_lane: f64,
+    /// Lower limit of a point MDP's inflow, vehicles per hour and approach: without vehicles a
+    /// score is undefined.
+    pub min_inflow_vph: f64,
+    /// Factor on every length; 0.757 turns EPSG:3395 lengths at 40.76 degrees north into ground
+    /// distances.
+    pub length_scale: f64,
+    /// Width of the bins that make intersections one point MDP; six-feature detail only.
+    pub bins: SixFeatures,
+}
+
+impl Default for FamilySettings {
+    fn default() -> Self {
+        Self {
+            approaches: None,
+            points: None,
+            detail: Detail::SixFeatures,
+            hourly_share: 1.0 / 24.0,
+            inflow_cap_vph_per_lane: 900.0,
+            min_inflow_vph: 60.0,
+            length_scale: 1.0,
+            bins: SixFeatures {
+                lanes: 1.0,
+                speed_mph: 5.0,
+                length_m: 100.0,
+                inflow_vph: 250.0,
+                left_turn_lanes: 1.0,
+                right_turn_lanes: 1.0,
+            },
+        }
+    }
+}
+
+/// How much of an intersection its network keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Detail {
+    /// Four equal arms from six features, as the paper describes a point MDP.
+    SixFeatures,
+    /// The real arms, each with its own features; every intersection is a point MDP of its own.
+    PerApproach,
+}
+
+/// One value per feature of an intersection.
+///
+/// Source: Jayawardana et al. (NeurIPS 2022), appendix, intersection features.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SixFeatures {
+    /// Lanes of an approach, both directions.
+    pub lanes: f64,
+    /// Speed limit, miles per hour.
+    pub speed_mph: f64,
+    /// Length of an approach, metres.
+    pub length_m: f64,
+    /// Arriving vehicles per hour and approach.
+    pub inflow_vph: f64,
+    /// Left-only lanes per approach.
+    pub left_turn_lanes: f64,
+    /// Right-only lanes per approach.
+    pub right_turn_lanes: f64,
+}
+
+impl SixFeatures {
+    /// Names and units, in the order of [`Self::to_array`].
+    pub const COLUMNS: [(&'static str, &'static str); 6] = [
+        ("lanes", "lanes, both directions"),
+        ("speed_mph", "mph"),
+        ("length_m", "m"),
+        ("inflow_vph", "veh/h per approach"),
+        ("left_turn_lanes", "lanes per approach"),
+        ("right_turn_lanes", "lanes per approach"),
+    ];
+
+    /// Returns the values in the order of [`Self::COLUMNS`].
+    pub fn to_array(self) -> [f64; 6] {
+        [
+            self.lanes,
+            self.speed_mph,
+            self.length_m,
+            self.inflow_vph,
+            self.left_turn_lanes,
+            self.right_turn_lanes,
+        ]
+    }
+
+    /// Returns the features from values in the order of [`Self::COLUMNS`].
+    pub fn from_array(values: [f64; 6]) -> Self {
+        let [lanes, speed_mph, length_m, inflow_vph, left_turn_lanes, right_turn_lanes] = values;
+        Self { lanes, speed_mph, length_m, inflow_vph, left_turn_lanes, right_turn_lanes }
+    }
+}
+
+/// How intersections become road networks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NetworkSettings {
+    /// Length of outgoing edges, metres: they cost simulation time and change nothing.
+    pub exit_length_m: f64,
+    /// Yellow between two phases, seconds.
+    pub yellow_time_s: f64,
+    /// Green of each phase in the networks' own eight-phase program, seconds; controllers choose
+    /// their own durations.
+    pub phase_green_s: f64,
+    /// Cycle that netconvert's default program gets, seconds.
+    pub default_cycle_s: f64,
+    /// Duration of left-turn phases in netconvert's default program, seconds.
+    pub default_left_green_s: f64,
+}
+
+impl Default for NetworkSettings {
+    fn default() -> Self {
+        Self {
+            exit_length_m: 60.0,
+            yellow_time_s: 3.0,
+            phase_green_s: 30.0,
+            default_cycle_s: 90.0,
+            default_left_green_s: 6.0,
+        }
+    }
+}
+
+/// Which vehicles arrive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DemandSettings {
+    /// Simulated time, seconds; vehicles arrive during all of it.
+    pub horizon_s: f64,
+    /// How arriving vehicles turn; renormalised over the movements that exist.
+    pub turn_shares: TurnShares,
+}
+
+impl Default for DemandSettings {
+    fn default() -> Self {
+        Self { horizon_s: 3600.0, turn_shares: TurnShares::default() }
+    }
+}
+
+/// Shares of the vehicles of an approach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnShares {
+    /// Left turns.
+    pub left: f64,
+    /// Straight on.
+    pub through: f64,
+    /// Right turns.
+    pub right: f64,
+}
+
+impl Default for TurnShares {
+    fn default() -> Self {
+        Self { left: 0.1, through: 0.8, right: 0.1 }
+    }
+}
+
+/// How signals are timed and what controllers see.
+///
+/// Source: RESCO's settings for single intersections (decision every 10 s, 3 s of yellow, 200 m).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SignalSettings {
+    /// Time between decisions, seconds.
+    pub delta_time_s: u32,
+    /// Yellow at the start of the interval when the phase changes, seconds.
+    pub yellow_time_s: u32,
+    /// Distance to the signal within which vehicles are detected, metres.
+    pub detection_m: f64,
+}
+
+impl Default for SignalSettings {
+    fn default() -> Self {
+        Self { delta_time_s: 10, yellow_time_s: 3, detection_m: 200.0 }
+    }
+}
+
+/// How SUMO is run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SimulationSettings {
+    /// Waiting time after which SUMO teleports a vehicle, seconds; negative: never, as in RESCO.
+    pub time_to_teleport_s: f64,
+}
+
+impl Default for SimulationSettings {
+    fn default() -> Self {
+        Self { time_to_teleport_s: -1.0 }
+    }
+}
+
+/// The denominator of every score: an untuned fixed-time program.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BaselineSettings {
+    /// Which program; `auto` is `netconvert` for generated networks and `equal-split` for imported
+    /// scenarios.
+    pub program: BaselineProgram,
+    /// Green per phase of the equal split, seconds; 35 s reproduces the paper's normaliser.
+    pub green_s: f64,
+}
+
+impl Default for BaselineSettings {
+    fn default() -> Self {
+        Self { program: BaselineProgram::Auto, green_s: 35.0 }
+    }
+}
+
+/// Programs that the baseline can run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BaselineProgram {
+    /// `netconvert` for generated networks, `equal-split` for imported scenarios.
+    Auto,
+    /// The program that netconvert gives a signal by default.
+    Netconvert,
+    /// The same green for every phase.
+    EqualSplit,
+}
+
+/// The tuned fixed-time controller.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FixedTimeSettings {
+    /// Simulated episodes that tuning may use.
+    pub simulations: u32,
+    /// Shortest green, seconds.
+    pub min_green_s: f64,
+    /// Shortest cycle, seconds.
+    pub min_cycle_s: f64,
+    /// Longest cycle, seconds.
+    pub max_cycle_s: f64,
+    /// Time lost per phase change in Webster's formula, seconds.
+    pub lost_time_s: f64,
+    /// Saturation flow in Webster's formula, vehicles per hour and lane (HCM base 1900).
+    pub saturation_flow_vph: f64,
+}
+
+impl Default for FixedTimeSettings {
+    fn default() -> Self {
+        Self {
+            simulations: 30,
+            min_green_s: 5.0,
+            min_cycle_s: 20.0,
+            max_cycle_s: 150.0,
+            lost_time_s: 4.0,
+            saturation_flow_vph: 1900.0,
+        }
+    }
+}
+
+/// SUMO's gap-based control.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActuatedSettings {
+    /// Shortest green, seconds (SUMO's default).
+    pub min_green_s: f64,
+    /// Longest green, seconds (SUMO's default).
+    pub max_green_s: f64,
+}
+
+impl Default for ActuatedSettings {
+    fn default() -> Self {
+        Self { min_green_s: 5.0, max_green_s: 50.0 }
+    }
+}
+
+/// Checks the ranges that types cannot express.
+///
+/// # Errors
+///
+/// [`FamilyError::Setting`] naming file and field.
+pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
+    let fail = |field: &str, value: String, expected: &str| {
+        Err(FamilyError::Setting {
+            file: file.to_owned(),
+            field: field.to_owned(),
+            value,
+            expected: expected.to_owned(),
+        })
+    };
+    let name = &scenario.name;
+    if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
+        return fail("name", format!("{name:?}"), "expected letters, digits, `-` and `_`");
+    }
+    let (f, n, d) = (&scenario.family, &scenario.network, &scenario.demand);
+    let (t, a, b) = (&scenario.fixed_time, &scenario.actuated, &scenario.baseline);
+    let ranges = [
+        ("family.hourly_share", f.hourly_share, 1e-6, 1.0),
+        ("family.inflow_cap_vph_per_lane", f.inflow_cap_vph_per_lane, 1.0, 3600.0),
+        ("family.min_inflow_vph", f.min_inflow_vph, 1.0, 3600.0),
+        ("family.length_scale", f.length_scale, 0.01, 100.0),
+        ("network.exit_length_m", n.exit_length_m, 10.0, 10_000.0),
+        ("network.yellow_time_s", n.yellow_time_s, 1.0, 10.0),
+        ("network.phase_green_s", n.phase_green_s, 1.0, 300.0),
+        ("network.default_cycle_s", n.default_cycle_s, 20.0, 600.0),
+        ("network.default_left_green_s", n.default_left_green_s, 1.0, 100.0),
+        ("demand.horizon_s", d.horizon_s, 10.0, 86_400.0),
+        ("signal.delta_time_s", f64::from(scenario.signal.delta_time_s), 1.0, 300.0),
+        ("signal.detection_m", scenario.signal.detection_m, 1.0, 10_000.0),
+        ("simulation.time_to_teleport_s", scenario.simulation.time_to_teleport_s, -1.0, 86_400.0),
+        ("baseline.green_s", b.green_s, 1.0, 300.0),
+        ("fixed_time.simulations", f64::from(t.simulations), 1.0, 10_000.0),
+        ("fixed_time.min_green_s", t.min_green_s, 1.0, 100.0),
+        ("fixed_time.min_cycle_s", t.min_cycle_s, 10.0, t.max_cycle_s),
+        ("fixed_time.max_cycle_s", t.max_cycle_s, 10.0, 600.0),
+        ("fixed_time.lost_time_s", t.lost_time_s, 0.0, 30.0),
+        ("fixed_time.saturation_flow_vph", t.saturation_flow_vph, 100.0, 5000.0),
+        ("actuated.min_green_s", a.min_green_s, 1.0, a.max_green_s),
+        ("actuated.max_green_s", a.max_green_s, 1.0, 600.0),
+    ];
+    let bins = f.bins.to_array();
+    let bins = SixFeatures::COLUMNS.iter().zip(bins).map(|((name, _), v)| (*name, v, 1e-3, 1e6));
+    for (field, value, low, high) in ranges.into_iter().chain(bins) {
+        if !(low..=high).contains(&value) {
+            let expected = format!("expected a number from {low} to {high}");
+            return fail(field, value.to_string(), &expected);
+        }
+    }
+    if scenario.signal.yellow_time_s >= scenario.signal.delta_time_s {
+        let value = scenario.signal.yellow_time_s.to_string();
+        return fail("signal.yellow_time_s", value, "expected less than signal.delta_time_s");
+    }
+    let shares = [d.turn_shares.left, d.turn_shares.through, d.turn_shares.right];
+    if shares.iter().any(|s| !s.is_finite() || *s < 0.0) || shares.iter().sum::<f64>() <= 0.0 {
+        let value = format!("{shares:?}");
+        return fail("demand.turn_shares", value, "expected shares that are not negative");
+    }
+    if f.points.is_some() && f.detail == Detail::PerApproach {
+        let expected = "per-approach detail needs family.approaches";
+        return fail("family.detail", "per-approach".into(), expected);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scenario(extra: &str) -> Scenario {
+        toml::from_str(&format!("name = \"x\"\nfamily.points = \"p.csv\"\n{extra}")).unwrap()
+    }
+
+    #[test]
+    fn defaults_pass_the_check() {
+        check(&scenario(""), "t.toml").unwrap();
+    }
+
+    #[test]
+    fn a_setting_out_of_range_names_field_value_and_range() {
+        let e = check(&scenario("demand.horizon_s = 0.0"), "t.toml").unwrap_err();
+        assert_eq!(
+            e.to_string(),
+            "t.toml: demand.horizon_s = 0: expected a number from 10 to 86400"
+        );
+    }
+
+    #[test]
+    fn yellow_must_be_shorter_than_the_decision_interval() {
+        let e = check(&scenario("signal.yellow_time_s = 10"), "t.toml").unwrap_err();
+        assert!(e.to_string().contains("signal.yellow_time_s = 10"));
+    }
+
+    #[test]
+    fn negative_turn_shares_are_refused() {
+        let toml = "demand.turn_shares = { left = -1.0, through = 1.0, right = 1.0 }";
+        assert!(check(&scenario(toml), "t.toml").is_err());
+    }
+}

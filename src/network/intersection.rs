@@ -1,0 +1,204 @@
+//! An intersection as the generator sees it: arms around a centre, each with its own features.
+
+use crate::error::NetworkError;
+use crate::family::approaches::{Approach, Intersection};
+use crate::family::features::inflow_vph;
+use crate::family::load::LoadedScenario;
+use crate::family::scenario::{Detail, FamilySettings, SixFeatures};
+use crate::units::{mph_to_mps, normalise_degrees};
+
+/// Turns that exist from an arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Turns {
+    /// Left turns.
+    pub left: bool,
+    /// Straight on.
+    pub through: bool,
+    /// Right turns.
+    pub right: bool,
+}
+
+impl Turns {
+    /// All three.
+    pub const ALL: Self = Self { left: true, through: true, right: true };
+}
+
+/// One arm of an intersection; a direction without lanes does not exist.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arm {
+    /// Direction from the centre to the arm, degrees clockwise from north.
+    pub bearing_deg: f64,
+    /// Lanes that lead to the signal.
+    pub lanes_in: u32,
+    /// Lanes that lead away; 0 when the arm is one-way towards the signal.
+    pub lanes_out: u32,
+    /// Incoming lanes, among `lanes_in`, from which only a left turn is allowed.
+    pub left_turn_lanes: u32,
+    /// Incoming lanes, among `lanes_in`, from which only a right turn is allowed.
+    pub right_turn_lanes: u32,
+    /// Speed limit, metres per second.
+    pub speed_mps: f64,
+    /// Length of the incoming road, metres.
+    pub length_m: f64,
+    /// Arriving vehicles per hour.
+    pub inflow_vph: f64,
+    /// Turns that the data names; a turn also needs an arm to lead to. `None`: all that geometry
+    /// allows.
+    pub turns: Option<Turns>,
+}
+
+/// An intersection to build: the name of its point MDP and its arms, clockwise from north.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntersectionSpec {
+    /// Id of the point MDP.
+    pub point: String,
+    /// Three to six arms (two for tests), sorted by bearing.
+    pub arms: Vec<Arm>,
+}
+
+/// Lanes of a direction that no turn lane uses up.
+const MIN_SHARED_LANES: u32 = 1;
+
+impl IntersectionSpec {
+    /// Returns the intersection of a six-feature point MDP: four equal arms.
+    ///
+    /// `lanes` counts both directions: incoming lanes are half of it rounded up, and at least the
+    /// turn lanes plus one; the other lanes lead away, at least one.
+    ///
+    /// Source: this project's rule; the paper does not say how six features become a junction.
+    pub fn from_six_features(point: &str, features: &SixFeatures) -> Self {
+        let whole = |value: f64| value.max(0.0).round() as u32;
+        let lanes = whole(features.lanes);
+        let (left, right) = (whole(features.left_turn_lanes), whole(features.right_turn_lanes));
+        let lanes_in = lanes.div_ceil(2).max(left + right + MIN_SHARED_LANES);
+        let arm = |bearing_deg| Arm {
+            bearing_deg,
+            lanes_in,
+            lanes_out: (lanes / 2).max(1),
+            left_turn_lanes: left,
+            right_turn_lanes: right,
+            speed_mps: mph_to_mps(features.speed_mph),
+            length_m: features.length_m,
+            inflow_vph: features.inflow_vph,
+            turns: None,
+        };
+        Self { point: point.to_owned(), arms: [0.0, 90.0, 180.0, 270.0].map(arm).to_vec() }
+    }
+
+    /// Returns a real intersection with its own arms.
+    pub fn from_approaches(
+        point: &str,
+        intersection: &Intersection,
+        settings: &FamilySettings,
+    ) -> Self {
+        let mut arms: Vec<_> =
+            intersection.arms.iter().map(|a| Arm::from_approach(a, settings)).collect();
+        arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg));
+        Self { point: point.to_owned(), arms }
+    }
+}
+
+impl Arm {
+    fn from_approach(approach: &Approach, settings: &FamilySettings) -> Self {
+        let turns = (!approach.movements.is_empty()).then(|| Turns {
+            left: approach.movements.contains('l'),
+            through: approach.movements.contains('s'),
+            right: approach.movements.contains('r'),
+        });
+        Self {
+            bearing_deg: normalise_degrees(approach.bearing_deg),
+            lanes_in: approach.lanes_in,
+            lanes_out: approach.lanes_out,
+            left_turn_lanes: approach.left_turn_lanes,
+            right_turn_lanes: approach.right_turn_lanes,
+            speed_mps: mph_to_mps(approach.speed_mph),
+            length_m: approach.length_m * settings.length_scale,
+            inflow_vph: inflow_vph(approach, settings).max(settings.min_inflow_vph),
+            turns,
+        }
+    }
+}
+
+/// Returns the intersection of every point MDP of a scenario, in the order of the family.
+///
+/// # Errors
+///
+/// [`NetworkError::Intersection`] when the family lacks one of the six features or has a value
+/// that no intersection can have.
+pub fn intersections(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, NetworkError> {
+    let family = &loaded.family;
+    if loaded.scenario.family.detail == Detail::PerApproach {
+        return Ok(family
+            .points
+            .iter()
+            .zip(&loaded.members)
+            .map(|(point, members)| {
+                let intersection = &loaded.intersections[members[0]];
+                IntersectionSpec::from_approaches(&point.id, intersection, &loaded.scenario.family)
+            })
+            .collect());
+    }
+    let mut columns = [0; 6];
+    for (column, (name, _)) in columns.iter_mut().zip(SixFeatures::COLUMNS) {
+        *column = family.features.iter().position(|f| f.name == name).ok_or_else(|| {
+            NetworkError::Intersection {
+                point: family.name.clone(),
+                reason: format!("the family has no feature {name}; add a column of that name"),
+            }
+        })?;
+    }
+    family
+        .points
+        .iter()
+        .map(|point| {
+            let features = SixFeatures::from_array(columns.map(|c| point.features[c]));
+            check_six(&point.id, &features)?;
+            Ok(IntersectionSpec::from_six_features(&point.id, &features))
+        })
+        .collect()
+}
+
+fn check_six(point: &str, features: &SixFeatures) -> Result<(), NetworkError> {
+    let ranges = [
+        ("lanes", features.lanes, 1.0, 24.0),
+        ("speed_mph", features.speed_mph, 1.0, 100.0),
+        ("length_m", features.length_m, 10.0, 100_000.0),
+        ("inflow_vph", features.inflow_vph, 1.0, 50_000.0),
+        ("left_turn_lanes", features.left_turn_lanes, 0.0, 6.0),
+        ("right_turn_lanes", features.right_turn_lanes, 0.0, 6.0),
+    ];
+    for (name, value, low, high) in ranges {
+        if !(low..=high).contains(&value) {
+            return Err(NetworkError::Intersection {
+                point: point.to_owned(),
+                reason: format!("{name} = {value}: expected a number from {low} to {high}"),
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn six(lanes: f64, left: f64, right: f64) -> IntersectionSpec {
+        let values = [lanes, 30.0, 300.0, 500.0, left, right];
+        IntersectionSpec::from_six_features("p", &SixFeatures::from_array(values))
+    }
+
+    #[test]
+    fn incoming_lanes_are_half_rounded_up() {
+        assert_eq!((six(5.0, 0.0, 0.0).arms[0].lanes_in, six(5.0, 0.0, 0.0).arms[0].lanes_out), (3, 2));
+    }
+
+    #[test]
+    fn incoming_lanes_leave_one_beside_the_turn_lanes() {
+        assert_eq!(six(2.0, 1.0, 1.0).arms[2].lanes_in, 3);
+    }
+
+    #[test]
+    fn one_lane_in_both_directions_still_has_an_exit() {
+        assert_eq!(six(1.0, 0.0, 0.0).arms[0].lanes_out, 1);
+    }
+}

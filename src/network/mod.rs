@@ -1,0 +1,3 @@
+//! From an intersection to a SUMO network with demand.
+
+pub mod intersection;
