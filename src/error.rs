@@ -218,3 +218,79 @@ pub enum NetworkError {
     #[error(transparent)]
     Io(#[from] FileError),
 }
+
+/// Why a results directory cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StoreError {
+    /// No manifest.
+    #[error(
+        "{} is not a results directory (it has no manifest.json); give the folder that \
+         `tsc-family run --out` wrote",
+        .0.display()
+    )]
+    NotResults(PathBuf),
+    /// Written by a version with other files.
+    #[error(
+        "{}: schema version {found}, but this tsc-family reads {expected}; use the version that \
+         wrote it or give another --out",
+        .path.display()
+    )]
+    Version {
+        /// The manifest.
+        path: PathBuf,
+        /// Version found.
+        found: String,
+        /// Version understood.
+        expected: u32,
+    },
+    /// A file that does not parse.
+    #[error("{}: {reason}", .path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The parser's message.
+        reason: String,
+    },
+    /// A record whose content does not match its own checksum or task.
+    #[error(
+        "{}: {reason}; delete the file and run again, only this task is repeated",
+        .path.display()
+    )]
+    Record {
+        /// The record.
+        path: PathBuf,
+        /// What does not match.
+        reason: String,
+    },
+    /// The directory belongs to another run.
+    #[error(
+        "{} holds another run: {field} is {found} there and {wanted} now; give another --out, or \
+         repeat the first command to continue it",
+        .path.display()
+    )]
+    Mismatch {
+        /// The directory.
+        path: PathBuf,
+        /// Dotted name of the first field that differs.
+        field: String,
+        /// Value in the directory.
+        found: String,
+        /// Value of this run.
+        wanted: String,
+    },
+    /// Another process works on the directory.
+    #[error(
+        "{} is in use by another run ({holder}); wait for it, stop it, or give another --out",
+        .path.display()
+    )]
+    Locked {
+        /// The directory.
+        path: PathBuf,
+        /// What the lock file says.
+        holder: String,
+    },
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}

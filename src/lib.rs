@@ -3,4 +3,7 @@
 pub mod error;
 pub mod family;
 pub mod network;
+pub mod sample;
+pub mod seed;
+pub mod store;
 pub mod units;

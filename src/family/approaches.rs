@@ -72,14 +72,12 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(|e| csv_error(file, &e))? {
         let line = record.position().map_or(0, csv::Position::line);
-        let row: Approach =
-            record.deserialize(Some(&headers)).map_err(|e| FamilyError::Csv {
-                file: file.to_owned(),
-                line,
-                message: deserialize_message(&e, &headers),
-            })?;
-        check(&row)
-            .map_err(|message| FamilyError::Csv { file: file.to_owned(), line, message })?;
+        let row: Approach = record.deserialize(Some(&headers)).map_err(|e| FamilyError::Csv {
+            file: file.to_owned(),
+            line,
+            message: deserialize_message(&e, &headers),
+        })?;
+        check(&row).map_err(|message| FamilyError::Csv { file: file.to_owned(), line, message })?;
         let index = *position.entry(row.intersection.clone()).or_insert_with(|| {
             intersections.push(Intersection {
                 id: row.intersection.clone(),

@@ -72,8 +72,10 @@ fn read_text(path: &Path) -> Result<String, FamilyError> {
     let bytes = std::fs::read(path).map_err(FileError::at("read", path))?;
     String::from_utf8(bytes).map_err(|e| FamilyError::Csv {
         file: path.display().to_string(),
-        line: 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count()
-            as u64,
+        line: 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count() as u64,
         message: "not UTF-8 text; save the file as UTF-8".into(),
     })
 }

@@ -94,11 +94,8 @@ impl MdpFamily {
         (0..self.features.len())
             .map(|f| {
                 let mean: f64 = self.points.iter().map(|p| p.importance * p.features[f]).sum();
-                let variance: f64 = self
-                    .points
-                    .iter()
-                    .map(|p| p.importance * (p.features[f] - mean).powi(2))
-                    .sum();
+                let variance: f64 =
+                    self.points.iter().map(|p| p.importance * (p.features[f] - mean).powi(2)).sum();
                 (mean, variance.sqrt())
             })
             .collect()

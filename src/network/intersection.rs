@@ -189,7 +189,10 @@ mod tests {
 
     #[test]
     fn incoming_lanes_are_half_rounded_up() {
-        assert_eq!((six(5.0, 0.0, 0.0).arms[0].lanes_in, six(5.0, 0.0, 0.0).arms[0].lanes_out), (3, 2));
+        assert_eq!(
+            (six(5.0, 0.0, 0.0).arms[0].lanes_in, six(5.0, 0.0, 0.0).arms[0].lanes_out),
+            (3, 2)
+        );
     }
 
     #[test]

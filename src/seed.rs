@@ -1,0 +1,73 @@
+//! Seeds: every source of randomness has its own, derived by hashing what it is for.
+//!
+//! There is no global generator. Two sources never share a seed, and adding a source leaves the
+//! others as they were.
+
+use sha2::{Digest, Sha256};
+
+/// Largest seed that SUMO accepts (a signed 32-bit integer).
+const SUMO_SEED_MAX: u64 = 0x7fff_ffff;
+
+/// Evaluation seeds have this bit set and training seeds have it clear, so that they never meet.
+const EVALUATION_BIT: u64 = 0x4000_0000;
+
+/// Returns a seed for the source of randomness that `labels` names, below 2^53 so that every JSON
+/// reader keeps it exactly.
+pub fn derive(base: u64, labels: &[&str]) -> u64 {
+    let mut hash = Sha256::new();
+    hash.update(base.to_le_bytes());
+    for label in labels {
+        hash.update((label.len() as u64).to_le_bytes());
+        hash.update(label.as_bytes());
+    }
+    let digest = hash.finalize();
+    let bytes: [u8; 8] = digest[..8].try_into().expect("a SHA-256 digest has 32 bytes");
+    u64::from_le_bytes(bytes) >> 11
+}
+
+/// Returns the seed of the `k`-th evaluation episode: the same for every method, so that methods
+/// meet the same vehicles.
+pub fn evaluation(base: u64, k: u32) -> u64 {
+    let seed = derive(base, &["evaluation", &k.to_string()]);
+    (seed & SUMO_SEED_MAX) | EVALUATION_BIT
+}
+
+/// Returns the seed of the `k`-th training episode of a task; never an evaluation seed.
+pub fn training(task_seed: u64, k: u32) -> u64 {
+    let seed = derive(task_seed, &["training", &k.to_string()]);
+    seed & SUMO_SEED_MAX & !EVALUATION_BIT
+}
+
+/// Returns the seed of a task; it does not depend on the order of tasks or on the other methods.
+pub fn task(base: u64, method: &str, point: &str, replicate: u32) -> u64 {
+    derive(base, &["task", method, point, &replicate.to_string()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn training_and_evaluation_seeds_never_meet(base: u64, task: u64, j: u32, k: u32) {
+            prop_assert_ne!(evaluation(base, j), training(task, k));
+        }
+
+        #[test]
+        fn sumo_accepts_every_seed(base: u64, k: u32) {
+            prop_assert!(evaluation(base, k) <= SUMO_SEED_MAX && training(base, k) <= SUMO_SEED_MAX);
+        }
+    }
+
+    #[test]
+    fn labels_do_not_run_together() {
+        assert_ne!(derive(1, &["ab", "c"]), derive(1, &["a", "bc"]));
+    }
+
+    #[test]
+    fn seeds_stay_the_same_between_versions() {
+        assert_eq!(evaluation(0, 0), 1_889_785_958);
+        assert_eq!(task(0, "idqn", "p", 0), 2884222854678301);
+    }
+}

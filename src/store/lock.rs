@@ -1,0 +1,95 @@
+//! Keeps two runs from working on one directory.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::Layout;
+use crate::error::{FileError, StoreError};
+
+/// Who holds the lock, for people.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Holder {
+    /// Process id.
+    pub pid: u32,
+    /// Version of tsc-family.
+    pub version: String,
+    /// Start, ISO 8601, UTC.
+    pub started: String,
+}
+
+/// A held lock; the operating system releases it when the process ends, however it ends.
+#[derive(Debug)]
+pub struct RunLock {
+    _file: File,
+}
+
+impl RunLock {
+    /// Takes the lock of a results directory.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Locked`] when another process has it.
+    pub fn take(layout: &Layout, holder: &Holder) -> Result<Self, StoreError> {
+        let path = layout.lock();
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&path)
+            .map_err(FileError::at("create", &path))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let holder = describe(&mut file);
+                return Err(StoreError::Locked { path: layout.root().to_path_buf(), holder });
+            }
+            Err(TryLockError::Error(e)) => return Err(FileError::at("lock", &path)(e).into()),
+        }
+        write_holder(&mut file, holder).map_err(FileError::at("write", Path::new(&path)))?;
+        Ok(Self { _file: file })
+    }
+}
+
+fn describe(file: &mut File) -> String {
+    let mut text = String::new();
+    match file.read_to_string(&mut text).ok().and_then(|_| serde_json::from_str(&text).ok()) {
+        Some(Holder { pid, started, .. }) => format!("process {pid}, started {started}"),
+        None => "unknown process".to_owned(),
+    }
+}
+
+fn write_holder(file: &mut File, holder: &Holder) -> std::io::Result<()> {
+    file.set_len(0)?;
+    file.seek(SeekFrom::Start(0))?;
+    file.write_all(&serde_json::to_vec(holder)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn holder() -> Holder {
+        Holder { pid: 42, version: "0".into(), started: "2026-01-01T00:00:00Z".into() }
+    }
+
+    #[test]
+    fn a_second_lock_is_refused_and_names_the_holder() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        let _first = RunLock::take(&layout, &holder()).unwrap();
+        let e = RunLock::take(&layout, &holder()).unwrap_err().to_string();
+        assert!(e.contains("process 42, started 2026-01-01T00:00:00Z"), "{e}");
+    }
+
+    #[test]
+    fn a_released_lock_can_be_taken_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        drop(RunLock::take(&layout, &holder()).unwrap());
+        RunLock::take(&layout, &holder()).unwrap();
+    }
+}

@@ -1,0 +1,231 @@
+//! The manifest and the plan: what a run is, written before anything runs.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::{Layout, SCHEMA_VERSION};
+use crate::error::{FileError, StoreError};
+use crate::sample::SamplePlan;
+
+/// One task of a plan: a method on a point MDP, once.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    /// Row of the plan.
+    pub task: usize,
+    /// Name of the method.
+    pub method: String,
+    /// Id of the point MDP.
+    pub point: String,
+    /// Which of several independent trainings.
+    pub replicate: u32,
+    /// Seed of everything random in the task but its evaluation episodes.
+    pub seed: u64,
+}
+
+/// A context feature as the manifest keeps it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FeatureColumn {
+    /// Name, with the unit as a suffix.
+    pub name: String,
+    /// Unit in words.
+    pub unit: String,
+}
+
+/// A point MDP as the manifest keeps it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointRow {
+    /// Id of the point MDP.
+    pub point: String,
+    /// Probability in the family.
+    pub importance: f64,
+    /// Real instances (intersections) that it stands for.
+    pub instances: u32,
+    /// Context features, in the order of [`Identity::features`].
+    pub features: Vec<f64>,
+    /// Latitude and longitude, degrees, of the real instances; empty when unknown.
+    #[serde(default)]
+    pub places: Vec<[f64; 2]>,
+    /// Where its environment comes from: for traffic the folder's network files or a sumocfg.
+    pub environment: String,
+    /// sha256 of every file that defines its environment, by file name.
+    pub sha256: BTreeMap<String, String>,
+}
+
+/// Everything that decides the records: two runs with equal identity give equal records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Identity {
+    /// Version of the files.
+    pub schema_version: u32,
+    /// Version of tsc-family.
+    pub tsc_family: String,
+    /// Version of the simulator.
+    pub simulator: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The scenario's settings, all of them, defaults included.
+    pub settings: serde_json::Value,
+    /// Names and units of the context features.
+    pub features: Vec<FeatureColumn>,
+    /// Which point MDPs were chosen, and their weights.
+    pub sample: SamplePlan,
+    /// The chosen point MDPs.
+    pub points: Vec<PointRow>,
+    /// Methods, the baseline first.
+    pub methods: Vec<String>,
+    /// Name of the method that every score is divided by.
+    pub baseline: String,
+    /// Name of the metric that scores compare; lower is better.
+    pub objective: String,
+    /// Independent trainings per method and point MDP.
+    pub replicates: u32,
+    /// Seed from which all others are derived.
+    pub base_seed: u64,
+    /// Seeds of the evaluation episodes, shared by all methods.
+    pub evaluation_seeds: Vec<u64>,
+}
+
+/// What helps to understand a run but does not decide its records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Command line.
+    pub command: String,
+    /// Git revision of the build, or `unknown`.
+    pub git: String,
+    /// Compiler of the build.
+    pub rustc: String,
+    /// Operating system, architecture, processors.
+    pub host: String,
+    /// Start of the first run, ISO 8601, UTC.
+    pub started: String,
+}
+
+/// `manifest.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// What decides the records; compared on resuming.
+    pub identity: Identity,
+    /// What does not; kept from the first run.
+    pub provenance: Provenance,
+}
+
+impl Manifest {
+    /// Returns the sha256 of the identity, which every record carries.
+    pub fn sha256(&self) -> String {
+        let json = serde_json::to_vec(&self.identity).expect("an identity is plain data");
+        hex(&Sha256::digest(&json))
+    }
+
+    /// Reads `manifest.json`.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::NotResults`] when there is none, [`StoreError::Version`] for another schema,
+    /// [`StoreError::Malformed`] for anything else.
+    pub fn read(layout: &Layout) -> Result<Self, StoreError> {
+        let path = layout.manifest();
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                return Err(StoreError::NotResults(layout.root().to_path_buf()));
+            }
+            Err(e) => return Err(FileError::at("read", &path)(e).into()),
+        };
+        let malformed = |reason: String| StoreError::Malformed { path: path.clone(), reason };
+        let value: serde_json::Value =
+            serde_json::from_str(&text).map_err(|e| malformed(e.to_string()))?;
+        let version = value.pointer("/identity/schema_version").and_then(|v| v.as_u64());
+        if version != Some(u64::from(SCHEMA_VERSION)) {
+            return Err(StoreError::Version {
+                path,
+                found: version.map_or("none".into(), |v| v.to_string()),
+                expected: SCHEMA_VERSION,
+            });
+        }
+        serde_json::from_value(value).map_err(|e| malformed(e.to_string()))
+    }
+
+    /// Returns the dotted name and both values of the first field of the identity that differs.
+    pub fn first_difference(&self, other: &Self) -> Option<(String, String, String)> {
+        let value = |m: &Self| serde_json::to_value(&m.identity).expect("plain data");
+        difference("", &value(self), &value(other))
+    }
+}
+
+fn difference(
+    at: &str,
+    a: &serde_json::Value,
+    b: &serde_json::Value,
+) -> Option<(String, String, String)> {
+    use serde_json::Value;
+    if a == b {
+        return None;
+    }
+    let join = |key: &str| if at.is_empty() { key.to_owned() } else { format!("{at}.{key}") };
+    let pair = |x: Option<&Value>, y: Option<&Value>, key: &str| {
+        let null = Value::Null;
+        difference(&join(key), x.unwrap_or(&null), y.unwrap_or(&null))
+    };
+    match (a, b) {
+        (Value::Object(x), Value::Object(y)) => {
+            let keys: std::collections::BTreeSet<_> = x.keys().chain(y.keys()).collect();
+            keys.into_iter().find_map(|k| pair(x.get(k), y.get(k), k))
+        }
+        (Value::Array(x), Value::Array(y)) if x.len() == y.len() => {
+            (0..x.len()).find_map(|i| pair(x.get(i), y.get(i), &i.to_string()))
+        }
+        _ => Some((at.to_owned(), shorten(a), shorten(b))),
+    }
+}
+
+fn shorten(value: &serde_json::Value) -> String {
+    const MAX: usize = 80;
+    let text = value.to_string();
+    if text.chars().count() <= MAX {
+        return text;
+    }
+    format!("{}...", text.chars().take(MAX).collect::<String>())
+}
+
+/// Returns bytes as lower-case hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut s, b| {
+        write!(s, "{b:02x}").expect("writing to a string cannot fail");
+        s
+    })
+}
+
+/// Reads `plan.jsonl`.
+///
+/// # Errors
+///
+/// [`StoreError::Malformed`] when a row is not a task or stands at the wrong place.
+pub fn read_plan(path: &Path) -> Result<Vec<Task>, StoreError> {
+    let file = fs::File::open(path).map_err(FileError::at("read", path))?;
+    let malformed = |line: usize, e: String| StoreError::Malformed {
+        path: path.to_path_buf(),
+        reason: format!("line {line}: {e}"),
+    };
+    let mut tasks = Vec::new();
+    for (i, line) in BufReader::new(file).lines().enumerate() {
+        let line = line.map_err(FileError::at("read", path))?;
+        let task: Task =
+            serde_json::from_str(&line).map_err(|e| malformed(i + 1, e.to_string()))?;
+        if task.task != i {
+            return Err(malformed(i + 1, format!("task {} in the row of task {i}", task.task)));
+        }
+        tasks.push(task);
+    }
+    Ok(tasks)
+}

@@ -1,0 +1,96 @@
+//! A results directory: manifest, plan, one immutable record per task.
+//!
+//! ```text
+//! DIR/manifest.json      what the run is: everything needed to repeat it
+//! DIR/plan.jsonl         every task, one line each, written before the first one runs
+//! DIR/done/KKK/K.jsonl   the record of task K, linked into place when complete
+//! DIR/logs/KKK/K.log     what the worker of task K wrote to standard error
+//! DIR/lock.json          held while a local run goes on
+//! DIR/report/            what `tsc-family report` writes
+//! ```
+//!
+//! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
+
+pub mod lock;
+pub mod manifest;
+pub mod record;
+pub mod results;
+
+use std::path::{Path, PathBuf};
+
+pub use crate::error::StoreError;
+
+/// Version of the files in a results directory; a change of their form raises it.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Names of the files in a results directory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    root: PathBuf,
+}
+
+impl Layout {
+    /// Returns the layout of a results directory.
+    pub fn new(root: impl Into<PathBuf>) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// The directory itself.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// `manifest.json`.
+    pub fn manifest(&self) -> PathBuf {
+        self.root.join("manifest.json")
+    }
+
+    /// `plan.jsonl`.
+    pub fn plan(&self) -> PathBuf {
+        self.root.join("plan.jsonl")
+    }
+
+    /// `lock.json`.
+    pub fn lock(&self) -> PathBuf {
+        self.root.join("lock.json")
+    }
+
+    /// `report/`.
+    pub fn report(&self) -> PathBuf {
+        self.root.join("report")
+    }
+
+    /// `tmp/`: files that are not complete yet, on the same file system.
+    pub fn tmp(&self) -> PathBuf {
+        self.root.join("tmp")
+    }
+
+    /// The record of a task.
+    pub fn record(&self, task: usize) -> PathBuf {
+        self.numbered("done", task, "jsonl")
+    }
+
+    /// The log of a task.
+    pub fn log(&self, task: usize) -> PathBuf {
+        self.numbered("logs", task, "log")
+    }
+
+    fn numbered(&self, folder: &str, task: usize, extension: &str) -> PathBuf {
+        self.root
+            .join(folder)
+            .join(format!("{:03}", task / 1000))
+            .join(format!("{task}.{extension}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thousand_tasks_share_a_folder() {
+        let layout = Layout::new("r");
+        assert_eq!(layout.record(999), Path::new("r/done/000/999.jsonl"));
+        assert_eq!(layout.log(1000), Path::new("r/logs/001/1000.log"));
+    }
+}

@@ -1,0 +1,374 @@
+//! One finished task: one immutable file.
+//!
+//! The first line is the [`Summary`], then follows one [`Row`] per evaluation and per training
+//! episode. Wall-clock values stand apart: the checksum and every comparison leave them out.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::manifest::{Task, hex};
+use super::{Layout, SCHEMA_VERSION};
+use crate::error::{FileError, StoreError};
+
+/// Named metrics; the unit is the suffix of the name.
+pub type Metrics = BTreeMap<String, f64>;
+
+/// How a task ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// All evaluations are there.
+    Ok,
+    /// The task failed twice; there is a reason and no metric.
+    Failed,
+}
+
+/// What an episode was for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RowKind {
+    /// A held-out episode, the same for all methods.
+    Evaluation,
+    /// An episode of training or tuning.
+    Training,
+}
+
+/// One episode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// What the episode was for.
+    pub kind: RowKind,
+    /// Number within its kind, from 0.
+    pub episode: u32,
+    /// Seed of the episode.
+    pub seed: u64,
+    /// What was measured.
+    pub metrics: Metrics,
+}
+
+/// Time a task took; not part of the result.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    /// Wall-clock time of the task, seconds.
+    pub wall_s: f64,
+    /// Wall-clock time within the simulator, seconds.
+    pub simulator_s: f64,
+    /// Attempts, 1 unless the first failed.
+    pub attempts: u32,
+}
+
+/// First line of a record.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Summary {
+    /// Version of the file.
+    pub schema_version: u32,
+    /// The task, as in the plan.
+    pub task: usize,
+    /// Name of the method.
+    pub method: String,
+    /// Id of the point MDP.
+    pub point: String,
+    /// Which of several independent trainings.
+    pub replicate: u32,
+    /// Seed of the task.
+    pub seed: u64,
+    /// sha256 of the manifest's identity.
+    pub manifest: String,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Means over the evaluation episodes.
+    pub metrics: Metrics,
+    /// What the method says of itself, such as the signal plan that tuning found.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub details: BTreeMap<String, String>,
+    /// Number of rows that follow.
+    pub rows: usize,
+    /// sha256 over the summary without `checksum` and `wall`, and over the rows.
+    pub checksum: String,
+    /// Wall-clock values.
+    pub wall: Wall,
+}
+
+/// A record: its summary and its rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// First line.
+    pub summary: Summary,
+    /// Episodes: training first, then evaluation.
+    pub rows: Vec<Row>,
+}
+
+/// What a task brought forth, before it becomes a record.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TaskResult {
+    /// Episodes: training first, then evaluation.
+    pub rows: Vec<Row>,
+    /// What the method says of itself.
+    pub details: BTreeMap<String, String>,
+    /// Wall-clock values.
+    pub wall: Wall,
+}
+
+impl Record {
+    /// Returns the record of a finished task; metrics are means over the evaluation rows.
+    pub fn finished(task: &Task, manifest: &str, result: TaskResult) -> Self {
+        let metrics = mean_metrics(&result.rows);
+        let mut summary = Summary::new(task, manifest, Outcome::Ok, result.wall);
+        summary.metrics = metrics;
+        summary.details = result.details;
+        Self { summary, rows: result.rows }.sealed()
+    }
+
+    /// Returns the record of a task that failed.
+    pub fn failed(task: &Task, manifest: &str, reason: String, wall: Wall) -> Self {
+        let mut summary = Summary::new(task, manifest, Outcome::Failed, wall);
+        summary.reason = Some(reason);
+        Self { summary, rows: Vec::new() }.sealed()
+    }
+
+    /// Returns the evaluation episodes, in order.
+    pub fn evaluations(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|r| r.kind == RowKind::Evaluation)
+    }
+
+    fn sealed(mut self) -> Self {
+        self.summary.rows = self.rows.len();
+        self.summary.checksum = self.checksum();
+        self
+    }
+
+    fn checksum(&self) -> String {
+        let mut bare = self.summary.clone();
+        bare.checksum = String::new();
+        bare.wall = Wall::default();
+        let mut hash = Sha256::new();
+        hash.update(serde_json::to_vec(&bare).expect("a summary is plain data"));
+        for row in &self.rows {
+            hash.update(b"\n");
+            hash.update(serde_json::to_vec(row).expect("a row is plain data"));
+        }
+        hex(&hash.finalize())
+    }
+
+    /// Writes the record so that it is either absent or complete, and never replaced: into `tmp/`,
+    /// synced, then linked into place. Another attempt that was first wins.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when the directory cannot be written or is full; nothing is left behind.
+    pub fn commit(&self, layout: &Layout) -> Result<(), FileError> {
+        let path = layout.record(self.summary.task);
+        let folder = path.parent().expect("a record lies in a folder");
+        let tmp = layout.tmp();
+        for d in [folder, &tmp] {
+            fs::create_dir_all(d).map_err(FileError::at("create", d))?;
+        }
+        let name = format!("{}.{}", self.summary.task, std::process::id());
+        let draft = tmp.join(name);
+        let result = self
+            .write_to(&draft)
+            .map_err(FileError::at("write", &draft))
+            .and_then(|()| link_into_place(&draft, &path));
+        // The draft is a second name of the record by now, or a leftover of a failure.
+        let _ = fs::remove_file(&draft);
+        result?;
+        sync_folder(folder)
+    }
+
+    fn write_to(&self, path: &Path) -> std::io::Result<()> {
+        let mut text = serde_json::to_vec(&self.summary)?;
+        text.push(b'\n');
+        for row in &self.rows {
+            serde_json::to_writer(&mut text, row)?;
+            text.push(b'\n');
+        }
+        let mut file = File::create(path)?;
+        file.write_all(&text)?;
+        file.sync_all()
+    }
+
+    /// Reads the record of a task; `None` when there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Record`] when it is truncated, altered, or of another task or manifest.
+    pub fn read(layout: &Layout, task: &Task, manifest: &str) -> Result<Option<Self>, StoreError> {
+        let path = layout.record(task.task);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) if e.kind() == std::io::ErrorKind::InvalidData => {
+                return Err(StoreError::Record { path, reason: "not UTF-8 text".into() });
+            }
+            Err(e) => return Err(FileError::at("read", &path)(e).into()),
+        };
+        let fail = |reason: String| StoreError::Record { path: path.clone(), reason };
+        let record = Self::parse(&text).map_err(&fail)?;
+        let s = &record.summary;
+        if s.schema_version != SCHEMA_VERSION {
+            let reason = format!("schema version {}, expected {SCHEMA_VERSION}", s.schema_version);
+            return Err(fail(reason));
+        }
+        if s.manifest != manifest {
+            return Err(fail("it belongs to another manifest".into()));
+        }
+        if (s.task, &s.method, &s.point, s.replicate, s.seed)
+            != (task.task, &task.method, &task.point, task.replicate, task.seed)
+        {
+            return Err(fail(format!("it is of task {} ({} on {})", s.task, s.method, s.point)));
+        }
+        Ok(Some(record))
+    }
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let mut lines = text.lines();
+        let first = lines.next().ok_or("empty file")?;
+        let summary: Summary = serde_json::from_str(first).map_err(|e| format!("line 1: {e}"))?;
+        let rows = lines
+            .enumerate()
+            .map(|(i, line)| serde_json::from_str(line).map_err(|e| format!("line {}: {e}", i + 2)))
+            .collect::<Result<Vec<Row>, _>>()?;
+        if rows.len() != summary.rows {
+            return Err(format!("truncated: {} of {} rows", rows.len(), summary.rows));
+        }
+        let record = Self { summary, rows };
+        if record.checksum() != record.summary.checksum {
+            return Err("altered: the checksum does not match".into());
+        }
+        Ok(record)
+    }
+}
+
+impl Summary {
+    fn new(task: &Task, manifest: &str, outcome: Outcome, wall: Wall) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            task: task.task,
+            method: task.method.clone(),
+            point: task.point.clone(),
+            replicate: task.replicate,
+            seed: task.seed,
+            manifest: manifest.to_owned(),
+            outcome,
+            reason: None,
+            metrics: Metrics::new(),
+            details: BTreeMap::new(),
+            rows: 0,
+            checksum: String::new(),
+            wall,
+        }
+    }
+}
+
+/// Means over the evaluation rows of every metric that all of them have.
+fn mean_metrics(rows: &[Row]) -> Metrics {
+    let evaluations: Vec<_> = rows.iter().filter(|r| r.kind == RowKind::Evaluation).collect();
+    let Some(first) = evaluations.first() else { return Metrics::new() };
+    first
+        .metrics
+        .keys()
+        .filter_map(|name| {
+            let values: Option<Vec<f64>> =
+                evaluations.iter().map(|r| r.metrics.get(name).copied()).collect();
+            let values = values?;
+            Some((name.clone(), values.iter().sum::<f64>() / values.len() as f64))
+        })
+        .collect()
+}
+
+fn link_into_place(draft: &Path, path: &Path) -> Result<(), FileError> {
+    match fs::hard_link(draft, path) {
+        Ok(()) => Ok(()),
+        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Ok(()),
+        // Some file systems have no hard links; a rename is atomic but could replace an equal
+        // record of another attempt, which does no harm.
+        Err(_) if !path.exists() => fs::rename(draft, path).map_err(FileError::at("write", path)),
+        Err(e) => Err(FileError::at("write", path)(e)),
+    }
+}
+
+/// Makes a new name in a folder durable.
+fn sync_folder(folder: &Path) -> Result<(), FileError> {
+    File::open(folder).and_then(|f| f.sync_all()).map_err(FileError::at("sync", folder))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn task() -> Task {
+        Task { task: 7, method: "m".into(), point: "p".into(), replicate: 0, seed: 3 }
+    }
+
+    fn row(episode: u32, delay_s: f64) -> Row {
+        let metrics = Metrics::from([("delay_s".to_owned(), delay_s)]);
+        Row { kind: RowKind::Evaluation, episode, seed: 1, metrics }
+    }
+
+    fn record(wall_s: f64) -> Record {
+        let wall = Wall { wall_s, ..Wall::default() };
+        let rows = vec![row(0, 10.0), row(1, 20.1)];
+        Record::finished(&task(), "abc", TaskResult { rows, wall, ..TaskResult::default() })
+    }
+
+    #[test]
+    fn a_committed_record_reads_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        let read = Record::read(&layout, &task(), "abc").unwrap().unwrap();
+        assert_eq!(read, record(1.0));
+        assert_eq!(read.summary.metrics["delay_s"], 15.05);
+    }
+
+    #[test]
+    fn wall_clock_is_not_part_of_the_checksum() {
+        assert_eq!(record(1.0).summary.checksum, record(2.0).summary.checksum);
+    }
+
+    #[test]
+    fn the_first_of_two_attempts_wins() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        record(2.0).commit(&layout).unwrap();
+        let read = Record::read(&layout, &task(), "abc").unwrap().unwrap();
+        assert_eq!(read.summary.wall.wall_s, 1.0);
+        assert_eq!(fs::read_dir(layout.tmp()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_truncated_or_altered_record_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        let path = layout.record(7);
+        let text = fs::read_to_string(&path).unwrap();
+        let (keep, _) = text.trim_end().rsplit_once('\n').unwrap();
+        fs::write(&path, keep).unwrap();
+        let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
+        assert!(e.contains("truncated: 1 of 2 rows"), "{e}");
+        fs::write(&path, text.replace("20.1", "2.1")).unwrap();
+        let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
+        assert!(e.contains("altered"), "{e}");
+    }
+
+    #[test]
+    fn a_record_of_another_run_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        assert!(Record::read(&layout, &task(), "xyz").is_err());
+    }
+}
