@@ -35,6 +35,17 @@ pub enum SimError {
         /// SUMO's own text, unedited.
         message: String,
     },
+    /// A SUMO configuration that cannot be used.
+    #[error("{}: {reason}", .path.display())]
+    Config {
+        /// The configuration.
+        path: PathBuf,
+        /// What is wrong and the way out.
+        reason: String,
+    },
+    /// No such SUMO configuration.
+    #[error("{} does not exist; give the path of a .sumocfg file", .0.display())]
+    NoConfig(PathBuf),
     /// A scenario without anything to control.
     #[error("{} has no traffic signal; give a scenario with at least one tlLogic", .0.display())]
     NoSignals(PathBuf),

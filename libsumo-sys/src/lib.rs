@@ -1,1 +1,39 @@
-//! Declarations and a C shim of batched calls for SUMO's libsumo.
+//! Declarations of libsumo through a C shim of batched calls, and the shim itself.
+//!
+//! The build script compiles `csrc/shim.cpp` to a shared object and embeds it as [`SHIM`]; a user
+//! writes it to a file and loads it with [`Shim::new`]. A program that depends on this crate
+//! therefore starts on a machine without SUMO. This crate has no logic of its own.
+
+/// The shared object to load: `csrc/shim.cpp`, linked to [`LIBRARY`].
+pub const SHIM: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/libtscsumo.so"));
+
+/// Where libsumo came from at build time: `eclipse-sumo`, `debian` or `custom`.
+pub const KIND: &str = env!("LIBSUMO_KIND");
+
+/// The libsumo that the shim loads, as found at build time.
+pub const LIBRARY: &str = env!("LIBSUMO_LIBRARY");
+
+/// The folder of the headers that the shim was compiled with.
+pub const INCLUDE_DIR: &str = env!("LIBSUMO_INCLUDE");
+
+#[expect(
+    missing_docs,
+    unsafe_code,
+    clippy::allow_attributes,
+    clippy::allow_attributes_without_reason,
+    clippy::missing_safety_doc,
+    clippy::multiple_unsafe_ops_per_block,
+    clippy::undocumented_unsafe_blocks,
+    reason = "generated; csrc/shim.h documents it"
+)]
+mod shim {
+    include!(concat!(env!("OUT_DIR"), "/shim.rs"));
+}
+
+#[expect(missing_docs, reason = "generated from libsumo/TraCIConstants.h")]
+mod constants {
+    include!(concat!(env!("OUT_DIR"), "/constants.rs"));
+}
+
+pub use constants::*;
+pub use shim::*;

@@ -1,0 +1,366 @@
+// Implementation of shim.h on libsumo's public headers; builds against SUMO 1.15 to 1.28.
+//
+// SUMO keeps its simulation in statics, so this file keeps its own state in statics as well.
+#include "shim.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <libsumo/Lane.h>
+#include <libsumo/Simulation.h>
+#include <libsumo/TraCIDefs.h>
+#include <libsumo/TrafficLight.h>
+#include <libsumo/Vehicle.h>
+
+namespace {
+
+using libsumo::Lane;
+using libsumo::Simulation;
+using libsumo::TrafficLight;
+using libsumo::Vehicle;
+
+// Difference below which two distances along a lane are the same, metres; only rounding may
+// separate them.
+constexpr double SAME_DISTANCE_M = 1e-6;
+
+// What is remembered of a vehicle between two calls of sumo_observe().
+struct Seen {
+    uint32_t number;
+    uint32_t lane = std::numeric_limits<uint32_t>::max();
+    // Call of sumo_observe() that saw it last.
+    uint64_t call = 0;
+    // Distance from the end of the lane to the next signal on the route.
+    double beyond_lane_m = 0.0;
+};
+
+// What holds for one simulation only.
+struct Episode {
+    std::vector<std::string> signals;
+    std::vector<std::string> lanes;
+    std::unordered_map<std::string, Seen> vehicles;
+    uint64_t calls = 0;
+};
+
+bool running = false;
+Episode episode;
+std::string last_error;
+
+int32_t fail(int32_t code, const std::string &text) {
+    last_error = text;
+    return code;
+}
+
+// Runs `body` and turns whatever it throws into a code: no exception may reach the C caller.
+template <typename Body> int32_t protect(Body body) noexcept {
+    try {
+        body();
+        return SUMO_OK;
+    } catch (const libsumo::TraCIException &e) {
+        return fail(SUMO_REJECTED, e.what());
+    } catch (const std::exception &e) {
+        return fail(SUMO_FAILED, e.what());
+    } catch (...) {
+        return fail(SUMO_FAILED, "an exception without a text");
+    }
+}
+
+// The same for what needs a simulation; libsumo itself would dereference a null pointer.
+template <typename Body> int32_t protect_running(Body body) noexcept {
+    if (!running) {
+        return fail(SUMO_NOT_RUNNING, "no simulation is running");
+    }
+    return protect(body);
+}
+
+std::vector<std::string> copied(const char *const *texts, size_t count) {
+    return {texts, texts + count};
+}
+
+bool is_internal(const std::string &lane) { return lane.empty() || lane[0] == ':'; }
+
+bool allows_cars(const std::string &lane) {
+    // An unrestricted lane has an empty list of allowed classes, but so may a closed one; the
+    // disallowed classes tell them apart.
+    const auto disallowed = Lane::getDisallowed(lane);
+    return std::none_of(disallowed.begin(), disallowed.end(), [](const std::string &name) {
+        return name == "passenger" || name == "all";
+    });
+}
+
+char direction(const libsumo::TraCILink &link) {
+    for (const auto &connection : Lane::getLinks(link.fromLane)) {
+        if (connection.approachedLane == link.toLane &&
+            connection.approachedInternal == link.viaLane && connection.direction.size() == 1) {
+            return connection.direction[0];
+        }
+    }
+    return '-';
+}
+
+// Backs the pointers of a SumoSignal. They point into elements of the vectors, which stay where
+// they are when a store is moved.
+struct SignalStore {
+    size_t index_count = 0;
+    std::vector<libsumo::TraCILink> link_texts;
+    std::vector<SumoLink> links;
+    std::vector<libsumo::TraCILogic> logics;
+    std::vector<std::vector<SumoPhase>> phases;
+    std::vector<SumoProgram> programs;
+    std::string active;
+};
+
+SignalStore describe(const std::string &signal) {
+    SignalStore store;
+    const auto by_index = TrafficLight::getControlledLinks(signal);
+    store.index_count = by_index.size();
+    std::vector<std::pair<uint32_t, char>> places;
+    for (size_t index = 0; index < by_index.size(); ++index) {
+        for (const auto &link : by_index[index]) {
+            if (is_internal(link.fromLane) || is_internal(link.toLane) ||
+                !allows_cars(link.fromLane) || !allows_cars(link.toLane)) {
+                continue;
+            }
+            store.link_texts.push_back(link);
+            places.emplace_back(static_cast<uint32_t>(index), direction(link));
+        }
+    }
+    for (size_t i = 0; i < places.size(); ++i) {
+        store.links.push_back({store.link_texts[i].fromLane.c_str(),
+                               store.link_texts[i].toLane.c_str(), places[i].first,
+                               places[i].second});
+    }
+    store.logics = TrafficLight::getAllProgramLogics(signal);
+    for (const auto &logic : store.logics) {
+        auto &phases = store.phases.emplace_back();
+        for (const auto &phase : logic.phases) {
+            phases.push_back(
+                {phase->duration, phase->minDur, phase->maxDur, phase->state.c_str()});
+        }
+    }
+    for (size_t i = 0; i < store.logics.size(); ++i) {
+        store.programs.push_back({store.logics[i].programID.c_str(), store.logics[i].type,
+                                  store.phases[i].data(), store.phases[i].size()});
+    }
+    store.active = TrafficLight::getProgram(signal);
+    return store;
+}
+
+// The distance from the end of the vehicle's lane to the next signal on its route.
+double beyond_lane(const std::string &vehicle, double remaining_m) {
+    const auto signals = Vehicle::getNextTLS(vehicle);
+    if (signals.empty()) {
+        return std::numeric_limits<double>::infinity();
+    }
+    const double beyond_m = signals.front().dist - remaining_m;
+    return std::abs(beyond_m) < SAME_DISTANCE_M ? 0.0 : beyond_m;
+}
+
+} // namespace
+
+const char *sumo_last_error(void) { return last_error.c_str(); }
+
+int32_t sumo_version(int32_t *api, const char **text) {
+    return protect([&] {
+        static std::string name;
+        const auto version = Simulation::getVersion();
+        *api = version.first;
+        name = version.second;
+        *text = name.c_str();
+    });
+}
+
+int32_t sumo_start(const char *const *argv, size_t argc) {
+    if (running) {
+        return fail(SUMO_REJECTED, "a simulation is already running");
+    }
+    const int32_t code = protect([&] {
+        episode = Episode();
+        Simulation::start(copied(argv, argc));
+        // `--help` and the like make SUMO print something and load nothing.
+        if (!Simulation::isLoaded()) {
+            throw libsumo::FatalTraCIError("the options start no simulation");
+        }
+        running = true;
+    });
+    if (code != SUMO_OK) {
+        // Removes the half-built network, which would otherwise meet the next start.
+        const std::string reason = last_error;
+        protect([] { Simulation::close(); });
+        last_error = reason;
+    }
+    return code;
+}
+
+int32_t sumo_close(void) {
+    if (!running) {
+        return SUMO_OK;
+    }
+    running = false;
+    return protect([] { Simulation::close(); });
+}
+
+int32_t sumo_step(uint32_t steps, SumoCounts *counts) {
+    return protect_running([&] {
+        *counts = SumoCounts{};
+        for (uint32_t i = 0; i < steps; ++i) {
+            Simulation::step();
+            counts->arrived += static_cast<uint32_t>(Simulation::getArrivedNumber());
+            counts->teleports += static_cast<uint32_t>(Simulation::getStartingTeleportNumber());
+            counts->colliding += static_cast<uint32_t>(Simulation::getCollidingVehiclesNumber());
+        }
+    });
+}
+
+int32_t sumo_time(double *time_s) {
+    return protect_running([&] { *time_s = Simulation::getTime(); });
+}
+
+int32_t sumo_signals(const char *const **ids, size_t *count) {
+    return protect_running([&] {
+        static std::vector<std::string> names;
+        static std::vector<const char *> texts;
+        names = TrafficLight::getIDList();
+        texts.clear();
+        for (const auto &name : names) {
+            texts.push_back(name.c_str());
+        }
+        *ids = texts.data();
+        *count = texts.size();
+    });
+}
+
+int32_t sumo_signal(const char *signal, SumoSignal *description) {
+    return protect_running([&] {
+        static SignalStore store;
+        store = describe(signal);
+        *description = {store.index_count,     store.links.data(),    store.links.size(),
+                        store.programs.data(), store.programs.size(), store.active.c_str()};
+    });
+}
+
+int32_t sumo_lane(const char *lane, SumoLane *description) {
+    return protect_running([&] {
+        const auto shape = Lane::getShape(lane).value;
+        if (shape.size() < 2) {
+            throw libsumo::TraCIException(std::string("lane ") + lane + " has no shape");
+        }
+        const auto &end = shape.back();
+        // Some networks repeat a point; the heading needs two different ones.
+        auto before = shape.rbegin() + 1;
+        while (before + 1 != shape.rend() && before->x == end.x && before->y == end.y) {
+            ++before;
+        }
+        *description = {Lane::getLength(lane), Lane::getMaxSpeed(lane), before->x, before->y,
+                        end.x, end.y};
+    });
+}
+
+int32_t sumo_install(const char *signal, const char *program, int32_t type,
+                     const SumoPhase *phases, size_t phase_count) {
+    return protect_running([&] {
+        libsumo::TraCILogic logic(program, type, 0);
+        const size_t index_count = TrafficLight::getControlledLinks(signal).size();
+        for (const auto *phase = phases; phase != phases + phase_count; ++phase) {
+            // SUMO would read past the end of a short state.
+            if (std::strlen(phase->state) < index_count) {
+                throw libsumo::TraCIException("state " + std::string(phase->state) +
+                                              " of signal " + signal + " needs " +
+                                              std::to_string(index_count) + " letters");
+            }
+            logic.phases.push_back(std::make_shared<libsumo::TraCIPhase>(
+                phase->duration_s, phase->state, phase->min_s, phase->max_s));
+        }
+        // SUMO would write the phases into a program of another type without a word.
+        for (const auto &other : TrafficLight::getAllProgramLogics(signal)) {
+            if (other.programID == program && other.type != type) {
+                throw libsumo::TraCIException("signal " + std::string(signal) +
+                                              " already has a program " + program +
+                                              " of another type; use another id");
+            }
+        }
+        TrafficLight::setProgramLogic(signal, logic);
+        // A program that existed before is neither switched to nor reset by the call above.
+        TrafficLight::setProgram(signal, program);
+        TrafficLight::setPhase(signal, 0);
+    });
+}
+
+int32_t sumo_select(const char *signal, const char *program) {
+    return protect_running([&] { TrafficLight::setProgram(signal, program); });
+}
+
+int32_t sumo_watch(const char *const *signals, size_t signal_count, const char *const *lanes,
+                   size_t lane_count) {
+    return protect_running([&] {
+        episode.signals = copied(signals, signal_count);
+        episode.lanes = copied(lanes, lane_count);
+    });
+}
+
+int32_t sumo_set_phases(const int32_t *phases, size_t count) {
+    return protect_running([&] {
+        if (count != episode.signals.size()) {
+            throw libsumo::TraCIException("one phase per watched signal is needed");
+        }
+        for (size_t i = 0; i < count; ++i) {
+            if (phases[i] >= 0) {
+                TrafficLight::setPhase(episode.signals[i], phases[i]);
+            }
+        }
+    });
+}
+
+int32_t sumo_observe(SumoVehicle *vehicles, size_t capacity, size_t *count, int32_t *phases,
+                     size_t phase_count) {
+    bool too_small = false;
+    const int32_t code = protect_running([&] {
+        if (phase_count != episode.signals.size()) {
+            throw libsumo::TraCIException("room for one phase per watched signal is needed");
+        }
+        for (size_t i = 0; i < phase_count; ++i) {
+            phases[i] = TrafficLight::getPhase(episode.signals[i]);
+        }
+        *count = 0;
+        ++episode.calls;
+        for (uint32_t lane = 0; lane < episode.lanes.size(); ++lane) {
+            const auto ids = Lane::getLastStepVehicleIDs(episode.lanes[lane]);
+            if (ids.empty()) {
+                continue;
+            }
+            const double length_m = Lane::getLength(episode.lanes[lane]);
+            for (const auto &id : ids) {
+                const auto number = static_cast<uint32_t>(episode.vehicles.size());
+                Seen &seen = episode.vehicles.emplace(id, Seen{number}).first->second;
+                const double position_m = Vehicle::getLanePosition(id);
+                const double remaining_m = length_m - position_m;
+                // A vehicle that was away may have come back on another part of its route.
+                if (seen.lane != lane || seen.call + 1 < episode.calls) {
+                    seen.beyond_lane_m = beyond_lane(id, remaining_m);
+                    seen.lane = lane;
+                }
+                seen.call = episode.calls;
+                if (*count < capacity) {
+                    vehicles[*count] = {lane,
+                                        seen.number,
+                                        position_m,
+                                        Vehicle::getSpeed(id),
+                                        Vehicle::getWaitingTime(id),
+                                        remaining_m + seen.beyond_lane_m};
+                }
+                ++*count;
+            }
+        }
+        too_small = *count > capacity;
+    });
+    if (code == SUMO_OK && too_small) {
+        return fail(SUMO_TOO_SMALL, "the vehicles do not fit into the buffer");
+    }
+    return code;
+}

@@ -1,0 +1,371 @@
+//! Tuned fixed-time control: the best cycle that a search in simulation finds.
+//!
+//! For each point MDP, on training seeds only:
+//! 1. One episode with the network's own program counts the vehicles per lane.
+//! 2. Every set of phases that serves all movements is tried with Webster's cycle and splits.
+//! 3. Nelder-Mead (crate `argmin`) searches the greens of the best set, in their logarithms.
+//! 4. The best plans found, and the own program, are compared on further training seeds, so that
+//!    a plan is not chosen because it happens to suit one arrival pattern.
+//!
+//! Choices:
+//! - **One plan per signal**; with several signals they are tuned one after the other, the others
+//!   keeping their best so far, and offsets are not coordinated.
+//! - **Greens are whole seconds.**
+//!
+//! Source: Jayawardana et al. (NeurIPS 2022), section 4, "Fine-tuned Fixed time"; the paper does
+//! not say how it was tuned.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use argmin::core::{CostFunction, Executor};
+use argmin::solver::neldermead::NelderMead;
+
+use super::phase_sets::covering;
+use super::webster::{Limits, greens, within};
+use super::{ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, SignalSpec, Trainer};
+
+/// Seed of the episodes that the search compares plans on.
+const SEARCH_SEED: u32 = 0;
+
+/// Further seeds for the final comparison.
+const FINAL_SEEDS: [u32; 2] = [1, 2];
+
+/// Plans in the final comparison, the own program included.
+const FINALISTS: usize = 3;
+
+/// Largest share of the simulations that goes into trying sets of phases.
+const SETS_SHARE: f64 = 0.4;
+
+/// Factor between the corners of the first simplex.
+const SIMPLEX_FACTOR: f64 = 1.4;
+
+/// A fixed cycle of one signal.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plan {
+    /// The network's own program.
+    Own,
+    /// Greens in their order, seconds.
+    Cycle(Vec<(GreenPhase, f64)>),
+}
+
+impl Plan {
+    fn drive(&self) -> Drive {
+        match self {
+            Self::Own => Drive::OwnProgram,
+            Self::Cycle(greens) => Drive::Cycle(greens.clone()),
+        }
+    }
+}
+
+/// Tuned fixed-time control.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixedTime {
+    limits: Limits,
+    simulations: u32,
+    signals: Vec<SignalSpec>,
+    plans: Vec<Plan>,
+    used: u32,
+}
+
+impl FixedTime {
+    /// Name of the method.
+    pub const NAME: &'static str = "fixed-time";
+
+    /// Returns a controller that tunes itself with at most `simulations` episodes.
+    pub fn new(limits: Limits, simulations: u32) -> Self {
+        Self { limits, simulations, signals: Vec::new(), plans: Vec::new(), used: 0 }
+    }
+}
+
+impl Controller for FixedTime {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        if self.signals != signals {
+            self.signals = signals.to_vec();
+            self.plans = vec![Plan::Own; signals.len()];
+        }
+        Ok(self.plans.iter().map(Plan::drive).collect())
+    }
+
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        let first = self.run(trainer, SEARCH_SEED)?;
+        for signal in 0..self.signals.len() {
+            // Later signals share what earlier ones left over.
+            let left = self.simulations.saturating_sub(self.used);
+            let budget = left / (self.signals.len() - signal) as u32;
+            self.tune(trainer, signal, budget, &first)?;
+        }
+        Ok(())
+    }
+
+    fn details(&self) -> BTreeMap<String, String> {
+        let mut details = BTreeMap::from([("simulations".to_owned(), self.used.to_string())]);
+        for (signal, plan) in self.signals.iter().zip(&self.plans) {
+            details.insert(format!("plan {}", signal.id), describe(signal, plan));
+        }
+        details
+    }
+}
+
+impl FixedTime {
+    fn run(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError> {
+        self.used += 1;
+        trainer.episode(self, seed)
+    }
+
+    fn tune(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        budget: u32,
+        first: &EpisodeOutcome,
+    ) -> Result<(), ControlError> {
+        let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
+        let search = budget.saturating_sub(finals);
+        let spec = self.signals[signal].clone();
+        let mut tried = vec![(first.delay_s, Plan::Own)];
+
+        let most_sets = (f64::from(search) * SETS_SHARE).ceil() as usize;
+        for set in covering(&spec).into_iter().take(most_sets) {
+            let flow = &first.lane_flow_vph[signal];
+            let greens = greens(&spec, &set, flow, spec.yellow_time_s, &self.limits);
+            let plan = Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect());
+            let delay = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
+            tried.push((delay, plan));
+        }
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+
+        let start = tried.iter().find_map(|(_, plan)| match plan {
+            Plan::Cycle(greens) => Some(greens.clone()),
+            Plan::Own => None,
+        });
+        if let Some(start) = start {
+            let left = search.saturating_sub(tried.len() as u32 - 1);
+            tried.extend(self.search(trainer, signal, &start, left)?);
+        }
+        self.plans[signal] = self.decide(trainer, signal, tried, budget >= finals)?;
+        Ok(())
+    }
+
+    fn try_plan(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        plan: &Plan,
+        seed: u32,
+    ) -> Result<f64, ControlError> {
+        self.plans[signal] = plan.clone();
+        Ok(self.run(trainer, seed)?.delay_s)
+    }
+
+    /// Searches the greens of a cycle and returns all plans tried.
+    fn search(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        start: &[(GreenPhase, f64)],
+        simulations: u32,
+    ) -> Result<Vec<(f64, Plan)>, ControlError> {
+        let logs: Vec<f64> = start.iter().map(|(_, green)| green.ln()).collect();
+        if (simulations as usize) <= logs.len() {
+            return Ok(Vec::new());
+        }
+        // One corner changes the whole cycle, the others one green each against the rest.
+        let step = SIMPLEX_FACTOR.ln();
+        let mut simplex = vec![logs.iter().map(|x| x - step).collect::<Vec<_>>()];
+        for i in 0..logs.len() {
+            let mut corner = logs.clone();
+            corner[i] += step;
+            simplex.push(corner);
+        }
+        let problem = Search {
+            yellow_s: self.signals[signal].yellow_time_s * start.len() as f64,
+            limits: self.limits,
+            state: RefCell::new(SearchState {
+                controller: self,
+                trainer,
+                signal,
+                phases: start.iter().map(|(phase, _)| *phase).collect(),
+                left: simulations,
+                tried: Vec::new(),
+                failure: None,
+            }),
+        };
+        let result = Executor::new(&problem, NelderMead::new(simplex))
+            .configure(|state| state.max_iters(u64::from(simulations)))
+            .run()
+            .map(drop)
+            .map_err(|e| e.to_string());
+        let SearchState { tried, failure, left, .. } = problem.state.into_inner();
+        match (failure, result) {
+            (Some(e), _) => Err(e),
+            // The search stops with an error of its own when its simulations are used up.
+            (None, Err(e)) if left > 0 => Err(ControlError::Search(e)),
+            _ => Ok(tried),
+        }
+    }
+
+    /// Compares the best plans on further seeds and returns the best.
+    fn decide(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        mut tried: Vec<(f64, Plan)>,
+        with_finals: bool,
+    ) -> Result<Plan, ControlError> {
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut finalists: Vec<(f64, Plan)> = Vec::new();
+        for (delay, plan) in tried {
+            if finalists.len() < FINALISTS && finalists.iter().all(|(_, p)| *p != plan) {
+                finalists.push((delay, plan));
+            }
+        }
+        if with_finals {
+            for (delay, plan) in &mut finalists {
+                for seed in FINAL_SEEDS {
+                    *delay += self.try_plan(trainer, signal, plan, seed)?;
+                }
+            }
+        }
+        let best = finalists.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(best.expect("the own program is always tried").1)
+    }
+}
+
+struct SearchState<'a> {
+    controller: &'a mut FixedTime,
+    trainer: &'a mut dyn Trainer,
+    signal: usize,
+    phases: Vec<GreenPhase>,
+    left: u32,
+    tried: Vec<(f64, Plan)>,
+    failure: Option<ControlError>,
+}
+
+/// The search problem: logarithms of greens to mean delay.
+struct Search<'a> {
+    yellow_s: f64,
+    limits: Limits,
+    state: RefCell<SearchState<'a>>,
+}
+
+impl CostFunction for &Search<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, logs: &Vec<f64>) -> Result<f64, argmin::core::Error> {
+        let mut guard = self.state.borrow_mut();
+        let state = &mut *guard;
+        let greens: Vec<f64> = logs.iter().map(|x| x.exp()).collect();
+        let greens = within(&greens, self.yellow_s, &self.limits);
+        let plan = Plan::Cycle(state.phases.iter().copied().zip(greens).collect());
+        // Rounding to whole seconds makes the same plan come up again.
+        if let Some((delay, _)) = state.tried.iter().find(|(_, p)| *p == plan) {
+            return Ok(*delay);
+        }
+        if state.left == 0 {
+            return Err(argmin::core::Error::msg("all simulations are used"));
+        }
+        state.left -= 1;
+        match state.controller.try_plan(state.trainer, state.signal, &plan, SEARCH_SEED) {
+            Ok(delay) => {
+                state.tried.push((delay, plan));
+                Ok(delay)
+            }
+            Err(e) => {
+                state.failure = Some(e);
+                Err(argmin::core::Error::msg("a training episode failed"))
+            }
+        }
+    }
+}
+
+fn describe(signal: &SignalSpec, plan: &Plan) -> String {
+    match plan {
+        Plan::Own => "the network's own program".to_owned(),
+        Plan::Cycle(greens) => {
+            let cycle_s: f64 = greens.iter().map(|(_, g)| g + signal.yellow_time_s).sum();
+            let greens: Vec<_> = greens
+                .iter()
+                .map(|(phase, green)| format!("{} {green} s", signal.phases[phase.0].state))
+                .collect();
+            format!("cycle {cycle_s} s: {}", greens.join(", "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::two_phase_signal;
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        min_green_s: 5.0,
+        min_cycle_s: 20.0,
+        max_cycle_s: 120.0,
+        lost_time_s: 4.0,
+        saturation_flow_vph: 1900.0,
+    };
+
+    /// Delay is the distance to the greens 30 s and 12 s; the own program is far off.
+    struct Valley {
+        signal: SignalSpec,
+        episodes: u32,
+        own: f64,
+    }
+
+    impl Trainer for Valley {
+        fn episode(
+            &mut self,
+            controller: &mut dyn Controller,
+            _seed: u32,
+        ) -> Result<EpisodeOutcome, ControlError> {
+            self.episodes += 1;
+            let drives = controller.begin(std::slice::from_ref(&self.signal))?;
+            let delay_s = match &drives[0] {
+                Drive::Cycle(g) => 10.0 + (g[0].1 - 30.0).abs() + (g[1].1 - 12.0).abs(),
+                _ => self.own,
+            };
+            Ok(EpisodeOutcome { delay_s, lane_flow_vph: vec![vec![400.0, 400.0]] })
+        }
+    }
+
+    fn tuned(own: f64, simulations: u32) -> (FixedTime, u32) {
+        let mut trainer = Valley { signal: two_phase_signal(), episodes: 0, own };
+        let mut controller = FixedTime::new(LIMITS, simulations);
+        controller.train(&mut trainer).unwrap();
+        (controller, trainer.episodes)
+    }
+
+    #[test]
+    fn the_search_finds_the_valley() {
+        let (controller, _) = tuned(1000.0, 60);
+        let Plan::Cycle(greens) = &controller.plans[0] else { panic!("a cycle is better") };
+        assert!(
+            (greens[0].1 - 30.0).abs() <= 2.0 && (greens[1].1 - 12.0).abs() <= 2.0,
+            "{greens:?}"
+        );
+    }
+
+    #[test]
+    fn no_more_simulations_are_used_than_allowed() {
+        for budget in [1, 5, 8, 30] {
+            let (controller, episodes) = tuned(1000.0, budget);
+            assert!(episodes <= budget.max(1), "{episodes} of {budget}");
+            assert_eq!(controller.details()["simulations"], episodes.to_string());
+        }
+    }
+
+    #[test]
+    fn the_own_program_is_kept_when_nothing_beats_it() {
+        assert_eq!(tuned(1.0, 30).0.plans, [Plan::Own]);
+    }
+}

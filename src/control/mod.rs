@@ -1,0 +1,296 @@
+//! Controllers: what decides a signal's phases.
+//!
+//! A controller sees [`SignalSpec`]s once and [`Observation`]s afterwards, nothing else: it names
+//! neither the simulator nor the environment. One file per method.
+
+pub mod actuated;
+pub mod baseline;
+pub mod fixed_time;
+pub mod max_pressure;
+pub mod phase_sets;
+pub mod program;
+pub mod registry;
+pub mod webster;
+
+use std::collections::BTreeMap;
+
+/// Index into [`SignalSpec::phases`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct GreenPhase(pub usize);
+
+/// Turn of a movement, in RESCO's order within an approach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Turn {
+    /// Right turns.
+    Right,
+    /// Straight on.
+    Through,
+    /// Left turns and U-turns.
+    Left,
+}
+
+/// Vehicles that come from one approach and turn the same way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Movement {
+    /// RESCO's index: three times the slot of the approach, plus 0 right, 1 through, 2 left.
+    /// Approaches of up to four arms take the slots of their headings S, W, N, E; with more arms
+    /// they are numbered clockwise from the arm nearest to north.
+    pub index: usize,
+    /// The turn.
+    pub turn: Turn,
+    /// Indices into [`SignalSpec::lanes`] from which the movement can be made; lanes are shared
+    /// between movements.
+    pub lanes: Vec<usize>,
+    /// Indices into [`Observation::downstream_queue`] of the lanes it leads to at another signal.
+    pub downstream: Vec<usize>,
+}
+
+impl Movement {
+    /// Slot of the approach.
+    pub fn approach(&self) -> usize {
+        self.index / 3
+    }
+}
+
+/// How a green phase serves a movement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Service {
+    /// Red.
+    None,
+    /// Green after yielding (`g`).
+    Permissive,
+    /// Green with right of way (`G`).
+    Protected,
+}
+
+/// A green phase a controller can choose.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Phase {
+    /// SUMO's state, one letter per link.
+    pub state: String,
+    /// The one or two movements the phase is named by and that count for its pressure: indices
+    /// into [`SignalSpec::movements`], ascending.
+    pub pair: Vec<usize>,
+    /// How each movement is served, in the order of [`SignalSpec::movements`].
+    pub service: Vec<Service>,
+}
+
+/// A lane of a signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaneSpec {
+    /// SUMO's lane id.
+    pub id: String,
+    /// Length, metres.
+    pub length_m: f64,
+}
+
+/// What a controller may know of a signal before the first observation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalSpec {
+    /// SUMO's id of the signal.
+    pub id: String,
+    /// Incoming lanes, in the order in which they first appear in the movements.
+    pub lanes: Vec<LaneSpec>,
+    /// Movements that exist, by ascending index.
+    pub movements: Vec<Movement>,
+    /// Green phases, the actions of the signal.
+    pub phases: Vec<Phase>,
+    /// Time lost to yellow when the phase changes, seconds.
+    pub yellow_time_s: f64,
+}
+
+/// What a signal's detectors tell of one lane, within the detection distance.
+///
+/// Source: RESCO; "queue" means that the vehicle has halted at least once within the zone, not
+/// that it is halted now.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LaneObservation {
+    /// Vehicles with a waiting time.
+    pub queue: f64,
+    /// The other vehicles.
+    pub approach: f64,
+    /// Sum of waiting times, seconds.
+    pub total_wait_s: f64,
+    /// Longest waiting time, seconds.
+    pub max_wait_s: f64,
+    /// Sum of the speeds of all vehicles, metres per second.
+    pub total_speed_mps: f64,
+}
+
+/// What a controller sees of one signal at a decision.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Observation {
+    /// SUMO's current phase index; while a controller decides, the index of its green phase.
+    pub phase: usize,
+    /// One entry per lane, in the order of [`SignalSpec::lanes`].
+    pub lanes: Vec<LaneObservation>,
+    /// Queues of the lanes that movements lead to at other signals.
+    pub downstream_queue: Vec<f64>,
+}
+
+impl Observation {
+    /// Returns the queue of a movement less the queue it would run into.
+    pub fn pressure(&self, movement: &Movement) -> f64 {
+        let upstream: f64 = movement.lanes.iter().map(|l| self.lanes[*l].queue).sum();
+        let downstream: f64 = movement.downstream.iter().map(|l| self.downstream_queue[*l]).sum();
+        upstream - downstream
+    }
+}
+
+/// What drives a signal during an episode.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive {
+    /// The controller decides every `delta_time_s`.
+    Decisions,
+    /// The network's own program, untouched.
+    OwnProgram,
+    /// The greens of the network's own program, each for the same time, seconds.
+    OwnEqualSplit(f64),
+    /// The greens of the network's own program, prolonged by SUMO while vehicles follow closely.
+    OwnActuated {
+        /// Shortest green, seconds.
+        min_green_s: f64,
+        /// Longest green, seconds.
+        max_green_s: f64,
+    },
+    /// A cycle of green phases with their durations, seconds, without the yellows in between.
+    Cycle(Vec<(GreenPhase, f64)>),
+}
+
+/// Figures of a finished episode that training can use.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EpisodeOutcome {
+    /// Mean delay of all vehicles, seconds.
+    pub delay_s: f64,
+    /// Vehicles seen per hour, per signal and lane.
+    pub lane_flow_vph: Vec<Vec<f64>>,
+}
+
+/// Why a controller cannot work.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ControlError {
+    /// A name that no controller has.
+    #[error("unknown method {name:?}; known are {known}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// Names that exist.
+        known: String,
+    },
+    /// A signal that the method cannot control.
+    #[error("{method} cannot control signal {signal}: {reason}")]
+    Signal {
+        /// The method.
+        method: &'static str,
+        /// SUMO's id of the signal.
+        signal: String,
+        /// What is missing.
+        reason: String,
+    },
+    /// An episode of training failed.
+    #[error("training episode failed: {0}")]
+    Episode(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The optimiser failed.
+    #[error("the search for a signal plan failed: {0}")]
+    Search(String),
+}
+
+/// Runs episodes for a controller that learns or tunes itself.
+pub trait Trainer {
+    /// Runs one episode on the `seed`-th training seed and returns what came of it.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Episode`] when the simulation fails.
+    fn episode(
+        &mut self,
+        controller: &mut dyn Controller,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError>;
+}
+
+/// A signal control method, learned or not.
+///
+/// Decisions must depend only on `self` and what the controller is given, so that two runs with
+/// the same seed make the same decisions.
+pub trait Controller {
+    /// Stable name used in records, plots and on the command line, such as `max-pressure`.
+    fn name(&self) -> &'static str;
+
+    /// Starts an episode: says what drives each signal.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Signal`] when a signal lacks what the method needs.
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError>;
+
+    /// Chooses the green phase of every signal for the next interval; only called while the
+    /// signals are driven by [`Drive::Decisions`].
+    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+        let _ = (observations, phases);
+    }
+
+    /// Trains or tunes the method before it is evaluated; others keep the default.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError`] when an episode or the method fails.
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        let _ = trainer;
+        Ok(())
+    }
+
+    /// Returns what the method wants recorded of itself, such as the plan that tuning found.
+    fn details(&self) -> BTreeMap<String, String> {
+        BTreeMap::new()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    //! Small signals for the tests of controllers.
+
+    use super::*;
+
+    /// A signal with one lane, one movement and one phase per queue.
+    pub(crate) fn two_phase_signal() -> SignalSpec {
+        let mut signal = signal_with(&[
+            [Service::Protected, Service::None],
+            [Service::None, Service::Protected],
+        ]);
+        for (m, movement) in signal.movements.iter_mut().enumerate() {
+            movement.downstream = vec![m];
+        }
+        signal
+    }
+
+    /// A signal whose movements have a lane each and are served as given, one row per phase.
+    pub(crate) fn signal_with<const M: usize>(service: &[[Service; M]]) -> SignalSpec {
+        let lane = |m: usize| LaneSpec { id: format!("l{m}_0"), length_m: 200.0 };
+        let movement = |m| Movement {
+            index: 3 * m + 1,
+            turn: Turn::Through,
+            lanes: vec![m],
+            downstream: vec![],
+        };
+        let phase = |row: &[Service; M]| Phase {
+            state: row.iter().map(|s| ['r', 'g', 'G'][*s as usize]).collect(),
+            pair: (0..M).filter(|m| row[*m] == Service::Protected).take(2).collect(),
+            service: row.to_vec(),
+        };
+        SignalSpec {
+            id: "s".into(),
+            lanes: (0..M).map(lane).collect(),
+            movements: (0..M).map(movement).collect(),
+            phases: service.iter().map(phase).collect(),
+            yellow_time_s: 3.0,
+        }
+    }
+
+    /// An observation with these queues, upstream and downstream.
+    pub(crate) fn observation(queues: [f64; 2], downstream: [f64; 2]) -> Observation {
+        let lanes = queues.map(|queue| LaneObservation { queue, ..LaneObservation::default() });
+        Observation { phase: 0, lanes: lanes.to_vec(), downstream_queue: downstream.to_vec() }
+    }
+}

@@ -1,0 +1,105 @@
+//! The controllers by name.
+
+use serde::{Deserialize, Serialize};
+
+use super::actuated::Actuated;
+use super::baseline::Baseline;
+use super::fixed_time::FixedTime;
+use super::max_pressure::MaxPressure;
+use super::program::Program;
+use super::webster::Limits;
+use super::{ControlError, Controller};
+
+/// Settings of all controllers; the defaults are the scenario's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControlSettings {
+    /// Green per phase of the baseline's equal split, seconds; `None` runs the own program.
+    pub baseline_equal_split_green_s: Option<f64>,
+    /// Episodes that tuning of `fixed-time` may use.
+    pub fixed_time_simulations: u32,
+    /// Shortest green of `fixed-time`, seconds.
+    pub fixed_time_min_green_s: f64,
+    /// Shortest cycle of `fixed-time`, seconds.
+    pub fixed_time_min_cycle_s: f64,
+    /// Longest cycle of `fixed-time`, seconds.
+    pub fixed_time_max_cycle_s: f64,
+    /// Time lost per phase in Webster's formula, seconds.
+    pub fixed_time_lost_time_s: f64,
+    /// Saturation flow in Webster's formula, vehicles per hour and lane.
+    pub fixed_time_saturation_flow_vph: f64,
+    /// Shortest green of `actuated`, seconds.
+    pub actuated_min_green_s: f64,
+    /// Longest green of `actuated`, seconds.
+    pub actuated_max_green_s: f64,
+}
+
+/// A method as `tsc-family run --methods` knows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Method {
+    /// Stable name.
+    pub name: &'static str,
+    /// One sentence for people.
+    pub summary: &'static str,
+    /// Whether it runs when `--methods` is not given.
+    pub default: bool,
+}
+
+/// All methods, the baseline first.
+pub const METHODS: [Method; 5] = [
+    Method {
+        name: Baseline::NAME,
+        summary: "untuned fixed time, the denominator of every score",
+        default: true,
+    },
+    Method {
+        name: FixedTime::NAME,
+        summary: "fixed time, tuned per point MDP in simulation",
+        default: true,
+    },
+    Method {
+        name: MaxPressure::NAME,
+        summary: "the phase with the most queued vehicles, every 10 s",
+        default: true,
+    },
+    Method { name: Actuated::NAME, summary: "SUMO's gap-based actuated control", default: true },
+    Method {
+        name: Program::NAME,
+        summary: "the network's own signal program, untouched",
+        default: false,
+    },
+];
+
+/// Returns a controller by name.
+///
+/// # Errors
+///
+/// [`ControlError::Unknown`] for a name that no method has.
+pub fn create(name: &str, settings: &ControlSettings) -> Result<Box<dyn Controller>, ControlError> {
+    let s = settings;
+    Ok(match name {
+        Baseline::NAME => {
+            Box::new(Baseline { equal_split_green_s: s.baseline_equal_split_green_s })
+        }
+        Program::NAME => Box::new(Program),
+        MaxPressure::NAME => Box::new(MaxPressure::default()),
+        Actuated::NAME => Box::new(Actuated {
+            min_green_s: s.actuated_min_green_s,
+            max_green_s: s.actuated_max_green_s,
+        }),
+        FixedTime::NAME => {
+            let limits = Limits {
+                min_green_s: s.fixed_time_min_green_s,
+                min_cycle_s: s.fixed_time_min_cycle_s,
+                max_cycle_s: s.fixed_time_max_cycle_s,
+                lost_time_s: s.fixed_time_lost_time_s,
+                saturation_flow_vph: s.fixed_time_saturation_flow_vph,
+            };
+            Box::new(FixedTime::new(limits, s.fixed_time_simulations))
+        }
+        _ => {
+            let known: Vec<_> = METHODS.iter().map(|m| m.name).collect();
+            return Err(ControlError::Unknown { name: name.to_owned(), known: known.join(", ") });
+        }
+    })
+}

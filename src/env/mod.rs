@@ -1,0 +1,14 @@
+//! The environment: a scenario's signals as a decision process.
+//!
+//! Words are Gymnasium's: [`SignalEnv::reset`] with a seed, [`SignalEnv::step`] with an action per
+//! signal, `terminated`, `truncated`. Timing is RESCO's: a decision every `delta_time_s`, of which
+//! the first `yellow_time_s` are yellow where the phase changes.
+
+pub mod derive;
+pub mod episode;
+pub mod observe;
+pub mod signal;
+pub mod world;
+
+pub use episode::{EpisodeMetrics, SignalEnv, Step};
+pub use world::World;

@@ -1,0 +1,254 @@
+//! SUMO inside this process, through libsumo; all `unsafe` is in the private module `api`.
+//!
+//! Choices:
+//! - **Loaded at run time.** The shim is embedded in the binary and loaded when the first
+//!   [`SumoSim`] is created, so that everything but simulating works without SUMO.
+//! - **One call per decision.** [`Sim::observe`] reads all vehicles and phases at once; ids cross
+//!   the boundary only when an episode starts or a program is changed.
+//! - **SUMO's reasons are on standard error.** Under 1.15 a failed start says only
+//!   `Process Error` here; whoever runs a worker keeps its standard error.
+
+mod api;
+
+use std::collections::HashMap;
+use std::ffi::{CStr, CString};
+use std::marker::PhantomData;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use libsumo_sys::{SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED, TRAFFICLIGHT_TYPE_STATIC};
+
+use self::api::Api;
+use super::{
+    Program, ProgramKind, Scene, Sim, SimError, Snapshot, StartOptions, StepCounts, VehicleState,
+};
+
+pub use libsumo_sys::{INCLUDE_DIR, KIND, LIBRARY};
+
+/// Options of every episode, unless [`StartOptions::args`] has its own value for one.
+///
+/// Without validation, because SUMO 1.15 asks a web site for the schema when `SUMO_HOME` is unset
+/// and fails without an answer.
+const DEFAULTS: [(&str, &str); 4] = [
+    ("--xml-validation", "never"),
+    ("--no-step-log", "true"),
+    ("--duration-log.disable", "true"),
+    ("--no-warnings", "true"),
+];
+
+/// Whether some [`SumoSim`] of this process has an episode.
+static RUNNING: AtomicBool = AtomicBool::new(false);
+
+/// A simulation by SUMO; at most one per process runs at a time.
+#[derive(Debug)]
+pub struct SumoSim {
+    api: Api,
+    running: bool,
+    signals: Vec<CString>,
+    vehicles: Vec<SumoVehicle>,
+    phases: Vec<i32>,
+    /// libsumo may be called from one thread only.
+    not_send: PhantomData<*const ()>,
+}
+
+impl SumoSim {
+    /// Loads SUMO; nothing is simulated yet.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::Unavailable`] when libsumo or a library that it needs is missing.
+    pub fn new() -> Result<Self, SimError> {
+        Ok(Self {
+            api: Api::load()?,
+            running: false,
+            signals: Vec::new(),
+            vehicles: Vec::new(),
+            phases: Vec::new(),
+            not_send: PhantomData,
+        })
+    }
+
+    /// Reads the scene and tells the shim which signals and lanes matter.
+    fn describe(&mut self, config: &Path) -> Result<Scene, SimError> {
+        let mut ids = self.api.signals()?;
+        ids.sort_unstable();
+        let first = ids.first().ok_or_else(|| SimError::NoSignals(config.to_path_buf()))?.clone();
+        let mut scene = Scene::default();
+        let mut lanes = Vec::new();
+        let mut index_of = HashMap::new();
+        for id in ids {
+            let name = text(id.as_str())?;
+            let (mut signal, from_lanes) = self.api.signal(&name)?;
+            // Signals of railways and of foot paths alone have nothing to decide for cars.
+            if from_lanes.is_empty() {
+                continue;
+            }
+            let mut from_lanes = from_lanes.into_iter();
+            for link in signal.links.iter_mut().flatten() {
+                let from = from_lanes.next().expect("one incoming lane per link");
+                link.from_lane = match index_of.get(&from) {
+                    Some(&index) => index,
+                    None => {
+                        let lane = text(from.as_str())?;
+                        scene.lanes.push(self.api.lane(&lane)?);
+                        lanes.push(lane);
+                        index_of.insert(from, scene.lanes.len() - 1);
+                        scene.lanes.len() - 1
+                    }
+                };
+            }
+            self.signals.push(name);
+            scene.signals.push(signal);
+        }
+        if scene.signals.is_empty() {
+            let reason = "neither it nor any other signal controls a lane that passenger cars may \
+                          use; give a scenario with a road intersection"
+                .to_owned();
+            return Err(SimError::Signal { signal: first, reason });
+        }
+        for link in scene.signals.iter_mut().flat_map(|s| s.links.iter_mut().flatten()) {
+            link.downstream = index_of.get(&link.to_lane).copied();
+        }
+        self.phases.resize(self.signals.len(), 0);
+        self.api.watch(&self.signals, &lanes)?;
+        Ok(scene)
+    }
+
+    fn signal(&self, signal: usize) -> Result<&CStr, SimError> {
+        match self.signals.get(signal) {
+            Some(id) => Ok(id),
+            None if self.running => Err(rejected(format!("there is no signal {signal}"))),
+            None => Err(SimError::NotRunning),
+        }
+    }
+}
+
+impl Sim for SumoSim {
+    fn start(&mut self, options: &StartOptions) -> Result<Scene, SimError> {
+        // Whoever needs the old episode's outputs has closed it and seen the error, if any.
+        let _ = self.close();
+        if !options.config.is_file() {
+            return Err(SimError::Missing(options.config.clone()));
+        }
+        let argv = arguments(options)?;
+        if RUNNING.swap(true, Ordering::Acquire) {
+            return Err(SimError::AlreadyRunning);
+        }
+        self.running = true;
+        let scene = self.api.start(&argv).and_then(|()| self.describe(&options.config));
+        if scene.is_err() {
+            // The first error is the one that explains.
+            let _ = self.close();
+        }
+        scene
+    }
+
+    fn step(&mut self, steps: u32) -> Result<StepCounts, SimError> {
+        self.api.step(steps)
+    }
+
+    fn time_s(&mut self) -> Result<f64, SimError> {
+        self.api.time_s()
+    }
+
+    fn install(&mut self, signal: usize, program: &Program) -> Result<(), SimError> {
+        let kind = match program.kind {
+            ProgramKind::Static => TRAFFICLIGHT_TYPE_STATIC,
+            ProgramKind::Actuated => TRAFFICLIGHT_TYPE_ACTUATED,
+            ProgramKind::Other => {
+                let message = format!("program {} is neither static nor actuated", program.id);
+                return Err(rejected(message));
+            }
+        };
+        let states: Result<Vec<_>, _> =
+            program.phases.iter().map(|phase| text(phase.state.as_str())).collect();
+        let id = text(program.id.as_str())?;
+        self.api.install(self.signal(signal)?, &id, kind, &program.phases, &states?)
+    }
+
+    fn select(&mut self, signal: usize, program_id: &str) -> Result<(), SimError> {
+        self.api.select(self.signal(signal)?, &text(program_id)?)
+    }
+
+    fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError> {
+        self.phases.clear();
+        self.phases.extend(phases.iter().map(|phase| phase.map_or(-1, u32::cast_signed)));
+        let result = self.api.set_phases(&self.phases);
+        self.phases.resize(self.signals.len(), 0);
+        result
+    }
+
+    fn observe(&mut self, snapshot: &mut Snapshot) -> Result<(), SimError> {
+        let count = self.api.observe(&mut self.vehicles, &mut self.phases)?;
+        snapshot.vehicles.clear();
+        snapshot.vehicles.extend(self.vehicles[..count].iter().map(|v| VehicleState {
+            lane: v.lane,
+            vehicle: v.vehicle,
+            position_m: v.position_m,
+            speed_mps: v.speed_mps,
+            waiting_s: v.waiting_s,
+            distance_m: v.distance_m,
+        }));
+        snapshot.phases.clear();
+        snapshot.phases.extend(self.phases.iter().map(|phase| phase.cast_unsigned()));
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), SimError> {
+        if !self.running {
+            return Ok(());
+        }
+        self.running = false;
+        self.signals.clear();
+        self.phases.clear();
+        let result = self.api.close();
+        RUNNING.store(false, Ordering::Release);
+        result
+    }
+
+    fn version(&mut self) -> Result<String, SimError> {
+        self.api.version()
+    }
+}
+
+impl Drop for SumoSim {
+    fn drop(&mut self) {
+        // An error has no one left to go to.
+        let _ = self.close();
+    }
+}
+
+/// Returns SUMO's command line.
+fn arguments(options: &StartOptions) -> Result<Vec<CString>, SimError> {
+    let mut argv = vec![text("sumo")?, text("-c")?, path_text(&options.config)?];
+    for (name, value) in DEFAULTS {
+        // SUMO refuses an option that is given twice.
+        let given = |arg: &String| arg.split('=').next() == Some(name);
+        if !options.args.iter().any(given) {
+            argv.extend([text(name)?, text(value)?]);
+        }
+    }
+    for arg in &options.args {
+        argv.push(text(arg.as_str())?);
+    }
+    if !options.tripinfo.as_os_str().is_empty() {
+        argv.extend([text("--tripinfo-output")?, path_text(&options.tripinfo)?]);
+        for name in ["--tripinfo-output.write-unfinished", "--tripinfo-output.write-undeparted"] {
+            argv.extend([text(name)?, text("true")?]);
+        }
+    }
+    Ok(argv)
+}
+
+fn text(value: impl Into<Vec<u8>>) -> Result<CString, SimError> {
+    CString::new(value).map_err(|e| rejected(format!("a text has a null byte: {e}")))
+}
+
+fn path_text(path: &Path) -> Result<CString, SimError> {
+    text(path.as_os_str().as_encoded_bytes())
+}
+
+/// Returns the error of a call that is refused before it reaches SUMO.
+fn rejected(message: String) -> SimError {
+    SimError::Traci { call: "SumoSim", message }
+}
