@@ -45,6 +45,11 @@ fn main() {
              Or build without SUMO: `cargo build --no-default-features`."
         )
     });
+    // The folder of the library becomes the shim's run path, which must not be relative.
+    let found = Found {
+        library: fs::canonicalize(&found.library).expect("the library was found"),
+        ..found
+    };
     println!("cargo:rerun-if-changed={}", found.library.display());
     println!("cargo:rerun-if-changed={}", found.include.join("libsumo/libsumo.h").display());
     println!("cargo:rustc-env=LIBSUMO_KIND={}", found.kind);

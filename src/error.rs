@@ -11,7 +11,7 @@ pub enum SimError {
     #[error("a simulation is already running in this process; run it in its own worker")]
     AlreadyRunning,
     /// A step or read without a simulation.
-    #[error("no simulation is running; call `reset` first")]
+    #[error("no simulation is running; call `start` first")]
     NotRunning,
     /// libsumo could not be loaded.
     #[error(
@@ -304,4 +304,65 @@ pub enum StoreError {
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),
+}
+
+/// Why a run cannot be planned or a task not be done.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EvalError {
+    /// The scenario or family is unusable.
+    #[error(transparent)]
+    Family(#[from] FamilyError),
+    /// A network cannot be built or used.
+    #[error(transparent)]
+    Network(#[from] NetworkError),
+    /// The simulation failed.
+    #[error(transparent)]
+    Sim(#[from] SimError),
+    /// A method is unknown or failed.
+    #[error(transparent)]
+    Control(#[from] crate::control::ControlError),
+    /// The point MDPs cannot be chosen.
+    #[error(transparent)]
+    Sample(#[from] crate::sample::SampleError),
+    /// The results directory cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Two imported scenarios of one name.
+    #[error("two --sumocfg files are named {0:?}; rename one, the name is the point MDP's id")]
+    DoubledPoint(String),
+    /// A task that the plan does not have.
+    #[error("{} has no task {task}; its plan has {count}", .path.display())]
+    NoTask {
+        /// The results directory.
+        path: PathBuf,
+        /// What was asked for.
+        task: usize,
+        /// Tasks in the plan.
+        count: usize,
+    },
+    /// A file that differs from the manifest.
+    #[error(
+        "{}: the file {what} since the run was planned; restore it, or start a new run with \
+         another --out",
+        .path.display()
+    )]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// `was deleted` or `was altered`.
+        what: &'static str,
+    },
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}
+
+impl From<crate::env::episode::EpisodeError> for EvalError {
+    fn from(error: crate::env::episode::EpisodeError) -> Self {
+        match error {
+            crate::env::episode::EpisodeError::Sim(e) => Self::Sim(e),
+            crate::env::episode::EpisodeError::Control(e) => Self::Control(e),
+        }
+    }
 }

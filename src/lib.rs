@@ -1,12 +1,18 @@
 //! Evaluates traffic signal controllers over the whole family of a city's intersections.
 
+pub mod cli;
 pub mod control;
 pub mod env;
 pub mod error;
+pub mod eval;
+pub mod exit;
 pub mod family;
+pub mod hash;
 pub mod network;
+pub mod report;
 pub mod sample;
 pub mod seed;
 pub mod sim;
+pub mod stats;
 pub mod store;
 pub mod units;

@@ -304,6 +304,13 @@ int32_t sumo_watch(const char *const *signals, size_t signal_count, const char *
     });
 }
 
+int32_t sumo_enter(const char *signal, int32_t phase, double left_s) {
+    return protect_running([&] {
+        TrafficLight::setPhase(signal, phase);
+        TrafficLight::setPhaseDuration(signal, left_s);
+    });
+}
+
 int32_t sumo_set_phases(const int32_t *phases, size_t count) {
     return protect_running([&] {
         if (count != episode.signals.size()) {

@@ -101,7 +101,7 @@ const char *sumo_last_error(void);
 /// Returns the TraCI version and SUMO's own, such as "SUMO 1.15.0"; works without a simulation.
 int32_t sumo_version(int32_t *api, const char **text);
 
-/// Starts a simulation with the command line of the `sumo` program, argv[0] included.
+/// Starts a simulation with the command line of the `sumo` program and its name first.
 int32_t sumo_start(const char *const *argv, size_t argc);
 
 /// Ends the simulation and writes its outputs to the end; does nothing when none is running.
@@ -125,6 +125,9 @@ int32_t sumo_lane(const char *lane, SumoLane *description);
 /// Installs a program and runs it from its first phase; `type` is one of TRAFFICLIGHT_TYPE_*.
 int32_t sumo_install(const char *signal, const char *program, int32_t type,
                      const SumoPhase *phases, size_t phase_count);
+
+/// Enters a phase of the running program and ends it after `left_s` seconds.
+int32_t sumo_enter(const char *signal, int32_t phase, double left_s);
 
 /// Switches a signal to another of its programs.
 int32_t sumo_select(const char *signal, const char *program);

@@ -8,7 +8,9 @@ pub mod derive;
 pub mod episode;
 pub mod observe;
 pub mod signal;
+pub mod signal_env;
 pub mod world;
 
-pub use episode::{EpisodeMetrics, SignalEnv, Step};
+pub use episode::{EpisodeMetrics, run_episode};
+pub use signal_env::{SignalEnv, Step};
 pub use world::World;

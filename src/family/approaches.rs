@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::points::check_id;
 use crate::error::FamilyError;
 
 /// Most lanes per direction that an approach may have.
@@ -69,6 +70,7 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
     let headers = reader.headers().map_err(|e| csv_error(file, &e))?.clone();
     let mut intersections: Vec<Intersection> = Vec::new();
     let mut position: BTreeMap<String, usize> = BTreeMap::new();
+    let mut first_lines: Vec<u64> = Vec::new();
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(|e| csv_error(file, &e))? {
         let line = record.position().map_or(0, csv::Position::line);
@@ -79,6 +81,7 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
         })?;
         check(&row).map_err(|message| FamilyError::Csv { file: file.to_owned(), line, message })?;
         let index = *position.entry(row.intersection.clone()).or_insert_with(|| {
+            first_lines.push(line);
             intersections.push(Intersection {
                 id: row.intersection.clone(),
                 latitude: row.latitude,
@@ -102,12 +105,12 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
     if intersections.is_empty() {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
-    if let Some(i) = intersections.iter().find(|i| i.arms.iter().all(|a| a.lanes_in == 0)) {
-        return Err(FamilyError::Csv {
-            file: file.to_owned(),
-            line: 0,
-            message: format!("intersection {} has no incoming lane; remove it", i.id),
-        });
+    for (intersection, line) in intersections.iter().zip(first_lines) {
+        if intersection.arms.iter().all(|a| a.lanes_in == 0) {
+            let message =
+                format!("intersection {} has no incoming lane; remove it", intersection.id);
+            return Err(FamilyError::Csv { file: file.to_owned(), line, message });
+        }
     }
     Ok(intersections)
 }
@@ -120,6 +123,7 @@ fn check(row: &Approach) -> Result<(), String> {
             Err(format!("{name} = {value}: expected a number from {low} to {high}"))
         }
     };
+    check_id("intersection", &row.intersection)?;
     number("latitude", row.latitude, -90.0, 90.0)?;
     number("longitude", row.longitude, -180.0, 180.0)?;
     number("bearing_deg", row.bearing_deg, 0.0, 360.0)?;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::approaches::{self, Intersection};
+use super::check::check;
 use super::features::{group, point_id, six_features};
 use super::points;
 use super::scenario::{Detail, Scenario, SixFeatures};
@@ -94,7 +95,7 @@ pub fn from_text(
         file: file.to_owned(),
         message: e.to_string().trim_end().to_owned(),
     })?;
-    super::scenario::check(&scenario, file)?;
+    check(&scenario, file)?;
     let text = text.to_owned();
     match (&scenario.family.approaches, &scenario.family.points) {
         (Some(path), None) => {

@@ -4,6 +4,7 @@
 //! intersections is in [`approaches`] and [`features`]; what reads a scenario is in [`load`].
 
 pub mod approaches;
+pub mod check;
 pub mod features;
 pub mod load;
 pub mod points;

@@ -29,6 +29,9 @@ const MAX_ID: usize = 100;
 pub fn read(name: &str, text: &str, file: &str) -> Result<MdpFamily, FamilyError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| csv_error(file, &e))?.clone();
+    if headers.is_empty() {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
     let columns = Columns::parse(&headers).map_err(|m| at(file, 1, m))?;
     let mut points: Vec<PointMdp> = Vec::new();
     for (row, record) in reader.records().enumerate() {
@@ -99,7 +102,7 @@ impl Columns {
             Some(i) => record.get(i).unwrap_or_default().to_owned(),
             None => format!("p{:04}", row + 1),
         };
-        check_id(&id)?;
+        check_id("point", &id)?;
         let instances = match self.instances {
             Some(i) => {
                 let value = number(i, "intersections")?;
@@ -133,11 +136,11 @@ fn feature(name: &str) -> Feature {
 }
 
 /// Checks that an id is safe as a file name.
-fn check_id(id: &str) -> Result<(), String> {
+pub(super) fn check_id(what: &str, id: &str) -> Result<(), String> {
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if id.is_empty() || id.len() > MAX_ID || !id.chars().all(safe) || id.starts_with('.') {
         return Err(format!(
-            "point {id:?}: expected 1 to {MAX_ID} letters, digits, `-`, `_` or `.`, not starting \
+            "{what} {id:?}: expected 1 to {MAX_ID} letters, digits, `-`, `_` or `.`, not starting \
              with `.`"
         ));
     }

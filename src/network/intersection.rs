@@ -1,5 +1,7 @@
 //! An intersection as the generator sees it: arms around a centre, each with its own features.
 
+use serde::Serialize;
+
 use crate::error::NetworkError;
 use crate::family::approaches::{Approach, Intersection};
 use crate::family::features::inflow_vph;
@@ -8,7 +10,7 @@ use crate::family::scenario::{Detail, FamilySettings, SixFeatures};
 use crate::units::{mph_to_mps, normalise_degrees};
 
 /// Turns that exist from an arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Turns {
     /// Left turns.
     pub left: bool,
@@ -24,7 +26,7 @@ impl Turns {
 }
 
 /// One arm of an intersection; a direction without lanes does not exist.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Arm {
     /// Direction from the centre to the arm, degrees clockwise from north.
     pub bearing_deg: f64,
@@ -48,7 +50,7 @@ pub struct Arm {
 }
 
 /// An intersection to build: the name of its point MDP and its arms, clockwise from north.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IntersectionSpec {
     /// Id of the point MDP.
     pub point: String,

@@ -1,3 +1,18 @@
 //! From an intersection to a SUMO network with demand.
+//!
+//! [`intersection`] holds arms and lanes as the data has them; [`movements`], [`lanes`] and
+//! [`phases`] decide what may go where and when; [`plain`] and [`netconvert`] make the network,
+//! [`validate`] checks it, [`demand`] fills it, [`build`] does all of that for a family and
+//! [`index`] notices when a file is altered.
 
+pub mod build;
+pub mod demand;
+pub mod index;
 pub mod intersection;
+pub mod lanes;
+pub mod movements;
+pub mod net_file;
+pub mod netconvert;
+pub mod phases;
+pub mod plain;
+pub mod validate;

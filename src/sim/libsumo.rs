@@ -170,6 +170,10 @@ impl Sim for SumoSim {
         self.api.select(self.signal(signal)?, &text(program_id)?)
     }
 
+    fn enter(&mut self, signal: usize, phase: u32, left_s: f64) -> Result<(), SimError> {
+        self.api.enter(self.signal(signal)?, phase.cast_signed(), left_s)
+    }
+
     fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError> {
         self.phases.clear();
         self.phases.extend(phases.iter().map(|phase| phase.map_or(-1, u32::cast_signed)));

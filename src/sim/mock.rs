@@ -58,7 +58,7 @@ impl MockSim {
         if self.running.is_some() { Ok(()) } else { Err(SimError::NotRunning) }
     }
 
-    fn enter(&mut self, signal: usize, phase: usize) {
+    fn begin_phase(&mut self, signal: usize, phase: usize) {
         self.phases[signal] = phase;
         self.phase_left_s[signal] = self.programs[signal].phases[phase].duration_s;
     }
@@ -67,7 +67,7 @@ impl MockSim {
         for s in 0..self.programs.len() {
             if self.phase_left_s[s] <= 0.0 {
                 let next = (self.phases[s] + 1) % self.programs[s].phases.len();
-                self.enter(s, next);
+                self.begin_phase(s, next);
             }
             self.phase_left_s[s] -= 1.0;
         }
@@ -140,7 +140,7 @@ impl Sim for MockSim {
             return Err(SimError::Traci { call: "install", message });
         }
         self.programs[signal] = program.clone();
-        self.enter(signal, 0);
+        self.begin_phase(signal, 0);
         Ok(())
     }
 
@@ -154,11 +154,18 @@ impl Sim for MockSim {
         self.install(signal, &program)
     }
 
+    fn enter(&mut self, signal: usize, phase: u32, left_s: f64) -> Result<(), SimError> {
+        self.ensure_running()?;
+        self.begin_phase(signal, phase as usize);
+        self.phase_left_s[signal] = left_s;
+        Ok(())
+    }
+
     fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError> {
         self.ensure_running()?;
         for (signal, phase) in phases.iter().enumerate() {
             if let Some(phase) = phase {
-                self.enter(signal, *phase as usize);
+                self.begin_phase(signal, *phase as usize);
             }
         }
         Ok(())

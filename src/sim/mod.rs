@@ -165,7 +165,8 @@ pub struct VehicleState {
 pub struct Snapshot {
     /// Vehicles ordered by lane, then as SUMO lists them (from the start of the lane).
     pub vehicles: Vec<VehicleState>,
-    /// SUMO's current phase index per signal.
+    /// SUMO's phase index per signal, the one that governed the last step: SUMO switches at the
+    /// beginning of a step.
     pub phases: Vec<u32>,
 }
 
@@ -176,7 +177,7 @@ pub struct StepCounts {
     pub arrived: u32,
     /// Vehicles that SUMO teleported.
     pub teleports: u32,
-    /// Collisions.
+    /// Vehicles that were part of a collision, usually two for each.
     pub collisions: u32,
 }
 
@@ -229,6 +230,13 @@ pub trait Sim {
     ///
     /// [`SimError`] when SUMO rejects the program.
     fn install(&mut self, signal: usize, program: &Program) -> Result<(), SimError>;
+
+    /// Enters a phase of a signal's running program and ends it after `left_s` seconds.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when SUMO rejects the phase.
+    fn enter(&mut self, signal: usize, phase: u32, left_s: f64) -> Result<(), SimError>;
 
     /// Switches a signal to another of its own programs.
     ///

@@ -6,10 +6,10 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::{Layout, SCHEMA_VERSION};
 use crate::error::{FileError, StoreError};
+use crate::hash::sha256;
 use crate::sample::SamplePlan;
 
 /// One task of a plan: a method on a point MDP, once.
@@ -107,6 +107,8 @@ pub struct Provenance {
     pub host: String,
     /// Start of the first run, ISO 8601, UTC.
     pub started: String,
+    /// Folder of the generated networks.
+    pub networks: String,
 }
 
 /// `manifest.json`.
@@ -123,7 +125,7 @@ impl Manifest {
     /// Returns the sha256 of the identity, which every record carries.
     pub fn sha256(&self) -> String {
         let json = serde_json::to_vec(&self.identity).expect("an identity is plain data");
-        hex(&Sha256::digest(&json))
+        sha256(&json)
     }
 
     /// Reads `manifest.json`.
@@ -195,15 +197,6 @@ fn shorten(value: &serde_json::Value) -> String {
         return text;
     }
     format!("{}...", text.chars().take(MAX).collect::<String>())
-}
-
-/// Returns bytes as lower-case hexadecimal digits.
-pub fn hex(bytes: &[u8]) -> String {
-    use std::fmt::Write;
-    bytes.iter().fold(String::new(), |mut s, b| {
-        write!(s, "{b:02x}").expect("writing to a string cannot fail");
-        s
-    })
 }
 
 /// Reads `plan.jsonl`.

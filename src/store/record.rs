@@ -11,9 +11,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::manifest::{Task, hex};
+use super::manifest::Task;
 use super::{Layout, SCHEMA_VERSION};
 use crate::error::{FileError, StoreError};
+use crate::hash::hex;
 
 /// Named metrics; the unit is the suffix of the name.
 pub type Metrics = BTreeMap<String, f64>;

@@ -7,6 +7,7 @@
 //!   function is called again; all of them are copied before that.
 #![expect(unsafe_code, reason = "libsumo is C++; every call is one documented unsafe block")]
 
+use std::error::Error;
 use std::ffi::{CStr, CString, c_char};
 use std::fmt;
 use std::io::{self, Write};
@@ -25,8 +26,8 @@ use crate::sim::{
 };
 use crate::units::normalise_degrees;
 
-/// Vehicles that the first buffer has room for; it grows by itself.
-const FIRST_CAPACITY: usize = 256;
+/// Vehicles that the first buffer has room for; it doubles until they fit.
+const FIRST_CAPACITY: usize = 16;
 
 /// The loaded shim, for the rest of the process: SUMO cannot be unloaded safely.
 static LOADED: OnceLock<Result<Shim, String>> = OnceLock::new();
@@ -197,6 +198,13 @@ impl Api {
         self.check("sumo_select", code)
     }
 
+    /// Enters a phase and ends it after some time.
+    pub(super) fn enter(self, signal: &CStr, phase: i32, left_s: f64) -> Result<(), SimError> {
+        // SAFETY: the text ends with a zero and outlives the call.
+        let code = unsafe { self.0.sumo_enter(signal.as_ptr(), phase, left_s) };
+        self.check("sumo_enter", code)
+    }
+
     /// Sets what [`Self::set_phases`] and [`Self::observe`] are about.
     pub(super) fn watch(self, signals: &[CString], lanes: &[CString]) -> Result<(), SimError> {
         let (signals, lanes) = (pointers(signals), pointers(lanes));
@@ -265,7 +273,11 @@ fn load() -> io::Result<Shim> {
     let path = file.into_temp_path();
     // SAFETY: the file is the shim that the declarations were generated from; loading it runs
     // nothing but the static constructors of SUMO and of the libraries that SUMO needs.
-    unsafe { Shim::new(&path) }.map_err(io::Error::other)
+    unsafe { Shim::new(&path) }.map_err(|e| {
+        // The error itself says only that loading failed; its source names the missing library.
+        let reason = e.source().map_or_else(|| e.to_string(), ToString::to_string);
+        io::Error::other(reason)
+    })
 }
 
 fn pointers(texts: &[CString]) -> Vec<*const c_char> {

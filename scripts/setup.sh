@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# Installs what building and running tsc-family needs, through apt-get when that is possible;
+# otherwise prints the one line to run and stops.
+set -euo pipefail
+
+command -v cargo >/dev/null || {
+    echo "cargo is missing: install Rust (1.89 or newer), https://rustup.rs" >&2
+    exit 1
+}
+
+missing=()
+has_file() { compgen -G "$1" >/dev/null; }
+
+# SUMO: an installation named by the environment (the layout of the eclipse-sumo wheel, or folders
+# of its own) serves as well as Debian's package.
+if [ -n "${SUMO_LIB_DIR:-}" ] && [ -n "${SUMO_INCLUDE_DIR:-}" ]; then :
+elif [ -n "${SUMO_HOME:-}" ] && [ -e "$SUMO_HOME/lib64/libsumocpp.so" ]; then :
+else
+    { [ -x /usr/bin/netconvert ] && has_file '/usr/lib/python3/dist-packages/libsumo/_libsumo*.so'; } ||
+        missing+=(sumo)
+    has_file '/usr/lib/*/libpython3.*.so.1.0' || missing+=(libpython3.11)
+fi
+command -v c++ >/dev/null || missing+=(g++)
+{ [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang*.so*'; } ||
+    missing+=(libclang-dev)
+
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+if ! command -v apt-get >/dev/null; then
+    echo "missing: ${missing[*]} (Debian's names); install them, or SUMO with \`pip install" \
+        "eclipse-sumo\` and set SUMO_HOME to its folder \`sumo\`" >&2
+    exit 1
+fi
+install="apt-get install -y --no-install-recommends ${missing[*]}"
+if [ "$(id -u)" -eq 0 ]; then
+    sudo=
+elif sudo -n true 2>/dev/null; then
+    sudo=sudo
+else
+    echo "missing: ${missing[*]}; run this, then try again:" >&2
+    echo "  sudo apt-get update && sudo $install" >&2
+    exit 1
+fi
+echo "installing ${missing[*]}"
+export DEBIAN_FRONTEND=noninteractive
+log=$(mktemp)
+if ! { $sudo apt-get update && $sudo $install; } >"$log" 2>&1; then
+    tail -n 20 "$log" >&2
+    echo "apt-get failed; its output is in $log" >&2
+    exit 1
+fi
+rm -f "$log"

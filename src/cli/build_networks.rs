@@ -1,0 +1,62 @@
+//! `tsc-family build-networks`, and what `run` needs of it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::BuildNetworksArgs;
+use super::output::{Progress, line};
+use crate::exit;
+use crate::family::load::{LoadedScenario, load};
+use crate::network::build::{BuildSummary, build_all};
+use crate::network::intersection::{IntersectionSpec, intersections};
+
+pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
+    let loaded = load(&args.scenario.scenario)?;
+    let out = args.out.clone().unwrap_or_else(|| default_folder(&loaded));
+    if let Some(jobs) = args.jobs {
+        rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global()?;
+    }
+    let specs = intersections(&loaded)?;
+    let start = std::time::Instant::now();
+    let summary = build(&loaded, &specs, &out, args.force, args.quiet)?;
+    if !args.quiet {
+        line(format!(
+            "{} networks in {}: {} built, {} up to date, {:.1} s",
+            specs.len(),
+            out.display(),
+            summary.built,
+            summary.up_to_date,
+            start.elapsed().as_secs_f64()
+        ))?;
+    }
+    Ok(exit::DONE)
+}
+
+/// Returns `networks/NAME`.
+pub(super) fn default_folder(loaded: &LoadedScenario) -> PathBuf {
+    Path::new("networks").join(&loaded.scenario.name)
+}
+
+/// Builds the networks that are missing, with progress.
+pub(super) fn build(
+    loaded: &LoadedScenario,
+    specs: &[IntersectionSpec],
+    out: &Path,
+    force: bool,
+    quiet: bool,
+) -> anyhow::Result<BuildSummary> {
+    let progress = Mutex::new(Progress::new(specs.len() as u64, "networks", quiet));
+    let done = AtomicU64::new(0);
+    let scenario = &loaded.scenario;
+    let result = build_all(specs, &scenario.network, &scenario.demand, out, force, &|point| {
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Ok(mut progress) = progress.lock() {
+            progress.set(done, point);
+        }
+    });
+    if let Ok(progress) = progress.lock() {
+        progress.finish();
+    }
+    Ok(result?)
+}

@@ -1,0 +1,112 @@
+//! `tsc-family doctor`: what was linked, what is there, what is wrong, and the way out.
+
+use std::thread::available_parallelism;
+
+use serde::Serialize;
+
+use super::DoctorArgs;
+use super::output::line;
+use crate::exit;
+use crate::network::netconvert::Netconvert;
+
+/// What doctor found.
+#[derive(Debug, Serialize)]
+struct Findings {
+    tsc_family: String,
+    built_with: String,
+    libsumo: String,
+    sumo_version: Option<String>,
+    netconvert: Option<String>,
+    netconvert_version: Option<String>,
+    workers: usize,
+    problems: Vec<String>,
+}
+
+pub(super) fn run(args: &DoctorArgs) -> anyhow::Result<u8> {
+    let findings = look();
+    if args.json {
+        line(serde_json::to_string(&findings)?)?;
+    } else {
+        let absent = || "not found".to_owned();
+        let rows = [
+            ("tsc-family", findings.tsc_family.clone()),
+            ("built with", findings.built_with.clone()),
+            ("libsumo", findings.libsumo.clone()),
+            ("SUMO", findings.sumo_version.clone().unwrap_or_else(absent)),
+            ("netconvert", findings.netconvert.clone().unwrap_or_else(absent)),
+            ("", findings.netconvert_version.clone().unwrap_or_default()),
+            ("workers", format!("{}, one per processor", findings.workers)),
+        ];
+        for (name, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
+            line(format!("{name:12}{value}"))?;
+        }
+        for problem in &findings.problems {
+            line(format!("problem     {problem}"))?;
+        }
+        if findings.problems.is_empty() {
+            line("all is well")?;
+        }
+    }
+    Ok(if findings.problems.is_empty() { exit::DONE } else { exit::NO_SUMO })
+}
+
+fn look() -> Findings {
+    let mut problems = Vec::new();
+    let (libsumo, sumo_version) = simulator(&mut problems);
+    let netconvert = Netconvert::find().map_err(|e| problems.push(e.to_string())).ok();
+    let netconvert_version = netconvert.as_ref().map(|n| n.version().to_owned());
+    if let (Some(sumo), Some(netconvert)) = (&sumo_version, &netconvert_version)
+        && number(sumo) != number(netconvert)
+    {
+        problems.push(format!(
+            "libsumo is {sumo} but netconvert is {netconvert}; set SUMO_HOME so that both come \
+             from one installation, and rebuild"
+        ));
+    }
+    Findings {
+        tsc_family: format!("{} ({})", env!("CARGO_PKG_VERSION"), env!("TSC_FAMILY_GIT")),
+        built_with: env!("TSC_FAMILY_RUSTC").to_owned(),
+        libsumo,
+        sumo_version,
+        netconvert: netconvert.map(|n| n.path().display().to_string()),
+        netconvert_version,
+        workers: available_parallelism().map_or(1, std::num::NonZero::get),
+        problems,
+    }
+}
+
+/// Returns the digits and dots of a version text such as `SUMO 1.15.0`.
+fn number(text: &str) -> String {
+    let start = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
+    text[start..].chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect()
+}
+
+#[cfg(feature = "libsumo")]
+fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
+    use crate::sim::Sim;
+    use crate::sim::libsumo::{INCLUDE_DIR, KIND, LIBRARY, SumoSim};
+
+    let linked = format!("{LIBRARY} ({KIND}, headers {INCLUDE_DIR})");
+    let version = SumoSim::new().and_then(|mut sim| sim.version());
+    (linked, version.map_err(|e| problems.push(e.to_string())).ok())
+}
+
+#[cfg(not(feature = "libsumo"))]
+fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
+    problems.push(
+        "built without the feature `libsumo`, so nothing can be simulated; build with default \
+         features"
+            .to_owned(),
+    );
+    ("none".to_owned(), None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_are_compared_by_their_numbers() {
+        assert_eq!(number("SUMO 1.15.0"), number("Eclipse SUMO netconvert Version 1.15.0"));
+    }
+}

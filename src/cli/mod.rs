@@ -1,0 +1,266 @@
+//! The command line: types here, the work of each subcommand in its own file.
+
+mod build_networks;
+mod doctor;
+mod estimate;
+mod list;
+mod output;
+mod report;
+mod run;
+mod shell;
+mod worker;
+
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+use crate::exit;
+use crate::sample::Sampling;
+
+/// Evaluate traffic signal controllers over the whole family of a city's intersections
+#[derive(Debug, Parser)]
+#[command(name = "tsc-family", version, after_help = AFTER_HELP, max_term_width = 100)]
+pub struct Cli {
+    /// What to do
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  tsc-family list                            the embedded family of Salt Lake City
+  tsc-family run smoke --out results/smoke   a first run, in seconds
+  tsc-family run --budget 20 --out results/slc
+  tsc-family report results/slc
+
+Exit codes:
+  0 done, 1 unexpected, 2 usage or input, 3 some tasks failed, 4 SUMO missing,
+  5 results of another run or in use, 130 interrupted";
+
+/// Subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Show the point MDPs of a family and their importance
+    List(ListArgs),
+    /// Build the SUMO networks of a family
+    BuildNetworks(BuildNetworksArgs),
+    /// Evaluate controllers on a sample of a family
+    Run(RunArgs),
+    /// Write the tables, figures and HTML page of a results directory
+    Report(ReportArgs),
+    /// Check SUMO and this machine, and say what is wrong
+    Doctor(DoctorArgs),
+    /// Do one task of a plan; used by `run`
+    #[command(hide = true)]
+    Worker(WorkerArgs),
+    /// Print a completion script for a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page
+    Man,
+}
+
+/// Scenario of a subcommand.
+#[derive(Debug, clap::Args)]
+pub struct ScenarioArg {
+    /// Path of a scenario, or the name of an embedded one: `salt-lake-city`, `smoke`
+    #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
+    pub scenario: String,
+}
+
+/// `tsc-family list`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  tsc-family list
+  tsc-family list --features
+  tsc-family list my-city.toml --json | head")]
+pub struct ListArgs {
+    /// The scenario
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Show mean and standard deviation of each feature, beside the paper's table
+    #[arg(long)]
+    pub features: bool,
+    /// Print one JSON line per point MDP
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `tsc-family build-networks`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  tsc-family build-networks
+  tsc-family build-networks my-city.toml --out networks/my-city
+  sumo-gui -c networks/salt-lake-city/L4-S30-D300-Q500-l0-r0/*.sumocfg")]
+pub struct BuildNetworksArgs {
+    /// The scenario
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Folder to write to [default: networks/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Build all networks again, also those that are up to date or were altered
+    #[arg(long)]
+    pub force: bool,
+    /// Processors to use [default: all]
+    #[arg(long, short, value_name = "J")]
+    pub jobs: Option<NonZeroUsize>,
+    /// Print no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// `tsc-family run`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A run is resumable: the same command continues it, finished tasks are kept. Another run in the
+same directory is refused.
+
+Examples:
+  tsc-family run --budget 20 --out results/slc
+  tsc-family run --budget all --eval-seeds 10 --out results/all
+  tsc-family run smoke --methods max-pressure,actuated --out results/smoke
+  tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
+  tsc-family run --budget 80 --dry-run")]
+pub struct RunArgs {
+    /// Scenario: path or embedded name; with --sumocfg only its settings count
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// SUMO configuration to take as a point MDP, instead of the scenario's family (repeatable)
+    #[arg(long, value_name = "FILE")]
+    pub sumocfg: Vec<PathBuf>,
+    /// Number of point MDPs to evaluate, or `all`
+    #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
+    pub budget: Budget,
+    /// How the point MDPs are chosen
+    #[arg(long, value_enum, default_value_t = Sampling::KMeans)]
+    pub sampling: Sampling,
+    /// Methods, separated by commas; `baseline` always runs
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        default_value = "baseline,fixed-time,max-pressure,actuated"
+    )]
+    pub methods: Vec<String>,
+    /// Seed from which all others are derived
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Evaluation episodes per task, the same for all methods
+    #[arg(long, value_name = "K", default_value = "5")]
+    pub eval_seeds: NonZeroU32,
+    /// Worker processes at the same time [default: one per processor]
+    #[arg(long, short, value_name = "J")]
+    pub jobs: Option<NonZeroUsize>,
+    /// Results directory [default: results/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder of the networks; missing ones are built [default: networks/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// Try tasks again that failed in an earlier run of the same command
+    #[arg(long)]
+    pub retry_failed: bool,
+    /// List the planned tasks and their estimated time, then stop
+    #[arg(long, short = 'n')]
+    pub dry_run: bool,
+    /// Print JSON lines: one per finished task, then one per method
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// `tsc-family report`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Needs no SUMO. Writes DIR/report/index.html, scores.csv, summary.csv and the figures as SVG.
+
+Example:
+  tsc-family report results/slc")]
+pub struct ReportArgs {
+    /// Results directory that `run` wrote
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Print JSON lines instead of the table: one per method
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `tsc-family doctor`.
+#[derive(Debug, clap::Args)]
+pub struct DoctorArgs {
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `tsc-family worker`.
+#[derive(Debug, clap::Args)]
+pub struct WorkerArgs {
+    /// Results directory with manifest and plan
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Row of the plan
+    #[arg(long, value_name = "K")]
+    pub task: usize,
+    /// Folder of the networks [default: the manifest's]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// End when standard input closes
+    #[arg(long)]
+    pub watch_stdin: bool,
+}
+
+/// `tsc-family completions`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Example:
+  tsc-family completions bash > ~/.local/share/bash-completion/completions/tsc-family")]
+pub struct CompletionsArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Number of point MDPs: `None` is `all`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget(pub Option<usize>);
+
+fn parse_budget(text: &str) -> Result<Budget, String> {
+    if text == "all" {
+        return Ok(Budget(None));
+    }
+    // A budget of 0 is refused with the family's size, once that is known.
+    let number = text.parse().map_err(|_| "expected a whole number or `all`".to_owned())?;
+    Ok(Budget(Some(number)))
+}
+
+/// Runs a command and returns its exit code.
+///
+/// # Errors
+///
+/// Whatever made the command impossible; [`exit::code`] tells its exit code.
+pub fn run(cli: Cli) -> anyhow::Result<u8> {
+    match cli.command {
+        Command::List(args) => list::run(&args),
+        Command::BuildNetworks(args) => build_networks::run(&args),
+        Command::Run(args) => run::run(&args),
+        Command::Report(args) => report::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
+        Command::Worker(args) => worker::run(&args),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man => shell::man(),
+    }
+    .or_else(|error| if is_broken_pipe(&error) { Ok(exit::DONE) } else { Err(error) })
+}
+
+/// Whether the reader of our standard output went away, as `head` does; no reason to complain.
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|e| e.downcast_ref::<std::io::Error>())
+        .any(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+}

@@ -1,0 +1,115 @@
+//! What goes to the terminal: data to standard output, everything else to standard error.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Time between two plain progress lines.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Writes one line to standard output.
+///
+/// # Errors
+///
+/// The operating system's, a closed pipe among them.
+pub(super) fn line(text: impl std::fmt::Display) -> std::io::Result<()> {
+    writeln!(std::io::stdout(), "{text}")
+}
+
+/// Writes one line to standard error, above a progress bar.
+pub(super) fn note(text: impl std::fmt::Display) {
+    // Nothing can be done about a closed standard error.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Progress on standard error: a bar on a terminal, a plain line now and then elsewhere.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    what: &'static str,
+    total: u64,
+    plain: bool,
+    last_line: Instant,
+    start: Instant,
+}
+
+impl Progress {
+    /// Returns a progress of `total` units of `what`.
+    pub(super) fn new(total: u64, what: &'static str, quiet: bool) -> Self {
+        let terminal = std::io::stderr().is_terminal();
+        let bar = if quiet || !terminal {
+            ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden())
+        } else {
+            ProgressBar::new(total)
+        };
+        let template = "{bar:30} {pos}/{len} {prefix}, {elapsed} gone, {eta} left  {wide_msg}";
+        let style = ProgressStyle::with_template(template).expect("the template is valid");
+        bar.set_style(style.progress_chars("=> "));
+        bar.set_prefix(what);
+        if terminal && !quiet {
+            bar.enable_steady_tick(Duration::from_millis(500));
+        }
+        let plain = !quiet && !terminal;
+        let now = Instant::now();
+        Self { bar, what, total, plain, last_line: now, start: now }
+    }
+
+    /// Says how many units are done.
+    pub(super) fn set(&mut self, done: u64, message: &str) {
+        self.bar.set_position(done);
+        self.bar.set_message(message.to_owned());
+        if self.plain && self.last_line.elapsed() >= PLAIN_INTERVAL {
+            self.last_line = Instant::now();
+            note(self.plain_line(done, message));
+        }
+    }
+
+    fn plain_line(&self, done: u64, message: &str) -> String {
+        let elapsed = self.start.elapsed();
+        let left = if done == 0 {
+            "unknown time".to_owned()
+        } else {
+            let factor = self.total.saturating_sub(done) as f64 / done as f64;
+            duration(elapsed.mul_f64(factor))
+        };
+        let separator = if message.is_empty() { "" } else { ", " };
+        let (what, total) = (self.what, self.total);
+        format!("{done}/{total} {what}, {left} left{separator}{message}")
+    }
+
+    /// Prints a line above the bar.
+    pub(super) fn note(&self, text: &str) {
+        if self.plain {
+            note(text);
+        } else {
+            self.bar.println(text);
+        }
+    }
+
+    /// Removes the bar.
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Returns a duration for people: `42 s`, `3 min 5 s`, `2 h 10 min`.
+pub(super) fn duration(duration: Duration) -> String {
+    let seconds = duration.as_secs_f64().round() as u64;
+    match seconds {
+        0..60 => format!("{seconds} s"),
+        60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
+        _ => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_have_two_units_at_most() {
+        let text: Vec<_> =
+            [0, 59, 185, 7800].map(|s| duration(Duration::from_secs(s))).into_iter().collect();
+        assert_eq!(text, ["0 s", "59 s", "3 min 5 s", "2 h 10 min"]);
+    }
+}

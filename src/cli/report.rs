@@ -1,0 +1,23 @@
+//! `tsc-family report`.
+
+use super::ReportArgs;
+use super::output::{line, note};
+use crate::exit;
+use crate::report::{self, data::ReportData, text};
+use crate::store::Layout;
+use crate::store::results::Results;
+
+pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
+    let layout = Layout::new(&args.dir);
+    let paths = report::write(&layout)?;
+    let data = ReportData::new(&Results::load(&layout)?);
+    if args.json {
+        for row in data.json_rows() {
+            line(super::run::method_line(&row))?;
+        }
+    } else {
+        line(text::table(&data))?;
+    }
+    note(format!("report: {}", paths.html.display()));
+    Ok(exit::DONE)
+}

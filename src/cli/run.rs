@@ -1,0 +1,298 @@
+//! `tsc-family run`: plan, networks, workers, summary.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::available_parallelism;
+
+use anyhow::Context;
+use serde_json::{Value, json};
+
+use super::RunArgs;
+use super::build_networks::{build, default_folder};
+use super::output::{Progress, line, note};
+use crate::error::{FileError, SimError};
+use crate::eval::plan::{Draft, Request, complete, draft, establish};
+use crate::eval::pool::{Event, Pool};
+use crate::exit;
+use crate::family::load::load;
+use crate::network::index::Index;
+use crate::network::intersection::intersections;
+use crate::report::data::{JsonRow, ReportData};
+use crate::report::{self, text};
+use crate::store::Layout;
+use crate::store::lock::{Holder, RunLock};
+use crate::store::manifest::{Manifest, Provenance, Task};
+use crate::store::record::{Outcome, Record};
+use crate::store::results::Results;
+
+use super::estimate::{episodes, estimate};
+
+pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
+    let request = Request {
+        scenario: load(&args.scenario.scenario)?,
+        sumocfgs: args.sumocfg.clone(),
+        budget: args.budget.0,
+        sampling: args.sampling,
+        methods: args.methods.clone(),
+        base_seed: args.seed,
+        evaluation_seeds: args.eval_seeds.get(),
+        replicates: 1,
+    };
+    let draft = draft(&request)?;
+    let jobs = args.jobs.or_else(|| available_parallelism().ok()).map_or(1, |j| j.get());
+    if args.dry_run {
+        line(estimate(&request, &draft, jobs))?;
+        return Ok(exit::DONE);
+    }
+    let networks = args.networks.clone().unwrap_or_else(|| default_folder(&request.scenario));
+    let hashes = networks_of(&request, &draft, &networks, args.quiet || args.json)?;
+    let simulator = simulator_version()?;
+    let provenance = provenance(&networks);
+    let (manifest, tasks) = complete(&request, &draft, &hashes, simulator, provenance)?;
+
+    let name = if args.sumocfg.is_empty() { &request.scenario.scenario.name } else { "imported" };
+    let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
+    let layout = Layout::new(&out);
+    fs::create_dir_all(&out).map_err(FileError::at("create", &out))?;
+    let started = now();
+    let holder =
+        Holder { pid: std::process::id(), version: env!("CARGO_PKG_VERSION").to_owned(), started };
+    let _lock = RunLock::take(&layout, &holder)?;
+    let manifest = establish(&layout, manifest, &tasks)?;
+    clean(&layout, args.retry_failed)?;
+    work(args, &request, &layout, &manifest, &networks, jobs)
+}
+
+/// Does the tasks that are missing, then reports.
+fn work(
+    args: &RunArgs,
+    request: &Request,
+    layout: &Layout,
+    manifest: &Manifest,
+    networks: &Path,
+    jobs: usize,
+) -> anyhow::Result<u8> {
+    let results = Results::load(layout)?;
+    let todo: Vec<Task> = results.missing().cloned().collect();
+    let pool = Pool {
+        layout: layout.clone(),
+        manifest: manifest.sha256(),
+        program: std::env::current_exe().context("cannot find this program")?,
+        networks: networks.to_path_buf(),
+        jobs,
+    };
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
+    let talk = !args.quiet && !args.json;
+    if talk && todo.len() < results.plan.len() {
+        note(format!("{} of {} tasks are already done", results.records.len(), results.plan.len()));
+    }
+    let weights: BTreeMap<usize, u32> =
+        todo.iter().map(|t| (t.task, episodes(request, &t.method))).collect();
+    let total = weights.values().map(|w| u64::from(*w)).sum();
+    let mut monitor = Monitor {
+        progress: Progress::new(total, "episodes", args.quiet || args.json),
+        done: BTreeMap::new(),
+        weights,
+        finished: 0,
+        failed: 0,
+        tasks: todo.len(),
+        json: args.json,
+    };
+    let outcome = pool.run(&todo, &interrupted, &mut |event| monitor.handle(event));
+    monitor.progress.finish();
+    outcome?;
+    if interrupted.load(Ordering::Relaxed) {
+        let left = todo.len() - monitor.finished;
+        if !args.quiet {
+            note(format!("interrupted with {left} tasks to do; run the same command to continue"));
+        }
+        return Ok(exit::INTERRUPTED);
+    }
+    summarise(args, layout)
+}
+
+/// Reports the finished run.
+fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
+    let results = Results::load(layout)?;
+    let data = ReportData::new(&results);
+    let paths = report::write(layout)?;
+    if args.json {
+        for row in data.json_rows() {
+            line(method_line(&row))?;
+        }
+    } else if !args.quiet {
+        line(text::table(&data))?;
+        for text in text::notes(&data) {
+            line(text)?;
+        }
+        note(format!("report: {}", paths.html.display()));
+    }
+    let failed = results.failed().count();
+    if failed > 0 {
+        if !args.quiet {
+            note(format!(
+                "{failed} of {} tasks failed; their reasons are in the report, --retry-failed tries \
+                 them again",
+                results.plan.len()
+            ));
+        }
+        return Ok(exit::SOME_FAILED);
+    }
+    Ok(exit::DONE)
+}
+
+/// Returns a method as `--json` prints it.
+pub(super) fn method_line(row: &JsonRow) -> Value {
+    let mut value = json!({"event": "method"});
+    let fields = serde_json::to_value(row).expect("a row is plain data");
+    if let (Value::Object(value), Value::Object(fields)) = (&mut value, fields) {
+        value.extend(fields);
+    }
+    value
+}
+
+/// Turns the pool's events into progress, notes and JSON lines.
+struct Monitor {
+    progress: Progress,
+    done: BTreeMap<usize, u32>,
+    weights: BTreeMap<usize, u32>,
+    finished: usize,
+    failed: usize,
+    tasks: usize,
+    json: bool,
+}
+
+impl Monitor {
+    fn handle(&mut self, event: Event) {
+        match event {
+            Event::Progress { task, episodes } => {
+                self.done.insert(task, episodes.min(self.weights[&task]));
+            }
+            Event::Retry { task, reason } => {
+                self.done.insert(task, 0);
+                self.say(&format!("task {task} failed and is tried again: {reason}"));
+            }
+            Event::Finished(record) => self.finish(&record),
+        }
+        let episodes = self.done.values().map(|e| u64::from(*e)).sum();
+        let failed =
+            if self.failed > 0 { format!(", {} failed", self.failed) } else { String::new() };
+        let message = format!("{}/{} tasks{failed}", self.finished, self.tasks);
+        self.progress.set(episodes, &message);
+    }
+
+    fn finish(&mut self, record: &Record) {
+        let summary = &record.summary;
+        self.finished += 1;
+        self.done.insert(summary.task, self.weights[&summary.task]);
+        if summary.outcome == Outcome::Failed {
+            self.failed += 1;
+            let reason = summary.reason.as_deref().unwrap_or("unknown reason");
+            self.say(&format!(
+                "task {} ({} on {}) failed: {reason}",
+                summary.task, summary.method, summary.point
+            ));
+        }
+        if self.json {
+            let value = json!({
+                "event": "task",
+                "task": summary.task,
+                "method": summary.method,
+                "point": summary.point,
+                "replicate": summary.replicate,
+                "outcome": summary.outcome,
+                "reason": summary.reason,
+                "delay_s": summary.metrics.get("delay_s"),
+                "wall_s": summary.wall.wall_s,
+            });
+            // A closed pipe shows at the summary; the tasks go on.
+            let _ = line(value);
+        }
+    }
+
+    fn say(&self, text: &str) {
+        if self.json {
+            note(text);
+        } else {
+            self.progress.note(text);
+        }
+    }
+}
+
+/// Builds the networks of the chosen point MDPs where they are missing, and returns their hashes.
+fn networks_of(
+    request: &Request,
+    draft: &Draft,
+    networks: &Path,
+    quiet: bool,
+) -> anyhow::Result<BTreeMap<String, BTreeMap<String, String>>> {
+    if !draft.imported.is_empty() {
+        return Ok(BTreeMap::new());
+    }
+    let chosen: BTreeSet<&str> = draft.sample.draws.iter().map(|d| d.point.as_str()).collect();
+    let mut specs = intersections(&request.scenario)?;
+    specs.retain(|s| chosen.contains(s.point.as_str()));
+    build(&request.scenario, &specs, networks, false, quiet)?;
+    let index = Index::load(networks)?;
+    let mut hashes = BTreeMap::new();
+    for spec in &specs {
+        hashes.insert(spec.point.clone(), index.verify(&spec.point)?.sha256);
+    }
+    Ok(hashes)
+}
+
+#[cfg(feature = "libsumo")]
+fn simulator_version() -> Result<String, SimError> {
+    use crate::sim::Sim;
+    crate::sim::libsumo::SumoSim::new()?.version()
+}
+
+#[cfg(not(feature = "libsumo"))]
+fn simulator_version() -> Result<String, SimError> {
+    Err(SimError::Unavailable("built without the feature `libsumo`".into()))
+}
+
+fn provenance(networks: &Path) -> Provenance {
+    let processors = available_parallelism().map_or(1, std::num::NonZero::get);
+    let command: Vec<String> =
+        std::iter::once("tsc-family".to_owned()).chain(std::env::args().skip(1)).collect();
+    Provenance {
+        command: command.join(" "),
+        git: env!("TSC_FAMILY_GIT").to_owned(),
+        rustc: env!("TSC_FAMILY_RUSTC").to_owned(),
+        host: format!(
+            "{} {}, {processors} processors",
+            std::env::consts::OS,
+            std::env::consts::ARCH
+        ),
+        started: now(),
+        networks: networks.display().to_string(),
+    }
+}
+
+/// Returns the time, ISO 8601, UTC, to the second.
+fn now() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
+}
+
+/// Removes what an earlier run that was killed has left behind, and on request failed records.
+fn clean(layout: &Layout, retry_failed: bool) -> anyhow::Result<()> {
+    let tmp = layout.tmp();
+    if tmp.exists() {
+        fs::remove_dir_all(&tmp).map_err(FileError::at("remove", &tmp))?;
+    }
+    if retry_failed {
+        let results = Results::load(layout)?;
+        let failed: Vec<PathBuf> =
+            results.failed().map(|r| layout.record(r.summary.task)).collect();
+        for path in failed {
+            fs::remove_file(&path).map_err(FileError::at("remove", &path))?;
+        }
+    }
+    Ok(())
+}

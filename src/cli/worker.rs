@@ -1,0 +1,64 @@
+//! `tsc-family worker`: one task in a process of its own.
+
+use std::io::Read;
+
+use super::WorkerArgs;
+use crate::exit;
+
+#[cfg(feature = "libsumo")]
+pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
+    use std::fs;
+    use std::path::PathBuf;
+
+    use crate::error::{EvalError, FileError};
+    use crate::eval::pool::Progress;
+    use crate::eval::task::{Workplace, execute};
+    use crate::sim::libsumo::SumoSim;
+    use crate::store::Layout;
+    use crate::store::manifest::{Manifest, read_plan};
+    use crate::store::record::Record;
+
+    if args.watch_stdin {
+        end_with_parent();
+    }
+    let layout = Layout::new(&args.dir);
+    let manifest = Manifest::read(&layout)?;
+    let plan = read_plan(&layout.plan())?;
+    let task = plan.get(args.task).ok_or_else(|| EvalError::NoTask {
+        path: args.dir.clone(),
+        task: args.task,
+        count: plan.len(),
+    })?;
+    let tmp = layout.tmp();
+    fs::create_dir_all(&tmp).map_err(FileError::at("create", &tmp))?;
+    let scratch = tempfile::Builder::new()
+        .prefix(&format!("{}.", task.task))
+        .tempdir_in(&tmp)
+        .map_err(FileError::at("create", &tmp))?;
+    let networks =
+        args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
+    let workplace = Workplace { networks, scratch: scratch.path().to_path_buf() };
+    let mut progress = |episodes| {
+        let text = serde_json::to_string(&Progress { episodes }).expect("plain data");
+        // A parent that has gone away is noticed by its closed pipe.
+        let _ = super::output::line(text);
+    };
+    let result = execute(SumoSim::new()?, &manifest, task, &workplace, &mut progress)?;
+    Record::finished(task, &manifest.sha256(), result).commit(&layout)?;
+    Ok(exit::DONE)
+}
+
+#[cfg(not(feature = "libsumo"))]
+pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
+    let _ = (args, end_with_parent);
+    Err(crate::sim::SimError::Unavailable("built without the feature `libsumo`".into()).into())
+}
+
+/// Ends this process when standard input closes: its parent is gone.
+fn end_with_parent() {
+    std::thread::spawn(|| {
+        let mut buffer = [0; 64];
+        while matches!(std::io::stdin().read(&mut buffer), Ok(n) if n > 0) {}
+        std::process::exit(exit::INTERRUPTED.into());
+    });
+}

@@ -1,0 +1,366 @@
+//! What a run consists of, decided completely before the first task.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::control::baseline::Baseline;
+use crate::control::registry::{ControlSettings, create};
+use crate::env::world::{SumoConfig, World};
+use crate::error::{EvalError, FileError, StoreError};
+use crate::family::load::LoadedScenario;
+use crate::family::scenario::{BaselineProgram, Scenario};
+use crate::family::{Feature, MdpFamily, PointMdp};
+use crate::hash::sha256_file;
+use crate::sample::{SamplePlan, Sampling, choose};
+use crate::seed;
+use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
+use crate::store::{Layout, SCHEMA_VERSION};
+
+/// Environment of a point MDP whose network lies in the networks folder.
+pub const GENERATED: &str = "network";
+
+/// Metric that scores compare.
+pub const OBJECTIVE: &str = "delay_s";
+
+/// What a run is asked to do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// The scenario: settings, and the family unless `sumocfgs` are given.
+    pub scenario: LoadedScenario,
+    /// Imported SUMO scenarios that make up the family instead.
+    pub sumocfgs: Vec<PathBuf>,
+    /// Number of point MDPs; `None` takes all.
+    pub budget: Option<usize>,
+    /// How they are chosen.
+    pub sampling: Sampling,
+    /// Methods by name; the baseline is added.
+    pub methods: Vec<String>,
+    /// Seed from which all others are derived.
+    pub base_seed: u64,
+    /// Number of evaluation episodes.
+    pub evaluation_seeds: u32,
+    /// Independent trainings.
+    pub replicates: u32,
+}
+
+/// A plan before its networks are known: who is evaluated where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draft {
+    /// The family that was sampled.
+    pub family: MdpFamily,
+    /// Imported scenario per point MDP; empty for generated networks.
+    pub imported: BTreeMap<String, PathBuf>,
+    /// The chosen point MDPs.
+    pub sample: SamplePlan,
+    /// Methods, the baseline first.
+    pub methods: Vec<String>,
+}
+
+/// Chooses point MDPs and methods.
+///
+/// # Errors
+///
+/// [`EvalError`] for an unknown method, an impossible budget, or a SUMO configuration that cannot
+/// be used.
+pub fn draft(request: &Request) -> Result<Draft, EvalError> {
+    let settings = control_settings(&request.scenario.scenario, false);
+    let mut methods = vec![Baseline::NAME.to_owned()];
+    for method in &request.methods {
+        create(method, &settings)?;
+        if !methods.contains(method) {
+            methods.push(method.clone());
+        }
+    }
+    let (family, imported) = if request.sumocfgs.is_empty() {
+        (request.scenario.family.clone(), BTreeMap::new())
+    } else {
+        imported_family(&request.sumocfgs)?
+    };
+    let size = family.points.len();
+    let budget = request.budget.unwrap_or(size);
+    let sampling = if request.budget.is_none() { Sampling::All } else { request.sampling };
+    let sample = choose(&family, sampling, budget, request.base_seed)?;
+    Ok(Draft { family, imported, sample, methods })
+}
+
+fn imported_family(
+    configs: &[PathBuf],
+) -> Result<(MdpFamily, BTreeMap<String, PathBuf>), EvalError> {
+    let mut imported = BTreeMap::new();
+    for config in configs {
+        World::from_sumocfg(config)?;
+        let stem = config.file_stem().unwrap_or_default().to_string_lossy();
+        let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+        let id: String = stem.chars().map(safe).collect();
+        if imported.insert(id.clone(), config.clone()).is_some() {
+            return Err(EvalError::DoubledPoint(id));
+        }
+    }
+    let share = 1.0 / imported.len() as f64;
+    let point = |id: &String| PointMdp {
+        id: id.clone(),
+        features: vec![],
+        importance: share,
+        instances: 1,
+    };
+    let points = imported.keys().map(point).collect();
+    let family = MdpFamily::new("imported", Vec::<Feature>::new(), points, "--sumocfg")?;
+    Ok((family, imported))
+}
+
+/// Returns the settings of all controllers in a scenario.
+pub fn control_settings(scenario: &Scenario, imported: bool) -> ControlSettings {
+    let equal_split = match scenario.baseline.program {
+        BaselineProgram::Auto => imported,
+        BaselineProgram::Netconvert => false,
+        BaselineProgram::EqualSplit => true,
+    };
+    let (fixed, actuated) = (&scenario.fixed_time, &scenario.actuated);
+    ControlSettings {
+        baseline_equal_split_green_s: equal_split.then_some(scenario.baseline.green_s),
+        fixed_time_simulations: fixed.simulations,
+        fixed_time_min_green_s: fixed.min_green_s,
+        fixed_time_min_cycle_s: fixed.min_cycle_s,
+        fixed_time_max_cycle_s: fixed.max_cycle_s,
+        fixed_time_lost_time_s: fixed.lost_time_s,
+        fixed_time_saturation_flow_vph: fixed.saturation_flow_vph,
+        actuated_min_green_s: actuated.min_green_s,
+        actuated_max_green_s: actuated.max_green_s,
+    }
+}
+
+/// Completes a draft to a manifest and its tasks.
+///
+/// # Arguments
+///
+/// * `hashes` — sha256 by file name of the networks of the chosen point MDPs; unused for imported
+///   scenarios, whose files are hashed here.
+///
+/// # Errors
+///
+/// [`EvalError`] when a file of an imported scenario cannot be read.
+pub fn complete(
+    request: &Request,
+    draft: &Draft,
+    hashes: &BTreeMap<String, BTreeMap<String, String>>,
+    simulator: String,
+    provenance: Provenance,
+) -> Result<(Manifest, Vec<Task>), EvalError> {
+    let chosen: BTreeSet<&str> = draft.sample.draws.iter().map(|d| d.point.as_str()).collect();
+    let mut points = Vec::new();
+    for (i, point) in draft.family.points.iter().enumerate() {
+        if !chosen.contains(point.id.as_str()) {
+            continue;
+        }
+        let (environment, sha256) = match draft.imported.get(&point.id) {
+            Some(config) => (config.display().to_string(), hash_scenario(config)?),
+            None => (GENERATED.to_owned(), hashes.get(&point.id).cloned().unwrap_or_default()),
+        };
+        let loaded = &request.scenario;
+        let members = if draft.imported.is_empty() { loaded.members[i].as_slice() } else { &[] };
+        let place = |m: &usize| {
+            let intersection = &loaded.intersections[*m];
+            [intersection.latitude, intersection.longitude]
+        };
+        points.push(PointRow {
+            point: point.id.clone(),
+            importance: point.importance,
+            instances: point.instances,
+            features: point.features.clone(),
+            places: members.iter().map(place).collect(),
+            environment,
+            sha256,
+        });
+    }
+    let column = |f: &Feature| FeatureColumn { name: f.name.clone(), unit: f.unit.clone() };
+    let identity = Identity {
+        schema_version: SCHEMA_VERSION,
+        tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
+        simulator,
+        scenario: draft.family.name.clone(),
+        settings: serde_json::to_value(&request.scenario.scenario)
+            .expect("a scenario is plain data"),
+        features: draft.family.features.iter().map(column).collect(),
+        sample: draft.sample.clone(),
+        points,
+        methods: draft.methods.clone(),
+        baseline: Baseline::NAME.to_owned(),
+        objective: OBJECTIVE.to_owned(),
+        replicates: request.replicates,
+        base_seed: request.base_seed,
+        evaluation_seeds: (0..request.evaluation_seeds)
+            .map(|k| seed::evaluation(request.base_seed, k))
+            .collect(),
+    };
+    let tasks = tasks(&identity);
+    Ok((Manifest { identity, provenance }, tasks))
+}
+
+/// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
+/// point MDPs.
+fn tasks(identity: &Identity) -> Vec<Task> {
+    let mut tasks = Vec::new();
+    for point in &identity.points {
+        for method in &identity.methods {
+            for replicate in 0..identity.replicates {
+                tasks.push(Task {
+                    task: tasks.len(),
+                    method: method.clone(),
+                    point: point.point.clone(),
+                    replicate,
+                    seed: seed::task(identity.base_seed, method, &point.point, replicate),
+                });
+            }
+        }
+    }
+    tasks
+}
+
+/// Returns the sha256 of a SUMO configuration and of every file it names.
+fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, EvalError> {
+    let mut files = SumoConfig::read(config)?.files;
+    files.push(config.to_path_buf());
+    let mut hashes = BTreeMap::new();
+    for file in files {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        hashes.insert(name, sha256_file(&file)?);
+    }
+    Ok(hashes)
+}
+
+/// Writes plan and manifest into a new results directory, or checks that an existing one holds
+/// the same run. The manifest comes last: with it the directory is complete.
+///
+/// Returns the manifest that counts: of an existing directory its own, with the first run's
+/// provenance.
+///
+/// # Errors
+///
+/// [`StoreError::Mismatch`] naming the first field that differs.
+pub fn establish(
+    layout: &Layout,
+    manifest: Manifest,
+    tasks: &[Task],
+) -> Result<Manifest, StoreError> {
+    if layout.manifest().exists() {
+        let existing = Manifest::read(layout)?;
+        return match existing.first_difference(&manifest) {
+            None => Ok(existing),
+            Some((field, found, wanted)) => {
+                let path = layout.root().to_path_buf();
+                Err(StoreError::Mismatch { path, field, found, wanted })
+            }
+        };
+    }
+    let mut plan = Vec::new();
+    for task in tasks {
+        serde_json::to_writer(&mut plan, task).expect("a task is plain data");
+        plan.push(b'\n');
+    }
+    write_atomically(&layout.plan(), &plan)?;
+    let mut json = serde_json::to_vec_pretty(&manifest).expect("a manifest is plain data");
+    json.push(b'\n');
+    write_atomically(&layout.manifest(), &json)?;
+    Ok(manifest)
+}
+
+/// Writes a file so that it is either as before or complete.
+///
+/// # Errors
+///
+/// [`FileError`] when the folder cannot be written; nothing is left behind.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut draft =
+        tempfile::NamedTempFile::new_in(folder).map_err(FileError::at("create", folder))?;
+    draft
+        .write_all(bytes)
+        .and_then(|()| draft.as_file().sync_all())
+        .map_err(FileError::at("write", path))?;
+    draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::family::load::load;
+
+    fn request(methods: &[&str], budget: Option<usize>) -> Request {
+        Request {
+            scenario: load("smoke").unwrap(),
+            sumocfgs: vec![],
+            budget,
+            sampling: Sampling::KMeans,
+            methods: methods.iter().map(|m| (*m).to_owned()).collect(),
+            base_seed: 0,
+            evaluation_seeds: 2,
+            replicates: 1,
+        }
+    }
+
+    fn planned(methods: &[&str]) -> (Manifest, Vec<Task>) {
+        let request = request(methods, None);
+        let draft = draft(&request).unwrap();
+        let provenance = Provenance {
+            command: String::new(),
+            git: String::new(),
+            rustc: String::new(),
+            host: String::new(),
+            started: String::new(),
+            networks: String::new(),
+        };
+        complete(&request, &draft, &BTreeMap::new(), "mock".into(), provenance).unwrap()
+    }
+
+    #[test]
+    fn the_baseline_is_added_and_comes_first() {
+        let (manifest, tasks) = planned(&["max-pressure", "baseline", "max-pressure"]);
+        assert_eq!(manifest.identity.methods, ["baseline", "max-pressure"]);
+        let rows: Vec<_> = tasks.iter().map(|t| (t.point.as_str(), t.method.as_str())).collect();
+        assert_eq!(
+            rows,
+            [
+                ("quiet", "baseline"),
+                ("quiet", "max-pressure"),
+                ("busy", "baseline"),
+                ("busy", "max-pressure")
+            ]
+        );
+    }
+
+    #[test]
+    fn an_unknown_method_names_those_that_exist() {
+        let e = draft(&request(&["maxpressure"], None)).unwrap_err().to_string();
+        assert_eq!(
+            e,
+            "unknown method \"maxpressure\"; known are baseline, fixed-time, max-pressure, \
+             actuated, program"
+        );
+    }
+
+    #[test]
+    fn the_seed_of_a_task_does_not_depend_on_the_other_methods() {
+        let of = |tasks: &[Task]| {
+            tasks.iter().find(|t| t.method == "max-pressure").map(|t| t.seed).unwrap()
+        };
+        assert_eq!(
+            of(&planned(&["max-pressure"]).1),
+            of(&planned(&["actuated", "max-pressure"]).1)
+        );
+    }
+
+    #[test]
+    fn another_run_in_the_same_directory_is_refused_and_the_field_named() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        let (manifest, tasks) = planned(&["max-pressure"]);
+        establish(&layout, manifest.clone(), &tasks).unwrap();
+        establish(&layout, manifest.clone(), &tasks).unwrap();
+        let mut other = manifest;
+        other.identity.base_seed = 9;
+        let e = establish(&layout, other, &tasks).unwrap_err().to_string();
+        assert!(e.contains("base_seed is 0 there and 9 now"), "{e}");
+    }
+}

@@ -1,0 +1,168 @@
+//! One task: train a method where it needs training, then evaluate it on the held-out seeds.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use crate::control::registry::create;
+use crate::control::{ControlError, Controller, EpisodeOutcome, Trainer};
+use crate::env::episode::{EpisodeMetrics, run_episode};
+use crate::env::{SignalEnv, World};
+use crate::error::{EvalError, SimError, StoreError};
+use crate::family::scenario::Scenario;
+use crate::hash::sha256_file;
+use crate::network::demand::DemandSpec;
+use crate::seed;
+use crate::sim::Sim;
+use crate::store::manifest::{Manifest, PointRow, Task};
+use crate::store::record::{Metrics, Row, RowKind, TaskResult, Wall};
+
+use super::plan::{GENERATED, control_settings};
+
+/// Where a task works.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Workplace {
+    /// Folder of the generated networks.
+    pub networks: PathBuf,
+    /// Folder for files of the running episode.
+    pub scratch: PathBuf,
+}
+
+/// Does one task and returns what it brought forth.
+///
+/// # Arguments
+///
+/// * `progress` — called after every episode with the number done so far.
+///
+/// # Errors
+///
+/// [`EvalError`] when a file has changed since the plan, the simulation or the method fails.
+pub fn execute<S: Sim>(
+    sim: S,
+    manifest: &Manifest,
+    task: &Task,
+    workplace: &Workplace,
+    progress: &mut dyn FnMut(u32),
+) -> Result<TaskResult, EvalError> {
+    let start = Instant::now();
+    let identity = &manifest.identity;
+    let scenario: Scenario = serde_json::from_value(identity.settings.clone()).map_err(|e| {
+        StoreError::Malformed { path: "manifest.json".into(), reason: format!("settings: {e}") }
+    })?;
+    let point = identity.points.iter().find(|p| p.point == task.point).ok_or_else(|| {
+        let reason = format!("task {} is on {}, which it does not have", task.task, task.point);
+        StoreError::Malformed { path: "manifest.json".into(), reason }
+    })?;
+    let imported = point.environment != GENERATED;
+    let world = world(point, &workplace.networks)?;
+    let env = SignalEnv::new(
+        sim,
+        world,
+        scenario.signal.clone(),
+        scenario.simulation.clone(),
+        workplace.scratch.clone(),
+    );
+    let mut controller = create(&task.method, &control_settings(&scenario, imported))?;
+    let mut lab = Lab { env, task_seed: task.seed, rows: Vec::new(), progress };
+    controller.train(&mut lab)?;
+    for (k, &seed) in identity.evaluation_seeds.iter().enumerate() {
+        let metrics = run_episode(&mut lab.env, controller.as_mut(), seed)?;
+        lab.record(RowKind::Evaluation, k as u32, seed, &metrics);
+    }
+    Ok(TaskResult {
+        rows: lab.rows,
+        details: controller.details(),
+        wall: Wall {
+            wall_s: start.elapsed().as_secs_f64(),
+            simulator_s: lab.env.simulator_time().as_secs_f64(),
+            attempts: 1,
+        },
+    })
+}
+
+/// Returns the world of a point MDP after checking that its files are those of the plan.
+fn world(point: &PointRow, networks: &Path) -> Result<World, EvalError> {
+    if point.environment != GENERATED {
+        let config = PathBuf::from(&point.environment);
+        let world = World::from_sumocfg(&config)?;
+        let files = crate::env::world::SumoConfig::read(&config)?.files;
+        for file in files.iter().chain([&config]) {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            check(file, point.sha256.get(name.as_ref()))?;
+        }
+        return Ok(world);
+    }
+    let folder = networks.join(&point.point);
+    for (name, sha256) in &point.sha256 {
+        check(&folder.join(name), Some(sha256))?;
+    }
+    let demand = DemandSpec::read(&folder.join(format!("{}.demand.json", point.point)))?;
+    let mut world = World::from_sumocfg(&folder.join(format!("{}.sumocfg", point.point)))?;
+    world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
+    Ok(world)
+}
+
+fn check(path: &Path, sha256: Option<&String>) -> Result<(), EvalError> {
+    let altered = |what| Err(EvalError::Altered { path: path.to_path_buf(), what });
+    if !path.exists() {
+        return altered("was deleted");
+    }
+    if Some(&sha256_file(path)?) != sha256 {
+        return altered("was altered");
+    }
+    Ok(())
+}
+
+/// Runs training episodes and keeps a row of each.
+struct Lab<'a, S> {
+    env: SignalEnv<S>,
+    task_seed: u64,
+    rows: Vec<Row>,
+    progress: &'a mut dyn FnMut(u32),
+}
+
+impl<S: Sim> Lab<'_, S> {
+    fn record(&mut self, kind: RowKind, episode: u32, seed: u64, metrics: &EpisodeMetrics) {
+        self.rows.push(Row { kind, episode, seed, metrics: named(metrics) });
+        (self.progress)(self.rows.len() as u32);
+    }
+}
+
+impl<S: Sim> Trainer for Lab<'_, S> {
+    fn episode(
+        &mut self,
+        controller: &mut dyn Controller,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError> {
+        let episode = self.rows.len() as u32;
+        let seed = seed::training(self.task_seed, seed);
+        let metrics = run_episode(&mut self.env, controller, seed)
+            .map_err(|e| ControlError::Episode(Box::new(e)))?;
+        self.record(RowKind::Training, episode, seed, &metrics);
+        Ok(metrics.outcome())
+    }
+}
+
+/// Returns the metrics of an episode by name.
+fn named(metrics: &EpisodeMetrics) -> Metrics {
+    let trips = &metrics.trips;
+    [
+        ("delay_s", metrics.delay_s()),
+        ("waiting_s", metrics.waiting_s()),
+        ("queue_veh", metrics.queue_veh),
+        ("max_queue_veh", metrics.max_queue_veh),
+        ("vehicles_veh", f64::from(trips.vehicles)),
+        ("throughput_veh", f64::from(trips.arrived)),
+        ("unfinished_veh", f64::from(trips.running + trips.undeparted)),
+        ("undeparted_veh", f64::from(trips.undeparted)),
+        ("teleports", f64::from(metrics.counts.teleports)),
+        ("collisions", f64::from(metrics.counts.collisions)),
+    ]
+    .into_iter()
+    .map(|(name, value)| (name.to_owned(), value))
+    .collect()
+}
+
+/// Returns whether an error means that SUMO is missing, so that every other task would fail too.
+pub fn is_simulator_missing(error: &EvalError) -> bool {
+    matches!(error, EvalError::Sim(SimError::Unavailable(_)))
+}

@@ -1,0 +1,120 @@
+//! Documented exit codes.
+
+use crate::error::{EvalError, FamilyError, NetworkError, SimError, StoreError};
+use crate::report::ReportError;
+
+/// Everything went well.
+pub const DONE: u8 = 0;
+/// Something unexpected failed.
+pub const UNEXPECTED: u8 = 1;
+/// Wrong usage or unusable input.
+pub const USAGE: u8 = 2;
+/// The run is complete, but some tasks failed.
+pub const SOME_FAILED: u8 = 3;
+/// SUMO is missing or unsupported.
+pub const NO_SUMO: u8 = 4;
+/// The results directory holds another run, or is in use by one.
+pub const MISMATCH: u8 = 5;
+/// Interrupted; run the same command again to continue.
+pub const INTERRUPTED: u8 = 130;
+
+/// Table for `--help` and the man page.
+pub const HELP: &str = "\
+Exit codes:
+  0    done
+  1    something unexpected failed
+  2    wrong usage or unusable input
+  3    the run is complete, but some tasks failed
+  4    SUMO is missing or unsupported
+  5    the results directory holds another run, or is in use
+  130  interrupted; the same command continues";
+
+/// Returns the exit code of an error, by the first known error in its chain.
+pub fn code(error: &anyhow::Error) -> u8 {
+    error.chain().find_map(known).unwrap_or(UNEXPECTED)
+}
+
+fn known(error: &(dyn std::error::Error + 'static)) -> Option<u8> {
+    if let Some(e) = error.downcast_ref::<EvalError>() {
+        return Some(match e {
+            EvalError::Family(e) => family(e),
+            EvalError::Network(e) => network(e),
+            EvalError::Sim(e) => sim(e),
+            EvalError::Store(e) => store(e),
+            EvalError::Control(_) | EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
+            EvalError::NoTask { .. } | EvalError::Altered { .. } => USAGE,
+            EvalError::Io(_) => UNEXPECTED,
+        });
+    }
+    if let Some(e) = error.downcast_ref::<FamilyError>() {
+        return Some(family(e));
+    }
+    if let Some(e) = error.downcast_ref::<NetworkError>() {
+        return Some(network(e));
+    }
+    if let Some(e) = error.downcast_ref::<SimError>() {
+        return Some(sim(e));
+    }
+    if let Some(ReportError::Store(e)) = error.downcast_ref::<ReportError>() {
+        return Some(store(e));
+    }
+    error.downcast_ref::<StoreError>().map(store)
+}
+
+fn family(error: &FamilyError) -> u8 {
+    match error {
+        FamilyError::Io(_) => UNEXPECTED,
+        _ => USAGE,
+    }
+}
+
+fn network(error: &NetworkError) -> u8 {
+    match error {
+        NetworkError::NoNetconvert { .. } => NO_SUMO,
+        NetworkError::Intersection { .. }
+        | NetworkError::Altered { .. }
+        | NetworkError::Index { .. } => USAGE,
+        _ => UNEXPECTED,
+    }
+}
+
+fn sim(error: &SimError) -> u8 {
+    match error {
+        SimError::Unavailable(_) => NO_SUMO,
+        SimError::NoSignals(_)
+        | SimError::Signal { .. }
+        | SimError::Config { .. }
+        | SimError::NoConfig(_)
+        | SimError::Missing(_) => USAGE,
+        _ => UNEXPECTED,
+    }
+}
+
+fn store(error: &StoreError) -> u8 {
+    match error {
+        StoreError::Mismatch { .. } | StoreError::Version { .. } | StoreError::Locked { .. } => {
+            MISMATCH
+        }
+        StoreError::NotResults(_) | StoreError::Malformed { .. } | StoreError::Record { .. } => {
+            USAGE
+        }
+        StoreError::Io(_) => UNEXPECTED,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_code_of_a_wrapped_error_is_its_cause_s() {
+        let e = anyhow::Error::from(StoreError::NotResults("x".into())).context("cannot report");
+        assert_eq!(code(&e), USAGE);
+    }
+
+    #[test]
+    fn a_missing_simulator_has_its_own_code() {
+        let e = EvalError::Sim(SimError::Unavailable("libsumocpp.so".into()));
+        assert_eq!(code(&e.into()), NO_SUMO);
+    }
+}

@@ -1,0 +1,107 @@
+//! Checks the settings of a scenario: ranges that types cannot express.
+
+use super::scenario::{Detail, Scenario, SixFeatures};
+use crate::error::FamilyError;
+
+/// Checks the ranges that types cannot express.
+///
+/// # Errors
+///
+/// [`FamilyError::Setting`] naming file and field.
+pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
+    let fail = |field: &str, value: String, expected: &str| {
+        Err(FamilyError::Setting {
+            file: file.to_owned(),
+            field: field.to_owned(),
+            value,
+            expected: expected.to_owned(),
+        })
+    };
+    let name = &scenario.name;
+    if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
+        return fail("name", format!("{name:?}"), "expected letters, digits, `-` and `_`");
+    }
+    let (f, n, d) = (&scenario.family, &scenario.network, &scenario.demand);
+    let (t, a, b) = (&scenario.fixed_time, &scenario.actuated, &scenario.baseline);
+    let ranges = [
+        ("family.hourly_share", f.hourly_share, 1e-6, 1.0),
+        ("family.inflow_cap_vph_per_lane", f.inflow_cap_vph_per_lane, 1.0, 3600.0),
+        ("family.min_inflow_vph", f.min_inflow_vph, 1.0, 3600.0),
+        ("family.length_scale", f.length_scale, 0.01, 100.0),
+        ("network.exit_length_m", n.exit_length_m, 10.0, 10_000.0),
+        ("network.yellow_time_s", n.yellow_time_s, 1.0, 10.0),
+        ("network.phase_green_s", n.phase_green_s, 1.0, 300.0),
+        ("network.default_cycle_s", n.default_cycle_s, 20.0, 600.0),
+        ("network.default_left_green_s", n.default_left_green_s, 1.0, 100.0),
+        ("demand.horizon_s", d.horizon_s, 10.0, 86_400.0),
+        ("signal.delta_time_s", f64::from(scenario.signal.delta_time_s), 1.0, 300.0),
+        ("signal.detection_m", scenario.signal.detection_m, 1.0, 10_000.0),
+        ("simulation.time_to_teleport_s", scenario.simulation.time_to_teleport_s, -1.0, 86_400.0),
+        ("baseline.green_s", b.green_s, 1.0, 300.0),
+        ("fixed_time.simulations", f64::from(t.simulations), 1.0, 10_000.0),
+        ("fixed_time.min_green_s", t.min_green_s, 1.0, 100.0),
+        ("fixed_time.min_cycle_s", t.min_cycle_s, 10.0, t.max_cycle_s),
+        ("fixed_time.max_cycle_s", t.max_cycle_s, 10.0, 600.0),
+        ("fixed_time.lost_time_s", t.lost_time_s, 0.0, 30.0),
+        ("fixed_time.saturation_flow_vph", t.saturation_flow_vph, 100.0, 5000.0),
+        ("actuated.min_green_s", a.min_green_s, 1.0, a.max_green_s),
+        ("actuated.max_green_s", a.max_green_s, 1.0, 600.0),
+    ];
+    let bins = f.bins.to_array();
+    let bins = SixFeatures::COLUMNS.iter().zip(bins).map(|((name, _), v)| (*name, v, 1e-3, 1e6));
+    for (field, value, low, high) in ranges.into_iter().chain(bins) {
+        if !(low..=high).contains(&value) {
+            let expected = format!("expected a number from {low} to {high}");
+            return fail(field, value.to_string(), &expected);
+        }
+    }
+    if scenario.signal.yellow_time_s >= scenario.signal.delta_time_s {
+        let value = scenario.signal.yellow_time_s.to_string();
+        return fail("signal.yellow_time_s", value, "expected less than signal.delta_time_s");
+    }
+    let shares = [d.turn_shares.left, d.turn_shares.through, d.turn_shares.right];
+    if shares.iter().any(|s| !s.is_finite() || *s < 0.0) || shares.iter().sum::<f64>() <= 0.0 {
+        let value = format!("{shares:?}");
+        return fail("demand.turn_shares", value, "expected shares that are not negative");
+    }
+    if f.points.is_some() && f.detail == Detail::PerApproach {
+        let expected = "per-approach detail needs family.approaches";
+        return fail("family.detail", "per-approach".into(), expected);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scenario(extra: &str) -> Scenario {
+        toml::from_str(&format!("name = \"x\"\nfamily.points = \"p.csv\"\n{extra}")).unwrap()
+    }
+
+    #[test]
+    fn defaults_pass_the_check() {
+        check(&scenario(""), "t.toml").unwrap();
+    }
+
+    #[test]
+    fn a_setting_out_of_range_names_field_value_and_range() {
+        let e = check(&scenario("demand.horizon_s = 0.0"), "t.toml").unwrap_err();
+        assert_eq!(
+            e.to_string(),
+            "t.toml: demand.horizon_s = 0: expected a number from 10 to 86400"
+        );
+    }
+
+    #[test]
+    fn yellow_must_be_shorter_than_the_decision_interval() {
+        let e = check(&scenario("signal.yellow_time_s = 10"), "t.toml").unwrap_err();
+        assert!(e.to_string().contains("signal.yellow_time_s = 10"));
+    }
+
+    #[test]
+    fn negative_turn_shares_are_refused() {
+        let toml = "demand.turn_shares = { left = -1.0, through = 1.0, right = 1.0 }";
+        assert!(check(&scenario(toml), "t.toml").is_err());
+    }
+}

@@ -1,0 +1,220 @@
+//! An intersection as netconvert's plain XML.
+//!
+//! Node `c` is the signal. Arm `k`, clockwise from north, has the incoming edge `in{k}` from node
+//! `n{k}` and the outgoing edge `out{k}` to node `x{k}`, where it has lanes in that direction.
+//!
+//! The lengths of edges are given as attributes, so that SUMO's length from the arm's end to the
+//! stop line is exactly the feature; the nodes lie as much further out as the junction is
+//! estimated to be wide, so that the drawing nearly agrees.
+
+use std::fmt::Write;
+
+use super::intersection::{Arm, IntersectionSpec};
+use super::lanes::Layout;
+use super::movements::{incoming_edge, outgoing_edge};
+use super::phases::{PHASES_PROGRAM, ProgramPhase};
+
+/// Id of the signal and of its node.
+pub const SIGNAL: &str = "c";
+
+/// Program id of netconvert's own program.
+pub const DEFAULT_PROGRAM: &str = "0";
+
+/// Width of a lane, metres (SUMO's default).
+const LANE_WIDTH_M: f64 = 3.2;
+
+/// Returns the nodes file.
+///
+/// # Arguments
+///
+/// * `corner_m` — turning radius at the corners of the junction, metres.
+pub fn nodes(
+    spec: &IntersectionSpec,
+    layout: &Layout,
+    exit_length_m: f64,
+    corner_m: f64,
+) -> String {
+    let width = |(i, arm): (usize, &Arm)| arm.lanes_in + layout.exit_lanes[i];
+    let widest = spec.arms.iter().enumerate().map(width).max().unwrap_or_default();
+    let radius_m = corner_m + LANE_WIDTH_M * f64::from(widest) / 2.0;
+    let mut nodes = String::new();
+    line(
+        &mut nodes,
+        format_args!(
+            "<node id=\"{SIGNAL}\" x=\"0\" y=\"0\" type=\"traffic_light\" radius=\"{corner_m}\"/>"
+        ),
+    );
+    for (i, arm) in spec.arms.iter().enumerate() {
+        let ends = [
+            (format!("n{i}"), arm.lanes_in, arm.length_m),
+            (format!("x{i}"), layout.exit_lanes[i], exit_length_m),
+        ];
+        for (id, _, length_m) in ends.iter().filter(|(_, lanes, _)| *lanes > 0) {
+            let (sin, cos) = arm.bearing_deg.to_radians().sin_cos();
+            let (x, y) = ((length_m + radius_m) * sin, (length_m + radius_m) * cos);
+            line(&mut nodes, format_args!("<node id=\"{id}\" x=\"{x:.2}\" y=\"{y:.2}\"/>"));
+        }
+    }
+    document("nodes", &nodes)
+}
+
+/// Returns the edges file.
+pub fn edges(spec: &IntersectionSpec, layout: &Layout, exit_length_m: f64) -> String {
+    let mut edges = String::new();
+    for (i, arm) in spec.arms.iter().enumerate() {
+        let (node, end) = (format!("n{i}"), format!("x{i}"));
+        let directions = [
+            (incoming_edge(i), node.as_str(), SIGNAL, arm.lanes_in, arm.length_m),
+            (outgoing_edge(i), SIGNAL, end.as_str(), layout.exit_lanes[i], exit_length_m),
+        ];
+        for (id, from, to, lanes, length_m) in directions.into_iter().filter(|d| d.3 > 0) {
+            let speed_mps = arm.speed_mps;
+            line(
+                &mut edges,
+                format_args!(
+                    "<edge id=\"{id}\" from=\"{from}\" to=\"{to}\" numLanes=\"{lanes}\" \
+                     speed=\"{speed_mps:.2}\" length=\"{length_m:.2}\"/>"
+                ),
+            );
+        }
+    }
+    document("edges", &edges)
+}
+
+/// Returns the connections file.
+pub fn connections(layout: &Layout) -> String {
+    let mut connections = String::new();
+    for c in &layout.connections {
+        let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
+        let (from_lane, to_lane) = (c.from_lane, c.to_lane);
+        line(
+            &mut connections,
+            format_args!(
+                "<connection from=\"{from}\" to=\"{to}\" fromLane=\"{from_lane}\" \
+                 toLane=\"{to_lane}\"/>"
+            ),
+        );
+    }
+    document("connections", &connections)
+}
+
+/// Returns the signal file: programs, each with its id, and the link of every connection.
+///
+/// # Arguments
+///
+/// * `links` — per connection of the layout its link index.
+pub fn signals(layout: &Layout, links: &[usize], programs: [(&str, &[ProgramPhase]); 2]) -> String {
+    let mut text = String::new();
+    for (id, phases) in programs {
+        line(
+            &mut text,
+            format_args!(
+                "<tlLogic id=\"{SIGNAL}\" type=\"static\" programID=\"{id}\" offset=\"0\">"
+            ),
+        );
+        for phase in phases {
+            let (duration_s, state) = (phase.duration_s, &phase.state);
+            let phase = format_args!("    <phase duration=\"{duration_s}\" state=\"{state}\"/>");
+            line(&mut text, phase);
+        }
+        line(&mut text, format_args!("</tlLogic>"));
+    }
+    for (c, link) in layout.connections.iter().zip(links) {
+        let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
+        let (from_lane, to_lane) = (c.from_lane, c.to_lane);
+        line(
+            &mut text,
+            format_args!(
+                "<connection from=\"{from}\" to=\"{to}\" fromLane=\"{from_lane}\" \
+                 toLane=\"{to_lane}\" tl=\"{SIGNAL}\" linkIndex=\"{link}\"/>"
+            ),
+        );
+    }
+    document("tlLogics", &text)
+}
+
+/// Returns a net whose last program is netconvert's own, which is the one that SUMO then runs, and
+/// without the comment that says when, where and how it was made.
+///
+/// Returns `None` if a program is missing.
+pub fn normalised(net: &str) -> Option<String> {
+    let root = net.find("<net ")?;
+    let net = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\n{}", &net[root..]);
+    let (first, second) =
+        (program_range(&net, DEFAULT_PROGRAM)?, program_range(&net, PHASES_PROGRAM)?);
+    if first.start > second.start {
+        return Some(net);
+    }
+    Some(
+        [
+            &net[..first.start],
+            &net[second.clone()],
+            &net[first.clone()],
+            &net[first.end..second.start],
+            &net[second.end..],
+        ]
+        .concat(),
+    )
+}
+
+/// Returns where a program stands, whole lines.
+fn program_range(net: &str, program: &str) -> Option<std::ops::Range<usize>> {
+    const END: &str = "</tlLogic>\n";
+    let id = net.find(&format!("programID=\"{program}\""))?;
+    let start = net[..id].rfind('\n')? + 1;
+    let end = id + net[id..].find(END)? + END.len();
+    Some(start..end)
+}
+
+fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
+    writeln!(text, "    {line}").expect("writing to a string cannot fail");
+}
+
+fn document(root: &str, body: &str) -> String {
+    format!("<{root}>\n{body}</{root}>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lanes::layout;
+    use super::super::movements::shapes::{cross, spec};
+    use super::*;
+
+    #[test]
+    fn an_arm_to_the_east_lies_at_its_length_plus_the_junction() {
+        let s = cross();
+        let nodes = nodes(&s, &layout(&s).unwrap(), 60.0, 4.0);
+        assert!(nodes.contains(r#"<node id="n1" x="210.40" y="0.00"/>"#), "{nodes}");
+        assert!(nodes.contains(r#"<node id="x1" x="70.40" y="0.00"/>"#), "{nodes}");
+    }
+
+    #[test]
+    fn a_one_way_arm_has_one_edge() {
+        let mut s = cross();
+        s.arms[1].lanes_in = 0;
+        let edges = edges(&s, &layout(&s).unwrap(), 60.0);
+        assert!(!edges.contains("in1"), "{edges}");
+        assert!(edges.contains(
+            r#"<edge id="out1" from="c" to="x1" numLanes="2" speed="13.41" length="60.00"/>"#
+        ));
+    }
+
+    #[test]
+    fn a_connection_names_edges_and_lanes() {
+        let s = spec(&[0.0, 180.0]);
+        let connections = connections(&layout(&s).unwrap());
+        let first = r#"<connection from="in0" to="out1" fromLane="0" toLane="0"/>"#;
+        assert!(connections.contains(first), "{connections}");
+    }
+
+    #[test]
+    fn the_default_program_is_moved_behind_the_phases() {
+        let net = "<?xml?>\n<!-- when -->\n<net a=\"1\">\n <tlLogic programID=\"0\">\n a\n \
+                   </tlLogic>\n <tlLogic programID=\"phases\">\n b\n </tlLogic>\n</net>\n";
+        let expected = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\n<net a=\"1\">\n <tlLogic \
+                        programID=\"phases\">\n b\n </tlLogic>\n <tlLogic programID=\"0\">\n a\n \
+                        </tlLogic>\n</net>\n";
+        assert_eq!(normalised(net).unwrap(), expected);
+        assert_eq!(normalised(expected).unwrap(), expected);
+    }
+}

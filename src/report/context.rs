@@ -1,0 +1,145 @@
+//! How the score depends on each context feature: where in the family a method is good.
+
+use super::data::{MethodSummary, ReportData};
+use super::figures::{Figure, WIDTH, color, noun};
+use super::format;
+use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
+use crate::stats::score::weighted_mean;
+use crate::store::manifest::FeatureColumn;
+
+/// Fewest point MDPs for which a dependence says anything.
+const MIN_POINTS: usize = 10;
+
+/// Most positions on x; a feature with more values is cut into as many groups of equal size.
+const MAX_GROUPS: usize = 8;
+
+/// Largest score on the axis; more is drawn as a triangle at the upper edge.
+const SCORE_LIMIT: f64 = 2.0;
+
+/// Panels beside each other.
+const COLUMNS: usize = 2;
+
+/// Height of a panel with its labels, pixels.
+const PANEL_PX: f64 = 214.0;
+
+/// Height of a row of the legend, pixels.
+const LEGEND_PX: f64 = 24.0;
+
+/// Draws the importance-weighted mean score of every method over each feature that varies.
+pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
+    let methods: Vec<_> = data.methods.iter().filter(|m| !m.is_baseline && m.points > 0).collect();
+    let features: Vec<(usize, &FeatureColumn)> = data
+        .manifest
+        .identity
+        .features
+        .iter()
+        .enumerate()
+        .filter(|(f, _)| groups(data, *f).len() > 1)
+        .collect();
+    if methods.is_empty() || features.is_empty() || data.points.len() < MIN_POINTS {
+        return None;
+    }
+    let curves: Vec<Vec<Vec<(f64, f64)>>> = features
+        .iter()
+        .map(|(f, _)| methods.iter().map(|m| curve(data, m, *f)).collect())
+        .collect();
+    let largest = curves.iter().flatten().flatten().map(|p| p.1).fold(1.0, f64::max);
+    let y_end = (largest * 1.08).min(SCORE_LIMIT);
+    let (mut canvas, top) = with_legend(data, &methods, features.len().div_ceil(COLUMNS));
+    let panel_width = WIDTH / COLUMNS as f64;
+    for (i, ((_, feature), curves)) in features.iter().zip(&curves).enumerate() {
+        let left = panel_width * (i % COLUMNS) as f64 + 52.0;
+        let panel_top = top + PANEL_PX * (i / COLUMNS) as f64;
+        let area = (left, panel_top + 10.0, left + panel_width - 72.0, panel_top + PANEL_PX - 56.0);
+        let xs = || curves.iter().flatten().map(|p| p.0);
+        let (low, high) =
+            xs().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let pad = 0.05 * (high - low);
+        let frame = canvas.axes(&Axes {
+            area,
+            x: (low - pad, high + pad),
+            y: (0.0, y_end),
+            // Half a lane is no tick.
+            x_step: nice_step(high - low, 5.0).max(if xs().all(whole) { 1.0 } else { 0.0 }),
+            y_step: Some(nice_step(y_end, 4.0)),
+            x_last: high + pad,
+            x_label: Some(format::feature_label(feature)),
+            y_label: None,
+        });
+        let y = frame.y(1.0);
+        canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
+        for (m, points) in methods.iter().zip(curves).rev() {
+            draw(&mut canvas, &frame, points, y_end, color(data, m));
+        }
+    }
+    let description = format!(
+        "Mean score over {}, for {}. The numbers are in scores.csv.",
+        features.iter().map(|(_, f)| format::feature_label(f)).collect::<Vec<_>>().join(", "),
+        methods.iter().map(|m| m.method.as_str()).collect::<Vec<_>>().join(", "),
+    );
+    let svg = canvas.finish("context", "Score by context feature", &description);
+    Some(Figure { name: "context", svg })
+}
+
+/// Returns a canvas with the legend, and where the panels begin.
+fn with_legend(data: &ReportData, methods: &[&MethodSummary], rows: usize) -> (Canvas, f64) {
+    let slot = methods.iter().map(|m| text_width(&m.method)).fold(60.0, f64::max) + 36.0;
+    let per_row = ((WIDTH - 24.0) / slot).floor().max(1.0) as usize;
+    let top = 32.0 + LEGEND_PX * methods.len().div_ceil(per_row) as f64;
+    let mut canvas = Canvas::new(WIDTH, top + PANEL_PX * rows as f64);
+    for (i, m) in methods.iter().enumerate() {
+        let x = 16.0 + slot * (i % per_row) as f64;
+        let y = 16.0 + LEGEND_PX * (i / per_row) as f64;
+        canvas.line((x, y), (x + 20.0, y), color(data, m), 2.5, None);
+        canvas.circle((x + 10.0, y), 4.0, color(data, m), None);
+        canvas.text(x + 27.0, y + 4.5, &m.method, TextStyle::new(Anchor::Start));
+    }
+    let title = format!("mean score ({} relative to the baseline)", noun(data));
+    canvas.text(10.0, top - 10.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
+    (canvas, top)
+}
+
+fn whole(value: f64) -> bool {
+    value.fract() == 0.0
+}
+
+fn draw(canvas: &mut Canvas, frame: &Frame, points: &[(f64, f64)], y_end: f64, color: &str) {
+    let at = |p: &(f64, f64)| (frame.x(p.0), frame.y(p.1.min(y_end)));
+    canvas.polyline(points.iter().map(at).collect(), color, 2.0);
+    for p in points {
+        let (x, y) = at(p);
+        if p.1 <= y_end {
+            canvas.circle((x, y), 3.5, color, None);
+        } else {
+            canvas.shape(&[(x - 6.0, y + 9.0), (x, y - 2.0), (x + 6.0, y + 9.0)], color);
+        }
+    }
+}
+
+/// Returns the groups of a feature's values, in order: its values, or equally many per group.
+fn groups(data: &ReportData, feature: usize) -> Vec<Vec<f64>> {
+    let mut values: Vec<f64> =
+        data.points.iter().filter_map(|p| p.row.features.get(feature).copied()).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    let per_group = values.len().div_ceil(MAX_GROUPS).max(1);
+    values.chunks(per_group).map(<[f64]>::to_vec).collect()
+}
+
+/// Returns per group of values the mean value and the mean score, both weighted by importance.
+fn curve(data: &ReportData, m: &MethodSummary, feature: usize) -> Vec<(f64, f64)> {
+    groups(data, feature)
+        .iter()
+        .filter_map(|group| {
+            let (low, high) = (*group.first()?, *group.last()?);
+            let members = || {
+                data.results_of(m.index).filter_map(move |(p, r)| {
+                    let x = *p.row.features.get(feature)?;
+                    (low <= x && x <= high).then_some((p.weight, x, r.score?))
+                })
+            };
+            let x = weighted_mean(members().map(|(w, x, _)| (w, x)))?;
+            Some((x, weighted_mean(members().map(|(w, _, s)| (w, s)))?))
+        })
+        .collect()
+}

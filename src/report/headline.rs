@@ -1,0 +1,109 @@
+//! The first sentences of a report: who won, by how much, and how sure that is.
+
+use super::data::{MethodSummary, ReportData};
+use super::figures::{noun, with_interval};
+use super::format;
+use super::level_of_service::DELAY;
+
+/// Returns the headline: the best method and its score.
+pub(super) fn headline(data: &ReportData) -> String {
+    let baseline = &data.manifest.identity.baseline;
+    let others = data.methods.iter().filter(|m| !m.is_baseline && m.overall.is_some()).count();
+    match data.best() {
+        None => "No method can be scored yet".to_owned(),
+        Some(_) if others == 0 => format!("Only the baseline {baseline} has results so far"),
+        Some(best) if best.is_baseline => {
+            format!("No method beats the baseline {baseline}")
+        }
+        Some(best) => {
+            let value = best.overall.unwrap_or(f64::NAN);
+            let interval = best
+                .interval
+                .map_or_else(String::new, |i| format!(", 95% interval {}", format::interval(i)));
+            format!(
+                "{}: {} of the baseline\u{2019}s {}{interval}",
+                best.method,
+                format::score_within(value, best.interval),
+                noun(data)
+            )
+        }
+    }
+}
+
+/// Returns the sentences below the headline.
+pub(super) fn sentences(data: &ReportData) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let Some(best) = data.best() else {
+        let baseline = &data.manifest.identity.baseline;
+        return vec![format!(
+            "A score needs a finished task of a method and of the baseline {baseline} on the same \
+             point MDP, and there is no such pair yet."
+        )];
+    };
+    let rival = data.methods.iter().find(|m| !m.is_baseline && m.overall.is_some());
+    if let Some(m) = if best.is_baseline { rival } else { Some(best) } {
+        sentences.push(against_baseline(data, m));
+    }
+    if let Some(lead) = data.lead.as_ref().filter(|_| rival.is_some() && !best.is_baseline) {
+        let sure = if lead.interval.0 > 0.0 {
+            "the lead is larger than what chance explains"
+        } else {
+            "which of the two is better remains open"
+        };
+        sentences.push(format!(
+            "The runner-up {} is {} behind (95% interval {}, both on the same vehicles): {sure}.",
+            lead.runner_up,
+            format::score_within(lead.difference, Some(lead.interval)),
+            format::interval(lead.interval),
+        ));
+    }
+    sentences.push(basis(data));
+    sentences
+}
+
+fn against_baseline(data: &ReportData, m: &MethodSummary) -> String {
+    let value = m.overall.unwrap_or(f64::NAN);
+    let name = &data.manifest.identity.baseline;
+    let sure = match m.interval {
+        Some((_, high)) if high < 1.0 => "the whole interval is below the baseline\u{2019}s 1",
+        Some((low, _)) if low > 1.0 => "the whole interval is above the baseline\u{2019}s 1",
+        Some(_) => "the interval contains 1, so it may be no different from the baseline",
+        None => "no interval can be given, see the notes",
+    };
+    let direction = if value < 1.0 { "less" } else { "more" };
+    // The headline names the best method and its score already.
+    let subject = match m.rank {
+        Some(1) => "On average".to_owned(),
+        _ => {
+            format!("The best of the others, {}, scores {}: on average", m.method, with_interval(m))
+        }
+    };
+    let mut text = format!(
+        "{subject} {} {direction} {} than under {name}; {sure}.",
+        format::percent((1.0 - value).abs()),
+        noun(data),
+    );
+    let baseline = data.methods.iter().find(|b| b.is_baseline).and_then(|b| b.objective);
+    if let (Some(own), Some(of_baseline), DELAY) =
+        (m.objective, baseline, data.manifest.identity.objective.as_str())
+    {
+        text.push_str(&format!(
+            " The average intersection has {} s of delay per vehicle, against {} s.",
+            format::delay(own),
+            format::delay(of_baseline)
+        ));
+    }
+    text
+}
+
+/// Says how much of the family the estimates rest on.
+fn basis(data: &ReportData) -> String {
+    let identity = &data.manifest.identity;
+    let (chosen, size) = (data.points.len(), identity.sample.family_size);
+    let seeds = format::count(identity.evaluation_seeds.len(), "evaluation seed");
+    let points = match chosen == size {
+        true => format!("all {}", format::count(size, "point MDP")),
+        false => format!("{chosen} of {} ({})", format::count(size, "point MDP"), data.sampling()),
+    };
+    format!("Basis: {points} of {}, {seeds} each.", identity.scenario)
+}

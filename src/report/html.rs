@@ -1,0 +1,204 @@
+//! The page: prepares every text and number, so that the template only places them.
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value, context};
+
+use super::data::{MethodSummary, ReportData, ScoreRow};
+use super::figures::{Figure, level_shares};
+use super::headline::{headline, sentences};
+use super::level_of_service::{DELAY, LEVELS, letter, range};
+use super::{format, text};
+use crate::stats::bootstrap::RESAMPLES;
+use crate::store::manifest::{FeatureColumn, PointRow};
+
+const TEMPLATE: &str = include_str!("templates/index.html");
+const STYLE: &str = include_str!("templates/style.css");
+
+/// Rows of the table of point MDPs that stay worst under the best method.
+const WORST_ROWS: usize = 10;
+
+/// Failures that are listed one by one; the others are in `scores.csv`.
+const FAILURE_ROWS: usize = 20;
+
+/// Places of a point MDP that are written out.
+const PLACES: usize = 2;
+
+/// Returns the page.
+///
+/// # Errors
+///
+/// The template engine's message.
+pub(super) fn page(data: &ReportData, figures: &[Figure]) -> Result<String, String> {
+    let mut environment = Environment::new();
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.map_err(|e| e.to_string())?);
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_template("index.html", TEMPLATE).map_err(|e| e.to_string())?;
+    let template = environment.get_template("index.html").map_err(|e| e.to_string())?;
+    template.render(values(data, figures)).map_err(|e| format!("{e:#}"))
+}
+
+fn values(data: &ReportData, figures: &[Figure]) -> Value {
+    let identity = &data.manifest.identity;
+    let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.clone());
+    let is_delay = identity.objective == DELAY;
+    context! {
+        style => STYLE,
+        scenario => identity.scenario.as_str(),
+        headline => headline(data),
+        sentences => sentences(data),
+        warnings => text::notes(data),
+        is_delay,
+        objective => identity.objective.as_str(),
+        baseline => identity.baseline.as_str(),
+        best => data.best().map(|m| m.method.clone()),
+        methods => data.methods.iter().map(|m| method(data, m)).collect::<Vec<_>>(),
+        names => data.methods.iter().map(|m| m.method.clone()).collect::<Vec<_>>(),
+        chosen => data.points.len(),
+        overall => figure("overall"),
+        distribution => figure("distribution"),
+        levels => figure("level-of-service"),
+        map => figure("map"),
+        level_heads => LEVELS
+            .iter()
+            .enumerate()
+            .map(|(l, letter)| context! { letter => letter.to_string(), range => range(l) })
+            .collect::<Vec<_>>(),
+        worst => worst(data),
+        units => units(data),
+        context => figure("context"),
+        failures => data.failed().take(FAILURE_ROWS).map(|r| failure(data, r)).collect::<Vec<_>>(),
+        failed => data.failed().count(),
+        without_baseline => data.methods.iter().map(|m| m.without_baseline).max().unwrap_or(0),
+        missing => data.missing(),
+        planned => data.rows.len(),
+        sampling => data.sampling(),
+        budget => identity.sample.budget,
+        family_size => identity.sample.family_size,
+        seeds => identity.evaluation_seeds.len(),
+        replicates => identity.replicates,
+        resamples => RESAMPLES,
+        provenance => provenance(data),
+        settings => serde_json::to_string_pretty(&identity.settings)
+            .expect("JSON read from a manifest can be written"),
+        hashes => hashes(data),
+    }
+}
+
+fn method(data: &ReportData, m: &MethodSummary) -> Value {
+    let dash = || "\u{2013}".to_owned();
+    let metric = |name: &str| m.metrics.get(name).map_or_else(dash, |v| format::delay(*v));
+    let interval = match m.interval {
+        _ if m.is_baseline && m.overall.is_some() => "by definition".to_owned(),
+        Some(i) => format::interval(i),
+        None => dash(),
+    };
+    // The baseline scores 1 everywhere.
+    let worst = m.worst.as_ref().filter(|_| !m.is_baseline);
+    context! {
+        name => m.method.as_str(),
+        is_baseline => m.is_baseline,
+        rank => m.rank.map_or_else(dash, |r| r.to_string()),
+        overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
+        interval,
+        objective => m.objective.map_or_else(dash, format::delay),
+        waiting => metric("waiting_s"),
+        queue => metric("queue_veh"),
+        unfinished => metric("unfinished_veh"),
+        worst_point => worst.map_or_else(dash, |w| w.0.clone()),
+        worst_score => worst.map(|w| format::score(w.1)),
+        points => m.points,
+        failed => m.failed,
+        missing => m.missing,
+        levels => level_shares(data, m).map(format::percent).to_vec(),
+    }
+}
+
+/// Returns the point MDPs with the largest objective under the best method.
+fn worst(data: &ReportData) -> Vec<Value> {
+    let Some(best) = data.best() else { return Vec::new() };
+    let mut results: Vec<_> = data.results_of(best.index).collect();
+    results.sort_by(|a, b| b.1.objective.total_cmp(&a.1.objective));
+    results
+        .into_iter()
+        .take(WORST_ROWS)
+        .map(|(p, r)| {
+            let delay = |m: &MethodSummary| {
+                let result = p.results[m.index].as_ref();
+                result.map_or_else(|| "\u{2013}".to_owned(), |r| format::delay(r.objective))
+            };
+            context! {
+                point => p.row.point.as_str(),
+                instances => p.row.instances,
+                importance => format!("{:.2}%", 100.0 * p.row.importance),
+                features => features(data, &p.row),
+                places => places(&p.row),
+                level => letter(r.objective).to_string(),
+                delays => data.methods.iter().map(delay).collect::<Vec<_>>(),
+            }
+        })
+        .collect()
+}
+
+/// Returns the features and their units.
+fn units(data: &ReportData) -> String {
+    let columns = &data.manifest.identity.features;
+    columns.iter().map(format::feature_label).collect::<Vec<_>>().join("; ")
+}
+
+/// Returns the features as text, without the units, which the caption names.
+fn features(data: &ReportData, row: &PointRow) -> String {
+    let columns = &data.manifest.identity.features;
+    let text = |(f, value): (&FeatureColumn, &f64)| {
+        format!("{} {}", format::words(&f.name, &f.unit), format::feature(*value))
+    };
+    columns.iter().zip(&row.features).map(text).collect::<Vec<_>>().join(", ")
+}
+
+fn places(row: &PointRow) -> Vec<String> {
+    let mut texts: Vec<_> =
+        row.places.iter().take(PLACES).map(|[lat, lon]| format!("{lat:.5}, {lon:.5}")).collect();
+    if row.places.len() > PLACES {
+        texts.push(format!("and {} more", row.places.len() - PLACES));
+    }
+    texts
+}
+
+fn failure(data: &ReportData, row: &ScoreRow) -> Value {
+    context! {
+        method => row.method.as_str(),
+        point => data.points[row.point].row.point.as_str(),
+        replicate => row.replicate,
+        reason => row.reason.clone().unwrap_or_else(|| "no reason was recorded".to_owned()),
+    }
+}
+
+fn provenance(data: &ReportData) -> Vec<Value> {
+    let (i, p) = (&data.manifest.identity, &data.manifest.provenance);
+    let seeds: Vec<_> = i.evaluation_seeds.iter().map(u64::to_string).collect();
+    [
+        ("command", p.command.clone()),
+        ("tsc-family", format!("{} (git {}, {})", i.tsc_family, p.git, p.rustc)),
+        ("simulator", i.simulator.clone()),
+        ("host", p.host.clone()),
+        ("started", p.started.clone()),
+        ("base seed", i.base_seed.to_string()),
+        ("evaluation seeds", seeds.join(", ")),
+        ("sampling", format!("{}, seed {}", data.sampling(), i.sample.seed)),
+        ("manifest sha256", data.manifest.sha256()),
+        ("schema version", i.schema_version.to_string()),
+    ]
+    .into_iter()
+    .map(|(name, value)| context! { name, value })
+    .collect()
+}
+
+fn hashes(data: &ReportData) -> Vec<Value> {
+    let points = data.manifest.identity.points.iter();
+    let files = points.flat_map(|p| p.sha256.iter().map(move |(file, sha)| (p, file, sha)));
+    files
+        .map(|(p, file, sha256)| {
+            context! { point => p.point.as_str(), file => file.as_str(), sha256 => sha256.as_str() }
+        })
+        .collect()
+}

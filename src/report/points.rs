@@ -1,0 +1,185 @@
+//! What every method achieved on every point MDP: replicates averaged, seeds paired with the
+//! baseline's.
+
+use std::collections::BTreeMap;
+
+use super::data::ScoreRow;
+use crate::stats::PointObjectives;
+use crate::stats::score::mean;
+use crate::store::manifest::PointRow;
+use crate::store::record::{Metrics, Outcome, Record};
+use crate::store::results::Results;
+
+/// Objective by evaluation seed.
+type BySeed = BTreeMap<u64, f64>;
+
+/// One point MDP under all methods.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointSummary {
+    /// The point MDP.
+    pub row: PointRow,
+    /// Weight of its scores in the estimates.
+    pub weight: f64,
+    /// What each method achieved, in the order of the manifest; `None` without a record.
+    pub results: Vec<Option<PointResult>>,
+}
+
+/// What a method achieved on a point MDP: means over its replicates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointResult {
+    /// Mean objective.
+    pub objective: f64,
+    /// Mean of every metric that all replicates have.
+    pub metrics: Metrics,
+    /// The score; `None` where the baseline has no record or an objective of 0.
+    pub score: Option<f64>,
+    /// What the interval is computed from; there when the score is.
+    pub objectives: Option<PointObjectives>,
+}
+
+/// Returns the point MDPs in the order of the manifest and the tasks in the order of the plan.
+pub(super) fn summarise_points(results: &Results) -> (Vec<PointSummary>, Vec<ScoreRow>) {
+    let identity = &results.manifest.identity;
+    let position: BTreeMap<&str, usize> =
+        identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
+    let records = records_by_cell(results, &position);
+    let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
+    let objective = identity.objective.as_str();
+    let baselines: Vec<BySeed> = (0..identity.points.len())
+        .map(|point| {
+            let cell = baseline.and_then(|method| records.get(&(method, point)));
+            mean_by_seed(cell.map_or(&[][..], Vec::as_slice), objective)
+        })
+        .collect();
+    let points = identity
+        .points
+        .iter()
+        .enumerate()
+        .map(|(point, row)| {
+            let draw = identity.sample.draws.iter().find(|d| d.point == row.point);
+            let results = (0..identity.methods.len())
+                .map(|method| {
+                    let cell = records.get(&(method, point))?;
+                    let own = Some(method) == baseline;
+                    let mut result = summarise_cell(cell, &baselines[point], objective, own)?;
+                    if let (Some(o), Some(draw)) = (&mut result.objectives, draw) {
+                        (o.weight, o.draws) = (draw.weight, draws_of(results, draw.count));
+                    }
+                    Some(result)
+                })
+                .collect();
+            PointSummary { row: row.clone(), weight: draw.map_or(0.0, |d| d.weight), results }
+        })
+        .collect();
+    let rows = results
+        .plan
+        .iter()
+        .filter_map(|task| {
+            let point = *position.get(task.point.as_str())?;
+            let record = results.records.get(&task.task);
+            let summary = record.map(|r| &r.summary);
+            let scored = record.and_then(|r| score_of(r, &baselines[point], objective));
+            Some(ScoreRow {
+                method: task.method.clone(),
+                point,
+                replicate: task.replicate,
+                outcome: summary.map(|s| s.outcome),
+                reason: summary.and_then(|s| s.reason.clone()),
+                metrics: summary.map_or_else(Metrics::new, |s| s.metrics.clone()),
+                baseline: scored.map(|s| s.0),
+                score: scored.map(|s| s.1),
+            })
+        })
+        .collect();
+    (points, rows)
+}
+
+/// A draw's count is a multiplicity only with replacement; for k-means it is a cluster's size.
+fn draws_of(results: &Results, count: u32) -> u32 {
+    use crate::sample::Sampling;
+    match results.manifest.identity.sample.sampling {
+        Sampling::WithReplacement => count,
+        _ => 1,
+    }
+}
+
+/// Returns the successful records by position of method and point MDP, replicates in order.
+fn records_by_cell<'a>(
+    results: &'a Results,
+    position: &BTreeMap<&str, usize>,
+) -> BTreeMap<(usize, usize), Vec<&'a Record>> {
+    let methods = &results.manifest.identity.methods;
+    let mut cells: BTreeMap<(usize, usize), Vec<&Record>> = BTreeMap::new();
+    for record in results.records.values() {
+        let s = &record.summary;
+        let method = methods.iter().position(|m| *m == s.method);
+        let point = position.get(s.point.as_str());
+        if let (Outcome::Ok, Some(method), Some(point)) = (s.outcome, method, point) {
+            cells.entry((method, *point)).or_default().push(record);
+        }
+    }
+    cells
+}
+
+fn by_seed(record: &Record, objective: &str) -> BySeed {
+    record.evaluations().filter_map(|r| Some((r.seed, *r.metrics.get(objective)?))).collect()
+}
+
+/// Returns the objective per seed, averaged over the records that have the seed.
+fn mean_by_seed(records: &[&Record], objective: &str) -> BySeed {
+    let mut values: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for record in records {
+        for (seed, value) in by_seed(record, objective) {
+            values.entry(seed).or_default().push(value);
+        }
+    }
+    values.into_iter().filter_map(|(seed, v)| Some((seed, mean(&v)?))).collect()
+}
+
+/// Returns the baseline's mean and the score of one record on the seeds that both have.
+fn score_of(record: &Record, baseline: &BySeed, objective: &str) -> Option<(f64, f64)> {
+    let values = by_seed(record, objective);
+    let (method, baseline): (Vec<f64>, Vec<f64>) =
+        values.iter().filter_map(|(seed, v)| Some((*v, *baseline.get(seed)?))).unzip();
+    Some((mean(&baseline)?, crate::stats::score(&method, &baseline).ok()?))
+}
+
+fn summarise_cell(
+    records: &[&Record],
+    baseline: &BySeed,
+    objective: &str,
+    is_baseline: bool,
+) -> Option<PointResult> {
+    let values: Vec<f64> =
+        records.iter().filter_map(|r| r.summary.metrics.get(objective).copied()).collect();
+    let seeds: Vec<u64> = baseline
+        .keys()
+        .copied()
+        .filter(|seed| records.iter().all(|r| by_seed(r, objective).contains_key(seed)))
+        .collect();
+    let on_seeds = |values: &BySeed| seeds.iter().map(|s| values[s]).collect::<Vec<f64>>();
+    // The baseline is its own measure: 1 by definition, however many replicates it has.
+    let method = match is_baseline {
+        true => vec![on_seeds(baseline)],
+        false => records.iter().map(|r| on_seeds(&by_seed(r, objective))).collect(),
+    };
+    let objectives =
+        PointObjectives { weight: 0.0, draws: 1, method, baseline: on_seeds(baseline) };
+    let score = objectives.score().ok();
+    Some(PointResult {
+        objective: mean(&values)?,
+        metrics: mean_metrics(records),
+        score,
+        objectives: score.map(|_| objectives),
+    })
+}
+
+fn mean_metrics(records: &[&Record]) -> Metrics {
+    let Some(first) = records.first() else { return Metrics::new() };
+    let value = |name: &String| {
+        let values: Option<Vec<f64>> =
+            records.iter().map(|r| r.summary.metrics.get(name).copied()).collect();
+        Some((name.clone(), mean(&values?)?))
+    };
+    first.summary.metrics.keys().filter_map(value).collect()
+}

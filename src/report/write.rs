@@ -1,0 +1,91 @@
+//! Writes the files of a report, each of them either complete or as it was before.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::data::ReportData;
+use super::{ReportError, ReportPaths, context, csv, figures, html, map};
+use crate::error::FileError;
+use crate::store::Layout;
+use crate::store::results::Results;
+
+/// Reads a results directory and writes its report.
+///
+/// # Errors
+///
+/// [`ReportError::Store`] when the directory holds no readable results, [`ReportError::Io`] when
+/// `DIR/report/` cannot be written or the disk is full.
+pub fn write(layout: &Layout) -> Result<ReportPaths, ReportError> {
+    write_data(layout, &ReportData::new(&Results::load(layout)?))
+}
+
+/// Writes the report of results that were read already.
+///
+/// # Errors
+///
+/// [`ReportError::Io`] when `DIR/report/` cannot be written or the disk is full.
+pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, ReportError> {
+    let folder = layout.report();
+    fs::create_dir_all(&folder).map_err(FileError::at("create", &folder))?;
+    let figures: Vec<_> = [
+        figures::overall(data),
+        figures::distribution(data),
+        figures::levels(data),
+        context::by_feature(data),
+        map::places(data),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let page = html::page(data, &figures).map_err(ReportError::Template)?;
+    let mut paths = ReportPaths {
+        html: folder.join("index.html"),
+        scores: folder.join("scores.csv"),
+        summary: folder.join("summary.csv"),
+        figures: Vec::new(),
+    };
+    for figure in &figures {
+        let path = folder.join(format!("{}.svg", figure.name));
+        replace(&path, &figure.svg)?;
+        paths.figures.push(path);
+    }
+    replace(&paths.scores, &csv::scores(data))?;
+    replace(&paths.summary, &csv::summary(data))?;
+    // The page comes last: when it is new, everything that it names is new too.
+    replace(&paths.html, &page)?;
+    Ok(paths)
+}
+
+/// Writes a file beside its place and renames it.
+fn replace(path: &Path, text: &str) -> Result<(), FileError> {
+    let mut draft = path.as_os_str().to_owned();
+    draft.push(format!(".{}.tmp", std::process::id()));
+    let draft = PathBuf::from(draft);
+    let write = || {
+        let mut file = File::create(&draft)?;
+        file.write_all(text.as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&draft, path)
+    };
+    write().map_err(|e| {
+        // Nothing half-written is left behind; the first error is the one to tell.
+        let _ = fs::remove_file(&draft);
+        FileError::at("write", path)(e)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_cannot_be_replaced_is_named_and_leaves_no_draft() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("index.html");
+        fs::create_dir(&path).unwrap();
+        let e = replace(&path, "x").unwrap_err().to_string();
+        assert!(e.starts_with("cannot write") && e.contains("index.html"), "{e}");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+}

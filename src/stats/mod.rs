@@ -1,0 +1,41 @@
+//! Estimates from scores and how sure they are: pure functions that know of no files.
+
+pub mod bootstrap;
+pub mod histogram;
+pub mod score;
+
+pub use bootstrap::{Bootstrap, Design, PointObjectives, bootstrap};
+pub use histogram::Histogram;
+pub use score::{overall_performance, score};
+
+/// Why a statistic cannot be computed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StatsError {
+    /// Two lists that belong together have different lengths.
+    #[error("{what}: {left} values against {right}; give both for the same points and seeds")]
+    Length {
+        /// Which lists.
+        what: &'static str,
+        /// Length of the first.
+        left: usize,
+        /// Length of the second.
+        right: usize,
+    },
+    /// Nothing to average.
+    #[error("{0} is empty; give at least one value")]
+    Empty(&'static str),
+    /// Importance that is no probability distribution.
+    #[error("importance sums to {0}, not to 1; divide each value by the sum")]
+    NotADistribution(f64),
+    /// A value for which the statistic is undefined.
+    #[error("{what} is {value}; expected {expected}")]
+    Value {
+        /// Which value.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it should be.
+        expected: &'static str,
+    },
+}

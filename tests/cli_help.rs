@@ -1,0 +1,46 @@
+//! Every word of the help is a snapshot.
+
+mod common;
+
+use common::{run, stdout, succeed};
+
+fn help(args: &str) -> String {
+    succeed(&std::env::temp_dir(), args)
+}
+
+#[test]
+fn the_help_of_every_command_stays_as_it_is() {
+    for (name, args) in [
+        ("help", "--help"),
+        ("help_list", "list --help"),
+        ("help_build_networks", "build-networks --help"),
+        ("help_run", "run --help"),
+        ("help_report", "report --help"),
+        ("help_doctor", "doctor --help"),
+    ] {
+        insta::assert_snapshot!(name, help(args));
+    }
+}
+
+#[test]
+fn the_manual_page_names_every_command() {
+    let page = help("man");
+    for command in ["list", "build\\-networks", "run", "report", "doctor", "completions"] {
+        assert!(page.contains(command), "{command}");
+    }
+    assert!(!page.contains("worker DIR"));
+}
+
+#[test]
+fn completions_know_the_options_of_run() {
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(help(&format!("completions {shell}")).contains("eval-seeds"), "{shell}");
+    }
+}
+
+#[test]
+fn a_wrong_option_is_a_usage_error() {
+    let output = run(&std::env::temp_dir(), "run --bugdet 3");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stdout(&output).is_empty());
+}

@@ -1,0 +1,77 @@
+//! `tsc-family list`: the form that others script against.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::fs;
+
+use common::{run, stderr, succeed};
+
+#[test]
+fn salt_lake_city_is_embedded_and_works_from_any_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = succeed(folder.path(), "list salt-lake-city --json");
+    let rows: Vec<serde_json::Value> =
+        text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    assert_eq!(rows.len(), 163);
+    let importance: f64 = rows.iter().map(|r| r["importance"].as_f64().unwrap()).sum();
+    assert!((importance - 1.0).abs() < 1e-9);
+    let intersections: u64 = rows.iter().map(|r| r["intersections"].as_u64().unwrap()).sum();
+    assert_eq!(intersections, 282);
+    insta::assert_snapshot!("list_json_first", text.lines().next().unwrap());
+}
+
+#[test]
+fn features_stand_beside_the_paper_s_table() {
+    let folder = tempfile::tempdir().unwrap();
+    insta::assert_snapshot!("list_features", succeed(folder.path(), "list --features"));
+}
+
+#[test]
+fn a_small_family_is_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    insta::assert_snapshot!("list_smoke", succeed(folder.path(), "list smoke"));
+}
+
+/// A scenario with a table of point MDPs of its own, and the error that listing it gives.
+fn error_of(scenario: &str, table: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("city.toml"), scenario).unwrap();
+    fs::write(folder.path().join("points.csv"), table).unwrap();
+    let output = run(folder.path(), "list city.toml");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    stderr(&output)
+}
+
+const SCENARIO: &str = "name = \"city\"\n[family]\npoints = \"points.csv\"\n";
+
+#[test]
+fn bad_families_are_refused_with_file_and_place() {
+    let header = "point,importance,lanes,speed_mph\n";
+    let cases = [
+        ("bad_empty_csv", SCENARIO, "".to_owned()),
+        ("bad_no_rows", SCENARIO, header.to_owned()),
+        ("bad_nan", SCENARIO, format!("{header}a,1,NaN,30\n")),
+        ("bad_negative", SCENARIO, format!("{header}a,1,4,-30\n")),
+        ("bad_importance", SCENARIO, format!("{header}a,0.5,4,30\nb,0.4,4,30\n")),
+        ("bad_short_row", SCENARIO, format!("{header}a,1\n")),
+        ("bad_toml", "name = \"city\"\n[family\n", header.to_owned()),
+        ("bad_empty_toml", "", header.to_owned()),
+        (
+            "bad_field",
+            "name = \"city\"\nhorizon = 3\n[family]\npoints = \"p\"\n",
+            header.to_owned(),
+        ),
+    ];
+    for (name, scenario, table) in cases {
+        insta::assert_snapshot!(name, error_of(scenario, &table));
+    }
+}
+
+#[test]
+fn an_unknown_scenario_names_the_embedded_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "list atlantis");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("salt-lake-city, smoke"), "{}", stderr(&output));
+}
