@@ -35,6 +35,9 @@ const ROUTES_SEED: u64 = 0;
 /// Start of the name of temporary folders.
 const TEMPORARY: &str = ".building-";
 
+/// Age after which a temporary folder is what a killed build left behind, seconds.
+const ABANDONED_S: u64 = 3600;
+
 /// What a build did.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BuildSummary {
@@ -94,6 +97,7 @@ pub fn build_all(
         return Ok(summary);
     }
     let netconvert = Netconvert::find()?;
+    remove_abandoned(out);
     for (spec, _) in &missing {
         index.remove(&spec.point);
     }
@@ -165,6 +169,17 @@ fn build_one(
         demand_sha256,
         sumocfg_sha256,
     })
+}
+
+/// Removes temporary folders of builds that were killed; what cannot be removed does no harm.
+fn remove_abandoned(out: &Path) {
+    for entry in fs::read_dir(out).into_iter().flatten().flatten() {
+        let age = entry.metadata().and_then(|m| m.modified()).map(|m| m.elapsed());
+        let old = matches!(age, Ok(Ok(age)) if age.as_secs() > ABANDONED_S);
+        if old && entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
+            drop(fs::remove_dir_all(entry.path()));
+        }
+    }
 }
 
 /// Returns the text of a `.sumocfg`, whose paths are relative to itself.

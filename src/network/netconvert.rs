@@ -4,9 +4,9 @@
 //! second a network with both programs. Only a network that knows the permissive greens of both
 //! has room to wait for them within the junction.
 //!
-//! netconvert's own program keeps netconvert's own yellow (3 s up to 70 km/h, 5 s above), because
-//! it is the baseline and should be what any user of netconvert gets; cycle and left green come
-//! from the settings, whose defaults are netconvert's.
+//! netconvert's own program keeps netconvert's own yellow, which grows with the speed limit, and
+//! its all-red, because it is the baseline and should be what any user of netconvert gets; cycle
+//! and left green come from the settings, whose defaults are netconvert's.
 
 use std::env;
 use std::fs;
@@ -15,9 +15,9 @@ use std::process::Command;
 
 use super::intersection::IntersectionSpec;
 use super::lanes::{Connection, Layout, layout};
-use super::movements::Turn;
-use super::net_file::{NetFile, NetLink};
-use super::phases::{Conflicts, PHASES_PROGRAM, Phase, phases, program};
+use super::movements::{Movement, Turn};
+use super::net_file::NetFile;
+use super::phases::{Conflicts, PHASES_PROGRAM, Phase, Relation, phases, program};
 use super::plain::{self, DEFAULT_PROGRAM};
 use crate::error::{FileError, NetworkError};
 use crate::family::scenario::NetworkSettings;
@@ -25,6 +25,9 @@ use crate::family::scenario::NetworkSettings;
 /// Options of every run: no downloads of schemas, right-hand traffic, no U-turns.
 const OPTIONS: [&str; 8] =
     ["-X", "never", "--lefthand", "false", "--no-turnarounds", "true", "--precision", "2"];
+
+/// Id that netconvert gives to the program it makes.
+const FIRST_PROGRAM: &str = "0";
 
 /// Turning radii of the junction's corners to try, metres. The first is netconvert's default; where
 /// opposing left turns overlap in so narrow a junction, a wider one gives them room.
@@ -123,7 +126,7 @@ impl Netconvert {
             let net = NetFile::parse(&text).map_err(unsound)?;
             let links = links(&layout, &net).map_err(unsound)?;
             let mut conflicts = Conflicts::of(&layout.movements);
-            let overlap = add_overlaps(&mut conflicts, &layout, &net);
+            let overlap = refine(&mut conflicts, &layout, &net);
             Ok((net, links, conflicts, overlap))
         };
         let mut first = attempt(CORNERS_M[0])?;
@@ -136,7 +139,7 @@ impl Netconvert {
         let (net, links, conflicts, _) = first;
         let phases = phases(spec, &layout, &conflicts);
         let own = net
-            .program(DEFAULT_PROGRAM)
+            .program(FIRST_PROGRAM)
             .ok_or_else(|| unsound("netconvert made no program".to_owned()))?;
         let mut movement_of_link = vec![0; links.len()];
         for (c, link) in layout.connections.iter().zip(&links) {
@@ -148,8 +151,7 @@ impl Netconvert {
         write(folder, "p.tll.xml", &plain::signals(&layout, &links, programs))?;
 
         let second = self.run(spec, settings, folder, &["-i", "p.tll.xml"], "second.net.xml")?;
-        let text = plain::normalised(&second)
-            .ok_or_else(|| unsound("netconvert dropped a program".to_owned()))?;
+        let text = without_comment(&second);
         let net = NetFile::parse(&text).map_err(unsound)?;
         for (id, expected) in programs {
             if net.program(id) != Some(expected) {
@@ -199,24 +201,27 @@ fn version(path: &Path) -> Result<String, String> {
         })
 }
 
-/// Adds the conflicts between movements whose paths meet although the order of the arms does not
-/// imply it, and returns whether two left turns are among them.
-fn add_overlaps(conflicts: &mut Conflicts, layout: &Layout, net: &NetFile) -> bool {
-    let movement = |link: &NetLink| {
-        layout.movements.iter().position(|m| m.from_edge() == link.from && m.to_edge() == link.to)
+/// Completes the conflicts that geometry implies by those that netconvert sees within the junction,
+/// and by who yields there; returns whether left turns overlap that should not.
+fn refine(conflicts: &mut Conflicts, layout: &Layout, net: &NetFile) -> bool {
+    let links = |m: &Movement| {
+        let (from, to) = (m.from_edge(), m.to_edge());
+        net.links.iter().filter(move |l| l.from == from && l.to == to)
     };
-    let mut lefts = false;
-    for a in &net.links {
-        for b in net.links.iter().filter(|b| a.from < b.from && net.meet(a, b)) {
-            let Some((i, j)) = movement(a).zip(movement(b)) else { continue };
-            let (one, other) = (&layout.movements[i], &layout.movements[j]);
-            if !one.conflicts_with(other) {
-                conflicts.add(i, j);
-                lefts |= one.turn == Turn::Left && other.turn == Turn::Left;
+    let mut overlap = false;
+    for (i, a) in layout.movements.iter().enumerate() {
+        for (j, b) in layout.movements.iter().enumerate().filter(|(_, b)| b.from != a.from) {
+            let pairs = || links(a).flat_map(|l| links(b).map(move |k| (l, k)));
+            let mut meeting = pairs().filter(|(l, k)| net.meet(l, k)).peekable();
+            if meeting.peek().is_none() {
+                continue;
             }
+            overlap |= !a.conflicts_with(b) && a.turn == Turn::Left && b.turn == Turn::Left;
+            let yields = meeting.all(|(l, k)| net.yields(l, k));
+            conflicts.set(i, j, if yields { Relation::Yields } else { Relation::Blocks });
         }
     }
-    lefts
+    overlap
 }
 
 /// Returns the link of every connection.
@@ -238,6 +243,12 @@ fn links(layout: &Layout, net: &NetFile) -> Result<Vec<usize>, String> {
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), FileError> {
     let path = folder.join(name);
     fs::write(&path, text).map_err(FileError::at("write", &path))
+}
+
+/// Returns a network without the comment that says when, where and how it was made.
+fn without_comment(net: &str) -> String {
+    let root = net.find("<net ").unwrap_or_default();
+    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\n{}", &net[root..])
 }
 
 /// netconvert takes whole seconds.
@@ -281,6 +292,14 @@ mod tests {
     fn the_end_of_standard_error_is_quoted_without_the_remark_on_sumo_home() {
         let stderr = "Warning: SUMO_HOME is not set\nError: a\n\nError: b\nQuitting.\n";
         assert_eq!(last_lines(stderr), "Error: a; Error: b; Quitting.");
+    }
+
+    #[test]
+    fn the_comment_with_date_and_paths_is_dropped() {
+        assert_eq!(
+            without_comment("<?xml?>\n<!-- when -->\n<net a=\"1\">\n</net>\n"),
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\n<net a=\"1\">\n</net>\n"
+        );
     }
 
     #[test]

@@ -52,27 +52,49 @@ impl Light {
 /// One green phase: a light per movement, in the order of [`Layout::movements`].
 pub type Phase = Vec<Light>;
 
-/// Which movements must not both be unconditionally green, by index.
+/// How two movements stand to each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Relation {
+    /// Their paths never meet.
+    Free,
+    /// Their paths meet, and the first can yield when it is green permissively.
+    Yields,
+    /// Their paths meet, and the first does not know how to yield.
+    Blocks,
+}
+
+/// The relation of every movement to every other, by index.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Conflicts(Vec<Vec<bool>>);
+pub struct Conflicts(Vec<Vec<Relation>>);
 
 impl Conflicts {
-    /// Returns the conflicts that the order of the arms implies.
+    /// Returns the conflicts that the order of the arms implies; whoever is permissive yields.
     pub fn of(movements: &[Movement]) -> Self {
-        let row = |a: &Movement| movements.iter().map(|b| a.conflicts_with(b)).collect();
+        let relation = |a: &Movement, b: &Movement| match a.conflicts_with(b) {
+            true => Relation::Yields,
+            false => Relation::Free,
+        };
+        let row = |a| movements.iter().map(|b| relation(a, b)).collect();
         Self(movements.iter().map(row).collect())
     }
 
-    /// Adds a conflict, such as opposing double left turns that overlap in a narrow junction.
-    pub fn add(&mut self, a: usize, b: usize) {
-        self.0[a][b] = true;
-        self.0[b][a] = true;
+    /// Corrects the relation of one movement to another.
+    pub fn set(&mut self, movement: usize, to: usize, relation: Relation) {
+        self.0[movement][to] = relation;
     }
 
-    /// Returns whether a movement conflicts with one that has green.
-    fn block(&self, lights: &[Light], movement: usize) -> bool {
-        let blocks = |(light, conflict): (&Light, &bool)| *light != Light::Red && *conflict;
-        lights.iter().zip(&self.0[movement]).any(blocks)
+    /// Returns the most that a movement may get beside those that have green.
+    fn best_light(&self, lights: &[Light], movement: usize) -> Light {
+        let green = |(light, relation): (&Light, &Relation)| {
+            (*light != Light::Red).then_some(*relation).unwrap_or(Relation::Free)
+        };
+        let light = |relation| match relation {
+            Relation::Free => Light::Protected,
+            Relation::Yields => Light::Permissive,
+            Relation::Blocks => Light::Red,
+        };
+        let relations = lights.iter().zip(&self.0[movement]).map(green);
+        relations.map(light).min().unwrap_or(Light::Protected)
     }
 }
 
@@ -109,6 +131,11 @@ pub fn phases(spec: &IntersectionSpec, layout: &Layout, conflicts: &Conflicts) -
             None => {}
         }
     }
+    for i in 0..all.len() {
+        if phases.iter().all(|p| p[i] == Light::Red) {
+            phases.push(alone(all, conflicts, all[i].from));
+        }
+    }
     let covers = |a: &Phase, b: &Phase| a.iter().zip(b).all(|(a, b)| a >= b);
     let pointless = |i: usize| {
         let better = |j: usize| covers(&phases[j], &phases[i]) && (j < i || phases[j] != phases[i]);
@@ -132,8 +159,7 @@ fn through_phase(all: &[Movement], conflicts: &Conflicts, pair: [usize; 2]) -> P
     let mut lights = vec![Light::Red; all.len()];
     for turn in [Turn::Through, Turn::Right, Turn::Left] {
         for i in pair.into_iter().flat_map(|arm| of(all, arm, turn)) {
-            let free = !conflicts.block(&lights, i);
-            lights[i] = if free { Light::Protected } else { Light::Permissive };
+            lights[i] = conflicts.best_light(&lights, i);
         }
     }
     with_free_rights(all, conflicts, lights)
@@ -146,7 +172,9 @@ fn left_phase(layout: &Layout, conflicts: &Conflicts, pair: [usize; 2]) -> Optio
         let mut lefts = of(all, arm, Turn::Left).peekable();
         lefts.peek()?;
         for i in lefts {
-            if layout.left_only_lanes[arm] == 0 || conflicts.block(&lights, i) {
+            if layout.left_only_lanes[arm] == 0
+                || conflicts.best_light(&lights, i) != Light::Protected
+            {
                 return None;
             }
             lights[i] = Light::Protected;
@@ -164,7 +192,7 @@ fn alone(all: &[Movement], conflicts: &Conflicts, arm: usize) -> Phase {
 fn with_free_rights(all: &[Movement], conflicts: &Conflicts, mut lights: Phase) -> Phase {
     for i in 0..all.len() {
         let waits = all[i].turn == Turn::Right && lights[i] == Light::Red;
-        if waits && !conflicts.block(&lights, i) {
+        if waits && conflicts.best_light(&lights, i) == Light::Protected {
             lights[i] = Light::Protected;
         }
     }
@@ -242,8 +270,19 @@ mod tests {
         let s = with_left_lanes();
         let layout = layout(&s).unwrap();
         let mut conflicts = Conflicts::of(&layout.movements);
-        conflicts.add(0, 6);
+        conflicts.set(0, 6, Relation::Yields);
+        conflicts.set(6, 0, Relation::Yields);
         assert_eq!(phases(&s, &layout, &conflicts).len(), 7);
+    }
+
+    #[test]
+    fn a_left_that_would_not_yield_waits_for_its_own_phase() {
+        let s = cross();
+        let layout = layout(&s).unwrap();
+        let mut conflicts = Conflicts::of(&layout.movements);
+        conflicts.set(0, 7, Relation::Blocks);
+        let phases = phases(&s, &layout, &conflicts);
+        assert_eq!((phases[0][0], phases[1][0]), (Light::Red, Light::Protected));
     }
 
     #[test]

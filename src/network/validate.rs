@@ -105,14 +105,15 @@ fn check_programs(layout: &Layout, net: &NetFile) -> Result<(), String> {
                 .then_some(())
                 .ok_or_else(|| "serves nothing".to_owned())
                 .and_then(|()| check_phase(net, phase))
-                .map_err(|e| format!("program {id:?}, phase {number}: {e}"))?;
+                .map_err(|e| program_error(id, number, &e))?;
         }
         let green = |l: &NetLink| phases.iter().any(|p| is_green(letter(p, l)));
         if let Some(link) = net.links.iter().find(|l| !green(l)) {
             return Err(format!("program {id:?}: {} is never green", name(link)));
         }
     }
-    if net.programs.last().is_none_or(|(_, id, _)| id != DEFAULT_PROGRAM) {
+    let starts = net.programs.last().is_some_and(|(_, id, _)| id == DEFAULT_PROGRAM);
+    if !starts || net.programs.iter().any(|(_, id, _)| id.as_str() > DEFAULT_PROGRAM) {
         return Err(format!("program {DEFAULT_PROGRAM:?} is not the one that SUMO starts with"));
     }
     let movement = |l: &NetLink| {
@@ -126,6 +127,17 @@ fn check_programs(layout: &Layout, net: &NetFile) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Names program and phase; what netconvert itself did wrong, only another intersection avoids.
+fn program_error(id: &str, phase: usize, reason: &str) -> String {
+    let way_out = match id {
+        DEFAULT_PROGRAM => {
+            "; this is netconvert's own program, so change the lanes or leave it out"
+        }
+        _ => "",
+    };
+    format!("program {id:?}, phase {phase}: {reason}{way_out}")
 }
 
 fn check_phase(net: &NetFile, phase: &ProgramPhase) -> Result<(), String> {

@@ -182,6 +182,7 @@ fn provenance(data: &ReportData) -> Vec<Value> {
         ("simulator", i.simulator.clone()),
         ("host", p.host.clone()),
         ("started", p.started.clone()),
+        ("networks", p.networks.clone()),
         ("base seed", i.base_seed.to_string()),
         ("evaluation seeds", seeds.join(", ")),
         ("sampling", format!("{}, seed {}", data.sampling(), i.sample.seed)),

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::data::ScoreRow;
+use crate::sample::Sampling;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
 use crate::store::manifest::PointRow;
@@ -96,7 +97,6 @@ pub(super) fn summarise_points(results: &Results) -> (Vec<PointSummary>, Vec<Sco
 
 /// A draw's count is a multiplicity only with replacement; for k-means it is a cluster's size.
 fn draws_of(results: &Results, count: u32) -> u32 {
-    use crate::sample::Sampling;
     match results.manifest.identity.sample.sampling {
         Sampling::WithReplacement => count,
         _ => 1,

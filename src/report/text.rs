@@ -83,8 +83,8 @@ pub fn notes(data: &ReportData) -> Vec<String> {
     let others = || data.methods.iter().filter(|m| !m.is_baseline && m.overall.is_some());
     if others().any(|m| m.interval.is_none()) {
         notes.push(
-            "No interval: it takes at least two evaluation seeds, or two point MDPs sampled from a \
-             larger family."
+            "Without interval: it takes at least two evaluation seeds, and two point MDPs where others of \
+             the family have no result."
                 .to_owned(),
         );
     }

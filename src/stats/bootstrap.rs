@@ -39,14 +39,12 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::StatsError;
+use super::quantile::central_95;
 use super::score::{mean, weighted_mean};
 
 /// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to about 1% of its
 /// width (Efron and Tibshirani advise at least 1000).
 pub const RESAMPLES: usize = 2000;
-
-/// Lower and upper quantile of a 95% interval.
-const QUANTILES: (f64, f64) = (0.025, 0.975);
 
 /// How the point MDPs came to be evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,7 +114,7 @@ impl Bootstrap {
     /// Returns the 95% interval; `None` when there is only one seed per point MDP of a complete
     /// family, or only one draw.
     pub fn interval(&self) -> Option<(f64, f64)> {
-        interval(&self.resamples)
+        central_95(&self.resamples)
     }
 
     /// Returns `other - self` with its 95% interval, resample by resample, which is much narrower
@@ -199,22 +197,6 @@ fn draw(n: usize, rng: &mut impl Rng) -> Vec<usize> {
         1 => vec![0],
         n => (0..n - 1).map(|_| rng.random_range(0..n)).collect(),
     }
-}
-
-fn interval(values: &[f64]) -> Option<(f64, f64)> {
-    if values.is_empty() {
-        return None;
-    }
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    Some((quantile(&sorted, QUANTILES.0), quantile(&sorted, QUANTILES.1)))
-}
-
-/// Returns a quantile of sorted values, linearly interpolated between the two nearest.
-fn quantile(sorted: &[f64], q: f64) -> f64 {
-    let at = q * (sorted.len() - 1) as f64;
-    let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    low + (high - low) * at.fract()
 }
 
 #[cfg(test)]

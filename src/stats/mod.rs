@@ -2,6 +2,7 @@
 
 pub mod bootstrap;
 pub mod histogram;
+pub mod quantile;
 pub mod score;
 
 pub use bootstrap::{Bootstrap, Design, PointObjectives, bootstrap};
