@@ -75,21 +75,21 @@ pub enum SimError {
 
 /// A file operation that failed, with the file's name.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot {action} {}: {source}", .path.display())]
+#[error("cannot {action} {}: {reason}", .path.display())]
 pub struct FileError {
     /// What was tried: `read`, `write`, `create`, ...
     pub action: &'static str,
     /// The file or directory.
     pub path: PathBuf,
-    /// The operating system's reason.
-    pub source: io::Error,
+    /// The operating system's reason; part of the message, so it is no source of its own.
+    pub reason: io::Error,
 }
 
 impl FileError {
     /// Returns a closure for `map_err` that adds the action and the path.
     pub fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_path_buf();
-        move |source| Self { action, path, source }
+        move |reason| Self { action, path, reason }
     }
 }
 
@@ -340,6 +340,14 @@ pub enum EvalError {
         task: usize,
         /// Tasks in the plan.
         count: usize,
+    },
+    /// A worker found something that would make every other task fail as well.
+    #[error("{reason}; nothing is lost, run the same command again once this is mended")]
+    Stopped {
+        /// What the worker said.
+        reason: String,
+        /// Whether SUMO is missing.
+        no_sumo: bool,
     },
     /// A file that differs from the manifest.
     #[error(

@@ -15,6 +15,8 @@ pub const SOME_FAILED: u8 = 3;
 pub const NO_SUMO: u8 = 4;
 /// The results directory holds another run, or is in use by one.
 pub const MISMATCH: u8 = 5;
+/// A worker's word that the whole run should stop; never the program's own exit code.
+pub const STOP_RUN: u8 = 75;
 /// Interrupted; run the same command again to continue.
 pub const INTERRUPTED: u8 = 130;
 
@@ -43,7 +45,8 @@ fn known(error: &(dyn std::error::Error + 'static)) -> Option<u8> {
             EvalError::Store(e) => store(e),
             EvalError::Control(_) | EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
             EvalError::NoTask { .. } | EvalError::Altered { .. } => USAGE,
-            EvalError::Io(_) => UNEXPECTED,
+            EvalError::Stopped { no_sumo: true, .. } => NO_SUMO,
+            EvalError::Stopped { .. } | EvalError::Io(_) => UNEXPECTED,
         });
     }
     if let Some(e) = error.downcast_ref::<FamilyError>() {

@@ -22,7 +22,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ("network", &["family", "seed"]),
     ("env", &["sim", "control", "family"]),
     ("store", &["family", "sample"]),
-    ("eval", &["env", "control", "sample", "store", "seed", "sim", "network", "family"]),
+    ("eval", &["env", "control", "sample", "store", "seed", "sim", "network", "family", "exit"]),
     ("report", &["store", "stats", "sample", "seed"]),
     ("error", &["control", "env", "sample"]),
     ("exit", &["report"]),

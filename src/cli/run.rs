@@ -120,7 +120,7 @@ fn work(
 fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     let results = Results::load(layout)?;
     let data = ReportData::new(&results);
-    let paths = report::write(layout)?;
+    let paths = report::write_data(layout, &data)?;
     if args.json {
         for row in data.json_rows() {
             line(method_line(&row))?;
@@ -128,7 +128,7 @@ fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     } else if !args.quiet {
         line(text::table(&data))?;
         for text in text::notes(&data) {
-            line(text)?;
+            note(text);
         }
         note(format!("report: {}", paths.html.display()));
     }

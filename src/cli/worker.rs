@@ -12,7 +12,7 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
 
     use crate::error::{EvalError, FileError};
     use crate::eval::pool::Progress;
-    use crate::eval::task::{Workplace, execute};
+    use crate::eval::task::{Workplace, execute, stops_run};
     use crate::sim::libsumo::SumoSim;
     use crate::store::Layout;
     use crate::store::manifest::{Manifest, read_plan};
@@ -43,9 +43,17 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
         // A parent that has gone away is noticed by its closed pipe.
         let _ = super::output::line(text);
     };
-    let result = execute(SumoSim::new()?, &manifest, task, &workplace, &mut progress)?;
-    Record::finished(task, &manifest.sha256(), result).commit(&layout)?;
-    Ok(exit::DONE)
+    let done = SumoSim::new()
+        .map_err(EvalError::from)
+        .and_then(|sim| execute(sim, &manifest, task, &workplace, &mut progress))
+        .and_then(|result| Ok(Record::finished(task, &manifest.sha256(), result).commit(&layout)?));
+    match done {
+        Err(error) if stops_run(&error) => {
+            super::output::note(format!("error: {error}"));
+            Ok(exit::STOP_RUN)
+        }
+        done => Ok(done.map(|()| exit::DONE)?),
+    }
 }
 
 #[cfg(not(feature = "libsumo"))]

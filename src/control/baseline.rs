@@ -1,7 +1,7 @@
 //! The baseline: an untuned fixed-time program, the denominator of every score.
 //!
-//! - Generated networks run netconvert's own default program (cycle 90 s, 6 s for left phases):
-//!   what anyone gets who builds the network and changes nothing.
+//! - Generated networks run netconvert's own default program (cycle 90 s, 6 s for left phases,
+//!   yellow by speed): what anyone gets who builds the network and changes nothing.
 //! - Imported scenarios run the greens of their own program with the same time each; 35 s
 //!   reproduces the paper's normaliser on Ingolstadt (43.5 s, implied by its published figures).
 //!

@@ -8,7 +8,7 @@ const MAX_PHASES: usize = 12;
 /// Returns sets of phases that serve every movement, none larger than it must be.
 ///
 /// First those in which some movements are served permissively only, then those that protect
-/// every movement that can be protected; smaller sets first. With more than [`MAX_PHASES`]
+/// every movement that can be protected; smaller sets first. With more than 12
 /// phases there is one set: all of them.
 pub fn covering(signal: &SignalSpec) -> Vec<Vec<usize>> {
     let count = signal.phases.len();

@@ -18,9 +18,10 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{EvalError, FileError};
+use crate::exit;
 use crate::store::Layout;
 use crate::store::manifest::Task;
-use crate::store::record::{Outcome, Record, Wall};
+use crate::store::record::{Record, Wall};
 
 /// Attempts at a task before it is recorded as failed.
 const ATTEMPTS: u32 = 2;
@@ -138,7 +139,14 @@ impl Pool {
             if halt() {
                 return Ok(());
             }
-            let reason = reason(&status, &self.layout.log(task.task));
+            let log = self.layout.log(task.task);
+            let code = status.code().and_then(|c| u8::try_from(c).ok());
+            if let Some(code @ (exit::STOP_RUN | exit::NO_SUMO)) = code {
+                let reason = last_lines(&log, 1);
+                let reason = reason.trim_start_matches("error: ").to_owned();
+                return Err(EvalError::Stopped { reason, no_sumo: code == exit::NO_SUMO });
+            }
+            let reason = reason(&status, &log);
             if attempt < ATTEMPTS {
                 send(sender, Event::Retry { task: task.task, reason });
             } else {
@@ -220,20 +228,20 @@ fn reason(status: &ExitStatus, log: &Path) -> String {
         (None, Some(signal)) => format!("the worker was killed by signal {signal}"),
         (None, None) => "the worker ended".to_owned(),
     };
-    let text = fs::read(log).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
-    let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
-    let quoted = lines[lines.len().saturating_sub(QUOTED_LINES)..].join(" | ");
+    let quoted = last_lines(log, QUOTED_LINES);
     if quoted.is_empty() { how } else { format!("{how}: {quoted}") }
 }
 
-/// Returns how many of some records failed.
-pub fn count_failed<'a>(records: impl Iterator<Item = &'a Record>) -> usize {
-    records.filter(|r| r.summary.outcome == Outcome::Failed).count()
+fn last_lines(log: &Path, count: usize) -> String {
+    let text = fs::read(log).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
+    let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+    lines[lines.len().saturating_sub(count)..].join(" | ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::record::Outcome;
     use std::os::unix::fs::PermissionsExt;
 
     fn task() -> Task {
@@ -273,6 +281,16 @@ mod tests {
             Some("the worker ended with exit code 7: Error: no such edge")
         );
         assert_eq!(record.summary.wall.attempts, 2);
+    }
+
+    #[test]
+    fn a_full_disk_stops_the_run_and_leaves_no_record() {
+        let dir = tempfile::tempdir().unwrap();
+        let script = format!("echo 'error: cannot write x: no space' >&2; exit {}", exit::STOP_RUN);
+        let pool = pool(dir.path(), &script);
+        let e = pool.run(&[task()], &AtomicBool::new(false), &mut |_| {}).unwrap_err();
+        assert!(e.to_string().starts_with("cannot write x: no space; nothing is lost"), "{e}");
+        assert!(!pool.layout.record(0).exists());
     }
 
     #[test]

@@ -162,7 +162,22 @@ fn named(metrics: &EpisodeMetrics) -> Metrics {
     .collect()
 }
 
-/// Returns whether an error means that SUMO is missing, so that every other task would fail too.
-pub fn is_simulator_missing(error: &EvalError) -> bool {
-    matches!(error, EvalError::Sim(SimError::Unavailable(_)))
+/// Returns whether an error concerns the machine and not the task: it would make other tasks fail
+/// too, so that the run is better stopped than filled with failed records.
+pub fn stops_run(error: &EvalError) -> bool {
+    matches!(
+        error,
+        EvalError::Sim(SimError::Io(_))
+            | EvalError::Store(_)
+            | EvalError::Io(_)
+            | EvalError::Altered { .. }
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn networks_are_built_with_the_program_that_environments_look_for() {
+        assert_eq!(crate::network::phases::PHASES_PROGRAM, crate::env::derive::PHASES_PROGRAM);
+    }
 }

@@ -8,7 +8,7 @@
 //! settings is the same. The version of netconvert is not part of that: networks that another one
 //! built stay as they are, and the index says which.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -71,6 +71,9 @@ pub fn build_all(
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<BuildSummary, NetworkError> {
     fs::create_dir_all(out).map_err(FileError::at("create", out))?;
+    // Another build of the same folder waits until this one is done.
+    let folder = File::open(out).map_err(FileError::at("open", out))?;
+    folder.lock().map_err(FileError::at("lock", out))?;
     let mut index = match Index::load_if_present(out) {
         Err(NetworkError::Index { .. }) if force => Index::empty(out),
         index => index?.unwrap_or_else(|| Index::empty(out)),
@@ -96,7 +99,10 @@ pub fn build_all(
     if missing.is_empty() {
         return Ok(summary);
     }
-    let netconvert = Netconvert::find()?;
+    let netconvert = Netconvert::find().inspect_err(|_| {
+        // Leaves no folder behind that was only just made; one with files is not removed by this.
+        let _ = fs::remove_dir(out);
+    })?;
     remove_abandoned(out);
     for (spec, _) in &missing {
         index.remove(&spec.point);

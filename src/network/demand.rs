@@ -387,7 +387,9 @@ mod tests {
         let vehicle =
             Vehicle { stream: 0, number: 12, route: 1, depart_ticks: 4205, speed_factor: 1.0432 };
         let text = demand.routes_xml(&[vehicle]);
-        let expected = r#"<vehicle id="in0.12" type="car" route="in0-out2" depart="42.05" departLane="best" departPos="base" departSpeed="max" speedFactor="1.0432"/>"#;
+        let expected = "<vehicle id=\"in0.12\" type=\"car\" route=\"in0-out2\" depart=\"42.05\" \
+                        departLane=\"best\" departPos=\"base\" departSpeed=\"max\" \
+                        speedFactor=\"1.0432\"/>";
         assert!(text.contains(expected), "{text}");
     }
 }

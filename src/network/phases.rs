@@ -85,16 +85,13 @@ impl Conflicts {
 
     /// Returns the most that a movement may get beside those that have green.
     fn best_light(&self, lights: &[Light], movement: usize) -> Light {
-        let green = |(light, relation): (&Light, &Relation)| {
-            (*light != Light::Red).then_some(*relation).unwrap_or(Relation::Free)
-        };
-        let light = |relation| match relation {
+        let best = |(light, relation): (&Light, &Relation)| match relation {
+            _ if *light == Light::Red => Light::Protected,
             Relation::Free => Light::Protected,
             Relation::Yields => Light::Permissive,
             Relation::Blocks => Light::Red,
         };
-        let relations = lights.iter().zip(&self.0[movement]).map(green);
-        relations.map(light).min().unwrap_or(Light::Protected)
+        lights.iter().zip(&self.0[movement]).map(best).min().unwrap_or(Light::Protected)
     }
 }
 

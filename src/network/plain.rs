@@ -19,9 +19,10 @@ pub const SIGNAL: &str = "c";
 
 /// Program id of netconvert's own program, which SUMO runs unless told otherwise.
 ///
-/// It must sort after [`PHASES_PROGRAM`](super::phases::PHASES_PROGRAM): SUMO runs the program that comes last in the file, but
-/// until its first change vehicles see the lights of the one whose id sorts last (seen in SUMO 1.15
-/// and 1.28). netconvert's own id, `0`, would have them run red lights in the first half minute.
+/// It must sort after [`PHASES_PROGRAM`](super::phases::PHASES_PROGRAM): SUMO runs the program that
+/// comes last in the file, but until its first change vehicles see the lights of the one whose id
+/// sorts last (seen in SUMO 1.15 and 1.28). With netconvert's own id, `0`, they would run red
+/// lights for half a minute.
 pub const DEFAULT_PROGRAM: &str = "program";
 
 /// Width of a lane, metres (SUMO's default).

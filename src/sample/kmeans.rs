@@ -3,7 +3,7 @@
 //! Choices where implementations differ:
 //! - Features are standardised with the family's unweighted mean and standard deviation; a
 //!   feature that never varies counts for nothing.
-//! - k-means++ seeding and Lloyd's iterations, best of [`RESTARTS`] by inertia.
+//! - k-means++ seeding and Lloyd's iterations, best of 20 starts by inertia.
 //! - A cluster that runs empty is given the point farthest from its centroid.
 //! - Each centroid is matched to the nearest point MDP **of its own cluster**, so that no point
 //!   MDP stands for two clusters.
