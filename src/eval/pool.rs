@@ -30,7 +30,7 @@ const ATTEMPTS: u32 = 2;
 const QUOTED_LINES: usize = 6;
 
 /// How often a waiting pool looks whether it has been interrupted.
-const POLL: Duration = Duration::from_millis(50);
+const POLL: Duration = Duration::from_millis(5);
 
 /// A line on a worker's standard output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
