@@ -32,6 +32,14 @@ pub fn evaluation(base: u64, k: u32) -> u64 {
     (seed & SUMO_SEED_MAX) | EVALUATION_BIT
 }
 
+/// Returns the seed that an episode has on a point MDP: the same for every method there, another on
+/// every other point MDP, so that their noise is independent and averages out over the family.
+/// An evaluation seed stays one, and a training seed too.
+pub fn at_point(seed: u64, point: &str) -> u64 {
+    let here = derive(seed, &["point", point]) & SUMO_SEED_MAX & !EVALUATION_BIT;
+    here | (seed & EVALUATION_BIT)
+}
+
 /// Returns the seed of the `k`-th training episode of a task; never an evaluation seed.
 pub fn training(task_seed: u64, k: u32) -> u64 {
     let seed = derive(task_seed, &["training", &k.to_string()]);
@@ -55,9 +63,19 @@ mod tests {
         }
 
         #[test]
+        fn seeds_at_a_point_never_meet_either(base: u64, task: u64, j: u32, k: u32) {
+            prop_assert_ne!(at_point(evaluation(base, j), "p"), at_point(training(task, k), "p"));
+        }
+
+        #[test]
         fn sumo_accepts_every_seed(base: u64, k: u32) {
             prop_assert!(evaluation(base, k) <= SUMO_SEED_MAX && training(base, k) <= SUMO_SEED_MAX);
         }
+    }
+
+    #[test]
+    fn two_points_have_different_seeds() {
+        assert_ne!(at_point(evaluation(0, 0), "a"), at_point(evaluation(0, 0), "b"));
     }
 
     #[test]

@@ -344,7 +344,7 @@ int32_t sumo_observe(SumoVehicle *vehicles, size_t capacity, size_t *count, int3
             const double length_m = Lane::getLength(episode.lanes[lane]);
             for (const auto &id : ids) {
                 const auto number = static_cast<uint32_t>(episode.vehicles.size());
-                Seen &seen = episode.vehicles.emplace(id, Seen{number}).first->second;
+                Seen &seen = episode.vehicles.try_emplace(id, Seen{number}).first->second;
                 const double position_m = Vehicle::getLanePosition(id);
                 const double remaining_m = length_m - position_m;
                 // A vehicle that was away may have come back on another part of its route.

@@ -3,8 +3,9 @@
 //! For each point MDP, on training seeds only:
 //! 1. One episode with the network's own program counts the vehicles per lane.
 //! 2. Every set of phases that serves all movements is tried with Webster's cycle and splits.
-//! 3. Nelder-Mead (crate `argmin`) searches the greens of the best set, in their logarithms.
-//! 4. The best plans found, and the own program, are compared on further training seeds, so that
+//! 3. Nelder-Mead (crate `argmin`) searches the greens of the best set, in their logarithms, and
+//!    starts again from the best plan so far with a smaller simplex while simulations are left.
+//! 4. The two best cycles and the own program are compared on further training seeds only, so that
 //!    a plan is not chosen because it happens to suit one arrival pattern.
 //!
 //! Choices:
@@ -37,8 +38,9 @@ const FINALISTS: usize = 3;
 /// Largest share of the simulations that goes into trying sets of phases.
 const SETS_SHARE: f64 = 0.4;
 
-/// Factor between the corners of the first simplex.
-const SIMPLEX_FACTOR: f64 = 1.4;
+/// Factors between the corners of the simplex, one start after the other; below 1 the corners lie
+/// on the other side.
+const SIMPLEX_FACTORS: [f64; 4] = [1.4, 0.8, 1.15, 0.9];
 
 /// A fixed cycle of one signal.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,11 +95,13 @@ impl Controller for FixedTime {
 
     fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
         let first = self.run(trainer, SEARCH_SEED)?;
+        // Delay on the search seed with the plans chosen so far.
+        let mut delay_s = first.delay_s;
         for signal in 0..self.signals.len() {
             // Later signals share what earlier ones left over.
             let left = self.simulations.saturating_sub(self.used);
             let budget = left / (self.signals.len() - signal) as u32;
-            self.tune(trainer, signal, budget, &first)?;
+            delay_s = self.tune(trainer, signal, budget, &first.lane_flow_vph[signal], delay_s)?;
         }
         Ok(())
     }
@@ -121,38 +125,36 @@ impl FixedTime {
         trainer.episode(self, seed)
     }
 
+    /// Finds the plan of a signal and returns its delay on the search seed.
     fn tune(
         &mut self,
         trainer: &mut dyn Trainer,
         signal: usize,
         budget: u32,
-        first: &EpisodeOutcome,
-    ) -> Result<(), ControlError> {
+        flow_vph: &[f64],
+        own_delay_s: f64,
+    ) -> Result<f64, ControlError> {
         let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
         let search = budget.saturating_sub(finals);
         let spec = self.signals[signal].clone();
-        let mut tried = vec![(first.delay_s, Plan::Own)];
-
+        let mut tried: Vec<(f64, Plan)> = Vec::new();
         let most_sets = (f64::from(search) * SETS_SHARE).ceil() as usize;
         for set in covering(&spec).into_iter().take(most_sets) {
-            let flow = &first.lane_flow_vph[signal];
-            let greens = greens(&spec, &set, flow, spec.yellow_time_s, &self.limits);
+            let greens = greens(&spec, &set, flow_vph, spec.yellow_time_s, &self.limits);
             let plan = Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect());
             let delay = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
             tried.push((delay, plan));
         }
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-
-        let start = tried.iter().find_map(|(_, plan)| match plan {
-            Plan::Cycle(greens) => Some(greens.clone()),
-            Plan::Own => None,
-        });
-        if let Some(start) = start {
-            let left = search.saturating_sub(tried.len() as u32 - 1);
-            tried.extend(self.search(trainer, signal, &start, left)?);
+        for factor in SIMPLEX_FACTORS {
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, Plan::Cycle(start))) = tried.first().cloned() else { break };
+            let left = search.saturating_sub(tried.len() as u32);
+            tried = self.search(trainer, signal, &start, factor, left, tried)?;
         }
-        self.plans[signal] = self.decide(trainer, signal, tried, budget >= finals)?;
-        Ok(())
+        let (delay_s, plan) =
+            self.decide(trainer, signal, tried, (own_delay_s, Plan::Own), budget >= finals)?;
+        self.plans[signal] = plan;
+        Ok(delay_s)
     }
 
     fn try_plan(
@@ -166,20 +168,22 @@ impl FixedTime {
         Ok(self.run(trainer, seed)?.delay_s)
     }
 
-    /// Searches the greens of a cycle and returns all plans tried.
+    /// Searches the greens of a cycle and returns all plans tried, the earlier ones included.
     fn search(
         &mut self,
         trainer: &mut dyn Trainer,
         signal: usize,
         start: &[(GreenPhase, f64)],
+        factor: f64,
         simulations: u32,
+        tried: Vec<(f64, Plan)>,
     ) -> Result<Vec<(f64, Plan)>, ControlError> {
         let logs: Vec<f64> = start.iter().map(|(_, green)| green.ln()).collect();
         if (simulations as usize) <= logs.len() {
-            return Ok(Vec::new());
+            return Ok(tried);
         }
         // One corner changes the whole cycle, the others one green each against the rest.
-        let step = SIMPLEX_FACTOR.ln();
+        let step = factor.ln();
         let mut simplex = vec![logs.iter().map(|x| x - step).collect::<Vec<_>>()];
         for i in 0..logs.len() {
             let mut corner = logs.clone();
@@ -195,7 +199,7 @@ impl FixedTime {
                 signal,
                 phases: start.iter().map(|(phase, _)| *phase).collect(),
                 left: simulations,
-                tried: Vec::new(),
+                tried,
                 failure: None,
             }),
         };
@@ -204,39 +208,40 @@ impl FixedTime {
             .run()
             .map(drop)
             .map_err(|e| e.to_string());
-        let SearchState { tried, failure, left, .. } = problem.state.into_inner();
+        let SearchState { tried, failure, .. } = problem.state.into_inner();
         match (failure, result) {
             (Some(e), _) => Err(e),
-            // The search stops with an error of its own when its simulations are used up.
-            (None, Err(e)) if left > 0 => Err(ControlError::Search(e)),
-            _ => Ok(tried),
+            (None, Err(e)) => Err(ControlError::Search(e)),
+            (None, Ok(())) => Ok(tried),
         }
     }
 
-    /// Compares the best plans on further seeds and returns the best.
+    /// Compares the best cycles and the own program on further seeds and returns the winner with
+    /// its delay on the search seed; without further seeds that delay decides.
     fn decide(
         &mut self,
         trainer: &mut dyn Trainer,
         signal: usize,
         mut tried: Vec<(f64, Plan)>,
+        own: (f64, Plan),
         with_finals: bool,
-    ) -> Result<Plan, ControlError> {
+    ) -> Result<(f64, Plan), ControlError> {
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut finalists: Vec<(f64, Plan)> = Vec::new();
-        for (delay, plan) in tried {
-            if finalists.len() < FINALISTS && finalists.iter().all(|(_, p)| *p != plan) {
-                finalists.push((delay, plan));
-            }
-        }
-        if with_finals {
-            for (delay, plan) in &mut finalists {
+        tried.truncate(FINALISTS - 1);
+        let mut best: Option<(f64, (f64, Plan))> = None;
+        for (search_delay_s, plan) in std::iter::once(own).chain(tried) {
+            let mut total_s = search_delay_s;
+            if with_finals {
+                total_s = 0.0;
                 for seed in FINAL_SEEDS {
-                    *delay += self.try_plan(trainer, signal, plan, seed)?;
+                    total_s += self.try_plan(trainer, signal, &plan, seed)?;
                 }
             }
+            if best.as_ref().is_none_or(|(least, _)| total_s < *least) {
+                best = Some((total_s, (search_delay_s, plan)));
+            }
         }
-        let best = finalists.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(best.expect("the own program is always tried").1)
+        Ok(best.expect("the own program is always there").1)
     }
 }
 
@@ -271,8 +276,10 @@ impl CostFunction for &Search<'_> {
         if let Some((delay, _)) = state.tried.iter().find(|(_, p)| *p == plan) {
             return Ok(*delay);
         }
-        if state.left == 0 {
-            return Err(argmin::core::Error::msg("all simulations are used"));
+        // Not an error: argmin unwraps the costs of the first simplex. A plan that cannot be tried is
+        // the worst of all, and the search ends with its iterations.
+        if state.left == 0 || state.failure.is_some() {
+            return Ok(f64::MAX);
         }
         state.left -= 1;
         match state.controller.try_plan(state.trainer, state.signal, &plan, SEARCH_SEED) {
@@ -282,7 +289,7 @@ impl CostFunction for &Search<'_> {
             }
             Err(e) => {
                 state.failure = Some(e);
-                Err(argmin::core::Error::msg("a training episode failed"))
+                Ok(f64::MAX)
             }
         }
     }
@@ -320,6 +327,11 @@ mod tests {
         signal: SignalSpec,
         episodes: u32,
         own: f64,
+        fails_at: u32,
+    }
+
+    fn valley(own: f64) -> Valley {
+        Valley { signal: two_phase_signal(), episodes: 0, own, fails_at: u32::MAX }
     }
 
     impl Trainer for Valley {
@@ -328,6 +340,9 @@ mod tests {
             controller: &mut dyn Controller,
             _seed: u32,
         ) -> Result<EpisodeOutcome, ControlError> {
+            if self.episodes == self.fails_at {
+                return Err(ControlError::Episode("planned failure".into()));
+            }
             self.episodes += 1;
             let drives = controller.begin(std::slice::from_ref(&self.signal))?;
             let delay_s = match &drives[0] {
@@ -339,7 +354,7 @@ mod tests {
     }
 
     fn tuned(own: f64, simulations: u32) -> (FixedTime, u32) {
-        let mut trainer = Valley { signal: two_phase_signal(), episodes: 0, own };
+        let mut trainer = valley(own);
         let mut controller = FixedTime::new(LIMITS, simulations);
         controller.train(&mut trainer).unwrap();
         (controller, trainer.episodes)
@@ -361,6 +376,15 @@ mod tests {
             let (controller, episodes) = tuned(1000.0, budget);
             assert!(episodes <= budget.max(1), "{episodes} of {budget}");
             assert_eq!(controller.details()["simulations"], episodes.to_string());
+        }
+    }
+
+    #[test]
+    fn a_training_episode_that_fails_is_an_error() {
+        for fails_at in 0..20 {
+            let mut trainer = Valley { fails_at, ..valley(1000.0) };
+            let e = FixedTime::new(LIMITS, 30).train(&mut trainer).unwrap_err();
+            assert!(e.to_string().contains("planned failure"), "{e}");
         }
     }
 

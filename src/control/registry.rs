@@ -16,6 +16,8 @@ use super::{ControlError, Controller};
 pub struct ControlSettings {
     /// Green per phase of the baseline's equal split, seconds; `None` runs the own program.
     pub baseline_equal_split_green_s: Option<f64>,
+    /// Whether `max-pressure` counts a lane once that both movements of a phase share.
+    pub max_pressure_count_shared_lanes_once: bool,
     /// Episodes that tuning of `fixed-time` may use.
     pub fixed_time_simulations: u32,
     /// Shortest green of `fixed-time`, seconds.
@@ -82,7 +84,7 @@ pub fn create(name: &str, settings: &ControlSettings) -> Result<Box<dyn Controll
             Box::new(Baseline { equal_split_green_s: s.baseline_equal_split_green_s })
         }
         Program::NAME => Box::new(Program),
-        MaxPressure::NAME => Box::new(MaxPressure::default()),
+        MaxPressure::NAME => Box::new(MaxPressure::new(s.max_pressure_count_shared_lanes_once)),
         Actuated::NAME => Box::new(Actuated {
             min_green_s: s.actuated_min_green_s,
             max_green_s: s.actuated_max_green_s,

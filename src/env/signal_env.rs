@@ -90,6 +90,8 @@ impl<S: Sim> SignalEnv<S> {
     pub fn reset(&mut self, seed: u64) -> Result<(), SimError> {
         let mut args: Vec<String> = [
             ("--seed", seed.to_string()),
+            // A scenario that asks for a seed from the clock would make the run unrepeatable.
+            ("--random", "false".to_owned()),
             ("--begin", self.world.begin_s.to_string()),
             ("--end", self.world.end_s.to_string()),
             ("--step-length", "1".to_owned()),

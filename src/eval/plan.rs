@@ -119,6 +119,7 @@ pub fn control_settings(scenario: &Scenario, imported: bool) -> ControlSettings 
     let (fixed, actuated) = (&scenario.fixed_time, &scenario.actuated);
     ControlSettings {
         baseline_equal_split_green_s: equal_split.then_some(scenario.baseline.green_s),
+        max_pressure_count_shared_lanes_once: scenario.max_pressure.count_shared_lanes_once,
         fixed_time_simulations: fixed.simulations,
         fixed_time_min_green_s: fixed.min_green_s,
         fixed_time_min_cycle_s: fixed.min_cycle_s,

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use crate::control::registry::create;
 use crate::control::{ControlError, Controller, EpisodeOutcome, Trainer};
-use crate::env::episode::{EpisodeMetrics, run_episode};
+use crate::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use crate::env::{SignalEnv, World};
-use crate::error::{EvalError, SimError, StoreError};
+use crate::error::{EvalError, FileError, SimError, StoreError};
 use crate::family::scenario::Scenario;
 use crate::hash::sha256_file;
 use crate::network::demand::DemandSpec;
@@ -62,10 +62,11 @@ pub fn execute<S: Sim>(
         workplace.scratch.clone(),
     );
     let mut controller = create(&task.method, &control_settings(&scenario, imported))?;
-    let mut lab = Lab { env, task_seed: task.seed, rows: Vec::new(), progress };
+    let (task_seed, point) = (task.seed, task.point.clone());
+    let mut lab = Lab { env, task_seed, point, rows: Vec::new(), progress };
     controller.train(&mut lab)?;
     for (k, &seed) in identity.evaluation_seeds.iter().enumerate() {
-        let metrics = run_episode(&mut lab.env, controller.as_mut(), seed)?;
+        let metrics = lab.run(controller.as_mut(), seed)?;
         lab.record(RowKind::Evaluation, k as u32, seed, &metrics);
     }
     Ok(TaskResult {
@@ -116,11 +117,20 @@ fn check(path: &Path, sha256: Option<&String>) -> Result<(), EvalError> {
 struct Lab<'a, S> {
     env: SignalEnv<S>,
     task_seed: u64,
+    point: String,
     rows: Vec<Row>,
     progress: &'a mut dyn FnMut(u32),
 }
 
 impl<S: Sim> Lab<'_, S> {
+    fn run(
+        &mut self,
+        controller: &mut dyn Controller,
+        seed: u64,
+    ) -> Result<EpisodeMetrics, EpisodeError> {
+        run_episode(&mut self.env, controller, seed::at_point(seed, &self.point))
+    }
+
     fn record(&mut self, kind: RowKind, episode: u32, seed: u64, metrics: &EpisodeMetrics) {
         self.rows.push(Row { kind, episode, seed, metrics: named(metrics) });
         (self.progress)(self.rows.len() as u32);
@@ -135,8 +145,7 @@ impl<S: Sim> Trainer for Lab<'_, S> {
     ) -> Result<EpisodeOutcome, ControlError> {
         let episode = self.rows.len() as u32;
         let seed = seed::training(self.task_seed, seed);
-        let metrics = run_episode(&mut self.env, controller, seed)
-            .map_err(|e| ControlError::Episode(Box::new(e)))?;
+        let metrics = self.run(controller, seed).map_err(|e| ControlError::Episode(Box::new(e)))?;
         self.record(RowKind::Training, episode, seed, &metrics);
         Ok(metrics.outcome())
     }
@@ -171,11 +180,31 @@ pub fn stops_run(error: &EvalError) -> bool {
             | EvalError::Store(_)
             | EvalError::Io(_)
             | EvalError::Altered { .. }
-    )
+    ) || has_file_error(error)
+}
+
+/// Whether a file operation is at the bottom of an error, as when a training episode cannot write
+/// its vehicles.
+fn has_file_error(error: &(dyn std::error::Error + 'static)) -> bool {
+    std::iter::successors(Some(error), |e| e.source()).any(|e| {
+        matches!(e.downcast_ref(), Some(EpisodeError::Sim(SimError::Io(_))))
+            || e.downcast_ref::<FileError>().is_some()
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disk_error_in_a_training_episode_stops_the_run() {
+        let file = FileError::at("write", Path::new("x"))(std::io::Error::other("full"));
+        let episode = EpisodeError::Sim(SimError::Io(file));
+        assert!(stops_run(&EvalError::Control(ControlError::Episode(Box::new(episode)))));
+        let sumo = EpisodeError::Sim(SimError::NotRunning);
+        assert!(!stops_run(&EvalError::Control(ControlError::Episode(Box::new(sumo)))));
+    }
+
     #[test]
     fn networks_are_built_with_the_program_that_environments_look_for() {
         assert_eq!(crate::network::phases::PHASES_PROGRAM, crate::env::derive::PHASES_PROGRAM);

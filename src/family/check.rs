@@ -29,7 +29,6 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         ("family.min_inflow_vph", f.min_inflow_vph, 1.0, 3600.0),
         ("family.length_scale", f.length_scale, 0.01, 100.0),
         ("network.exit_length_m", n.exit_length_m, 10.0, 10_000.0),
-        ("network.yellow_time_s", n.yellow_time_s, 1.0, 10.0),
         ("network.phase_green_s", n.phase_green_s, 1.0, 300.0),
         ("network.default_cycle_s", n.default_cycle_s, 20.0, 600.0),
         ("network.default_left_green_s", n.default_left_green_s, 1.0, 100.0),

@@ -34,6 +34,9 @@ pub struct Scenario {
     /// The tuned fixed-time controller.
     #[serde(default)]
     pub fixed_time: FixedTimeSettings,
+    /// Max pressure.
+    #[serde(default)]
+    pub max_pressure: MaxPressureSettings,
     /// SUMO's gap-based control.
     #[serde(default)]
     pub actuated: ActuatedSettings,
@@ -152,8 +155,6 @@ impl SixFeatures {
 pub struct NetworkSettings {
     /// Length of outgoing edges, metres: they cost simulation time and change nothing.
     pub exit_length_m: f64,
-    /// Yellow between two phases, seconds.
-    pub yellow_time_s: f64,
     /// Green of each phase in the networks' own eight-phase program, seconds; controllers choose
     /// their own durations.
     pub phase_green_s: f64,
@@ -167,7 +168,6 @@ impl Default for NetworkSettings {
     fn default() -> Self {
         Self {
             exit_length_m: 60.0,
-            yellow_time_s: 3.0,
             phase_green_s: 30.0,
             default_cycle_s: 90.0,
             default_left_green_s: 6.0,
@@ -217,7 +217,9 @@ impl Default for TurnShares {
 pub struct SignalSettings {
     /// Time between decisions, seconds.
     pub delta_time_s: u32,
-    /// Yellow at the start of the interval when the phase changes, seconds.
+    /// Yellow between two greens, seconds: at the start of the interval when a decision changes the
+    /// phase, and in the cycles of `fixed-time` and `actuated`. Networks' own programs, the baseline
+    /// among them, keep their own yellow; netconvert's is 3 s and longer on fast roads.
     pub yellow_time_s: u32,
     /// Distance to the signal within which vehicles are detected, metres.
     pub detection_m: f64,
@@ -293,7 +295,7 @@ pub struct FixedTimeSettings {
 impl Default for FixedTimeSettings {
     fn default() -> Self {
         Self {
-            simulations: 30,
+            simulations: 24,
             min_green_s: 5.0,
             min_cycle_s: 20.0,
             max_cycle_s: 150.0,
@@ -301,6 +303,14 @@ impl Default for FixedTimeSettings {
             saturation_flow_vph: 1900.0,
         }
     }
+}
+
+/// Max pressure.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MaxPressureSettings {
+    /// Whether a lane counts once that both movements of a phase share; RESCO counts it twice.
+    pub count_shared_lanes_once: bool,
 }
 
 /// SUMO's gap-based control.

@@ -27,7 +27,7 @@ use crate::hash::sha256;
 
 /// Number of the rules by which networks are made; a change to them raises it, and all networks
 /// are built again.
-const GENERATOR: u32 = 1;
+const GENERATOR: u32 = 2;
 
 /// Seed of the vehicles in the `.rou.xml`.
 const ROUTES_SEED: u64 = 0;
@@ -228,7 +228,7 @@ mod tests {
         let (spec, network, demand) =
             (cross(), NetworkSettings::default(), DemandSettings::default());
         let hash = |s: &IntersectionSpec, n: f64, d: f64| {
-            let network = NetworkSettings { yellow_time_s: n, ..network.clone() };
+            let network = NetworkSettings { phase_green_s: n, ..network.clone() };
             spec_hash(s, &network, &DemandSettings { horizon_s: d, ..demand.clone() })
         };
         let mut other = spec.clone();

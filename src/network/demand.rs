@@ -46,9 +46,6 @@ const VEHICLE_TYPE: &str = "    <vType id=\"car\" vClass=\"passenger\" length=\"
 /// (SUMO's default for passenger cars, `normc(1,0.1,0.2,2)`).
 const SPEED_FACTOR: [f64; 4] = [1.0, 0.1, 0.2, 2.0];
 
-/// Departure times are written with two decimals.
-const TICKS_PER_SECOND: f64 = 100.0;
-
 /// Who arrives at an intersection, independent of any seed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -94,8 +91,9 @@ pub struct Vehicle {
     pub number: u32,
     /// Index of its route in the stream.
     pub route: usize,
-    /// Departure, hundredths of a second.
-    pub depart_ticks: u64,
+    /// Departure, whole seconds: SUMO inserts at its 1 s steps only, and would count a fraction as
+    /// departure delay, half a second on average.
+    pub depart_s: u32,
     /// Desired speed relative to the limit.
     pub speed_factor: f64,
 }
@@ -151,7 +149,7 @@ impl DemandSpec {
         let streams = self.streams.iter().enumerate();
         let mut all: Vec<_> =
             streams.flat_map(|(i, s)| s.vehicles(i, self.horizon_s, seed)).collect();
-        all.sort_by_key(|v| (v.depart_ticks, v.stream, v.number));
+        all.sort_by_key(|v| (v.depart_s, v.stream, v.number));
         all
     }
 
@@ -180,12 +178,12 @@ impl DemandSpec {
             let stream = &self.streams[v.stream];
             let Stream { from, depart_lane, depart_speed, .. } = stream;
             let (number, to, factor) = (v.number, &stream.routes[v.route].to, v.speed_factor);
-            let depart_s = v.depart_ticks as f64 / TICKS_PER_SECOND;
+            let depart_s = v.depart_s;
             push(
                 &mut text,
                 format_args!(
                     "<vehicle id=\"{from}.{number}\" type=\"car\" route=\"{from}-{to}\" \
-                     depart=\"{depart_s:.2}\" departLane=\"{depart_lane}\" departPos=\"base\" \
+                     depart=\"{depart_s}\" departLane=\"{depart_lane}\" departPos=\"base\" \
                      departSpeed=\"{depart_speed}\" speedFactor=\"{factor:.4}\"/>"
                 ),
             );
@@ -212,7 +210,7 @@ impl Stream {
                 stream,
                 number: vehicles.len() as u32,
                 route: self.route(turns.random()),
-                depart_ticks: (time_s * TICKS_PER_SECOND) as u64,
+                depart_s: time_s as u32,
                 speed_factor: speed_factor(&mut drivers),
             });
         }
@@ -359,15 +357,15 @@ mod tests {
         other.streams[0].inflow_vph *= 2.0;
         let first = |d: &DemandSpec| d.vehicles(3).into_iter().find(|v| v.stream == 0).unwrap();
         let (slow, fast) = (first(&demand), first(&other));
-        assert!(slow.depart_ticks.abs_diff(2 * fast.depart_ticks) <= 1);
+        assert!(slow.depart_s.abs_diff(2 * fast.depart_s) <= 1);
         assert_eq!((slow.route, slow.speed_factor), (fast.route, fast.speed_factor));
     }
 
     #[test]
     fn vehicles_are_sorted_and_depart_before_the_horizon() {
         let vehicles = demand(&cross()).vehicles(5);
-        assert!(vehicles.is_sorted_by_key(|v| v.depart_ticks));
-        assert!(vehicles.iter().all(|v| v.depart_ticks < 360_000));
+        assert!(vehicles.is_sorted_by_key(|v| v.depart_s));
+        assert!(vehicles.iter().all(|v| v.depart_s < 3600));
     }
 
     #[test]
@@ -385,9 +383,9 @@ mod tests {
     fn a_vehicle_spells_out_how_it_starts() {
         let demand = demand(&cross());
         let vehicle =
-            Vehicle { stream: 0, number: 12, route: 1, depart_ticks: 4205, speed_factor: 1.0432 };
+            Vehicle { stream: 0, number: 12, route: 1, depart_s: 42, speed_factor: 1.0432 };
         let text = demand.routes_xml(&[vehicle]);
-        let expected = "<vehicle id=\"in0.12\" type=\"car\" route=\"in0-out2\" depart=\"42.05\" \
+        let expected = "<vehicle id=\"in0.12\" type=\"car\" route=\"in0-out2\" depart=\"42\" \
                         departLane=\"best\" departPos=\"base\" departSpeed=\"max\" \
                         speedFactor=\"1.0432\"/>";
         assert!(text.contains(expected), "{text}");

@@ -24,6 +24,9 @@ use crate::units::normalise_degrees;
 /// Program id of these phases in a network.
 pub const PHASES_PROGRAM: &str = "phases";
 
+/// Yellow in the listing of phases, seconds; controllers have their own.
+const YELLOW_S: f64 = 3.0;
+
 /// Bearing from which RESCO's order of single approaches counts clockwise, degrees.
 const WEST_DEG: f64 = 270.0;
 
@@ -211,7 +214,7 @@ pub fn program(phases: &[Phase], links: &[usize], settings: &NetworkSettings) ->
             links.iter().map(|&m| if ends(m) { 'y' } else { phase[m].letter() }).collect();
         program.push(ProgramPhase { duration_s: settings.phase_green_s, state: green });
         if yellow.contains('y') {
-            program.push(ProgramPhase { duration_s: settings.yellow_time_s, state: yellow });
+            program.push(ProgramPhase { duration_s: YELLOW_S, state: yellow });
         }
     }
     program

@@ -19,7 +19,8 @@ pub enum Sampling {
     WithReplacement,
     /// M2: random draws by importance, without replacement
     WithoutReplacement,
-    /// Every point MDP of the family (what `--budget all` does)
+    /// Every point MDP of the family: what `--budget all` does, no choice of its own
+    #[value(skip)]
     All,
 }
 

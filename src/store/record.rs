@@ -175,26 +175,24 @@ impl Record {
         for d in [folder, &tmp] {
             fs::create_dir_all(d).map_err(FileError::at("create", d))?;
         }
-        let name = format!("{}.{}", self.summary.task, std::process::id());
-        let draft = tmp.join(name);
-        let result = self
-            .write_to(&draft)
-            .map_err(FileError::at("write", &draft))
-            .and_then(|()| link_into_place(&draft, &path));
-        // The draft is a second name of the record by now, or a leftover of a failure.
-        let _ = fs::remove_file(&draft);
-        result?;
+        // A name that no other process has, on any host that shares the disk; the file is removed
+        // when it is dropped, and is by then a second name of the record or of no use.
+        let mut draft = tempfile::Builder::new()
+            .prefix(&format!("{}.", self.summary.task))
+            .tempfile_in(&tmp)
+            .map_err(FileError::at("create", &tmp))?;
+        self.write_to(draft.as_file_mut()).map_err(FileError::at("write", draft.path()))?;
+        link_into_place(draft.path(), &path)?;
         sync_folder(folder)
     }
 
-    fn write_to(&self, path: &Path) -> std::io::Result<()> {
+    fn write_to(&self, file: &mut File) -> std::io::Result<()> {
         let mut text = serde_json::to_vec(&self.summary)?;
         text.push(b'\n');
         for row in &self.rows {
             serde_json::to_writer(&mut text, row)?;
             text.push(b'\n');
         }
-        let mut file = File::create(path)?;
         file.write_all(&text)?;
         file.sync_all()
     }
