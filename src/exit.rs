@@ -1,6 +1,9 @@
 //! Documented exit codes.
 
-use crate::error::{EvalError, FamilyError, NetworkError, SimError, StoreError};
+use std::error::Error;
+use std::io::ErrorKind;
+
+use crate::error::{EvalError, FamilyError, FileError, NetworkError, SimError, StoreError};
 use crate::report::ReportError;
 
 /// Everything went well.
@@ -32,11 +35,18 @@ Exit codes:
   130  interrupted; the same command continues";
 
 /// Returns the exit code of an error, by the first known error in its chain.
-pub fn code(error: &anyhow::Error) -> u8 {
-    error.chain().find_map(known).unwrap_or(UNEXPECTED)
+pub fn code(error: &(dyn Error + 'static)) -> u8 {
+    let mut next = Some(error);
+    while let Some(error) = next {
+        if let Some(code) = known(error) {
+            return code;
+        }
+        next = error.source();
+    }
+    UNEXPECTED
 }
 
-fn known(error: &(dyn std::error::Error + 'static)) -> Option<u8> {
+fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     if let Some(e) = error.downcast_ref::<EvalError>() {
         return Some(match e {
             EvalError::Family(e) => family(e),
@@ -46,7 +56,8 @@ fn known(error: &(dyn std::error::Error + 'static)) -> Option<u8> {
             EvalError::Control(_) | EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
             EvalError::NoTask { .. } | EvalError::Altered { .. } => USAGE,
             EvalError::Stopped { no_sumo: true, .. } => NO_SUMO,
-            EvalError::Stopped { .. } | EvalError::Io(_) => UNEXPECTED,
+            EvalError::Stopped { .. } => UNEXPECTED,
+            EvalError::Io(e) => file(e),
         });
     }
     if let Some(e) = error.downcast_ref::<FamilyError>() {
@@ -58,15 +69,20 @@ fn known(error: &(dyn std::error::Error + 'static)) -> Option<u8> {
     if let Some(e) = error.downcast_ref::<SimError>() {
         return Some(sim(e));
     }
-    if let Some(ReportError::Store(e)) = error.downcast_ref::<ReportError>() {
-        return Some(store(e));
+    match error.downcast_ref::<ReportError>() {
+        Some(ReportError::Store(e)) => return Some(store(e)),
+        Some(ReportError::Io(e)) => return Some(file(e)),
+        _ => {}
+    }
+    if let Some(e) = error.downcast_ref::<FileError>() {
+        return Some(file(e));
     }
     error.downcast_ref::<StoreError>().map(store)
 }
 
 fn family(error: &FamilyError) -> u8 {
     match error {
-        FamilyError::Io(_) => UNEXPECTED,
+        FamilyError::Io(e) => file(e),
         _ => USAGE,
     }
 }
@@ -74,6 +90,7 @@ fn family(error: &FamilyError) -> u8 {
 fn network(error: &NetworkError) -> u8 {
     match error {
         NetworkError::NoNetconvert { .. } => NO_SUMO,
+        NetworkError::Io(e) => file(e),
         NetworkError::Intersection { .. }
         | NetworkError::Altered { .. }
         | NetworkError::Index { .. } => USAGE,
@@ -84,6 +101,7 @@ fn network(error: &NetworkError) -> u8 {
 fn sim(error: &SimError) -> u8 {
     match error {
         SimError::Unavailable(_) => NO_SUMO,
+        SimError::Io(e) => file(e),
         SimError::NoSignals(_)
         | SimError::Signal { .. }
         | SimError::Config { .. }
@@ -101,7 +119,20 @@ fn store(error: &StoreError) -> u8 {
         StoreError::NotResults(_) | StoreError::Malformed { .. } | StoreError::Record { .. } => {
             USAGE
         }
-        StoreError::Io(_) => UNEXPECTED,
+        StoreError::Io(e) => file(e),
+    }
+}
+
+/// A file that is not there or may not be used is the user's to mend; a full disk is not usage.
+fn file(error: &FileError) -> u8 {
+    match error.reason.kind() {
+        ErrorKind::NotFound
+        | ErrorKind::PermissionDenied
+        | ErrorKind::AlreadyExists
+        | ErrorKind::NotADirectory
+        | ErrorKind::IsADirectory
+        | ErrorKind::ReadOnlyFilesystem => USAGE,
+        _ => UNEXPECTED,
     }
 }
 
@@ -111,13 +142,13 @@ mod tests {
 
     #[test]
     fn the_code_of_a_wrapped_error_is_its_cause_s() {
-        let e = anyhow::Error::from(StoreError::NotResults("x".into())).context("cannot report");
+        let e = ReportError::Store(StoreError::NotResults("x".into()));
         assert_eq!(code(&e), USAGE);
     }
 
     #[test]
     fn a_missing_simulator_has_its_own_code() {
         let e = EvalError::Sim(SimError::Unavailable("libsumocpp.so".into()));
-        assert_eq!(code(&e.into()), NO_SUMO);
+        assert_eq!(code(&e), NO_SUMO);
     }
 }

@@ -12,7 +12,7 @@ fn main() -> ExitCode {
         Err(error) => {
             // Nothing can be done about a closed standard error.
             let _ = writeln!(std::io::stderr(), "error: {error:#}");
-            ExitCode::from(exit::code(&error))
+            ExitCode::from(exit::code(error.as_ref()))
         }
     }
 }

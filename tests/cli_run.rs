@@ -54,7 +54,7 @@ fn a_run_prints_a_line_per_task_and_per_method_and_resumes_to_nothing() {
         scores.lines().next().unwrap(),
         "method,point,importance,replicate,delay_s,baseline_delay_s,score,waiting_s,queue_veh,\
          throughput_veh,unfinished_veh,teleports,level_of_service,lanes,speed_mph,length_m,\
-         inflow_vph,left_turn_lanes,right_turn_lanes"
+         inflow_vph,left_turn_lanes,right_turn_lanes,weight"
     );
     assert_eq!(scores.lines().count(), 7);
 }
@@ -218,8 +218,22 @@ fn a_sumo_scenario_without_signals_fails_with_the_reason() {
     )
     .unwrap();
     let output = run(folder.path(), "run --sumocfg n.sumocfg --eval-seeds 1 --out out");
-    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(!folder.path().join("out").exists());
     assert!(stderr(&output).contains("has no traffic signal"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_plan_that_was_cut_short_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &format!("{SMOKE} --quiet --out out"));
+    let path = folder.path().join("out/plan.jsonl");
+    let text = fs::read_to_string(&path).unwrap();
+    let (short, _) = text.trim_end().rsplit_once('\n').unwrap();
+    fs::write(&path, format!("{short}\n")).unwrap();
+    let output = run(folder.path(), "report out");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("it is not the plan of manifest.json"), "{}", stderr(&output));
 }
 
 #[test]

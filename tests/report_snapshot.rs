@@ -8,7 +8,7 @@ use std::path::Path;
 use tsc_family::report::{self, ReportData, text};
 use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
-use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
+use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance};
 use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult, Wall};
 use tsc_family::store::results::Results;
 
@@ -74,10 +74,9 @@ fn write_results(root: &Path, methods: &[(&str, [Option<Cell>; 2])]) -> Layout {
     fs::write(layout.manifest(), serde_json::to_string(&manifest).unwrap()).unwrap();
     let mut plan = String::new();
     let points = ["quiet", "busy"];
-    let cells = methods.iter().flat_map(|(m, cells)| points.iter().zip(cells).map(move |c| (m, c)));
-    for (k, (method, (point, cell))) in cells.enumerate() {
-        let (method, point) = ((*method).to_owned(), (*point).to_owned());
-        let task = Task { task: k, method, point, replicate: 0, seed: k as u64 };
+    for task in manifest.identity.tasks() {
+        let (_, cells) = methods.iter().find(|(name, _)| *name == task.method).unwrap();
+        let cell = &cells[points.iter().position(|p| *p == task.point).unwrap()];
         plan.push_str(&serde_json::to_string(&task).unwrap());
         plan.push('\n');
         let sha256 = manifest.sha256();
@@ -137,8 +136,8 @@ fn the_table_ranks_the_methods() {
  rank   method                          score    95% interval   delay (s)   worst point MDP (score)   points   failed
 ----------------------------------------------------------------------------------------------------------------------
     1   max-pressure                     0.59    0.54 to 0.64        17.0   busy (0.70)                  2/2        0
-    2   idqn                             0.85               -        17.0   quiet (0.85)                 1/2        1
-    3   fixed-time-untuned (baseline)    1.00   by definition        27.5   -                            2/2        0
+    2   fixed-time-untuned (baseline)    1.00   by definition        27.5   -                            2/2        0
+    -   idqn                             0.85               -        17.0   quiet (0.85)                 1/2        1
 "#);
     insta::assert_snapshot!(text::notes(&data).join("\n"), @r#"
 1 of 6 tasks failed; the reasons are in the report's section "Failed and missing".
@@ -152,7 +151,7 @@ fn the_json_rows_have_exactly_the_documented_fields() {
     let dir = tempfile::tempdir().unwrap();
     let data = ReportData::new(&Results::load(&three_methods(dir.path())).unwrap());
     insta::assert_snapshot!(serde_json::to_string(&data.json_rows()[1]).unwrap(), @r#"
-{"method":"idqn","overall":0.85,"overall_low":null,"overall_high":null,"delay_s":17.0,"points":1,"failed":1}
+{"method":"fixed-time-untuned","overall":1.0,"overall_low":1.0,"overall_high":1.0,"delay_s":27.5,"points":2,"failed":0}
 "#);
 }
 
@@ -160,13 +159,13 @@ fn the_json_rows_have_exactly_the_documented_fields() {
 fn scores_csv_has_a_row_per_task_and_empty_metrics_for_a_failure() {
     let dir = tempfile::tempdir().unwrap();
     insta::assert_snapshot!(report_of(&three_methods(dir.path()), "scores.csv"), @r#"
-method,point,importance,replicate,delay_s,baseline_delay_s,score,waiting_s,queue_veh,throughput_veh,unfinished_veh,teleports,level_of_service,lanes,inflow_vph
-fixed-time-untuned,quiet,0.75,0,20,20,1,10,4,900,2,0,B,2,250
-fixed-time-untuned,busy,0.25,0,50,50,1,25,4,900,2,0,D,2,900
-max-pressure,quiet,0.75,0,11,20,0.55,5.5,4,900,2,0,B,2,250
-max-pressure,busy,0.25,0,35,50,0.7,17.5,4,900,2,0,C,2,900
-idqn,quiet,0.75,0,17,20,0.85,8.5,4,900,2,0,B,2,250
-idqn,busy,0.25,0,,,,,,,,,,2,900
+method,point,importance,replicate,delay_s,baseline_delay_s,score,waiting_s,queue_veh,throughput_veh,unfinished_veh,teleports,level_of_service,lanes,inflow_vph,weight
+fixed-time-untuned,quiet,0.75,0,20,20,1,10,4,900,2,0,B,2,250,0.75
+max-pressure,quiet,0.75,0,11,20,0.55,5.5,4,900,2,0,B,2,250,0.75
+idqn,quiet,0.75,0,17,20,0.85,8.5,4,900,2,0,B,2,250,0.75
+fixed-time-untuned,busy,0.25,0,50,50,1,25,4,900,2,0,D,2,900,0.25
+max-pressure,busy,0.25,0,35,50,0.7,17.5,4,900,2,0,C,2,900,0.25
+idqn,busy,0.25,0,,,,,,,,,,2,900,0.25
 "#);
 }
 
@@ -176,8 +175,8 @@ fn summary_csv_has_a_row_per_method() {
     insta::assert_snapshot!(report_of(&three_methods(dir.path()), "summary.csv"), @r#"
 method,rank,overall,overall_low,overall_high,delay_s,waiting_s,queue_veh,worst_point,worst_score,points,failed,missing,sampling,budget,family_size,evaluation_seeds
 max-pressure,1,0.5875,0.5416666666666666,0.6375,17,8.5,4,busy,0.7,2,0,0,all,2,2,2
-idqn,2,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2
-fixed-time-untuned,3,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2
+fixed-time-untuned,2,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2
+idqn,,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2
 "#);
 }
 

@@ -21,12 +21,18 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ("sim", &[]),
     ("network", &["family", "seed"]),
     ("env", &["sim", "control", "family"]),
-    ("store", &["family", "sample"]),
+    ("store", &["family", "sample", "seed"]),
     ("eval", &["env", "control", "sample", "store", "seed", "sim", "network", "family", "exit"]),
     ("report", &["store", "stats", "sample", "seed"]),
     ("error", &["control", "env", "sample"]),
     ("exit", &["report"]),
-    ("cli", &["control", "eval", "exit", "family", "network", "report", "sample", "sim", "store"]),
+    (
+        "cli",
+        &[
+            "control", "env", "eval", "exit", "family", "network", "report", "sample", "sim",
+            "store",
+        ],
+    ),
 ];
 
 /// Files that may contain `unsafe`.

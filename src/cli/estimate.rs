@@ -32,10 +32,10 @@ pub(super) fn episodes(request: &Request, method: &str) -> u32 {
 pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize) -> String {
     let sample = &draft.sample;
     let mut text = format!(
-        "{} of {} point MDPs ({:?}, seed {}), {} methods, {} tasks",
+        "{} of {} point MDPs ({}, seed {}), {} methods, {} tasks",
         sample.draws.len(),
         sample.family_size,
-        sample.sampling,
+        serde_json::to_value(sample.sampling).expect("a name is plain data").as_str().unwrap_or(""),
         sample.seed,
         draft.methods.len(),
         sample.draws.len() * draft.methods.len(),

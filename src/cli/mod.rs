@@ -163,7 +163,7 @@ pub struct RunArgs {
     /// Try tasks again that failed in an earlier run of the same command
     #[arg(long)]
     pub retry_failed: bool,
-    /// List the planned tasks and their estimated time, then stop
+    /// List the chosen point MDPs, their weights and the estimated time, then stop
     #[arg(long, short = 'n')]
     pub dry_run: bool,
     /// Print JSON lines: one per finished task, then one per method
@@ -210,6 +210,9 @@ pub struct WorkerArgs {
     /// Folder of the networks [default: the manifest's]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
+    /// Which attempt at the task this is
+    #[arg(long, default_value_t = 1)]
+    pub attempt: u32,
     /// End when standard input closes
     #[arg(long)]
     pub watch_stdin: bool,

@@ -44,12 +44,20 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let draft = draft(&request)?;
     let jobs = args.jobs.or_else(|| available_parallelism().ok()).map_or(1, |j| j.get());
     if args.dry_run {
-        line(estimate(&request, &draft, jobs))?;
+        if args.json {
+            for draw in &draft.sample.draws {
+                let mut value = json!({"event": "plan", "methods": draft.methods});
+                merge(&mut value, draw);
+                line(value)?;
+            }
+        } else {
+            line(estimate(&request, &draft, jobs))?;
+        }
         return Ok(exit::DONE);
     }
     let networks = args.networks.clone().unwrap_or_else(|| default_folder(&request.scenario));
     let hashes = networks_of(&request, &draft, &networks, args.quiet || args.json)?;
-    let simulator = simulator_version()?;
+    let simulator = simulator(&request.sumocfgs)?;
     let provenance = provenance(&networks);
     let (manifest, tasks) = complete(&request, &draft, &hashes, simulator, provenance)?;
 
@@ -149,11 +157,16 @@ fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
 /// Returns a method as `--json` prints it.
 pub(super) fn method_line(row: &JsonRow) -> Value {
     let mut value = json!({"event": "method"});
-    let fields = serde_json::to_value(row).expect("a row is plain data");
-    if let (Value::Object(value), Value::Object(fields)) = (&mut value, fields) {
+    merge(&mut value, row);
+    value
+}
+
+/// Adds the fields of a plain record to a JSON object.
+fn merge(value: &mut Value, fields: &impl serde::Serialize) {
+    let fields = serde_json::to_value(fields).expect("the record is plain data");
+    if let (Value::Object(value), Value::Object(fields)) = (value, fields) {
         value.extend(fields);
     }
-    value
 }
 
 /// Turns the pool's events into progress, notes and JSON lines.
@@ -246,15 +259,36 @@ fn networks_of(
     Ok(hashes)
 }
 
+/// Returns the simulator's version after loading every imported scenario once, so that one that
+/// cannot be simulated is refused before anything is written.
 #[cfg(feature = "libsumo")]
-fn simulator_version() -> Result<String, SimError> {
-    use crate::sim::Sim;
-    crate::sim::libsumo::SumoSim::new()?.version()
+fn simulator(sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
+    use crate::env::derive::derive;
+    use crate::sim::libsumo::SumoSim;
+    use crate::sim::{Sim, StartOptions};
+
+    let mut sim = SumoSim::new()?;
+    for config in sumocfgs {
+        let options = StartOptions { config: config.clone(), ..StartOptions::default() };
+        let check = |sim: &mut SumoSim| -> Result<(), SimError> {
+            let scene = sim.start(&options)?;
+            sim.close()?;
+            scene.signals.iter().try_for_each(|signal| derive(&scene, signal, 0.0).map(drop))
+        };
+        check(&mut sim).map_err(|e| match e {
+            SimError::Fatal { message, .. } => SimError::Config {
+                path: config.clone(),
+                reason: format!("SUMO cannot load it ({message}); its reason is above"),
+            },
+            other => other,
+        })?;
+    }
+    Ok(sim.version()?)
 }
 
 #[cfg(not(feature = "libsumo"))]
-fn simulator_version() -> Result<String, SimError> {
-    Err(SimError::Unavailable("built without the feature `libsumo`".into()))
+fn simulator(_sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
+    Err(SimError::Unavailable("built without the feature `libsumo`".into()).into())
 }
 
 fn provenance(networks: &Path) -> Provenance {

@@ -23,7 +23,7 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     }
     let layout = Layout::new(&args.dir);
     let manifest = Manifest::read(&layout)?;
-    let plan = read_plan(&layout.plan())?;
+    let plan = read_plan(&layout, &manifest.identity)?;
     let task = plan.get(args.task).ok_or_else(|| EvalError::NoTask {
         path: args.dir.clone(),
         task: args.task,
@@ -67,6 +67,8 @@ fn end_with_parent() {
     std::thread::spawn(|| {
         let mut buffer = [0; 64];
         while matches!(std::io::stdin().read(&mut buffer), Ok(n) if n > 0) {}
-        std::process::exit(exit::INTERRUPTED.into());
+        // Not `exit`, which would run SUMO's destructors while the main thread simulates.
+        let _ =
+            rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
     });
 }

@@ -11,6 +11,12 @@ const MAX_FLOW_RATIO: f64 = 0.95;
 /// Smallest flow ratio of a phase, so that a phase without counted vehicles gets some green.
 const MIN_FLOW_RATIO: f64 = 0.01;
 
+/// Factor of the lost time in Webster's cycle.
+const LOST_TIME_FACTOR: f64 = 1.5;
+
+/// Constant part of Webster's cycle, seconds.
+const CYCLE_OFFSET_S: f64 = 5.0;
+
 /// Limits and constants of the plans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -54,7 +60,7 @@ pub fn greens(
     let total: f64 = ratios.iter().sum();
     let lost_s = limits.lost_time_s * phases.len() as f64;
     let cycle_s = if total < MAX_FLOW_RATIO {
-        (1.5 * lost_s + 5.0) / (1.0 - total)
+        (LOST_TIME_FACTOR * lost_s + CYCLE_OFFSET_S) / (1.0 - total)
     } else {
         limits.max_cycle_s
     };

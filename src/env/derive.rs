@@ -20,6 +20,9 @@ pub const PHASES_PROGRAM: &str = "phases";
 /// Headings of the four slots of RESCO's movement order: S, W, N, E.
 const SLOT_HEADINGS_DEG: [f64; 4] = [180.0, 270.0, 0.0, 90.0];
 
+/// Half of the sector around north whose arms come first, degrees.
+const NORTH_SECTOR_DEG: f64 = 45.0;
+
 /// A signal's description for controllers and how its parts relate to the simulator's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DerivedSignal {
@@ -28,6 +31,9 @@ pub struct DerivedSignal {
     /// Index in [`Scene::lanes`] per lane of the spec.
     pub lanes: Vec<usize>,
     /// Index in [`Scene::lanes`] per entry of the downstream queues.
+    ///
+    /// Deviation: RESCO subtracts the queues of all lanes that lead to the neighbour from the same
+    /// side; here only of the lanes that a link leads to directly.
     pub downstream: Vec<usize>,
     /// Greens of the program that runs by default, in its order.
     pub own_greens: Vec<String>,
@@ -131,7 +137,7 @@ fn approach_slots<'a>(scene: &'a Scene, signal: &SignalInfo) -> BTreeMap<&'a str
     }
     // Clockwise by the bearing of the arm, which lies opposite to the heading. An arm just west
     // of north comes first, as if it were north.
-    let bearing = |heading: f64| normalise_degrees(heading + 180.0 + 45.0);
+    let bearing = |heading: f64| normalise_degrees(heading + 180.0 + NORTH_SECTOR_DEG);
     let mut order: Vec<(&str, f64)> = headings.into_iter().collect();
     order.sort_by(|a, b| bearing(a.1).total_cmp(&bearing(b.1)).then_with(|| a.0.cmp(b.0)));
     let slots = match order.len() {

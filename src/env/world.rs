@@ -62,8 +62,8 @@ pub struct SumoConfig {
     pub begin_s: f64,
     /// End, seconds.
     pub end_s: Option<f64>,
-    /// Files that define the scenario: network, routes, additional files.
-    pub files: Vec<PathBuf>,
+    /// Files that define the scenario (network, routes, additional files): name as written, path.
+    pub files: Vec<(String, PathBuf)>,
 }
 
 impl SumoConfig {
@@ -102,7 +102,7 @@ impl SumoConfig {
                 name @ ("net-file" | "route-files" | "additional-files") => {
                     has_network |= name == "net-file";
                     let files = value.split([',', ' ']).filter(|f| !f.is_empty());
-                    settings.files.extend(files.map(|f| folder.join(f)));
+                    settings.files.extend(files.map(|f| (f.to_owned(), folder.join(f))));
                 }
                 _ => {}
             }

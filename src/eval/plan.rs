@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::control::baseline::Baseline;
 use crate::control::registry::{ControlSettings, create};
 use crate::env::world::{SumoConfig, World};
-use crate::error::{EvalError, FileError, StoreError};
+use crate::error::{EvalError, FileError, SimError, StoreError};
 use crate::family::load::LoadedScenario;
 use crate::family::scenario::{BaselineProgram, Scenario};
 use crate::family::{Feature, MdpFamily, PointMdp};
@@ -194,40 +194,26 @@ pub fn complete(
             .map(|k| seed::evaluation(request.base_seed, k))
             .collect(),
     };
-    let tasks = tasks(&identity);
+    let tasks = identity.tasks();
     Ok((Manifest { identity, provenance }, tasks))
 }
 
-/// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
-/// point MDPs.
-fn tasks(identity: &Identity) -> Vec<Task> {
-    let mut tasks = Vec::new();
-    for point in &identity.points {
-        for method in &identity.methods {
-            for replicate in 0..identity.replicates {
-                tasks.push(Task {
-                    task: tasks.len(),
-                    method: method.clone(),
-                    point: point.point.clone(),
-                    replicate,
-                    seed: seed::task(identity.base_seed, method, &point.point, replicate),
-                });
-            }
-        }
-    }
-    tasks
+/// Returns a SUMO configuration and every file that it names: name as written, path.
+///
+/// # Errors
+///
+/// [`SimError`] when it cannot be read.
+pub fn scenario_files(config: &Path) -> Result<Vec<(String, PathBuf)>, SimError> {
+    let name = config.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut files = SumoConfig::read(config)?.files;
+    files.push((name, config.to_path_buf()));
+    Ok(files)
 }
 
 /// Returns the sha256 of a SUMO configuration and of every file it names.
 fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, EvalError> {
-    let mut files = SumoConfig::read(config)?.files;
-    files.push(config.to_path_buf());
-    let mut hashes = BTreeMap::new();
-    for file in files {
-        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        hashes.insert(name, sha256_file(&file)?);
-    }
-    Ok(hashes)
+    let hash = |(name, file): (String, PathBuf)| Ok((name, sha256_file(&file)?));
+    scenario_files(config)?.into_iter().map(hash).collect()
 }
 
 /// Writes plan and manifest into a new results directory, or checks that an existing one holds

@@ -130,7 +130,7 @@ impl Pool {
     ) -> Result<(), EvalError> {
         let start = Instant::now();
         for attempt in 1..=ATTEMPTS {
-            let status = self.attempt(task, halt, sender)?;
+            let status = self.attempt(task, attempt, halt, sender)?;
             if let Some(record) = Record::read(&self.layout, task, &self.manifest)? {
                 send(sender, Event::Finished(Box::new(record)));
                 return Ok(());
@@ -163,6 +163,7 @@ impl Pool {
     fn attempt(
         &self,
         task: &Task,
+        attempt: u32,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
     ) -> Result<ExitStatus, EvalError> {
@@ -176,6 +177,7 @@ impl Pool {
             .args(["--task", &task.task.to_string()])
             .arg("--networks")
             .arg(&self.networks)
+            .args(["--attempt", &attempt.to_string()])
             .arg("--watch-stdin")
             // The pipe closes when this process ends, however it ends, and the worker with it.
             .stdin(Stdio::piped())
@@ -242,7 +244,6 @@ fn last_lines(log: &Path, count: usize) -> String {
 mod tests {
     use super::*;
     use crate::store::record::Outcome;
-    use std::os::unix::fs::PermissionsExt;
 
     fn task() -> Task {
         Task { task: 0, method: "m".into(), point: "p".into(), replicate: 0, seed: 1 }
@@ -251,8 +252,15 @@ mod tests {
     /// A pool whose workers are a shell script.
     fn pool(dir: &Path, script: &str) -> Pool {
         let program = dir.join("worker.sh");
-        fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
-        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        // Another process writes it: a descriptor that is open for writing here could be inherited by
+        // the worker of another test, and a file that is open for writing cannot be started.
+        let status = Command::new("sh")
+            .args(["-c", "printf '#!/bin/sh\\n%s\\n' \"$1\" > \"$0\" && chmod +x \"$0\""])
+            .arg(&program)
+            .arg(script)
+            .status()
+            .unwrap();
+        assert!(status.success());
         Pool {
             layout: Layout::new(dir),
             manifest: "abc".into(),

@@ -16,7 +16,7 @@ use crate::sim::Sim;
 use crate::store::manifest::{Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Row, RowKind, TaskResult, Wall};
 
-use super::plan::{GENERATED, control_settings};
+use super::plan::{GENERATED, control_settings, scenario_files};
 
 /// Where a task works.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,10 +85,8 @@ fn world(point: &PointRow, networks: &Path) -> Result<World, EvalError> {
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
         let world = World::from_sumocfg(&config)?;
-        let files = crate::env::world::SumoConfig::read(&config)?.files;
-        for file in files.iter().chain([&config]) {
-            let name = file.file_name().unwrap_or_default().to_string_lossy();
-            check(file, point.sha256.get(name.as_ref()))?;
+        for (name, file) in scenario_files(&config)? {
+            check(&file, point.sha256.get(&name))?;
         }
         return Ok(world);
     }
@@ -186,10 +184,15 @@ pub fn stops_run(error: &EvalError) -> bool {
 /// Whether a file operation is at the bottom of an error, as when a training episode cannot write
 /// its vehicles.
 fn has_file_error(error: &(dyn std::error::Error + 'static)) -> bool {
-    std::iter::successors(Some(error), |e| e.source()).any(|e| {
-        matches!(e.downcast_ref(), Some(EpisodeError::Sim(SimError::Io(_))))
-            || e.downcast_ref::<FileError>().is_some()
-    })
+    let mut next = Some(error);
+    while let Some(error) = next {
+        let episode = matches!(error.downcast_ref(), Some(EpisodeError::Sim(SimError::Io(_))));
+        if episode || error.is::<FileError>() {
+            return true;
+        }
+        next = error.source();
+    }
+    false
 }
 
 #[cfg(test)]

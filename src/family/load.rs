@@ -99,13 +99,13 @@ pub fn from_text(
     let text = text.to_owned();
     match (&scenario.family.approaches, &scenario.family.points) {
         (Some(path), None) => {
-            let table = table(path)?;
+            let table = table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
             let intersections = approaches::read(&table, path)?;
             let (family, members) = derive(&scenario, &intersections, path)?;
             Ok(LoadedScenario { scenario, text, table, family, intersections, members })
         }
         (None, Some(path)) => {
-            let table = table(path)?;
+            let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
             let family = points::read(&scenario.name, &table, path)?;
             let members = vec![Vec::new(); family.points.len()];
             Ok(LoadedScenario { scenario, text, table, family, intersections: vec![], members })
@@ -116,6 +116,19 @@ pub fn from_text(
             value: "approaches and points".into(),
             expected: "give exactly one of the two tables".into(),
         }),
+    }
+}
+
+/// Says which field of the scenario names a table that cannot be read.
+fn unreadable(error: FamilyError, file: &str, field: &str, path: &str) -> FamilyError {
+    match error {
+        FamilyError::Io(e) => FamilyError::Setting {
+            file: file.to_owned(),
+            field: field.to_owned(),
+            value: format!("{path:?}"),
+            expected: format!("{e}; the path is relative to the scenario file"),
+        },
+        other => other,
     }
 }
 
@@ -136,7 +149,11 @@ fn derive(
             .enumerate()
             .map(|(i, intersection)| {
                 let features = six_features(intersection, &scenario.family);
-                (format!("i{:0>4}", intersection.id), features, vec![i])
+                let id = match intersection.id.parse::<u32>() {
+                    Ok(number) => format!("i{number:04}"),
+                    Err(_) => intersection.id.clone(),
+                };
+                (id, features, vec![i])
             })
             .collect(),
     };

@@ -19,6 +19,7 @@ pub(super) fn scores(data: &ReportData) -> String {
     header.extend(METRICS.map(str::to_owned));
     header.push("level_of_service".to_owned());
     header.extend(identity.features.iter().map(|f| f.name.clone()));
+    header.push("weight".to_owned());
     table(&header, data.rows.iter().map(|row| score_row(data, row)))
 }
 
@@ -42,6 +43,7 @@ fn score_row(data: &ReportData, row: &ScoreRow) -> Vec<String> {
     let level = value.filter(|_| objective == DELAY).map(letter);
     cells.push(level.map_or_else(String::new, |l| l.to_string()));
     cells.extend(point.features.iter().map(f64::to_string));
+    cells.push(data.points[row.point].weight.to_string());
     cells
 }
 

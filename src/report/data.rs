@@ -125,21 +125,27 @@ impl ReportData {
         let mut estimates: Vec<(MethodSummary, Option<Bootstrap>)> = (0..identity.methods.len())
             .map(|index| summarise_method(&results.manifest, index, &points, &rows))
             .collect();
+        // A method that lacks point MDPs which another one has is not ranked against it: what it
+        // lacks may be what is hard.
+        let most = estimates.iter().filter(|(m, _)| !m.is_baseline).map(|(m, _)| m.points).max();
+        let ranked =
+            |m: &MethodSummary| m.overall.is_some() && (m.is_baseline || Some(m.points) == most);
         estimates.sort_by(|(a, _), (b, _)| {
             let key = |m: &MethodSummary| m.overall.unwrap_or(f64::INFINITY);
-            key(a).total_cmp(&key(b)).then(a.index.cmp(&b.index))
+            let order = ranked(b).cmp(&ranked(a)).then(key(a).total_cmp(&key(b)));
+            order.then(a.index.cmp(&b.index))
         });
         for (i, (summary, _)) in estimates.iter_mut().enumerate() {
-            summary.rank = summary.overall.map(|_| i + 1);
+            summary.rank = ranked(summary).then_some(i + 1);
         }
         let lead = lead(&estimates, &points);
         let methods = estimates.into_iter().map(|(summary, _)| summary).collect();
         Self { manifest: results.manifest.clone(), methods, rows, points, lead }
     }
 
-    /// Returns the best method with an estimate.
+    /// Returns the best of the ranked methods.
     pub fn best(&self) -> Option<&MethodSummary> {
-        self.methods.first().filter(|m| m.overall.is_some())
+        self.methods.first().filter(|m| m.rank.is_some())
     }
 
     /// Returns the summaries as `--json` prints them, best first.

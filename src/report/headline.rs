@@ -5,6 +5,9 @@ use super::figures::{noun, with_interval};
 use super::format;
 use super::level_of_service::DELAY;
 
+/// Evaluation seeds below which an interval is too rough for a verdict.
+const FEW_SEEDS: usize = 5;
+
 /// Returns the headline: the best method and its score.
 pub(super) fn headline(data: &ReportData) -> String {
     let baseline = &data.manifest.identity.baseline;
@@ -45,7 +48,10 @@ pub(super) fn sentences(data: &ReportData) -> Vec<String> {
         sentences.push(against_baseline(data, m));
     }
     if let Some(lead) = data.lead.as_ref().filter(|_| rival.is_some() && !best.is_baseline) {
-        let sure = if lead.interval.0 > 0.0 {
+        let few = data.manifest.identity.evaluation_seeds.len() < FEW_SEEDS;
+        let sure = if lead.interval.0 > 0.0 && few {
+            "more evaluation seeds should confirm it, so few make intervals rough"
+        } else if lead.interval.0 > 0.0 {
             "the lead is larger than what chance explains"
         } else {
             "which of the two is better remains open"

@@ -11,6 +11,7 @@ use super::{Layout, SCHEMA_VERSION};
 use crate::error::{FileError, StoreError};
 use crate::hash::sha256;
 use crate::sample::SamplePlan;
+use crate::seed;
 
 /// One task of a plan: a method on a point MDP, once.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -199,12 +200,45 @@ fn shorten(value: &serde_json::Value) -> String {
     format!("{}...", text.chars().take(MAX).collect::<String>())
 }
 
-/// Reads `plan.jsonl`.
+impl Identity {
+    /// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
+    /// point MDPs.
+    pub fn tasks(&self) -> Vec<Task> {
+        let mut tasks = Vec::new();
+        for point in &self.points {
+            for method in &self.methods {
+                for replicate in 0..self.replicates {
+                    tasks.push(Task {
+                        task: tasks.len(),
+                        method: method.clone(),
+                        point: point.point.clone(),
+                        replicate,
+                        seed: seed::task(self.base_seed, method, &point.point, replicate),
+                    });
+                }
+            }
+        }
+        tasks
+    }
+}
+
+/// Reads `plan.jsonl`, which must be the plan of the manifest.
 ///
 /// # Errors
 ///
-/// [`StoreError::Malformed`] when a row is not a task or stands at the wrong place.
-pub fn read_plan(path: &Path) -> Result<Vec<Task>, StoreError> {
+/// [`StoreError::Malformed`] when a row is not a task or the plan is another one.
+pub fn read_plan(layout: &Layout, identity: &Identity) -> Result<Vec<Task>, StoreError> {
+    let path = &layout.plan();
+    let plan = read_rows(path)?;
+    if plan != identity.tasks() {
+        let reason = "it is not the plan of manifest.json; restore both, or start anew with another \
+                      --out";
+        return Err(StoreError::Malformed { path: path.clone(), reason: reason.to_owned() });
+    }
+    Ok(plan)
+}
+
+fn read_rows(path: &Path) -> Result<Vec<Task>, StoreError> {
     let file = fs::File::open(path).map_err(FileError::at("read", path))?;
     let malformed = |line: usize, e: String| StoreError::Malformed {
         path: path.to_path_buf(),
@@ -215,9 +249,6 @@ pub fn read_plan(path: &Path) -> Result<Vec<Task>, StoreError> {
         let line = line.map_err(FileError::at("read", path))?;
         let task: Task =
             serde_json::from_str(&line).map_err(|e| malformed(i + 1, e.to_string()))?;
-        if task.task != i {
-            return Err(malformed(i + 1, format!("task {} in the row of task {i}", task.task)));
-        }
         tasks.push(task);
     }
     Ok(tasks)

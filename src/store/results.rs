@@ -26,7 +26,7 @@ impl Results {
     /// [`StoreError`] when it is no results directory or a file in it is damaged.
     pub fn load(layout: &Layout) -> Result<Self, StoreError> {
         let manifest = Manifest::read(layout)?;
-        let plan = read_plan(&layout.plan())?;
+        let plan = read_plan(layout, &manifest.identity)?;
         let sha256 = manifest.sha256();
         let mut records = BTreeMap::new();
         for task in &plan {
@@ -45,16 +45,5 @@ impl Results {
     /// Returns the records of failed tasks.
     pub fn failed(&self) -> impl Iterator<Item = &Record> {
         self.records.values().filter(|r| r.summary.outcome == Outcome::Failed)
-    }
-
-    /// Returns the successful record of a method on a point MDP.
-    pub fn find(&self, method: &str, point: &str, replicate: u32) -> Option<&Record> {
-        self.records.values().find(|r| {
-            let s = &r.summary;
-            s.outcome == Outcome::Ok
-                && s.method == method
-                && s.point == point
-                && s.replicate == replicate
-        })
     }
 }
