@@ -3,7 +3,6 @@
 use std::io::Read;
 
 use super::WorkerArgs;
-use crate::exit;
 
 #[cfg(feature = "libsumo")]
 pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
@@ -13,6 +12,7 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     use crate::error::{EvalError, FileError};
     use crate::eval::pool::Progress;
     use crate::eval::task::{Workplace, execute, stops_run};
+    use crate::exit;
     use crate::sim::libsumo::SumoSim;
     use crate::store::Layout;
     use crate::store::manifest::{Manifest, read_plan};
