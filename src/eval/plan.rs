@@ -15,7 +15,7 @@ use crate::hash::sha256_file;
 use crate::sample::{SamplePlan, Sampling, choose};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
-use crate::store::{Layout, SCHEMA_VERSION};
+use crate::store::{Layout, SCHEMA_VERSION, readable};
 
 /// Environment of a point MDP whose network lies in the networks folder.
 pub const GENERATED: &str = "network";
@@ -259,8 +259,10 @@ pub fn establish(
 /// [`FileError`] when the folder cannot be written; nothing is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    let mut draft =
-        tempfile::NamedTempFile::new_in(folder).map_err(FileError::at("create", folder))?;
+    let mut draft = tempfile::Builder::new()
+        .permissions(readable())
+        .tempfile_in(folder)
+        .map_err(FileError::at("create", folder))?;
     draft
         .write_all(bytes)
         .and_then(|()| draft.as_file().sync_all())

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::manifest::Task;
-use super::{Layout, SCHEMA_VERSION};
+use super::{Layout, SCHEMA_VERSION, readable};
 use crate::error::{FileError, StoreError};
 use crate::hash::hex;
 
@@ -179,6 +179,7 @@ impl Record {
         // when it is dropped, and is by then a second name of the record or of no use.
         let mut draft = tempfile::Builder::new()
             .prefix(&format!("{}.", self.summary.task))
+            .permissions(readable())
             .tempfile_in(&tmp)
             .map_err(FileError::at("create", &tmp))?;
         self.write_to(draft.as_file_mut()).map_err(FileError::at("write", draft.path()))?;
