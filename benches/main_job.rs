@@ -69,9 +69,10 @@ fn control_overhead(folder: &Path) {
          the wheel's shared library costs against the binary, whatever we do.\n"
     );
     println!(
-        "| inflow, veh/h per approach | sumo, s | ours, s | ratio of medians | spread of pairs |"
+        "| inflow, veh/h per approach | sumo, s | bare libsumo, s | ours, s | ours / sumo | range | \
+         ours / bare libsumo | range |"
     );
-    println!("| ---: | ---: | ---: | ---: | --- |");
+    println!("| ---: | ---: | ---: | ---: | ---: | --- | ---: | --- |");
     for inflow in INFLOWS_VPH {
         let config = network(folder, inflow);
         let mut env = env(&config, folder);
