@@ -7,6 +7,7 @@ pub mod error;
 pub mod eval;
 pub mod exit;
 pub mod family;
+pub mod files;
 pub mod hash;
 pub mod network;
 pub mod report;

@@ -1,21 +1,21 @@
 //! What a run consists of, decided completely before the first task.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::control::baseline::Baseline;
 use crate::control::registry::{ControlSettings, create};
 use crate::env::world::{SumoConfig, World};
-use crate::error::{EvalError, FileError, SimError, StoreError};
+use crate::error::{EvalError, SimError, StoreError};
 use crate::family::load::LoadedScenario;
 use crate::family::scenario::{BaselineProgram, Scenario};
 use crate::family::{Feature, MdpFamily, PointMdp};
+use crate::files::write_atomically;
 use crate::hash::sha256_file;
 use crate::sample::{SamplePlan, Sampling, choose};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
-use crate::store::{Layout, SCHEMA_VERSION, readable};
+use crate::store::{Layout, SCHEMA_VERSION};
 
 /// Environment of a point MDP whose network lies in the networks folder.
 pub const GENERATED: &str = "network";
@@ -250,25 +250,6 @@ pub fn establish(
     json.push(b'\n');
     write_atomically(&layout.manifest(), &json)?;
     Ok(manifest)
-}
-
-/// Writes a file so that it is either as before or complete.
-///
-/// # Errors
-///
-/// [`FileError`] when the folder cannot be written; nothing is left behind.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let mut draft = tempfile::Builder::new()
-        .permissions(readable())
-        .tempfile_in(folder)
-        .map_err(FileError::at("create", folder))?;
-    draft
-        .write_all(bytes)
-        .and_then(|()| draft.as_file().sync_all())
-        .map_err(FileError::at("write", path))?;
-    draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -11,13 +11,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{FileError, NetworkError};
+use crate::files::write_atomically;
 use crate::hash::sha256;
 
 /// Name of the index within its folder.
 pub const INDEX_FILE: &str = "INDEX.csv";
-
-/// Name that the index has while it is written.
-const UNFINISHED_FILE: &str = ".INDEX.csv.new";
 
 /// One point MDP of the index.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -177,16 +175,13 @@ impl Index {
     ///
     /// [`FileError`] if the folder cannot be written.
     pub fn write(&self) -> Result<(), FileError> {
-        let (unfinished, path) = (self.folder.join(UNFINISHED_FILE), self.folder.join(INDEX_FILE));
-        let write = || -> io::Result<()> {
-            let mut writer = csv::Writer::from_path(&unfinished)?;
-            for row in self.rows.values() {
-                writer.serialize(row)?;
-            }
-            writer.flush()?;
-            fs::rename(&unfinished, &path)
-        };
-        write().map_err(FileError::at("write", &path))
+        let path = self.folder.join(INDEX_FILE);
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for row in self.rows.values() {
+            writer.serialize(row).expect("a row is plain data");
+        }
+        let table = writer.into_inner().expect("memory takes every row");
+        write_atomically(&path, &table)
     }
 }
 

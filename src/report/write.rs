@@ -1,12 +1,11 @@
 //! Writes the files of a report, each of them either complete or as it was before.
 
-use std::fs::{self, File};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::fs;
 
 use super::data::ReportData;
 use super::{ReportError, ReportPaths, context, csv, figures, html, map};
 use crate::error::FileError;
+use crate::files::write_atomically;
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -47,32 +46,14 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
     };
     for figure in &figures {
         let path = folder.join(format!("{}.svg", figure.name));
-        replace(&path, &figure.svg)?;
+        write_atomically(&path, figure.svg.as_bytes())?;
         paths.figures.push(path);
     }
-    replace(&paths.scores, &csv::scores(data))?;
-    replace(&paths.summary, &csv::summary(data))?;
+    write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
+    write_atomically(&paths.summary, csv::summary(data).as_bytes())?;
     // The page comes last: when it is new, everything that it names is new too.
-    replace(&paths.html, &page)?;
+    write_atomically(&paths.html, page.as_bytes())?;
     Ok(paths)
-}
-
-/// Writes a file beside its place and renames it.
-fn replace(path: &Path, text: &str) -> Result<(), FileError> {
-    let mut draft = path.as_os_str().to_owned();
-    draft.push(format!(".{}.tmp", std::process::id()));
-    let draft = PathBuf::from(draft);
-    let write = || {
-        let mut file = File::create(&draft)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        fs::rename(&draft, path)
-    };
-    write().map_err(|e| {
-        // Nothing half-written is left behind; the first error is the one to tell.
-        let _ = fs::remove_file(&draft);
-        FileError::at("write", path)(e)
-    })
 }
 
 #[cfg(test)]
@@ -84,7 +65,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("index.html");
         fs::create_dir(&path).unwrap();
-        let e = replace(&path, "x").unwrap_err().to_string();
+        let e = write_atomically(&path, b"x").unwrap_err().to_string();
         assert!(e.starts_with("cannot write") && e.contains("index.html"), "{e}");
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     }

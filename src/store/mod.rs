@@ -16,20 +16,12 @@ pub mod manifest;
 pub mod record;
 pub mod results;
 
-use std::fs::Permissions;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 pub use crate::error::StoreError;
 
 /// Version of the files in a results directory; a change of their form raises it.
 pub const SCHEMA_VERSION: u32 = 1;
-
-/// Returns the permissions of files that others may read, less the user's umask; drafts would be
-/// private otherwise, which is of no use on a shared disk.
-pub fn readable() -> Permissions {
-    Permissions::from_mode(0o666)
-}
 
 /// Names of the files in a results directory.
 #[derive(Debug, Clone, PartialEq, Eq)]

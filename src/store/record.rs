@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::manifest::Task;
-use super::{Layout, SCHEMA_VERSION, readable};
+use super::{Layout, SCHEMA_VERSION};
 use crate::error::{FileError, StoreError};
+use crate::files::readable;
 use crate::hash::hex;
 
 /// Named metrics; the unit is the suffix of the name.
