@@ -21,7 +21,8 @@ else
     has_file '/usr/lib/*/libpython3.*.so.1.0' || missing+=(libpython3.11)
 fi
 command -v c++ >/dev/null || missing+=(g++)
-{ [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang*.so*'; } ||
+# Not libclang-cpp, which comes with other packages and is of no use to bindgen.
+{ [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang-[0-9]*.so*'; } ||
     missing+=(libclang-dev)
 
 [ ${#missing[@]} -eq 0 ] && exit 0
