@@ -10,20 +10,26 @@ const MAX_LINES: usize = 400;
 
 /// Modules that each module may use, besides `error`, `files`, `hash`, `units` and itself. `error` wraps the errors
 /// of the modules whose failures it passes on.
-const ARROWS: [(&str, &[&str]); 17] = [
+const ARROWS: [(&str, &[&str]); 19] = [
     ("stats", &[]),
     ("seed", &[]),
     ("units", &[]),
     ("files", &[]),
     ("hash", &[]),
-    ("family", &[]),
+    // A scenario holds the settings of the controllers.
+    ("family", &["control"]),
     ("sample", &["family", "seed"]),
-    ("control", &[]),
+    ("nn", &["seed"]),
+    ("rl", &["nn", "seed"]),
+    ("control", &["nn", "rl", "seed"]),
     ("sim", &[]),
     ("network", &["family", "seed"]),
     ("env", &["sim", "control", "family"]),
     ("store", &["family", "sample", "seed"]),
-    ("eval", &["env", "control", "sample", "store", "seed", "sim", "network", "family", "exit"]),
+    (
+        "eval",
+        &["env", "control", "sample", "store", "seed", "sim", "network", "family", "exit", "nn"],
+    ),
     ("report", &["store", "stats", "sample", "seed"]),
     ("error", &["control", "env", "sample"]),
     ("exit", &["report"]),

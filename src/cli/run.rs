@@ -183,8 +183,8 @@ struct Monitor {
 impl Monitor {
     fn handle(&mut self, event: Event) {
         match event {
-            Event::Progress { task, episodes } => {
-                self.done.insert(task, episodes.min(self.weights[&task]));
+            Event::Progress { task, progress } => {
+                self.done.insert(task, progress.episodes.min(self.weights[&task]));
             }
             Event::Retry { task, reason } => {
                 self.done.insert(task, 0);

@@ -38,8 +38,8 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     let networks =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
     let workplace = Workplace { networks, scratch: scratch.path().to_path_buf() };
-    let mut progress = |episodes| {
-        let text = serde_json::to_string(&Progress { episodes }).expect("plain data");
+    let mut progress = |progress: &Progress| {
+        let text = serde_json::to_string(progress).expect("plain data");
         // A parent that has gone away is noticed by its closed pipe.
         let _ = super::output::line(text);
     };

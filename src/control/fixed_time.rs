@@ -351,6 +351,10 @@ mod tests {
             };
             Ok(EpisodeOutcome { delay_s, lane_flow_vph: vec![vec![400.0, 400.0]] })
         }
+
+        fn decisions_per_episode(&self) -> u32 {
+            360
+        }
     }
 
     fn tuned(own: f64, simulations: u32) -> (FixedTime, u32) {

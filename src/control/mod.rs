@@ -6,13 +6,19 @@
 pub mod actuated;
 pub mod baseline;
 pub mod fixed_time;
+pub mod idqn;
+pub mod ippo;
 pub mod max_pressure;
+pub mod mplight;
+pub mod mplight_star;
 pub mod phase_sets;
 pub mod program;
 pub mod registry;
 pub mod webster;
 
 use std::collections::BTreeMap;
+
+use crate::nn::archive::{Archive, ArchiveError};
 
 /// Index into [`SignalSpec::phases`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -194,6 +200,24 @@ pub enum ControlError {
     /// The optimiser failed.
     #[error("the search for a signal plan failed: {0}")]
     Search(String),
+    /// A training whose numbers are no numbers any more.
+    #[error(
+        "training diverged in episode {episode}: {what} is {value}; try a smaller learning rate"
+    )]
+    Diverged {
+        /// Episode of training, from 0.
+        episode: u32,
+        /// What is not finite.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A model or checkpoint that does not fit the method or the signals.
+    #[error("the model does not fit: {0}")]
+    Model(#[from] ArchiveError),
+    /// A checkpoint could not be written.
+    #[error(transparent)]
+    Checkpoint(#[from] crate::error::FileError),
 }
 
 /// Runs episodes for a controller that learns or tunes itself.
@@ -208,6 +232,25 @@ pub trait Trainer {
         controller: &mut dyn Controller,
         seed: u32,
     ) -> Result<EpisodeOutcome, ControlError>;
+
+    /// Returns how many decisions an episode has.
+    fn decisions_per_episode(&self) -> u32;
+
+    /// Returns the state that an earlier attempt at this training left; `None` starts anew.
+    fn saved(&mut self) -> Option<Archive> {
+        None
+    }
+
+    /// Offers the state of a training that can go on from here, at the end of an episode; it is
+    /// only asked for when it is time to keep it.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Checkpoint`] when it cannot be written.
+    fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
+        let _ = state;
+        Ok(())
+    }
 }
 
 /// A signal control method, learned or not.
@@ -231,6 +274,12 @@ pub trait Controller {
         let _ = (observations, phases);
     }
 
+    /// Learns from the interval that has just passed; called once after every [`Self::act`] and its
+    /// interval. `truncated` says that the episode ends here; signal control has no terminal state.
+    fn observe(&mut self, observations: &[Observation], truncated: bool) {
+        let _ = (observations, truncated);
+    }
+
     /// Trains or tunes the method before it is evaluated; others keep the default.
     ///
     /// # Errors
@@ -244,6 +293,28 @@ pub trait Controller {
     /// Returns what the method wants recorded of itself, such as the plan that tuning found.
     fn details(&self) -> BTreeMap<String, String> {
         BTreeMap::new()
+    }
+
+    /// Returns what a learner measured of itself in the last training episode, by name: `return`,
+    /// `loss`, ... Empty for other methods.
+    fn figures(&self) -> BTreeMap<String, f64> {
+        BTreeMap::new()
+    }
+
+    /// Returns what a learner has learned; `None` for other methods and before training.
+    fn model(&self) -> Option<Archive> {
+        None
+    }
+
+    /// Takes over what [`Self::model`] returned; it is checked against the signals when the next
+    /// episode begins.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Model`] when the method has no models.
+    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
+        let _ = model;
+        Err(ArchiveError::Card(format!("method: {} does not learn", self.name())).into())
     }
 }
 

@@ -9,6 +9,7 @@ use super::max_pressure::MaxPressure;
 use super::program::Program;
 use super::webster::Limits;
 use super::{ControlError, Controller};
+use super::{idqn, ippo, mplight, mplight_star};
 
 /// Settings of all controllers; the defaults are the scenario's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +35,18 @@ pub struct ControlSettings {
     pub actuated_min_green_s: f64,
     /// Longest green of `actuated`, seconds.
     pub actuated_max_green_s: f64,
+    /// Episodes that learners are trained for.
+    pub training_episodes: u32,
+    /// Hyper-parameters of `idqn`.
+    pub idqn: idqn::Config,
+    /// Hyper-parameters of `ippo`.
+    pub ippo: ippo::Config,
+    /// Hyper-parameters of `mplight`.
+    pub mplight: mplight::Config,
+    /// Hyper-parameters of `mplight-star`.
+    pub mplight_star: mplight_star::Config,
+    /// Hyper-parameters of `mplight-star-resco`.
+    pub mplight_star_resco: mplight_star::Config,
 }
 
 /// A method as `tsc-family run --methods` knows it.
@@ -72,13 +85,18 @@ pub const METHODS: [Method; 5] = [
     },
 ];
 
-/// Returns a controller by name.
+/// Returns a controller by name; `seed` is for everything random in it.
 ///
 /// # Errors
 ///
 /// [`ControlError::Unknown`] for a name that no method has.
-pub fn create(name: &str, settings: &ControlSettings) -> Result<Box<dyn Controller>, ControlError> {
+pub fn create(
+    name: &str,
+    settings: &ControlSettings,
+    seed: u64,
+) -> Result<Box<dyn Controller>, ControlError> {
     let s = settings;
+    let _ = seed;
     Ok(match name {
         Baseline::NAME => {
             Box::new(Baseline { equal_split_green_s: s.baseline_equal_split_green_s })

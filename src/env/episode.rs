@@ -77,7 +77,11 @@ pub fn run_episode<S: Sim>(
         if decides {
             controller.act(env.observations(), &mut phases);
         }
-        if env.step(&phases)?.truncated {
+        let truncated = env.step(&phases)?.truncated;
+        if decides {
+            controller.observe(env.observations(), truncated);
+        }
+        if truncated {
             break;
         }
     }

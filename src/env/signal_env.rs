@@ -156,6 +156,12 @@ impl<S: Sim> SignalEnv<S> {
         &self.observations
     }
 
+    /// Returns how many decisions an episode has.
+    pub fn decisions_per_episode(&self) -> u32 {
+        let span_s = self.world.end_s - self.world.begin_s;
+        (span_s / f64::from(self.signal_settings.delta_time_s)).ceil() as u32
+    }
+
     /// Returns the wall-clock time spent within the simulator so far.
     pub fn simulator_time(&self) -> Duration {
         self.simulator

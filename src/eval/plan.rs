@@ -67,7 +67,7 @@ pub fn draft(request: &Request) -> Result<Draft, EvalError> {
     let settings = control_settings(&request.scenario.scenario, false);
     let mut methods = vec![Baseline::NAME.to_owned()];
     for method in &request.methods {
-        create(method, &settings)?;
+        create(method, &settings, 0)?;
         if !methods.contains(method) {
             methods.push(method.clone());
         }
@@ -128,6 +128,12 @@ pub fn control_settings(scenario: &Scenario, imported: bool) -> ControlSettings 
         fixed_time_saturation_flow_vph: fixed.saturation_flow_vph,
         actuated_min_green_s: actuated.min_green_s,
         actuated_max_green_s: actuated.max_green_s,
+        training_episodes: scenario.training.episodes,
+        idqn: scenario.idqn.clone(),
+        ippo: scenario.ippo.clone(),
+        mplight: scenario.mplight.clone(),
+        mplight_star: scenario.mplight_star.clone(),
+        mplight_star_resco: scenario.mplight_star_resco.clone(),
     }
 }
 

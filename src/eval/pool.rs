@@ -32,12 +32,14 @@ const QUOTED_LINES: usize = 6;
 /// How often a waiting pool looks whether it has been interrupted.
 const POLL: Duration = Duration::from_millis(5);
 
-/// A line on a worker's standard output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// A line on a worker's standard output, after every episode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Progress {
-    /// Episodes done in this attempt.
+    /// Episodes of the task that are done, those of an earlier attempt that it went on from included.
     pub episodes: u32,
+    /// Mean delay in the last episode, seconds.
+    pub delay_s: f64,
 }
 
 /// What happens while the pool works.
@@ -47,8 +49,8 @@ pub enum Event {
     Progress {
         /// The task.
         task: usize,
-        /// Episodes done in this attempt.
-        episodes: u32,
+        /// What its worker says.
+        progress: Progress,
     },
     /// An attempt failed and the task is tried again.
     Retry {
@@ -192,8 +194,8 @@ impl Pool {
             let (sender, task) = (sender.clone(), task.task);
             move || {
                 for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-                    if let Ok(Progress { episodes }) = serde_json::from_str(&line) {
-                        send(&sender, Event::Progress { task, episodes });
+                    if let Ok(progress) = serde_json::from_str(&line) {
+                        send(&sender, Event::Progress { task, progress });
                     }
                 }
             }
@@ -314,11 +316,12 @@ mod tests {
     #[test]
     fn an_interrupted_pool_leaves_no_record() {
         let dir = tempfile::tempdir().unwrap();
-        let pool = pool(dir.path(), "echo '{\"episodes\":1}'; exec sleep 60");
+        let pool = pool(dir.path(), "echo '{\"episodes\":1,\"delay_s\":9.5}'; exec sleep 60");
         let interrupted = AtomicBool::new(false);
         let start = Instant::now();
         pool.run(&[task()], &interrupted, &mut |event| {
-            assert!(matches!(event, Event::Progress { task: 0, episodes: 1 }));
+            let Event::Progress { task: 0, progress } = event else { panic!("{event:?}") };
+            assert_eq!(progress, Progress { episodes: 1, delay_s: 9.5 });
             interrupted.store(true, Ordering::Relaxed);
         })
         .unwrap();

@@ -17,6 +17,7 @@ use crate::store::manifest::{Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Row, RowKind, TaskResult, Wall};
 
 use super::plan::{GENERATED, control_settings, scenario_files};
+use super::pool::Progress;
 
 /// Where a task works.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,7 +32,7 @@ pub struct Workplace {
 ///
 /// # Arguments
 ///
-/// * `progress` — called after every episode with the number done so far.
+/// * `progress` — called after every episode.
 ///
 /// # Errors
 ///
@@ -41,7 +42,7 @@ pub fn execute<S: Sim>(
     manifest: &Manifest,
     task: &Task,
     workplace: &Workplace,
-    progress: &mut dyn FnMut(u32),
+    progress: &mut dyn FnMut(&Progress),
 ) -> Result<TaskResult, EvalError> {
     let start = Instant::now();
     let identity = &manifest.identity;
@@ -61,7 +62,7 @@ pub fn execute<S: Sim>(
         scenario.simulation.clone(),
         workplace.scratch.clone(),
     );
-    let mut controller = create(&task.method, &control_settings(&scenario, imported))?;
+    let mut controller = create(&task.method, &control_settings(&scenario, imported), task.seed)?;
     let (task_seed, point) = (task.seed, task.point.clone());
     let mut lab = Lab { env, task_seed, point, rows: Vec::new(), progress };
     controller.train(&mut lab)?;
@@ -117,7 +118,7 @@ struct Lab<'a, S> {
     task_seed: u64,
     point: String,
     rows: Vec<Row>,
-    progress: &'a mut dyn FnMut(u32),
+    progress: &'a mut dyn FnMut(&Progress),
 }
 
 impl<S: Sim> Lab<'_, S> {
@@ -131,7 +132,8 @@ impl<S: Sim> Lab<'_, S> {
 
     fn record(&mut self, kind: RowKind, episode: u32, seed: u64, metrics: &EpisodeMetrics) {
         self.rows.push(Row { kind, episode, seed, metrics: named(metrics) });
-        (self.progress)(self.rows.len() as u32);
+        let episodes = self.rows.len() as u32;
+        (self.progress)(&Progress { episodes, delay_s: metrics.delay_s() });
     }
 }
 
@@ -146,6 +148,10 @@ impl<S: Sim> Trainer for Lab<'_, S> {
         let metrics = self.run(controller, seed).map_err(|e| ControlError::Episode(Box::new(e)))?;
         self.record(RowKind::Training, episode, seed, &metrics);
         Ok(metrics.outcome())
+    }
+
+    fn decisions_per_episode(&self) -> u32 {
+        self.env.decisions_per_episode()
     }
 }
 

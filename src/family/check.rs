@@ -45,7 +45,23 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         ("fixed_time.saturation_flow_vph", t.saturation_flow_vph, 100.0, 5000.0),
         ("actuated.min_green_s", a.min_green_s, 1.0, a.max_green_s),
         ("actuated.max_green_s", a.max_green_s, 1.0, 600.0),
+        ("training.episodes", f64::from(scenario.training.episodes), 1.0, 1e6),
     ];
+    let learners = [
+        ("idqn", scenario.idqn.ranges()),
+        ("ippo", scenario.ippo.ranges()),
+        ("mplight", scenario.mplight.ranges()),
+        ("mplight_star", scenario.mplight_star.ranges()),
+        ("mplight_star_resco", scenario.mplight_star_resco.ranges()),
+    ];
+    for (method, ranges) in learners {
+        for (field, value, low, high) in ranges {
+            if !(low..=high).contains(&value) {
+                let expected = format!("expected a number from {low} to {high}");
+                return fail(&format!("{method}.{field}"), value.to_string(), &expected);
+            }
+        }
+    }
     let bins = f.bins.to_array();
     let bins = SixFeatures::COLUMNS.iter().zip(bins).map(|((name, _), v)| (*name, v, 1e-3, 1e6));
     for (field, value, low, high) in ranges.into_iter().chain(bins) {

@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::control::{idqn, ippo, mplight, mplight_star};
+
 /// A scenario as written in TOML.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -40,6 +42,24 @@ pub struct Scenario {
     /// SUMO's gap-based control.
     #[serde(default)]
     pub actuated: ActuatedSettings,
+    /// How long learners are trained.
+    #[serde(default)]
+    pub training: TrainingSettings,
+    /// Hyper-parameters of `idqn`.
+    #[serde(default)]
+    pub idqn: idqn::Config,
+    /// Hyper-parameters of `ippo`.
+    #[serde(default)]
+    pub ippo: ippo::Config,
+    /// Hyper-parameters of `mplight`.
+    #[serde(default)]
+    pub mplight: mplight::Config,
+    /// Hyper-parameters of `mplight-star`.
+    #[serde(default)]
+    pub mplight_star: mplight_star::Config,
+    /// Hyper-parameters of `mplight-star-resco`.
+    #[serde(default)]
+    pub mplight_star_resco: mplight_star::Config,
 }
 
 /// Where the point MDPs come from: exactly one of `approaches` and `points`.
@@ -326,5 +346,19 @@ pub struct ActuatedSettings {
 impl Default for ActuatedSettings {
     fn default() -> Self {
         Self { min_green_s: 5.0, max_green_s: 50.0 }
+    }
+}
+
+/// How long learners are trained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrainingSettings {
+    /// Episodes of training per task, for every learner.
+    pub episodes: u32,
+}
+
+impl Default for TrainingSettings {
+    fn default() -> Self {
+        Self { episodes: 100 }
     }
 }

@@ -1,0 +1,280 @@
+//! Named tensors and a card in one file: models and checkpoints.
+//!
+//! The file is a [safetensors](https://github.com/huggingface/safetensors) file, which every machine
+//! learning framework reads. The card is JSON under one key of its metadata: a single key, because
+//! the format's metadata is a map without an order, and equal content must give equal bytes.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use safetensors::tensor::{Dtype, SafeTensors, View, serialize};
+use serde_json::Value;
+
+use crate::error::FileError;
+use crate::files::write_atomically;
+
+/// Key of the card in the file's metadata.
+const CARD_KEY: &str = "tsc-family";
+
+/// Why a model or a checkpoint cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ArchiveError {
+    /// Not such a file at all.
+    #[error("{}: {reason}; give a file that tsc-family has written", .path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A tensor is not there.
+    #[error("it has no tensor {0:?}")]
+    Missing(String),
+    /// A tensor has another shape than what it is for.
+    #[error("tensor {name:?} has shape {found:?}, but {wanted:?} is needed")]
+    Shape {
+        /// The tensor.
+        name: String,
+        /// Shape in the file.
+        found: Vec<usize>,
+        /// Shape that is needed.
+        wanted: Vec<usize>,
+    },
+    /// A tensor holds other numbers than what it is for.
+    #[error("tensor {0:?} holds numbers of another type")]
+    Type(String),
+    /// The card lacks a value or has a wrong one.
+    #[error("its card has no valid {0:?}")]
+    Card(String),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}
+
+/// Numbers with a shape, row-major.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Tensor {
+    /// Real numbers.
+    F32(Vec<usize>, Vec<f32>),
+    /// Whole numbers.
+    U32(Vec<usize>, Vec<u32>),
+}
+
+impl Tensor {
+    fn shape(&self) -> &[usize] {
+        match self {
+            Self::F32(shape, _) | Self::U32(shape, _) => shape,
+        }
+    }
+}
+
+impl View for &Tensor {
+    fn dtype(&self) -> Dtype {
+        match self {
+            Tensor::F32(..) => Dtype::F32,
+            Tensor::U32(..) => Dtype::U32,
+        }
+    }
+
+    fn shape(&self) -> &[usize] {
+        Tensor::shape(self)
+    }
+
+    fn data(&self) -> Cow<'_, [u8]> {
+        Cow::Owned(match self {
+            Tensor::F32(_, values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            Tensor::U32(_, values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+        })
+    }
+
+    fn data_len(&self) -> usize {
+        4 * Tensor::shape(self).iter().product::<usize>()
+    }
+}
+
+/// Named tensors and a card.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Archive {
+    /// What the tensors are and everything that is no tensor: an object.
+    pub card: serde_json::Map<String, Value>,
+    tensors: BTreeMap<String, Tensor>,
+}
+
+impl Archive {
+    /// Adds real numbers.
+    pub fn put_f32(&mut self, name: impl Into<String>, shape: &[usize], values: &[f32]) {
+        debug_assert_eq!(shape.iter().product::<usize>(), values.len());
+        self.tensors.insert(name.into(), Tensor::F32(shape.to_vec(), values.to_vec()));
+    }
+
+    /// Adds whole numbers.
+    pub fn put_u32(&mut self, name: impl Into<String>, shape: &[usize], values: &[u32]) {
+        debug_assert_eq!(shape.iter().product::<usize>(), values.len());
+        self.tensors.insert(name.into(), Tensor::U32(shape.to_vec(), values.to_vec()));
+    }
+
+    /// Adds a value to the card.
+    pub fn put(&mut self, name: &str, value: impl serde::Serialize) {
+        let value = serde_json::to_value(value).expect("a card holds plain data");
+        self.card.insert(name.to_owned(), value);
+    }
+
+    /// Returns a value of the card.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError::Card`] when it is missing or of another type.
+    pub fn get<T: serde::de::DeserializeOwned>(&self, name: &str) -> Result<T, ArchiveError> {
+        let value = self.card.get(name).cloned().ok_or_else(|| ArchiveError::Card(name.into()))?;
+        serde_json::from_value(value).map_err(|_| ArchiveError::Card(name.into()))
+    }
+
+    /// Returns the real numbers of a tensor of this shape.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError`] when there is no such tensor, or of another shape or type.
+    pub fn f32(&self, name: &str, shape: &[usize]) -> Result<&[f32], ArchiveError> {
+        match self.tensor(name, shape)? {
+            Tensor::F32(_, values) => Ok(values),
+            Tensor::U32(..) => Err(ArchiveError::Type(name.into())),
+        }
+    }
+
+    /// Returns the whole numbers of a tensor of this shape.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError`] when there is no such tensor, or of another shape or type.
+    pub fn u32(&self, name: &str, shape: &[usize]) -> Result<&[u32], ArchiveError> {
+        match self.tensor(name, shape)? {
+            Tensor::U32(_, values) => Ok(values),
+            Tensor::F32(..) => Err(ArchiveError::Type(name.into())),
+        }
+    }
+
+    fn tensor(&self, name: &str, shape: &[usize]) -> Result<&Tensor, ArchiveError> {
+        let tensor =
+            self.tensors.get(name).ok_or_else(|| ArchiveError::Missing(name.to_owned()))?;
+        if tensor.shape() != shape {
+            return Err(ArchiveError::Shape {
+                name: name.to_owned(),
+                found: tensor.shape().to_vec(),
+                wanted: shape.to_vec(),
+            });
+        }
+        Ok(tensor)
+    }
+
+    /// Returns the bytes of the file; equal archives give equal bytes.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let card = serde_json::to_string(&self.card).expect("a card is plain data");
+        let metadata = HashMap::from([(CARD_KEY.to_owned(), card)]);
+        serialize(&self.tensors, Some(metadata)).expect("shapes fit their numbers")
+    }
+
+    /// Writes the file; it is either as before or complete.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when the folder cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        write_atomically(path, &self.to_bytes())
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError::Foreign`] when it is truncated or not one of ours.
+    pub fn read(path: &Path) -> Result<Self, ArchiveError> {
+        let bytes = fs::read(path).map_err(FileError::at("read", path))?;
+        Self::from_bytes(&bytes)
+            .map_err(|reason| ArchiveError::Foreign { path: path.into(), reason })
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let broken = |e| format!("not a complete safetensors file ({e})");
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(broken)?;
+        let file = SafeTensors::deserialize(bytes).map_err(broken)?;
+        let card = header
+            .metadata()
+            .as_ref()
+            .and_then(|m| m.get(CARD_KEY))
+            .ok_or("a safetensors file without a tsc-family card")?;
+        let card = serde_json::from_str(card).map_err(|e| format!("its card is damaged: {e}"))?;
+        let mut tensors = BTreeMap::new();
+        for (name, view) in file.iter() {
+            let words = || view.data().as_chunks::<4>().0.iter();
+            let shape = view.shape().to_vec();
+            let tensor = match view.dtype() {
+                Dtype::F32 => Tensor::F32(shape, words().map(|w| f32::from_le_bytes(*w)).collect()),
+                Dtype::U32 => Tensor::U32(shape, words().map(|w| u32::from_le_bytes(*w)).collect()),
+                other => return Err(format!("tensor {name:?} holds {other:?}")),
+            };
+            tensors.insert(name.to_owned(), tensor);
+        }
+        Ok(Self { card, tensors })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn archive() -> Archive {
+        let mut archive = Archive::default();
+        archive.put("method", "idqn");
+        archive.put_f32("weights", &[2, 2], &[1.0, -0.5, f32::MIN_POSITIVE, 3.25]);
+        archive.put_u32("actions", &[3], &[0, 7, u32::MAX]);
+        archive
+    }
+
+    fn file(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("m.safetensors");
+        fs::write(&path, bytes).unwrap();
+        (dir, path)
+    }
+
+    #[test]
+    fn an_archive_reads_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("m.safetensors");
+        archive().write(&path).unwrap();
+        let read = Archive::read(&path).unwrap();
+        assert_eq!(read, archive());
+        assert_eq!(read.get::<String>("method").unwrap(), "idqn");
+        assert_eq!(read.u32("actions", &[3]).unwrap(), [0, 7, u32::MAX]);
+    }
+
+    #[test]
+    fn a_file_cut_anywhere_is_refused() {
+        let bytes = archive().to_bytes();
+        for length in 0..bytes.len() {
+            let (_dir, path) = file(&bytes[..length]);
+            let e = Archive::read(&path).unwrap_err().to_string();
+            assert!(e.contains("m.safetensors: not a complete safetensors file"), "{length}: {e}");
+        }
+    }
+
+    #[test]
+    fn a_model_of_another_program_is_refused() {
+        let weights = Tensor::F32(vec![1], vec![0.0]);
+        let bytes = serialize([("w", &weights)], None).unwrap();
+        let (_dir, path) = file(&bytes);
+        let e = Archive::read(&path).unwrap_err().to_string();
+        assert!(e.contains("without a tsc-family card; give a file that tsc-family has"), "{e}");
+    }
+
+    #[test]
+    fn another_shape_or_type_is_named() {
+        let e = archive().f32("weights", &[4]).unwrap_err().to_string();
+        assert_eq!(e, "tensor \"weights\" has shape [2, 2], but [4] is needed");
+        assert!(archive().f32("actions", &[3]).is_err());
+        assert_eq!(archive().u32("x", &[3]).unwrap_err().to_string(), "it has no tensor \"x\"");
+    }
+}
