@@ -1,5 +1,32 @@
-//! IDQN.
+//! IDQN: deep Q-learning, one independent learner per signal, as RESCO runs it.
+//!
+//! - **State**: a row of five numbers per lane ([`super::state::lanes`]).
+//! - **Action**: the next green phase.
+//! - **Reward**: the lanes' waiting time, negative ([`super::state::wait_reward`]).
+//! - **Network**: a 2 x 2 convolution over lanes and numbers, two hidden layers, a value per phase.
+//! - **Exploration**: random phases, at first always, linearly less until four fifths of the training.
+//!
+//! Signals with a single phase run the network's own program and learn nothing.
+//!
+//! Source: RESCO, agents/pfrl_dqn.py; Ault and Sharon, "Reinforcement learning benchmarks for traffic
+//! signal control" (NeurIPS 2021, datasets and benchmarks).
+
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
+
+use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
+use super::training::{self, Learner, Training, decides, is_checkpoint};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
+use crate::nn::Activation;
+use crate::nn::archive::Archive;
+use crate::nn::init::Init;
+use crate::nn::sequential::Sequential;
+use crate::rl::dqn::{Dqn, Settings};
+use crate::rl::normalise::Normaliser;
+use crate::rl::random::Generator;
+use crate::rl::replay::Transition;
+use crate::rl::schedule::linear_epsilon;
 
 /// Hyper-parameters of `idqn`; the defaults are RESCO's.
 ///
@@ -85,5 +112,228 @@ impl Config {
             ("exploration_fraction", self.exploration_fraction, 0.0, 1.0),
             ("hidden", self.hidden as f64, 1.0, 1024.0),
         ]
+    }
+}
+
+/// Gain of orthogonal weights in front of a ReLU.
+const RELU_GAIN: f32 = std::f32::consts::SQRT_2;
+
+/// Returns the network of a signal with these rows of lanes and phases.
+fn network(lanes: usize, phases: usize, hidden: usize) -> Sequential {
+    Sequential::new(lanes * LANE_WIDTH)
+        .convolution(LANE_WIDTH, hidden, Activation::Relu)
+        .linear(hidden, Activation::Relu)
+        .linear(hidden, Activation::Relu)
+        .linear(phases, Activation::None)
+}
+
+/// The learner of one signal.
+#[derive(Debug, Clone)]
+struct Agent {
+    /// Index of the signal.
+    signal: usize,
+    phases: usize,
+    dqn: Dqn<Sequential>,
+    normaliser: Option<Normaliser>,
+    state: Vec<f32>,
+    next: Vec<f32>,
+    action: usize,
+}
+
+impl Agent {
+    fn new(config: &Config, signal: usize, spec: &SignalSpec, seed: u64) -> Self {
+        let label = signal.to_string();
+        let network = network(lane_rows(spec), spec.phases.len(), config.hidden);
+        let init = |_| match config.orthogonal_initialisation {
+            true => Init::Orthogonal(RELU_GAIN),
+            false => Init::Uniform,
+        };
+        let mut generator = Generator::new(seed, &["initialisation", &label]);
+        let parameters = network.initial(&init, generator.rng());
+        let settings = Settings {
+            learning_rate: config.learning_rate,
+            adam_epsilon: config.adam_epsilon,
+            gamma: config.gamma,
+            buffer_size: config.buffer_size,
+            batch_size: config.batch_size,
+            learning_starts: config.learning_starts,
+            train_frequency: u64::from(config.train_frequency),
+            target_network_frequency: u64::from(config.target_network_frequency),
+            double_dqn: config.double_dqn,
+        };
+        let width = lane_rows(spec) * LANE_WIDTH;
+        Self {
+            signal,
+            phases: spec.phases.len(),
+            dqn: Dqn::new(network, parameters, settings, seed, &[&label]),
+            normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
+            state: Vec::with_capacity(width),
+            next: Vec::with_capacity(width),
+            action: 0,
+        }
+    }
+
+    fn prefix(&self) -> String {
+        format!("signal{}.", self.signal)
+    }
+}
+
+/// IDQN.
+#[derive(Debug, Clone)]
+pub struct Idqn {
+    config: Config,
+    seed: u64,
+    training: Training,
+    signals: Vec<SignalSpec>,
+    agents: Vec<Agent>,
+}
+
+impl Idqn {
+    /// Name of the method.
+    pub const NAME: &'static str = "idqn";
+
+    /// Returns an untrained controller; `seed` is for everything random in it.
+    pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
+        let training = Training::new(episodes);
+        Self { config, seed, training, signals: Vec::new(), agents: Vec::new() }
+    }
+
+    /// Returns the share of random actions of an agent.
+    fn epsilon(&self, agent: &Agent) -> f64 {
+        let config = &self.config;
+        let episodes = (config.exploration_fraction * f64::from(self.training.episodes)).floor();
+        let span = episodes as u64 * u64::from(self.training.decisions);
+        linear_epsilon(config.start_e, config.end_e, span, agent.dqn.transitions())
+    }
+
+    fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
+        for agent in &mut self.agents {
+            let prefix = agent.prefix();
+            if is_checkpoint(archive) {
+                agent.dqn.restore(&prefix, archive)?;
+            } else {
+                agent.dqn.load(&prefix, archive)?;
+            }
+            if let Some(normaliser) = &mut agent.normaliser {
+                normaliser.restore(&prefix, archive)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Controller for Idqn {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        if self.signals != signals {
+            self.signals = signals.to_vec();
+            let decide = signals.iter().enumerate().filter(|(_, s)| decides(s));
+            self.agents = decide.map(|(i, s)| Agent::new(&self.config, i, s, self.seed)).collect();
+        }
+        if let Some(archive) = self.training.pending.take() {
+            self.restore(&archive)?;
+        }
+        Ok(training::drives(signals))
+    }
+
+    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+        for i in 0..self.agents.len() {
+            let epsilon = self.training.active.then(|| self.epsilon(&self.agents[i]));
+            let agent = &mut self.agents[i];
+            lanes(&self.signals[agent.signal], &observations[agent.signal], &mut agent.state);
+            if let Some(normaliser) = &mut agent.normaliser {
+                if epsilon.is_some() {
+                    normaliser.update(&agent.state);
+                }
+                normaliser.apply(&mut agent.state);
+            }
+            agent.action = match epsilon {
+                Some(epsilon) => agent.dqn.explore(&agent.state, agent.phases, epsilon),
+                None => agent.dqn.greedy(&agent.state),
+            };
+            phases[agent.signal] = GreenPhase(agent.action);
+        }
+    }
+
+    fn observe(&mut self, observations: &[Observation], truncated: bool) {
+        if !self.training.active {
+            return;
+        }
+        for agent in &mut self.agents {
+            let seen = &observations[agent.signal];
+            let reward = wait_reward(seen);
+            self.training.curve.reward += f64::from(reward);
+            lanes(&self.signals[agent.signal], seen, &mut agent.next);
+            if let Some(normaliser) = &agent.normaliser {
+                normaliser.apply(&mut agent.next);
+            }
+            agent.dqn.observe(&Transition {
+                state: &agent.state,
+                action: agent.action,
+                reward,
+                next: &agent.next,
+                terminal: truncated && !self.config.bootstrap_at_time_limit,
+            });
+        }
+        if truncated {
+            let losses: Vec<f64> =
+                self.agents.iter_mut().filter_map(|a| a.dqn.take_loss()).collect();
+            let count = losses.len() as f64;
+            self.training.curve.loss =
+                (!losses.is_empty()).then(|| losses.iter().sum::<f64>() / count);
+            self.training.curve.epsilon = self.agents.first().map(|a| self.epsilon(a));
+        }
+    }
+
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        training::train(self, trainer)
+    }
+
+    fn details(&self) -> BTreeMap<String, String> {
+        training::remarks(&self.signals)
+    }
+
+    fn figures(&self) -> BTreeMap<String, f64> {
+        self.training.figures()
+    }
+
+    fn model(&self) -> Option<Archive> {
+        let mut model = training::model(Self::NAME, &self.signals);
+        for agent in &self.agents {
+            let prefix = agent.prefix();
+            let (network, parameters) = agent.dqn.learned();
+            crate::nn::save(network, parameters, &prefix, &mut model);
+            if let Some(normaliser) = &agent.normaliser {
+                normaliser.save(&prefix, &mut model);
+            }
+        }
+        self.controls().then_some(model)
+    }
+
+    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
+        self.training.load(Self::NAME, model)
+    }
+}
+
+impl Learner for Idqn {
+    fn training(&mut self) -> &mut Training {
+        &mut self.training
+    }
+
+    fn controls(&self) -> bool {
+        !self.agents.is_empty()
+    }
+
+    fn save(&self, archive: &mut Archive) {
+        for agent in &self.agents {
+            let prefix = agent.prefix();
+            agent.dqn.save(&prefix, archive);
+            if let Some(normaliser) = &agent.normaliser {
+                normaliser.save(&prefix, archive);
+            }
+        }
     }
 }

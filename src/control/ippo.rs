@@ -1,5 +1,27 @@
-//! IPPO.
+//! IPPO: proximal policy optimisation, one independent learner per signal, as RESCO runs it.
+//!
+//! State, action and reward are IDQN's. The network is IDQN's too, with a logit per phase and the
+//! value of the state at its end. Phases are drawn from the policy, in RESCO also in evaluation.
+//!
+//! Signals with a single phase run the network's own program and learn nothing.
+//!
+//! Source: RESCO, agents/pfrl_ppo.py. Its published figures are after 1400 episodes; after 100 it has
+//! made 35 updates.
+
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
+
+use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
+use super::training::{self, Learner, Training, decides, is_checkpoint};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
+use crate::nn::archive::Archive;
+use crate::nn::init::Init;
+use crate::nn::sequential::Sequential;
+use crate::nn::{Activation, Network};
+use crate::rl::normalise::Normaliser;
+use crate::rl::ppo::{End, Ppo, Settings};
+use crate::rl::random::Generator;
 
 /// Hyper-parameters of `ippo`; the defaults are RESCO's.
 ///
@@ -83,5 +105,234 @@ impl Config {
             ("max_grad_norm", f64::from(self.max_grad_norm), 1e-6, 1e9),
             ("hidden", self.hidden as f64, 1.0, 1024.0),
         ]
+    }
+}
+
+/// Factor on the first weights of the logits, so that the first policy is nearly uniform.
+const POLICY_GAIN: f32 = 0.01;
+
+/// Returns the network of a signal with these rows of lanes and phases: a logit per phase, then the
+/// value.
+fn network(lanes: usize, phases: usize, hidden: usize) -> Sequential {
+    Sequential::new(lanes * LANE_WIDTH)
+        .convolution(LANE_WIDTH, hidden, Activation::Relu)
+        .linear(hidden, Activation::Relu)
+        .linear(hidden, Activation::Relu)
+        .linear(phases + 1, Activation::None)
+}
+
+/// Returns parameters to start from: normal or orthogonal, biases zero, logits close to zero.
+fn initial(network: &Sequential, orthogonal: bool, generator: &mut Generator) -> Vec<f32> {
+    let init = |_| if orthogonal { Init::Orthogonal(1.0) } else { Init::Normal(1.0) };
+    let mut parameters = network.initial(&init, generator.rng());
+    let parts = network.parts();
+    let last = parts.iter().rfind(|p| p.shape.len() == 2).expect("the last layer has weights");
+    for row in parameters[last.range.clone()].chunks_exact_mut(last.shape[1]) {
+        let (logits, _) = row.split_at_mut(last.shape[1] - 1);
+        logits.iter_mut().for_each(|w| *w *= POLICY_GAIN);
+    }
+    parameters
+}
+
+/// The learner of one signal.
+#[derive(Debug, Clone)]
+struct Agent {
+    /// Index of the signal.
+    signal: usize,
+    ppo: Ppo<Sequential>,
+    /// Draws phases in evaluation, so that training's draws stay as they are.
+    evaluation: Generator,
+    normaliser: Option<Normaliser>,
+    state: Vec<f32>,
+    next: Vec<f32>,
+    action: usize,
+}
+
+impl Agent {
+    fn new(config: &Config, signal: usize, spec: &SignalSpec, seed: u64) -> Self {
+        let label = signal.to_string();
+        let network = network(lane_rows(spec), spec.phases.len(), config.hidden);
+        let mut generator = Generator::new(seed, &["initialisation", &label]);
+        let parameters = initial(&network, config.orthogonal_initialisation, &mut generator);
+        let settings = Settings {
+            learning_rate: config.learning_rate,
+            adam_epsilon: config.adam_epsilon,
+            gamma: config.gamma,
+            gae_lambda: config.gae_lambda,
+            num_steps: config.num_steps,
+            update_epochs: config.update_epochs,
+            minibatch_size: config.minibatch_size,
+            clip_range: config.clip_range,
+            value_coefficient: config.value_coefficient,
+            entropy_coefficient: config.entropy_coefficient,
+            max_grad_norm: config.max_grad_norm,
+        };
+        let width = lane_rows(spec) * LANE_WIDTH;
+        Self {
+            signal,
+            ppo: Ppo::new(network, parameters, settings, seed, &[&label]),
+            evaluation: Generator::new(seed, &["evaluation", &label]),
+            normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
+            state: Vec::with_capacity(width),
+            next: Vec::with_capacity(width),
+            action: 0,
+        }
+    }
+
+    fn prefix(&self) -> String {
+        format!("signal{}.", self.signal)
+    }
+}
+
+/// IPPO.
+#[derive(Debug, Clone)]
+pub struct Ippo {
+    config: Config,
+    seed: u64,
+    training: Training,
+    signals: Vec<SignalSpec>,
+    agents: Vec<Agent>,
+}
+
+impl Ippo {
+    /// Name of the method.
+    pub const NAME: &'static str = "ippo";
+
+    /// Returns an untrained controller; `seed` is for everything random in it.
+    pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
+        let training = Training::new(episodes);
+        Self { config, seed, training, signals: Vec::new(), agents: Vec::new() }
+    }
+
+    fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
+        for agent in &mut self.agents {
+            let prefix = agent.prefix();
+            if is_checkpoint(archive) {
+                agent.ppo.restore(&prefix, archive)?;
+            } else {
+                agent.ppo.load(&prefix, archive)?;
+            }
+            if let Some(normaliser) = &mut agent.normaliser {
+                normaliser.restore(&prefix, archive)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Controller for Ippo {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        if self.signals != signals {
+            self.signals = signals.to_vec();
+            let decide = signals.iter().enumerate().filter(|(_, s)| decides(s));
+            self.agents = decide.map(|(i, s)| Agent::new(&self.config, i, s, self.seed)).collect();
+        }
+        if let Some(archive) = self.training.pending.take() {
+            self.restore(&archive)?;
+        }
+        Ok(training::drives(signals))
+    }
+
+    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+        let (active, mode) = (self.training.active, self.config.evaluate_mode);
+        for agent in &mut self.agents {
+            lanes(&self.signals[agent.signal], &observations[agent.signal], &mut agent.state);
+            if let Some(normaliser) = &mut agent.normaliser {
+                if active {
+                    normaliser.update(&agent.state);
+                }
+                normaliser.apply(&mut agent.state);
+            }
+            agent.action = match (active, mode) {
+                (true, _) => agent.ppo.sample(&agent.state, None),
+                (false, true) => agent.ppo.mode(&agent.state),
+                (false, false) => agent.ppo.sample(&agent.state, Some(&mut agent.evaluation)),
+            };
+            phases[agent.signal] = GreenPhase(agent.action);
+        }
+    }
+
+    fn observe(&mut self, observations: &[Observation], truncated: bool) {
+        if !self.training.active {
+            return;
+        }
+        let end = match (truncated, self.config.bootstrap_at_time_limit) {
+            (false, _) => End::None,
+            (true, false) => End::Terminal,
+            (true, true) => End::Truncated,
+        };
+        for agent in &mut self.agents {
+            let seen = &observations[agent.signal];
+            let reward = wait_reward(seen);
+            self.training.curve.reward += f64::from(reward);
+            lanes(&self.signals[agent.signal], seen, &mut agent.next);
+            if let Some(normaliser) = &agent.normaliser {
+                normaliser.apply(&mut agent.next);
+            }
+            agent.ppo.observe(&agent.state, agent.action, reward, &agent.next, end);
+        }
+        if truncated {
+            let figures: Vec<(f64, f64)> =
+                self.agents.iter_mut().filter_map(|a| a.ppo.take_loss()).collect();
+            let mean = |part: fn(&(f64, f64)) -> f64| {
+                let count = figures.len() as f64;
+                (!figures.is_empty()).then(|| figures.iter().map(part).sum::<f64>() / count)
+            };
+            self.training.curve.loss = mean(|f| f.0);
+            self.training.curve.entropy = mean(|f| f.1);
+        }
+    }
+
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        training::train(self, trainer)
+    }
+
+    fn details(&self) -> BTreeMap<String, String> {
+        training::remarks(&self.signals)
+    }
+
+    fn figures(&self) -> BTreeMap<String, f64> {
+        self.training.figures()
+    }
+
+    fn model(&self) -> Option<Archive> {
+        let mut model = training::model(Self::NAME, &self.signals);
+        for agent in &self.agents {
+            let prefix = agent.prefix();
+            let (network, parameters) = agent.ppo.learned();
+            crate::nn::save(network, parameters, &prefix, &mut model);
+            if let Some(normaliser) = &agent.normaliser {
+                normaliser.save(&prefix, &mut model);
+            }
+        }
+        self.controls().then_some(model)
+    }
+
+    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
+        self.training.load(Self::NAME, model)
+    }
+}
+
+impl Learner for Ippo {
+    fn training(&mut self) -> &mut Training {
+        &mut self.training
+    }
+
+    fn controls(&self) -> bool {
+        !self.agents.is_empty()
+    }
+
+    fn save(&self, archive: &mut Archive) {
+        for agent in &self.agents {
+            let prefix = agent.prefix();
+            agent.ppo.save(&prefix, archive);
+            if let Some(normaliser) = &agent.normaliser {
+                normaliser.save(&prefix, archive);
+            }
+        }
     }
 }

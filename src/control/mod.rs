@@ -14,6 +14,8 @@ pub mod mplight_star;
 pub mod phase_sets;
 pub mod program;
 pub mod registry;
+pub mod state;
+mod training;
 pub mod webster;
 
 use std::collections::BTreeMap;
@@ -103,6 +105,19 @@ pub struct SignalSpec {
     pub phases: Vec<Phase>,
     /// Time lost to yellow when the phase changes, seconds.
     pub yellow_time_s: f64,
+}
+
+impl SignalSpec {
+    /// Returns the ids of lanes that have no green in any phase.
+    pub fn unserved_lanes(&self) -> Vec<&str> {
+        let served = |lane: usize| {
+            self.movements.iter().enumerate().any(|(m, movement)| {
+                movement.lanes.contains(&lane)
+                    && self.phases.iter().any(|p| p.service[m] != Service::None)
+            })
+        };
+        (0..self.lanes.len()).filter(|l| !served(*l)).map(|l| self.lanes[l].id.as_str()).collect()
+    }
 }
 
 /// What a signal's detectors tell of one lane, within the detection distance.

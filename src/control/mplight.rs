@@ -1,5 +1,35 @@
-//! MPLight.
+//! MPLight: deep Q-learning on pressure with the network FRAP, one learner for all signals, as RESCO
+//! runs it.
+//!
+//! - **State**: the current phase and the pressure of every movement
+//!   ([`super::state::pressures`]).
+//! - **Action**: the next green phase.
+//! - **Reward**: the signal's pressure, negative ([`super::state::pressure_reward`]), not scaled.
+//! - **Network**: [`crate::nn::frap`], which serves signals of any layout; so all signals of a scenario
+//!   share it, the replay buffer and the updates.
+//! - **Counters** of exploration, updates and target copies run per transition, that is, as many times
+//!   as fast as there are signals, and their limits are as many times as large.
+//!
+//! Signals with a single phase run the network's own program and learn nothing.
+//!
+//! Source: Chen et al., "Toward a thousand lights: decentralized deep reinforcement learning for
+//! large-scale traffic signal control" (AAAI 2020); RESCO, agents/mplight.py.
+
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
+
+use super::state::{FULL_WIDTH, full_demand, movement_slots, pressure_reward, pressures};
+use super::training::{self, Learner, Training, decides, is_checkpoint};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
+use crate::nn::archive::Archive;
+use crate::nn::frap::{Frap, HEAD, Layout};
+use crate::nn::init::Init;
+use crate::rl::dqn::{Dqn, Settings};
+use crate::rl::normalise::Normaliser;
+use crate::rl::random::Generator;
+use crate::rl::replay::Transition;
+use crate::rl::schedule::linear_epsilon;
 
 /// Hyper-parameters of `mplight`; the defaults are RESCO's.
 ///
@@ -81,5 +111,279 @@ impl Config {
             ("end_e", self.end_e, 0.0, 1.0),
             ("exploration_fraction", self.exploration_fraction, 0.0, 1.0),
         ]
+    }
+}
+
+/// What the network sees of movements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Demand {
+    /// A number per movement, its pressure.
+    Pressure,
+    /// Four numbers per movement.
+    Full {
+        /// Whether speeds of all lanes of a movement count.
+        all_lanes: bool,
+        /// Distance between what consecutive movements read.
+        stride: usize,
+    },
+}
+
+impl Demand {
+    /// Numbers that a movement reads.
+    fn width(self) -> usize {
+        match self {
+            Self::Pressure => 1,
+            Self::Full { .. } => FULL_WIDTH,
+        }
+    }
+
+    fn stride(self) -> usize {
+        match self {
+            Self::Pressure => 1,
+            Self::Full { stride, .. } => stride,
+        }
+    }
+
+    fn write(self, signal: &SignalSpec, seen: &Observation, demand: &mut [f32]) {
+        match self {
+            Self::Pressure => pressures(signal, seen, demand),
+            Self::Full { all_lanes, .. } => full_demand(signal, seen, all_lanes, demand),
+        }
+    }
+}
+
+/// A signal that the learner decides for.
+#[derive(Debug, Clone)]
+struct Place {
+    /// Index of the signal.
+    signal: usize,
+    phases: usize,
+    state: Vec<f32>,
+    next: Vec<f32>,
+    action: usize,
+}
+
+/// What is learned, for all signals.
+#[derive(Debug, Clone)]
+struct Shared {
+    dqn: Dqn<Frap>,
+    normaliser: Option<Normaliser>,
+}
+
+/// MPLight and its variants.
+#[derive(Debug, Clone)]
+pub struct MpLight {
+    name: &'static str,
+    config: Config,
+    demand: Demand,
+    seed: u64,
+    training: Training,
+    signals: Vec<SignalSpec>,
+    places: Vec<Place>,
+    shared: Option<Shared>,
+}
+
+impl MpLight {
+    /// Name of the method.
+    pub const NAME: &'static str = "mplight";
+
+    /// Returns an untrained controller; `seed` is for everything random in it.
+    pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
+        Self::variant(Self::NAME, config, Demand::Pressure, episodes, seed)
+    }
+
+    /// Returns an untrained variant that sees other things of movements.
+    pub(super) fn variant(
+        name: &'static str,
+        config: Config,
+        demand: Demand,
+        episodes: u32,
+        seed: u64,
+    ) -> Self {
+        Self {
+            name,
+            config,
+            demand,
+            seed,
+            training: Training::new(episodes),
+            signals: Vec::new(),
+            places: Vec::new(),
+            shared: None,
+        }
+    }
+
+    fn build(&mut self, signals: &[SignalSpec]) {
+        self.signals = signals.to_vec();
+        let slots = signals.iter().map(movement_slots).max().unwrap_or(0);
+        let width = slots * self.demand.width();
+        self.places.clear();
+        let mut layouts = Vec::new();
+        for (signal, spec) in signals.iter().enumerate().filter(|(_, s)| decides(s)) {
+            let index = |m: &usize| spec.movements[*m].index;
+            let pairs: Vec<Vec<usize>> =
+                spec.phases.iter().map(|p| p.pair.iter().map(index).collect()).collect();
+            let mut state = vec![0.0; HEAD + width];
+            state[0] = layouts.len() as f32;
+            layouts.push(Layout::new(&pairs, self.demand.stride()));
+            let next = state.clone();
+            self.places.push(Place { signal, phases: spec.phases.len(), state, next, action: 0 });
+        }
+        let config = &self.config;
+        let count = self.places.len() as u64;
+        let network = Frap::new(layouts, self.demand.width(), width);
+        let init = match config.orthogonal_initialisation {
+            true => Init::Orthogonal(std::f32::consts::SQRT_2),
+            false => Init::Uniform,
+        };
+        let mut generator = Generator::new(self.seed, &["initialisation"]);
+        let parameters = network.initial(init, generator.rng());
+        let settings = Settings {
+            learning_rate: config.learning_rate,
+            adam_epsilon: config.adam_epsilon,
+            gamma: config.gamma,
+            buffer_size: config.buffer_size,
+            batch_size: config.batch_size,
+            learning_starts: config.learning_starts,
+            train_frequency: u64::from(config.train_frequency) * count,
+            target_network_frequency: u64::from(config.target_network_frequency) * count,
+            double_dqn: config.double_dqn,
+        };
+        self.shared = (count > 0).then(|| Shared {
+            dqn: Dqn::new(network, parameters, settings, self.seed, &[]),
+            normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
+        });
+    }
+
+    /// Returns the share of random actions.
+    fn epsilon(&self) -> f64 {
+        let config = &self.config;
+        let episodes = (config.exploration_fraction * f64::from(self.training.episodes)).floor();
+        let count = self.places.len() as u64;
+        let span = episodes as u64 * u64::from(self.training.decisions) * count;
+        let seen = self.shared.as_ref().map_or(0, |s| s.dqn.transitions());
+        linear_epsilon(config.start_e, config.end_e, span, seen)
+    }
+
+    fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
+        let Some(shared) = &mut self.shared else { return Ok(()) };
+        if is_checkpoint(archive) {
+            shared.dqn.restore("", archive)?;
+        } else {
+            shared.dqn.load("", archive)?;
+        }
+        if let Some(normaliser) = &mut shared.normaliser {
+            normaliser.restore("", archive)?;
+        }
+        Ok(())
+    }
+}
+
+impl Controller for MpLight {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        if self.signals != signals {
+            self.build(signals);
+        }
+        if let Some(archive) = self.training.pending.take() {
+            self.restore(&archive)?;
+        }
+        Ok(training::drives(signals))
+    }
+
+    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+        let epsilon = self.training.active.then(|| self.epsilon());
+        let Some(shared) = &mut self.shared else { return };
+        for place in &mut self.places {
+            let seen = &observations[place.signal];
+            place.state[1] = seen.phase as f32;
+            let demand = &mut place.state[HEAD..];
+            self.demand.write(&self.signals[place.signal], seen, demand);
+            if let Some(normaliser) = &mut shared.normaliser {
+                if epsilon.is_some() {
+                    normaliser.update(demand);
+                }
+                normaliser.apply(demand);
+            }
+            place.action = match epsilon {
+                Some(epsilon) => shared.dqn.explore(&place.state, place.phases, epsilon),
+                None => shared.dqn.greedy(&place.state),
+            };
+            phases[place.signal] = GreenPhase(place.action);
+        }
+    }
+
+    fn observe(&mut self, observations: &[Observation], truncated: bool) {
+        let Some(shared) = self.shared.as_mut().filter(|_| self.training.active) else { return };
+        for place in &mut self.places {
+            let seen = &observations[place.signal];
+            let reward = pressure_reward(seen);
+            self.training.curve.reward += f64::from(reward);
+            place.next[1] = seen.phase as f32;
+            let demand = &mut place.next[HEAD..];
+            self.demand.write(&self.signals[place.signal], seen, demand);
+            if let Some(normaliser) = &shared.normaliser {
+                normaliser.apply(demand);
+            }
+            shared.dqn.observe(&Transition {
+                state: &place.state,
+                action: place.action,
+                reward,
+                next: &place.next,
+                terminal: truncated && !self.config.bootstrap_at_time_limit,
+            });
+        }
+        if truncated {
+            self.training.curve.loss = shared.dqn.take_loss();
+            self.training.curve.epsilon = Some(self.epsilon());
+        }
+    }
+
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        training::train(self, trainer)
+    }
+
+    fn details(&self) -> BTreeMap<String, String> {
+        training::remarks(&self.signals)
+    }
+
+    fn figures(&self) -> BTreeMap<String, f64> {
+        self.training.figures()
+    }
+
+    fn model(&self) -> Option<Archive> {
+        let shared = self.shared.as_ref()?;
+        let mut model = training::model(self.name, &self.signals);
+        let (network, parameters) = shared.dqn.learned();
+        crate::nn::save(network, parameters, "", &mut model);
+        if let Some(normaliser) = &shared.normaliser {
+            normaliser.save("", &mut model);
+        }
+        Some(model)
+    }
+
+    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
+        self.training.load(self.name, model)
+    }
+}
+
+impl Learner for MpLight {
+    fn training(&mut self) -> &mut Training {
+        &mut self.training
+    }
+
+    fn controls(&self) -> bool {
+        self.shared.is_some()
+    }
+
+    fn save(&self, archive: &mut Archive) {
+        if let Some(shared) = &self.shared {
+            shared.dqn.save("", archive);
+            if let Some(normaliser) = &shared.normaliser {
+                normaliser.save("", archive);
+            }
+        }
     }
 }

@@ -1,5 +1,29 @@
-//! MPLight*.
+//! MPLight*: MPLight that sees four numbers per movement instead of one.
+//!
+//! Pressure, waiting time, speeds and approaching vehicles ([`super::state::full_demand`]); everything
+//! else, the reward too, is [MPLight](super::mplight)'s.
+//!
+//! RESCO cuts the numbers of movement m out of the state from m on instead of from 4 m on, so that its
+//! twelve movements see a window that slides over the first fifteen of 48 numbers, those of four
+//! movements. There are two methods therefore:
+//! - `mplight-star` gives every movement its own four numbers, as intended;
+//! - `mplight-star-resco` does as RESCO does, for comparison with what was published.
+//!
+//! Source: RESCO, agents/mplight.py (`MPLightFULL`) and states.py (`mplight_full`).
+
 use serde::{Deserialize, Serialize};
+
+use super::mplight::{self, Demand, MpLight};
+use super::state::FULL_WIDTH;
+
+/// Name of the variant in which every movement sees its own numbers.
+pub const NAME: &str = "mplight-star";
+
+/// Name of the variant that does as RESCO does.
+pub const RESCO_NAME: &str = "mplight-star-resco";
+
+/// Distance between the windows of two movements in RESCO's code.
+const RESCO_STRIDE: usize = 1;
 
 /// Hyper-parameters of `mplight-star` and `mplight-star-resco`; the defaults are RESCO's.
 ///
@@ -70,19 +94,39 @@ impl Default for Config {
 impl Config {
     /// Returns name, value, lowest and highest value of every number.
     pub fn ranges(&self) -> Vec<(&'static str, f64, f64, f64)> {
-        let buffer = self.buffer_size as f64;
-        vec![
-            ("learning_rate", f64::from(self.learning_rate), 1e-8, 1.0),
-            ("adam_epsilon", f64::from(self.adam_epsilon), 1e-12, 1.0),
-            ("gamma", f64::from(self.gamma), 0.0, 1.0),
-            ("buffer_size", buffer, 1.0, 1e6),
-            ("batch_size", self.batch_size as f64, 1.0, buffer.min(4096.0)),
-            ("learning_starts", self.learning_starts as f64, self.batch_size as f64, buffer),
-            ("train_frequency", f64::from(self.train_frequency), 1.0, 1e6),
-            ("target_network_frequency", f64::from(self.target_network_frequency), 1.0, 1e9),
-            ("start_e", self.start_e, 0.0, 1.0),
-            ("end_e", self.end_e, 0.0, 1.0),
-            ("exploration_fraction", self.exploration_fraction, 0.0, 1.0),
-        ]
+        self.common().ranges()
     }
+
+    /// Returns what MPLight has as well.
+    fn common(&self) -> mplight::Config {
+        mplight::Config {
+            learning_rate: self.learning_rate,
+            adam_epsilon: self.adam_epsilon,
+            gamma: self.gamma,
+            buffer_size: self.buffer_size,
+            batch_size: self.batch_size,
+            learning_starts: self.learning_starts,
+            train_frequency: self.train_frequency,
+            target_network_frequency: self.target_network_frequency,
+            start_e: self.start_e,
+            end_e: self.end_e,
+            exploration_fraction: self.exploration_fraction,
+            bootstrap_at_time_limit: self.bootstrap_at_time_limit,
+            double_dqn: self.double_dqn,
+            normalise_observations: self.normalise_observations,
+            orthogonal_initialisation: self.orthogonal_initialisation,
+        }
+    }
+}
+
+/// Returns an untrained `mplight-star`; `seed` is for everything random in it.
+pub fn mplight_star(config: &Config, episodes: u32, seed: u64) -> MpLight {
+    let demand = Demand::Full { all_lanes: config.speed_of_all_lanes, stride: FULL_WIDTH };
+    MpLight::variant(NAME, config.common(), demand, episodes, seed)
+}
+
+/// Returns an untrained `mplight-star-resco`; `seed` is for everything random in it.
+pub fn mplight_star_resco(config: &Config, episodes: u32, seed: u64) -> MpLight {
+    let demand = Demand::Full { all_lanes: config.speed_of_all_lanes, stride: RESCO_STRIDE };
+    MpLight::variant(RESCO_NAME, config.common(), demand, episodes, seed)
 }

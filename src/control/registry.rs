@@ -5,7 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::actuated::Actuated;
 use super::baseline::Baseline;
 use super::fixed_time::FixedTime;
+use super::idqn::Idqn;
+use super::ippo::Ippo;
 use super::max_pressure::MaxPressure;
+use super::mplight::MpLight;
 use super::program::Program;
 use super::webster::Limits;
 use super::{ControlError, Controller};
@@ -61,7 +64,7 @@ pub struct Method {
 }
 
 /// All methods, the baseline first.
-pub const METHODS: [Method; 5] = [
+pub const METHODS: [Method; 10] = [
     Method {
         name: Baseline::NAME,
         summary: "untuned fixed time, the denominator of every score",
@@ -78,6 +81,31 @@ pub const METHODS: [Method; 5] = [
         default: true,
     },
     Method { name: Actuated::NAME, summary: "SUMO's gap-based actuated control", default: true },
+    Method {
+        name: Idqn::NAME,
+        summary: "deep Q-learning on lanes, a learner per signal (RESCO)",
+        default: false,
+    },
+    Method {
+        name: Ippo::NAME,
+        summary: "proximal policy optimisation on lanes, a learner per signal (RESCO)",
+        default: false,
+    },
+    Method {
+        name: MpLight::NAME,
+        summary: "deep Q-learning on pressure, one FRAP network for all signals (RESCO)",
+        default: false,
+    },
+    Method {
+        name: mplight_star::NAME,
+        summary: "MPLight that also sees waiting times, speeds and arrivals",
+        default: false,
+    },
+    Method {
+        name: mplight_star::RESCO_NAME,
+        summary: "the same with RESCO's mistake in what a movement sees",
+        default: false,
+    },
     Method {
         name: Program::NAME,
         summary: "the network's own signal program, untouched",
@@ -96,7 +124,6 @@ pub fn create(
     seed: u64,
 ) -> Result<Box<dyn Controller>, ControlError> {
     let s = settings;
-    let _ = seed;
     Ok(match name {
         Baseline::NAME => {
             Box::new(Baseline { equal_split_green_s: s.baseline_equal_split_green_s })
@@ -116,6 +143,16 @@ pub fn create(
                 saturation_flow_vph: s.fixed_time_saturation_flow_vph,
             };
             Box::new(FixedTime::new(limits, s.fixed_time_simulations))
+        }
+        Idqn::NAME => Box::new(Idqn::new(s.idqn.clone(), s.training_episodes, seed)),
+        Ippo::NAME => Box::new(Ippo::new(s.ippo.clone(), s.training_episodes, seed)),
+        MpLight::NAME => Box::new(MpLight::new(s.mplight.clone(), s.training_episodes, seed)),
+        mplight_star::NAME => {
+            Box::new(mplight_star::mplight_star(&s.mplight_star, s.training_episodes, seed))
+        }
+        mplight_star::RESCO_NAME => {
+            let config = &s.mplight_star_resco;
+            Box::new(mplight_star::mplight_star_resco(config, s.training_episodes, seed))
         }
         _ => {
             let known: Vec<_> = METHODS.iter().map(|m| m.name).collect();

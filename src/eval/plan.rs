@@ -312,7 +312,7 @@ mod tests {
         assert_eq!(
             e,
             "unknown method \"maxpressure\"; known are baseline, fixed-time, max-pressure, \
-             actuated, program"
+             actuated, idqn, ippo, mplight, mplight-star, mplight-star-resco, program"
         );
     }
 

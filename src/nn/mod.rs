@@ -1,3 +1,158 @@
 //! Small neural networks on one thread: what the learners need and nothing else.
+//!
+//! A [`Network`] knows shapes and keeps the buffers of its last pass; its parameters are one flat
+//! vector that the caller holds. So a target network is a second vector, and saving, copying and
+//! optimising are one line each. Backward passes are derived by hand and checked against finite
+//! differences.
 
+pub mod adam;
 pub mod archive;
+pub mod frap;
+pub mod init;
+mod kernel;
+pub mod sequential;
+
+use std::ops::Range;
+
+pub use kernel::Activation;
+
+use archive::{Archive, ArchiveError};
+
+/// A named part of a network's flat vector of parameters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Name, such as `layer0.weight`.
+    pub name: String,
+    /// Shape, row-major; weights are `[inputs, outputs]`.
+    pub shape: Vec<usize>,
+    /// Place in the flat vector.
+    pub range: Range<usize>,
+}
+
+/// A differentiable function of a batch of rows, with its parameters outside.
+pub trait Network {
+    /// Numbers per row that go in.
+    fn inputs(&self) -> usize;
+
+    /// Numbers per row that come out.
+    fn outputs(&self) -> usize;
+
+    /// Number of parameters.
+    fn parameters(&self) -> usize;
+
+    /// Returns the parts of the vector of parameters, which together are all of it.
+    fn parts(&self) -> Vec<Part>;
+
+    /// Returns the outputs, shape `[rows, outputs]`, of inputs of shape `[rows, inputs]`, and keeps
+    /// what [`Self::backward`] needs.
+    fn forward(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32];
+
+    /// Writes the gradient of `sum(outputs * output_gradient)` by the parameters into `gradient`.
+    ///
+    /// Belongs to the last [`Self::forward`], with the same parameters and inputs.
+    fn backward(
+        &mut self,
+        parameters: &[f32],
+        inputs: &[f32],
+        output_gradient: &[f32],
+        gradient: &mut [f32],
+    );
+}
+
+/// Adds the parameters of a network to an archive, part by part.
+pub fn save(network: &impl Network, parameters: &[f32], prefix: &str, archive: &mut Archive) {
+    for part in network.parts() {
+        archive.put_f32(format!("{prefix}{}", part.name), &part.shape, &parameters[part.range]);
+    }
+}
+
+/// Returns the parameters of a network from an archive.
+///
+/// # Errors
+///
+/// [`ArchiveError`] when a part is missing or has another shape.
+pub fn load(
+    network: &impl Network,
+    prefix: &str,
+    archive: &Archive,
+) -> Result<Vec<f32>, ArchiveError> {
+    let mut parameters = vec![0.0; network.parameters()];
+    for part in network.parts() {
+        let values = archive.f32(&format!("{prefix}{}", part.name), &part.shape)?;
+        parameters[part.range].copy_from_slice(values);
+    }
+    Ok(parameters)
+}
+
+/// Returns weights and biases of a linear map as parts that begin at `offset`.
+fn linear_parts(name: &str, offset: usize, inputs: usize, outputs: usize) -> [Part; 2] {
+    let (middle, end) = (offset + inputs * outputs, offset + (inputs + 1) * outputs);
+    [
+        Part {
+            name: format!("{name}.weight"),
+            shape: vec![inputs, outputs],
+            range: offset..middle,
+        },
+        Part { name: format!("{name}.bias"), shape: vec![outputs], range: middle..end },
+    ]
+}
+
+/// Makes room for `length` numbers; only ever grows, so that a steady loop does not allocate.
+fn room(buffer: &mut Vec<f32>, length: usize) -> &mut [f32] {
+    if buffer.len() < length {
+        buffer.resize(length, 0.0);
+    }
+    &mut buffer[..length]
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    //! Gradient checks.
+
+    use super::Network;
+
+    /// Checks that the parts of a network are its whole vector, in order.
+    pub(crate) fn check_parts(network: &impl Network) {
+        let mut end = 0;
+        for part in network.parts() {
+            assert_eq!(part.range.start, end, "{}", part.name);
+            assert_eq!(part.range.len(), part.shape.iter().product::<usize>(), "{}", part.name);
+            end = part.range.end;
+        }
+        assert_eq!(end, network.parameters());
+    }
+
+    /// Checks the gradient of every parameter against central differences, for random directions in
+    /// the outputs.
+    pub(crate) fn check_gradient(
+        network: &mut dyn Network,
+        parameters: &[f32],
+        inputs: &[f32],
+        direction: &[f32],
+    ) {
+        let mut gradient = vec![f32::NAN; network.parameters()];
+        network.forward(parameters, inputs);
+        network.backward(parameters, inputs, direction, &mut gradient);
+        let mut value = |p: &[f32]| -> f64 {
+            let outputs = network.forward(p, inputs);
+            let terms = outputs.iter().zip(direction).filter(|(_, d)| **d != 0.0);
+            terms.map(|(y, d)| f64::from(*y) * f64::from(*d)).sum()
+        };
+        let step = 2e-3f32;
+        let mut bad = 0;
+        for i in 0..parameters.len() {
+            let mut p = parameters.to_vec();
+            p[i] = parameters[i] + step;
+            let up = value(&p);
+            p[i] = parameters[i] - step;
+            let slope = (up - value(&p)) / (2.0 * f64::from(step));
+            let error = (slope - f64::from(gradient[i])).abs();
+            // A ReLU that switches within the step bends the function there.
+            if error > 5e-3 + 0.02 * slope.abs() {
+                bad += 1;
+                assert!(error < 0.3 + 0.3 * slope.abs(), "{i}: {slope} {}", gradient[i]);
+            }
+        }
+        assert!(bad * 50 <= parameters.len(), "{bad} of {} gradients differ", parameters.len());
+    }
+}

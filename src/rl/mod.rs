@@ -1,1 +1,11 @@
 //! Reinforcement learning algorithms, general over network and environment.
+//!
+//! They see vectors of numbers, numbered actions and rewards; what these mean is the caller's.
+
+pub mod dqn;
+pub mod gae;
+pub mod normalise;
+pub mod ppo;
+pub mod random;
+pub mod replay;
+pub mod schedule;

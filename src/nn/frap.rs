@@ -1,0 +1,346 @@
+//! FRAP, the network of MPLight: values of phases from the demand of their movements, by comparing
+//! phases in pairs.
+//!
+//! Its parameters depend neither on the number of movements nor on that of phases, so one network
+//! serves signals of different layout. For a movement `m` with phase bit `b` and demand `d`:
+//!
+//! ```text
+//! h_m  = relu(Linear[8 -> 16](sigmoid(Embedding[2 -> 4](b)), sigmoid(Linear[k -> 4](d))))
+//! P_a  = sum of h over the one or two movements of phase a
+//! z_ab = relu(Conv[32 -> 20](P_a, P_b))           for every ordered pair of phases a != b
+//! r_ab = relu(Conv[4 -> 20](relu(Embedding[2 -> 4](whether a and b share exactly one movement))))
+//! Q_a  = sum over b of Conv[20 -> 1](relu(Conv[20 -> 20](z_ab * r_ab)))
+//! ```
+//!
+//! A convolution over pairs is a product with one matrix: `z_ab` takes `P_a` through its upper and
+//! `P_b` through its lower half, so both halves are computed once per phase, not once per pair. The
+//! backward pass visits only phases whose value has a gradient, for Q-learning one per row.
+//!
+//! Source: Zheng et al., "Learning phase competition for traffic signal control" (CIKM 2019); Chen et
+//! al., "Toward a thousand lights" (AAAI 2020); sizes, sigmoids and embeddings as in RESCO,
+//! agents/mplight.py.
+//!
+//! Deviation: a phase with a single movement is its `h` alone; RESCO's always have two.
+
+mod backward;
+mod forward;
+mod layout;
+
+pub use layout::Layout;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use super::init::Init;
+use super::{Network, Part, linear_parts};
+
+/// Numbers of an embedding, and of a demand after its linear map.
+const EMBEDDING: usize = 4;
+/// Numbers of a movement.
+const MOVEMENT: usize = 16;
+/// Numbers of a pair of phases.
+const PAIR: usize = 20;
+
+/// Numbers in front of the demand in an input row: the layout, then the current phase.
+pub const HEAD: usize = 2;
+
+/// Where the parameters of each part begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Offsets {
+    bit: usize,
+    demand: usize,
+    movement: usize,
+    pair: usize,
+    relation: usize,
+    relation_map: usize,
+    competition: usize,
+    value: usize,
+    end: usize,
+}
+
+impl Offsets {
+    fn new(width: usize) -> Self {
+        let layer = |inputs: usize, outputs: usize| (inputs + 1) * outputs;
+        let bit = 0;
+        let demand = bit + 2 * EMBEDDING;
+        let movement = demand + layer(width, EMBEDDING);
+        let pair = movement + layer(2 * EMBEDDING, MOVEMENT);
+        let relation = pair + layer(2 * MOVEMENT, PAIR);
+        let relation_map = relation + 2 * EMBEDDING;
+        let competition = relation_map + layer(EMBEDDING, PAIR);
+        let value = competition + layer(PAIR, PAIR);
+        let end = value + layer(PAIR, 1);
+        Self { bit, demand, movement, pair, relation, relation_map, competition, value, end }
+    }
+}
+
+/// Buffers of a pass.
+#[derive(Debug, Clone, Default)]
+struct Buffers {
+    /// Per row: its layout, and where its movements and phases begin.
+    rows: Vec<(usize, usize, usize)>,
+    /// Per movement of every row: its phase bit.
+    bits: Vec<bool>,
+    /// Per movement of every row: its demand, squashed; shape `[movements, 4]`.
+    demand: Vec<f32>,
+    /// `h`, shape `[movements, 16]`.
+    movement: Vec<f32>,
+    /// `P`, shape `[phases, 16]`.
+    phase: Vec<f32>,
+    /// Both halves of the pair's convolution, shape `[phases, 20]`.
+    upper: Vec<f32>,
+    lower: Vec<f32>,
+    /// `z`, then `z * r`, then what the competition makes of it, shape `[pairs, 20]`.
+    z: Vec<f32>,
+    zr: Vec<f32>,
+    y: Vec<f32>,
+    outputs: Vec<f32>,
+    // The same for the backward pass, for the pairs that have a gradient.
+    active_zr: Vec<f32>,
+    dy: Vec<f32>,
+    dz: Vec<f32>,
+    dupper: Vec<f32>,
+    dlower: Vec<f32>,
+    dphase: Vec<f32>,
+    dmovement: Vec<f32>,
+}
+
+/// The network; its inputs are rows of layout index, current phase and demand.
+#[derive(Debug, Clone)]
+pub struct Frap {
+    layouts: Vec<Layout>,
+    /// Demand numbers per movement.
+    width: usize,
+    demand: usize,
+    actions: usize,
+    offsets: Offsets,
+    buffers: Buffers,
+}
+
+impl Frap {
+    /// Returns the network for signals of these layouts.
+    ///
+    /// # Arguments
+    ///
+    /// * `width` — demand numbers that a movement reads.
+    /// * `demand` — demand numbers per row.
+    ///
+    /// # Panics
+    ///
+    /// When a layout reads beyond `demand`.
+    pub fn new(layouts: Vec<Layout>, width: usize, demand: usize) -> Self {
+        assert!(layouts.iter().all(|l| l.demand(width) <= demand), "movements read beyond the row");
+        let actions = layouts.iter().map(|l| l.phases.len()).max().unwrap_or(0);
+        let offsets = Offsets::new(width);
+        Self { layouts, width, demand, actions, offsets, buffers: Buffers::default() }
+    }
+
+    /// Returns parameters to start from: embeddings standard normal, the rest as `init` says.
+    pub fn initial(&self, init: Init, rng: &mut ChaCha8Rng) -> Vec<f32> {
+        let mut parameters = Vec::with_capacity(self.offsets.end);
+        let embedding = |parameters: &mut Vec<f32>, rng: &mut ChaCha8Rng| {
+            parameters.extend((0..2 * EMBEDDING).map(|_| rng.sample::<f32, _>(StandardNormal)));
+        };
+        embedding(&mut parameters, rng);
+        init.layer(self.width, EMBEDDING, rng, &mut parameters);
+        init.layer(2 * EMBEDDING, MOVEMENT, rng, &mut parameters);
+        init.layer(2 * MOVEMENT, PAIR, rng, &mut parameters);
+        embedding(&mut parameters, rng);
+        init.layer(EMBEDDING, PAIR, rng, &mut parameters);
+        init.layer(PAIR, PAIR, rng, &mut parameters);
+        init.layer(PAIR, 1, rng, &mut parameters);
+        parameters
+    }
+}
+
+/// `y += scale x`.
+#[inline(always)]
+fn add_scaled(y: &mut [f32], x: &[f32], scale: f32) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += scale * x;
+    }
+}
+
+impl Network for Frap {
+    fn inputs(&self) -> usize {
+        HEAD + self.demand
+    }
+
+    /// The largest number of phases of a layout; phases that a layout does not have are worth
+    /// negative infinity.
+    fn outputs(&self) -> usize {
+        self.actions
+    }
+
+    fn parameters(&self) -> usize {
+        self.offsets.end
+    }
+
+    fn parts(&self) -> Vec<Part> {
+        let o = &self.offsets;
+        let embedding = |name: &str, offset: usize| Part {
+            name: name.to_owned(),
+            shape: vec![2, EMBEDDING],
+            range: offset..offset + 2 * EMBEDDING,
+        };
+        let mut parts = vec![embedding("phase-bit", o.bit)];
+        parts.extend(linear_parts("demand", o.demand, self.width, EMBEDDING));
+        parts.extend(linear_parts("movement", o.movement, 2 * EMBEDDING, MOVEMENT));
+        parts.extend(linear_parts("pair", o.pair, 2 * MOVEMENT, PAIR));
+        parts.push(embedding("relation", o.relation));
+        parts.extend(linear_parts("relation-map", o.relation_map, EMBEDDING, PAIR));
+        parts.extend(linear_parts("competition", o.competition, PAIR, PAIR));
+        parts.extend(linear_parts("value", o.value, PAIR, 1));
+        parts
+    }
+
+    fn forward(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32] {
+        self.movements_and_phases(parameters, inputs);
+        self.compete(parameters);
+        self.values(parameters)
+    }
+
+    fn backward(
+        &mut self,
+        parameters: &[f32],
+        inputs: &[f32],
+        output_gradient: &[f32],
+        gradient: &mut [f32],
+    ) {
+        self.differentiate(parameters, inputs, output_gradient, gradient);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::super::kernel::sigmoid;
+    use super::super::testing::{check_gradient, check_parts};
+    use super::*;
+
+    /// RESCO's eight phases of a full intersection.
+    const EIGHT: [[usize; 2]; 8] =
+        [[1, 7], [2, 8], [1, 2], [7, 8], [4, 10], [5, 11], [10, 11], [4, 5]];
+
+    fn pairs(pairs: &[[usize; 2]]) -> Vec<Vec<usize>> {
+        pairs.iter().map(|p| p.to_vec()).collect()
+    }
+
+    fn random(count: usize, seed: u64) -> Vec<f32> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
+    }
+
+    fn parameters(network: &Frap) -> Vec<f32> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        network.initial(Init::Uniform, &mut rng)
+    }
+
+    fn row(layout: usize, phase: usize, demand: &[f32]) -> Vec<f32> {
+        [&[layout as f32, phase as f32], demand].concat()
+    }
+
+    #[test]
+    fn gradients_are_those_of_finite_differences() {
+        for width in [1, 4] {
+            let three = vec![vec![1, 7], vec![7, 8], vec![9]];
+            let layouts = vec![Layout::new(&pairs(&EIGHT), width), Layout::new(&three, width)];
+            let mut network = Frap::new(layouts, width, 12 * width);
+            let parameters = parameters(&network);
+            assert_eq!(parameters.len(), network.parameters());
+            check_parts(&network);
+            let mut inputs = Vec::new();
+            for (i, (layout, phase)) in [(0, 0), (1, 2), (0, 7), (1, 0)].into_iter().enumerate() {
+                inputs.extend(row(layout, phase, &random(12 * width, i as u64)));
+            }
+            let mut direction = random(4 * 8, 9);
+            for r in [1, 3] {
+                direction[r * 8 + 3..(r + 1) * 8].fill(0.0);
+            }
+            check_gradient(&mut network, &parameters, &inputs, &direction);
+            // As in Q-learning: one phase per row.
+            let mut one = vec![0.0; 4 * 8];
+            for (r, a) in [3, 1, 0, 2].into_iter().enumerate() {
+                one[r * 8 + a] = 1.0 - r as f32;
+            }
+            check_gradient(&mut network, &parameters, &inputs, &one);
+        }
+    }
+
+    #[test]
+    fn values_are_those_of_the_definition() {
+        // Straight from the formulas of RESCO's network, without any of the shortcuts above.
+        let mut network = Frap::new(vec![Layout::new(&pairs(&EIGHT), 1)], 1, 12);
+        let p = parameters(&network);
+        let demand = random(12, 3).iter().map(|d| d * 8.0).collect::<Vec<_>>();
+        let found = network.forward(&p, &row(0, 2, &demand)).to_vec();
+        let o = network.offsets;
+        let layer = |start: usize, x: &[f32], outputs: usize| -> Vec<f32> {
+            (0..outputs)
+                .map(|j| {
+                    let weight = |i: usize| p[start + i * outputs + j];
+                    let sum: f32 = x.iter().enumerate().map(|(i, x)| x * weight(i)).sum();
+                    sum + p[start + x.len() * outputs + j]
+                })
+                .collect()
+        };
+        let relu = |x: Vec<f32>| -> Vec<f32> { x.into_iter().map(|x| x.max(0.0)).collect() };
+        let movement = |m: usize| {
+            let bit = usize::from(EIGHT[2].contains(&m));
+            let mut x: Vec<f32> = (0..4).map(|i| sigmoid(p[o.bit + 4 * bit + i])).collect();
+            x.extend(layer(o.demand, &[demand[m]], 4).into_iter().map(sigmoid));
+            relu(layer(o.movement, &x, 16))
+        };
+        let phase = |a: usize| -> Vec<f32> {
+            let (i, j) = (movement(EIGHT[a][0]), movement(EIGHT[a][1]));
+            i.iter().zip(&j).map(|(x, y)| x + y).collect()
+        };
+        for a in 0..8 {
+            let mut q = 0.0;
+            for b in (0..8).filter(|b| *b != a) {
+                let both = [phase(a), phase(b)].concat();
+                let z = relu(layer(o.pair, &both, 20));
+                let shared = EIGHT[a].iter().filter(|m| EIGHT[b].contains(m)).count();
+                let e = &p[o.relation + 4 * usize::from(shared == 1)..][..4];
+                let r = relu(layer(o.relation_map, &relu(e.to_vec()), 20));
+                let zr: Vec<f32> = z.iter().zip(&r).map(|(z, r)| z * r).collect();
+                q += layer(o.value, &relu(layer(o.competition, &zr, 20)), 1)[0];
+            }
+            assert!((q - found[a]).abs() < 1e-4, "{a}: {q} {}", found[a]);
+        }
+    }
+
+    #[test]
+    fn values_follow_a_relabelling_of_movements_and_phases() {
+        let movements = [3, 11, 0, 7, 2, 9, 5, 1, 10, 4, 8, 6];
+        let order = [4, 0, 7, 2, 6, 1, 5, 3];
+        let relabelled: Vec<Vec<usize>> =
+            order.iter().map(|a| EIGHT[*a].iter().map(|m| movements[*m]).collect()).collect();
+        let layouts = vec![Layout::new(&pairs(&EIGHT), 1), Layout::new(&relabelled, 1)];
+        let mut network = Frap::new(layouts, 1, 12);
+        let parameters = parameters(&network);
+        let demand = random(12, 8);
+        let mut other = vec![0.0; 12];
+        movements.iter().zip(&demand).for_each(|(to, d)| other[*to] = *d);
+        for (new, old) in order.into_iter().enumerate() {
+            let before = network.forward(&parameters, &row(0, old, &demand)).to_vec();
+            let after = network.forward(&parameters, &row(1, new, &other)).to_vec();
+            for (i, a) in order.iter().enumerate() {
+                assert!((after[i] - before[*a]).abs() < 1e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn phases_that_a_signal_does_not_have_are_never_the_best() {
+        let two = vec![vec![1, 7], vec![4, 10]];
+        let mut network =
+            Frap::new(vec![Layout::new(&pairs(&EIGHT), 1), Layout::new(&two, 1)], 1, 12);
+        let parameters = parameters(&network);
+        let q = network.forward(&parameters, &row(1, 0, &[0.0; 12]));
+        assert!(q[..2].iter().all(|q| q.is_finite()));
+        assert_eq!(q[2..], [f32::NEG_INFINITY; 6]);
+    }
+}

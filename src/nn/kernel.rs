@@ -1,0 +1,249 @@
+//! Loops over numbers: matrix products and element-wise work on one thread.
+//!
+//! Matrix products are `matrixmultiply`'s, through `ndarray` so that shapes are checked. Element-wise
+//! loops are compiled for several processors by `pulp`, which takes the best at run time, so that one
+//! binary runs everywhere. Nothing here allocates.
+//!
+//! All matrices are row-major slices.
+
+use ndarray::linalg::general_mat_mul;
+use ndarray::{ArrayView2, ArrayViewMut2};
+use pulp::Arch;
+
+/// Rows up to which a product with weights is done row by row: acting has one.
+const FEW_ROWS: usize = 2;
+
+/// Columns that [`few_rows`] keeps in registers.
+const BLOCK: usize = 64;
+
+/// Numbers smaller than this become zero in the moments of an optimiser: arithmetic on subnormal
+/// numbers takes the processor many times longer.
+const TINY: f32 = 1e-30;
+
+fn view(values: &[f32], rows: usize, columns: usize) -> ArrayView2<'_, f32> {
+    ArrayView2::from_shape((rows, columns), values).expect("a slice has the size of its matrix")
+}
+
+fn view_mut(values: &mut [f32], rows: usize, columns: usize) -> ArrayViewMut2<'_, f32> {
+    ArrayViewMut2::from_shape((rows, columns), values).expect("a slice has the size of its matrix")
+}
+
+/// `y = x w + bias` with `x` of shape `[rows, inner]` and `w` of shape `[inner, columns]`.
+pub(super) fn affine(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
+    let columns = bias.len();
+    let inner = w.len() / columns;
+    let rows = y.len() / columns;
+    if rows <= FEW_ROWS {
+        for (x, y) in x.chunks_exact(inner).zip(y.chunks_exact_mut(columns)) {
+            few_rows(x, w, bias, y);
+        }
+        return;
+    }
+    for row in y.chunks_exact_mut(columns) {
+        row.copy_from_slice(bias);
+    }
+    add_product(x, w, y, rows);
+}
+
+/// One row of [`affine`]; inputs of zero, half of those behind a ReLU, cost nothing.
+fn few_rows(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
+    let columns = bias.len();
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for start in (0..columns).step_by(BLOCK) {
+                let width = BLOCK.min(columns - start);
+                let mut sums = [0.0f32; BLOCK];
+                sums[..width].copy_from_slice(&bias[start..start + width]);
+                for (i, x) in x.iter().enumerate() {
+                    if *x == 0.0 {
+                        continue;
+                    }
+                    let w = &w[i * columns + start..][..width];
+                    if let Ok(w) = <&[f32; BLOCK]>::try_from(w) {
+                        for (sum, w) in sums.iter_mut().zip(w) {
+                            *sum += x * w;
+                        }
+                    } else {
+                        for (sum, w) in sums.iter_mut().zip(w) {
+                            *sum += x * w;
+                        }
+                    }
+                }
+                y[start..start + width].copy_from_slice(&sums[..width]);
+            }
+        },
+    );
+}
+
+/// `y += x w` with `y` of `rows` rows.
+pub(super) fn add_product(x: &[f32], w: &[f32], y: &mut [f32], rows: usize) {
+    let (inner, columns) = (x.len() / rows, y.len() / rows);
+    let mut y = view_mut(y, rows, columns);
+    general_mat_mul(1.0, &view(x, rows, inner), &view(w, inner, columns), 1.0, &mut y);
+}
+
+/// `gradient += x^T dy`, the gradient of weights; both have `rows` rows.
+pub(super) fn add_weight_gradient(x: &[f32], dy: &[f32], gradient: &mut [f32], rows: usize) {
+    let (inner, columns) = (x.len() / rows, dy.len() / rows);
+    let mut gradient = view_mut(gradient, inner, columns);
+    let x = view(x, rows, inner);
+    general_mat_mul(1.0, &x.t(), &view(dy, rows, columns), 1.0, &mut gradient);
+}
+
+/// `dx = scale dx + dy w^T`, the gradient of inputs.
+pub(super) fn input_gradient(dy: &[f32], w: &[f32], dx: &mut [f32], rows: usize, scale: f32) {
+    let (inner, columns) = (dx.len() / rows, dy.len() / rows);
+    let mut dx = view_mut(dx, rows, inner);
+    let w = view(w, inner, columns);
+    general_mat_mul(1.0, &view(dy, rows, columns), &w.t(), scale, &mut dx);
+}
+
+/// `gradient += column sums of dy`, the gradient of a bias.
+pub(super) fn add_bias_gradient(dy: &[f32], gradient: &mut [f32]) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for row in dy.chunks_exact(gradient.len()) {
+                for (g, d) in gradient.iter_mut().zip(row) {
+                    *g += d;
+                }
+            }
+        },
+    );
+}
+
+/// What follows a linear map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Activation {
+    /// Nothing.
+    None,
+    /// The larger of 0 and x.
+    Relu,
+}
+
+impl Activation {
+    /// Applies the activation in place.
+    pub(super) fn apply(self, y: &mut [f32]) {
+        match self {
+            Self::None => {}
+            Self::Relu => Arch::new().dispatch(
+                #[inline(always)]
+                || y.iter_mut().for_each(|y| *y = if *y > 0.0 { *y } else { 0.0 }),
+            ),
+        }
+    }
+
+    /// Turns the gradient behind the activation, whose values are `y`, into that before it.
+    pub(super) fn gradient(self, y: &[f32], dy: &mut [f32]) {
+        match self {
+            Self::None => {}
+            Self::Relu => Arch::new().dispatch(
+                #[inline(always)]
+                || dy.iter_mut().zip(y).for_each(|(d, y)| *d = if *y > 0.0 { *d } else { 0.0 }),
+            ),
+        }
+    }
+}
+
+/// Logistic function.
+#[inline(always)]
+pub(super) fn sigmoid(x: f32) -> f32 {
+    1.0 / (1.0 + (-x).exp())
+}
+
+/// Returns the sum of squares, in several accumulators so that vector units can compute it.
+pub(super) fn sum_of_squares(x: &[f32]) -> f32 {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let mut sums = [0.0f32; 32];
+            let (chunks, rest) = x.as_chunks::<32>();
+            for chunk in chunks {
+                for (sum, x) in sums.iter_mut().zip(chunk) {
+                    *sum += x * x;
+                }
+            }
+            sums.iter().sum::<f32>() + rest.iter().map(|x| x * x).sum::<f32>()
+        },
+    )
+}
+
+/// Factors of one step of Adam.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AdamStep {
+    /// Factor on the gradient, 1 unless it is clipped.
+    pub scale: f32,
+    /// Decay of the first moment.
+    pub beta1: f32,
+    /// Decay of the second moment.
+    pub beta2: f32,
+    /// Step size over the first moment's bias correction.
+    pub rate: f32,
+    /// Root of the second moment's bias correction.
+    pub correction: f32,
+    /// Added to the root of the second moment.
+    pub epsilon: f32,
+}
+
+/// One step of Adam on parameters and both moments.
+pub(super) fn adam(p: &mut [f32], g: &[f32], m: &mut [f32], v: &mut [f32], step: AdamStep) {
+    let AdamStep { scale, beta1, beta2, rate, correction, epsilon } = step;
+    let inverse = 1.0 / correction;
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (((p, g), m), v) in p.iter_mut().zip(g).zip(m).zip(v) {
+                let g = g * scale;
+                let first = beta1 * *m + (1.0 - beta1) * g;
+                let second = beta2 * *v + (1.0 - beta2) * g * g;
+                let first = if first.abs() < TINY { 0.0 } else { first };
+                let second = if second < TINY { 0.0 } else { second };
+                *m = first;
+                *v = second;
+                *p -= rate * first / (second.sqrt() * inverse + epsilon);
+            }
+        },
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_rows_and_many_rows_give_the_same_product() {
+        let (rows, inner, columns) = (5, 70, 130);
+        let x: Vec<f32> = (0..rows * inner).map(|i| ((i * 7 % 13) as f32 - 6.0).max(0.0)).collect();
+        let w: Vec<f32> = (0..inner * columns).map(|i| (i * 5 % 11) as f32 * 0.1 - 0.5).collect();
+        let bias: Vec<f32> = (0..columns).map(|i| i as f32).collect();
+        let mut many = vec![0.0; rows * columns];
+        affine(&x, &w, &bias, &mut many);
+        for row in 0..rows {
+            let mut one = vec![0.0; columns];
+            affine(&x[row * inner..][..inner], &w, &bias, &mut one);
+            for (a, b) in one.iter().zip(&many[row * columns..]) {
+                assert!((a - b).abs() < 1e-3, "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn moments_never_become_subnormal() {
+        let (mut p, mut m, mut v) = ([1.0], [1e-29], [1e-29]);
+        let step = AdamStep {
+            scale: 1.0,
+            beta1: 0.9,
+            beta2: 0.999,
+            rate: 1e-3,
+            correction: 1.0,
+            epsilon: 1e-8,
+        };
+        for _ in 0..5000 {
+            adam(&mut p, &[0.0], &mut m, &mut v, step);
+            assert!(m[0] == 0.0 || m[0].is_normal());
+            assert!(v[0] == 0.0 || v[0].is_normal());
+        }
+        assert_eq!((m[0], v[0]), (0.0, 0.0));
+    }
+}

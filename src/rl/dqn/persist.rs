@@ -1,0 +1,54 @@
+//! What a learner of action values has learned, and what it goes on from.
+
+use super::Dqn;
+use crate::nn::Network;
+use crate::nn::archive::{Archive, ArchiveError};
+
+impl<N: Network> Dqn<N> {
+    /// Network and parameters, for saving what was learned.
+    pub fn learned(&self) -> (&N, &[f32]) {
+        (&self.network, &self.parameters)
+    }
+
+    /// Takes over parameters that were learned elsewhere.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError`] when they do not fit the network.
+    pub fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        self.parameters = crate::nn::load(&self.network, prefix, archive)?;
+        Ok(())
+    }
+
+    /// Adds everything that learning goes on from to an archive.
+    pub fn save(&self, prefix: &str, archive: &mut Archive) {
+        let count = self.parameters.len();
+        archive.put_f32(format!("{prefix}parameters"), &[count], &self.parameters);
+        archive.put_f32(format!("{prefix}target"), &[count], &self.target);
+        let values = &self.target_values;
+        archive.put_f32(format!("{prefix}target-values"), &[values.len()], values);
+        archive.put(&format!("{prefix}transitions"), self.transitions);
+        self.adam.save(prefix, archive);
+        self.replay.save(prefix, archive);
+        self.draws.save(&format!("{prefix}draws"), archive);
+        self.exploration.save(&format!("{prefix}exploration"), archive);
+    }
+
+    /// Goes on from what [`Self::save`] kept, which is to be done between two episodes.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError`] when it is of another shape.
+    pub fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        let shape = [self.parameters.len()];
+        self.parameters.copy_from_slice(archive.f32(&format!("{prefix}parameters"), &shape)?);
+        self.target.copy_from_slice(archive.f32(&format!("{prefix}target"), &shape)?);
+        self.adam.restore(prefix, archive)?;
+        self.replay.restore(prefix, archive)?;
+        let values = archive.f32(&format!("{prefix}target-values"), &[self.replay.len()])?;
+        self.target_values = values.to_vec();
+        self.transitions = archive.get(&format!("{prefix}transitions"))?;
+        self.draws.restore(&format!("{prefix}draws"), archive)?;
+        self.exploration.restore(&format!("{prefix}exploration"), archive)
+    }
+}
