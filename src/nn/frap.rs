@@ -104,6 +104,8 @@ struct Buffers {
     dlower: Vec<f32>,
     dphase: Vec<f32>,
     dmovement: Vec<f32>,
+    /// A transposed matrix of weights.
+    turned: Vec<f32>,
 }
 
 /// The network; its inputs are rows of layout index, current phase and demand.
@@ -199,6 +201,10 @@ impl Network for Frap {
         self.movements_and_phases(parameters, inputs);
         self.compete(parameters);
         self.values(parameters)
+    }
+
+    fn single(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32] {
+        self.forward(parameters, inputs)
     }
 
     fn backward(

@@ -1,52 +1,37 @@
-//! Loops over numbers: matrix products and element-wise work on one thread.
+//! Loops over numbers: products of row-major matrices and element-wise work, on one thread.
 //!
-//! Matrix products are `matrixmultiply`'s, through `ndarray` so that shapes are checked. Element-wise
-//! loops are compiled for several processors by `pulp`, which takes the best at run time, so that one
+//! Loops are compiled for several processors by `pulp`, which takes the best at run time, so that one
 //! binary runs everywhere. Nothing here allocates.
 //!
 //! All matrices are row-major slices.
 
-use ndarray::linalg::general_mat_mul;
-use ndarray::{ArrayView2, ArrayViewMut2};
 use pulp::Arch;
 
-/// Rows up to which a product with weights is done row by row: acting has one.
-const FEW_ROWS: usize = 2;
+use super::product::{Matrix, multiply};
 
-/// Columns that [`few_rows`] keeps in registers.
+/// Columns that [`one_row`] keeps in registers.
 const BLOCK: usize = 64;
 
 /// Numbers smaller than this become zero in the moments of an optimiser: arithmetic on subnormal
 /// numbers takes the processor many times longer.
 const TINY: f32 = 1e-30;
 
-fn view(values: &[f32], rows: usize, columns: usize) -> ArrayView2<'_, f32> {
-    ArrayView2::from_shape((rows, columns), values).expect("a slice has the size of its matrix")
-}
-
-fn view_mut(values: &mut [f32], rows: usize, columns: usize) -> ArrayViewMut2<'_, f32> {
-    ArrayViewMut2::from_shape((rows, columns), values).expect("a slice has the size of its matrix")
-}
-
 /// `y = x w + bias` with `x` of shape `[rows, inner]` and `w` of shape `[inner, columns]`.
 pub(super) fn affine(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
     let columns = bias.len();
     let inner = w.len() / columns;
-    let rows = y.len() / columns;
-    if rows <= FEW_ROWS {
-        for (x, y) in x.chunks_exact(inner).zip(y.chunks_exact_mut(columns)) {
-            few_rows(x, w, bias, y);
-        }
+    if y.len() == columns {
+        one_row(x, w, bias, y);
         return;
     }
     for row in y.chunks_exact_mut(columns) {
         row.copy_from_slice(bias);
     }
-    add_product(x, w, y, rows);
+    multiply(Matrix { numbers: x, down: inner, across: 1 }, w, columns, y, true);
 }
 
 /// One row of [`affine`]; inputs of zero, half of those behind a ReLU, cost nothing.
-fn few_rows(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
+fn one_row(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
     let columns = bias.len();
     Arch::new().dispatch(
         #[inline(always)]
@@ -76,27 +61,35 @@ fn few_rows(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
     );
 }
 
-/// `y += x w` with `y` of `rows` rows.
-pub(super) fn add_product(x: &[f32], w: &[f32], y: &mut [f32], rows: usize) {
-    let (inner, columns) = (x.len() / rows, y.len() / rows);
-    let mut y = view_mut(y, rows, columns);
-    general_mat_mul(1.0, &view(x, rows, inner), &view(w, inner, columns), 1.0, &mut y);
+/// `y = x w`, with `y` of `columns` columns.
+pub(super) fn product(x: &[f32], w: &[f32], columns: usize, y: &mut [f32]) {
+    let inner = w.len() / columns;
+    multiply(Matrix { numbers: x, down: inner, across: 1 }, w, columns, y, false);
 }
 
 /// `gradient += x^T dy`, the gradient of weights; both have `rows` rows.
 pub(super) fn add_weight_gradient(x: &[f32], dy: &[f32], gradient: &mut [f32], rows: usize) {
     let (inner, columns) = (x.len() / rows, dy.len() / rows);
-    let mut gradient = view_mut(gradient, inner, columns);
-    let x = view(x, rows, inner);
-    general_mat_mul(1.0, &x.t(), &view(dy, rows, columns), 1.0, &mut gradient);
+    multiply(Matrix { numbers: x, down: 1, across: inner }, dy, columns, gradient, true);
 }
 
-/// `dx = scale dx + dy w^T`, the gradient of inputs.
-pub(super) fn input_gradient(dy: &[f32], w: &[f32], dx: &mut [f32], rows: usize, scale: f32) {
-    let (inner, columns) = (dx.len() / rows, dy.len() / rows);
-    let mut dx = view_mut(dx, rows, inner);
-    let w = view(w, inner, columns);
-    general_mat_mul(1.0, &view(dy, rows, columns), &w.t(), scale, &mut dx);
+/// `dx = dy w^T`, the gradient of inputs, or added when `add` is set; `turned` has room for `w`.
+pub(super) fn input_gradient(
+    dy: &[f32],
+    w: &[f32],
+    columns: usize,
+    turned: &mut [f32],
+    dx: &mut [f32],
+    add: bool,
+) {
+    let inner = w.len() / columns;
+    let turned = &mut turned[..w.len()];
+    for (i, row) in w.chunks_exact(columns).enumerate() {
+        for (o, w) in row.iter().enumerate() {
+            turned[o * inner + i] = *w;
+        }
+    }
+    multiply(Matrix { numbers: dy, down: columns, across: 1 }, turned, inner, dx, add);
 }
 
 /// `gradient += column sums of dy`, the gradient of a bias.
@@ -212,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_rows_and_many_rows_give_the_same_product() {
+    fn one_row_and_many_rows_give_the_same_product() {
         let (rows, inner, columns) = (5, 70, 130);
         let x: Vec<f32> = (0..rows * inner).map(|i| ((i * 7 % 13) as f32 - 6.0).max(0.0)).collect();
         let w: Vec<f32> = (0..inner * columns).map(|i| (i * 5 % 11) as f32 * 0.1 - 0.5).collect();

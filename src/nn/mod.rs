@@ -7,14 +7,18 @@
 
 pub mod adam;
 pub mod archive;
+mod convolution;
 pub mod frap;
 pub mod init;
 mod kernel;
+mod product;
 pub mod sequential;
+mod tile;
 
 use std::ops::Range;
 
 pub use kernel::Activation;
+pub use tile::TILE;
 
 use archive::{Archive, ArchiveError};
 
@@ -46,6 +50,9 @@ pub trait Network {
     /// Returns the outputs, shape `[rows, outputs]`, of inputs of shape `[rows, inputs]`, and keeps
     /// what [`Self::backward`] needs.
     fn forward(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32];
+
+    /// Returns the outputs of a single row, as acting needs them; there is no backward pass of it.
+    fn single(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32];
 
     /// Writes the gradient of `sum(outputs * output_gradient)` by the parameters into `gradient`.
     ///

@@ -2,21 +2,22 @@
 
 use rand_chacha::ChaCha8Rng;
 
+use super::convolution::{Image, KERNEL};
 use super::init::Init;
-use super::kernel::{Activation, add_bias_gradient, add_weight_gradient, affine, input_gradient};
+use super::kernel::{Activation, affine};
+use super::tile::{
+    TILE, bias_gradient, from_tile, input_gradient, linear, to_tile, weight_gradient,
+};
 use super::{Network, Part, linear_parts, room};
 
-/// Pixels of a 2 x 2 kernel.
-const KERNEL: usize = 4;
-
 /// What a layer does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 enum Map {
     /// All inputs to all outputs.
     Linear,
     /// A 2 x 2 kernel over an image of one channel, stride 1, no padding; outputs are ordered by
-    /// position, then channel.
-    Convolution { width: usize, positions: usize, channels: usize },
+    /// channel, then position.
+    Convolution(Image),
 }
 
 #[derive(Debug, Clone)]
@@ -27,16 +28,18 @@ struct Layer {
     activation: Activation,
     /// Where its weights, then its biases, begin in the flat vector.
     offset: usize,
+    /// Outputs of every tile of the last forward pass.
     values: Vec<f32>,
-    gradient: Vec<f32>,
+    /// Outputs of a single row.
+    single: Vec<f32>,
 }
 
 impl Layer {
     /// Inputs and outputs of the matrix of weights.
     fn shape(&self) -> (usize, usize) {
-        match self.map {
+        match &self.map {
             Map::Linear => (self.inputs, self.outputs),
-            Map::Convolution { channels, .. } => (KERNEL, channels),
+            Map::Convolution(image) => (KERNEL, image.channels),
         }
     }
 
@@ -59,14 +62,24 @@ pub struct Sequential {
     inputs: usize,
     outputs: usize,
     parameters: usize,
-    /// Patches of images, shape `[rows * positions, 4]`.
-    patches: Vec<f32>,
+    /// Inputs of every tile.
+    input: Vec<f32>,
+    output: Vec<f32>,
+    scratch: Vec<f32>,
 }
 
 impl Sequential {
     /// Returns a network without layers for rows of `inputs` numbers.
     pub fn new(inputs: usize) -> Self {
-        Self { layers: vec![], inputs, outputs: inputs, parameters: 0, patches: vec![] }
+        Self {
+            layers: vec![],
+            inputs,
+            outputs: inputs,
+            parameters: 0,
+            input: vec![],
+            output: vec![],
+            scratch: vec![],
+        }
     }
 
     /// Adds a linear map.
@@ -84,9 +97,9 @@ impl Sequential {
     pub fn convolution(self, width: usize, channels: usize, activation: Activation) -> Self {
         let height = self.inputs / width;
         assert!(self.layers.is_empty() && width >= 2 && height >= 2, "no image of 2 x 2 or more");
-        let positions = (height - 1) * (width - 1);
-        let map = Map::Convolution { width, positions, channels };
-        self.layer(map, positions * channels, activation)
+        let image = Image::new(height, width, channels);
+        let outputs = image.positions() * channels;
+        self.layer(Map::Convolution(image), outputs, activation)
     }
 
     fn layer(mut self, map: Map, outputs: usize, activation: Activation) -> Self {
@@ -97,7 +110,7 @@ impl Sequential {
             activation,
             offset: self.parameters,
             values: vec![],
-            gradient: vec![],
+            single: vec![],
         };
         self.outputs = outputs;
         self.parameters += layer.parameters();
@@ -138,28 +151,53 @@ impl Network for Sequential {
     }
 
     fn forward(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32] {
-        let rows = inputs.len() / self.inputs;
+        let count = inputs.len() / self.inputs;
+        let tiles = count.div_ceil(TILE);
+        room(&mut self.input, tiles * self.inputs * TILE);
+        for layer in &mut self.layers {
+            room(&mut layer.values, tiles * layer.outputs * TILE);
+        }
+        room(&mut self.output, count * self.outputs);
+        for (tile, rows) in inputs.chunks(TILE * self.inputs).enumerate() {
+            let input = part(&mut self.input, tile, self.inputs);
+            to_tile(rows, self.inputs, input);
+            for i in 0..self.layers.len() {
+                let (before, rest) = self.layers.split_at_mut(i);
+                let layer = &mut rest[0];
+                let x = match before.last_mut() {
+                    Some(previous) => &*part(&mut previous.values, tile, previous.outputs),
+                    None => &*part(&mut self.input, tile, self.inputs),
+                };
+                let (w, bias) = layer.split(parameters);
+                let y = part(&mut layer.values, tile, layer.outputs);
+                match &layer.map {
+                    Map::Linear => linear(x, w, bias, y),
+                    Map::Convolution(image) => image.forward(x, w, bias, y),
+                }
+                layer.activation.apply(y);
+            }
+            let last = self.layers.last_mut().expect("a network has a layer");
+            let rows = rows.len() / self.inputs;
+            let output = &mut self.output[tile * TILE * self.outputs..][..rows * self.outputs];
+            from_tile(part(&mut last.values, tile, last.outputs), self.outputs, output);
+        }
+        &self.output[..count * self.outputs]
+    }
+
+    fn single(&mut self, parameters: &[f32], inputs: &[f32]) -> &[f32] {
         for i in 0..self.layers.len() {
             let (before, rest) = self.layers.split_at_mut(i);
             let layer = &mut rest[0];
-            let x = before.last().map_or(inputs, |l| &l.values[..rows * l.outputs]);
+            let x = before.last().map_or(inputs, |l| &l.single);
             let (w, bias) = layer.split(parameters);
-            let length = rows * layer.outputs;
-            let (map, activation) = (layer.map, layer.activation);
-            let x = match map {
-                Map::Linear => x,
-                Map::Convolution { width, positions, .. } => {
-                    let patches = room(&mut self.patches, rows * positions * KERNEL);
-                    cut_patches(x, width, layer.inputs, patches);
-                    patches
-                }
-            };
-            let y = room(&mut layer.values, length);
-            affine(x, w, bias, y);
-            activation.apply(y);
+            layer.single.resize(layer.outputs, 0.0);
+            match &layer.map {
+                Map::Linear => affine(x, w, bias, &mut layer.single),
+                Map::Convolution(image) => image.single(x, w, bias, &mut layer.single),
+            }
+            layer.activation.apply(&mut layer.single);
         }
-        let last = self.layers.last().expect("a network has a layer");
-        &last.values[..rows * last.outputs]
+        &self.layers.last().expect("a network has a layer").single
     }
 
     fn backward(
@@ -169,47 +207,50 @@ impl Network for Sequential {
         output_gradient: &[f32],
         gradient: &mut [f32],
     ) {
-        gradient.fill(0.0);
-        let rows = inputs.len() / self.inputs;
-        let last = self.layers.last_mut().expect("a network has a layer");
-        room(&mut last.gradient, output_gradient.len()).copy_from_slice(output_gradient);
-        for i in (0..self.layers.len()).rev() {
-            let (before, rest) = self.layers.split_at_mut(i);
-            let layer = &mut rest[0];
-            let length = rows * layer.outputs;
-            let dy = &mut layer.gradient[..length];
-            layer.activation.gradient(&layer.values[..length], dy);
-            let (x, batch) = match (before.last(), layer.map) {
-                (_, Map::Convolution { positions, .. }) => {
-                    (&self.patches[..rows * positions * KERNEL], rows * positions)
+        let widest = self.layers.iter().map(|l| l.outputs).max().unwrap_or(0);
+        let (head, tail) = (widest * TILE, widest * TILE);
+        let scratch = room(&mut self.scratch, head + 2 * tail);
+        let (rows, scratch) = scratch.split_at_mut(head);
+        let (mut dy, mut dx) = scratch.split_at_mut(tail);
+        for tile in 0..inputs.len().div_ceil(TILE * self.inputs) {
+            let from = &output_gradient[tile * TILE * self.outputs..];
+            let from = &from[..from.len().min(TILE * self.outputs)];
+            to_tile(from, self.outputs, &mut dy[..self.outputs * TILE]);
+            for i in (0..self.layers.len()).rev() {
+                let (before, rest) = self.layers.split_at_mut(i);
+                let layer = &mut rest[0];
+                let length = layer.outputs * TILE;
+                let activation = layer.activation;
+                activation
+                    .gradient(part(&mut layer.values, tile, layer.outputs), &mut dy[..length]);
+                let (w, _) = layer.split(parameters);
+                let (dw, dbias) =
+                    gradient[layer.offset..][..layer.parameters()].split_at_mut(w.len());
+                let x = match before.last_mut() {
+                    Some(previous) => &*part(&mut previous.values, tile, previous.outputs),
+                    None => &*part(&mut self.input, tile, self.inputs),
+                };
+                match &layer.map {
+                    Map::Linear => {
+                        weight_gradient(x, &dy[..length], &mut rows[..length], dw, tile > 0);
+                        bias_gradient(&dy[..length], dbias, tile > 0);
+                    }
+                    Map::Convolution(image) => {
+                        image.backward(x, &dy[..length], dw, dbias, tile > 0)
+                    }
                 }
-                (Some(l), Map::Linear) => (&l.values[..rows * l.outputs], rows),
-                (None, Map::Linear) => (inputs, rows),
-            };
-            let dy = &layer.gradient[..length];
-            let (w, _) = layer.split(parameters);
-            let (dw, dbias) = gradient[layer.offset..][..layer.parameters()].split_at_mut(w.len());
-            add_weight_gradient(x, dy, dw, batch);
-            add_bias_gradient(dy, dbias);
-            if let Some(previous) = before.last_mut() {
-                let dx = room(&mut previous.gradient, rows * layer.inputs);
-                input_gradient(dy, w, dx, rows, 0.0);
+                if i > 0 {
+                    input_gradient(&dy[..length], w, &mut dx[..layer.inputs * TILE], false);
+                    std::mem::swap(&mut dy, &mut dx);
+                }
             }
         }
     }
 }
 
-/// Cuts images of `size` numbers and `width` columns into their 2 x 2 patches.
-fn cut_patches(images: &[f32], width: usize, size: usize, patches: &mut [f32]) {
-    let mut patches = patches.chunks_exact_mut(KERNEL);
-    for image in images.chunks_exact(size) {
-        for (upper, lower) in image.chunks_exact(width).zip(image.chunks_exact(width).skip(1)) {
-            for (up, low) in upper.windows(2).zip(lower.windows(2)) {
-                let patch = patches.next().expect("there is room for every patch");
-                patch.copy_from_slice(&[up[0], up[1], low[0], low[1]]);
-            }
-        }
-    }
+/// Returns the tile of a number out of tiles of `width` numbers per row.
+fn part(values: &mut [f32], tile: usize, width: usize) -> &mut [f32] {
+    &mut values[tile * width * TILE..][..width * TILE]
 }
 
 #[cfg(test)]
@@ -234,7 +275,7 @@ mod tests {
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
-        for rows in [1, 5] {
+        for rows in [1, 5, 70] {
             let mut network = idqn();
             let parameters = random(network.parameters(), 1);
             let inputs = random(rows * 20, 2);
@@ -259,7 +300,7 @@ mod tests {
         let inputs = random(8 * 20, 2);
         let all = network.forward(&parameters, &inputs).to_vec();
         for row in 0..8 {
-            let one = network.forward(&parameters, &inputs[row * 20..][..20]).to_vec();
+            let one = network.single(&parameters, &inputs[row * 20..][..20]).to_vec();
             for (a, b) in one.iter().zip(&all[row * 3..]) {
                 assert!((a - b).abs() < 1e-5);
             }

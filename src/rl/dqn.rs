@@ -10,6 +10,7 @@
 //! computed once and kept beside the transition.
 
 mod persist;
+mod target;
 
 use super::random::Generator;
 use super::replay::{Replay, Transition};
@@ -50,6 +51,8 @@ pub struct Dqn<N> {
     replay: Replay,
     /// Value of the state after each stored transition; NaN where the target network was not asked.
     target_values: Vec<f32>,
+    /// Place up to which the target network has been asked ahead.
+    ahead: usize,
     transitions: u64,
     draws: Generator,
     exploration: Generator,
@@ -84,6 +87,7 @@ impl<N: Network> Dqn<N> {
             replay: Replay::new(settings.buffer_size, network.inputs()),
             target: parameters.clone(),
             target_values: Vec::new(),
+            ahead: 0,
             transitions: 0,
             draws: Generator::new(seed, &label("replay")),
             exploration: Generator::new(seed, &label("exploration")),
@@ -102,7 +106,7 @@ impl<N: Network> Dqn<N> {
 
     /// Returns the values of the actions in a state.
     pub fn values(&mut self, state: &[f32]) -> &[f32] {
-        self.network.forward(&self.parameters, state)
+        self.network.single(&self.parameters, state)
     }
 
     /// Returns the action of the highest value.
@@ -125,6 +129,7 @@ impl<N: Network> Dqn<N> {
         if self.transitions.is_multiple_of(self.settings.target_network_frequency) {
             self.target.copy_from_slice(&self.parameters);
             self.target_values.fill(f32::NAN);
+            self.ahead = 0;
         }
         let place = self.replay.push(transition);
         self.target_values.resize(self.replay.len(), f32::NAN);
@@ -168,48 +173,6 @@ impl<N: Network> Dqn<N> {
         self.loss_sum += loss;
         self.losses += 1;
         self.buffers.places = places;
-    }
-
-    /// Asks the target network for what it has not been asked since its last copy.
-    fn value(&mut self, places: &[usize]) {
-        let Buffers { states, asked, .. } = &mut self.buffers;
-        states.clear();
-        asked.clear();
-        for place in places.iter().copied() {
-            let transition = self.replay.get(place);
-            if transition.terminal {
-                self.target_values[place] = 0.0;
-            } else if self.target_values[place].is_nan() {
-                asked.push(place);
-                states.extend_from_slice(transition.next);
-            }
-        }
-        if asked.is_empty() {
-            return;
-        }
-        let outputs = self.network.outputs();
-        let values = self.network.forward(&self.target, states);
-        for (place, values) in asked.iter().zip(values.chunks_exact(outputs)) {
-            self.target_values[*place] = values[best(values)];
-        }
-    }
-
-    /// Values the online network's choices by the target network.
-    fn value_doubly(&mut self, places: &[usize]) {
-        let Buffers { states, best: choices, .. } = &mut self.buffers;
-        states.clear();
-        places.iter().for_each(|p| states.extend_from_slice(self.replay.get(*p).next));
-        let outputs = self.network.outputs();
-        choices.clear();
-        let values = self.network.forward(&self.parameters, states);
-        choices.extend(values.chunks_exact(outputs).map(best));
-        let values = self.network.forward(&self.target, states);
-        for ((place, choice), values) in
-            places.iter().zip(choices.iter()).zip(values.chunks_exact(outputs))
-        {
-            let terminal = self.replay.get(*place).terminal;
-            self.target_values[*place] = if terminal { 0.0 } else { values[*choice] };
-        }
     }
 
     /// Returns the mean loss of the updates since it was last asked for; `None` without an update.

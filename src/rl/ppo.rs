@@ -125,7 +125,7 @@ impl<N: Network> Ppo<N> {
     /// Draws an action; `generator` replaces the one of training, so that evaluation leaves that as
     /// it is.
     pub fn sample(&mut self, state: &[f32], generator: Option<&mut Generator>) -> usize {
-        let outputs = self.network.forward(&self.parameters, state);
+        let outputs = self.network.single(&self.parameters, state);
         let (logits, _) = outputs.split_at(outputs.len() - 1);
         let probabilities = &mut self.buffers.probabilities;
         probabilities.resize(logits.len(), 0.0);
@@ -143,7 +143,7 @@ impl<N: Network> Ppo<N> {
 
     /// Returns the most probable action, the first of several.
     pub fn mode(&mut self, state: &[f32]) -> usize {
-        let outputs = self.network.forward(&self.parameters, state);
+        let outputs = self.network.single(&self.parameters, state);
         let logits = &outputs[..outputs.len() - 1];
         (1..logits.len()).fold(0, |best, a| if logits[a] > logits[best] { a } else { best })
     }

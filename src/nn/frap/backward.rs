@@ -65,7 +65,8 @@ impl Frap {
         add_weight_gradient(&b.active_zr[..active * PAIR], dy, dw, active);
         add_bias_gradient(dy, dbias);
         let dz = room(&mut b.dz, active * PAIR);
-        input_gradient(dy, w, dz, active, 0.0);
+        b.turned.resize(PAIR * PAIR, 0.0);
+        input_gradient(dy, w, PAIR, &mut b.turned, dz, false);
 
         let phases: usize = b.rows.iter().map(|r| self.layouts[r.0].phases.len()).sum();
         let dupper = room(&mut b.dupper, phases * PAIR);
@@ -142,8 +143,8 @@ impl Frap {
         add_bias_gradient(dupper, dbias);
         let dphase = room(&mut b.dphase, phases * MOVEMENT);
         let w = &parameters[o.pair..][..2 * half];
-        input_gradient(dupper, &w[..half], dphase, phases, 0.0);
-        input_gradient(dlower, &w[half..], dphase, phases, 1.0);
+        input_gradient(dupper, &w[..half], PAIR, &mut b.turned, dphase, false);
+        input_gradient(dlower, &w[half..], PAIR, &mut b.turned, dphase, true);
         let dmovement = room(&mut b.dmovement, movements * MOVEMENT);
         dmovement.fill(0.0);
         for (index, first, first_phase) in &b.rows {

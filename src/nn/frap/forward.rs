@@ -2,7 +2,7 @@
 
 use pulp::Arch;
 
-use super::super::kernel::{Activation, add_product, affine, sigmoid};
+use super::super::kernel::{Activation, affine, product, sigmoid};
 use super::super::room;
 use super::{EMBEDDING, Frap, HEAD, MOVEMENT, PAIR, add_scaled};
 
@@ -110,8 +110,7 @@ impl Frap {
         let upper = room(&mut b.upper, phases * PAIR);
         affine(phase, upper_w, bias, upper);
         let lower = room(&mut b.lower, phases * PAIR);
-        lower.fill(0.0);
-        add_product(phase, lower_w, lower, phases);
+        product(phase, lower_w, PAIR, lower);
 
         let z = room(&mut b.z, pairs * PAIR);
         let zr = room(&mut b.zr, pairs * PAIR);

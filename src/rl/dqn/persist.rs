@@ -28,6 +28,7 @@ impl<N: Network> Dqn<N> {
         let values = &self.target_values;
         archive.put_f32(format!("{prefix}target-values"), &[values.len()], values);
         archive.put(&format!("{prefix}transitions"), self.transitions);
+        archive.put(&format!("{prefix}ahead"), self.ahead);
         self.adam.save(prefix, archive);
         self.replay.save(prefix, archive);
         self.draws.save(&format!("{prefix}draws"), archive);
@@ -48,6 +49,7 @@ impl<N: Network> Dqn<N> {
         let values = archive.f32(&format!("{prefix}target-values"), &[self.replay.len()])?;
         self.target_values = values.to_vec();
         self.transitions = archive.get(&format!("{prefix}transitions"))?;
+        self.ahead = archive.get(&format!("{prefix}ahead"))?;
         self.draws.restore(&format!("{prefix}draws"), archive)?;
         self.exploration.restore(&format!("{prefix}exploration"), archive)
     }
