@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::check::within;
 use super::points::check_id;
 use crate::error::FamilyError;
 
@@ -117,11 +118,7 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
 
 fn check(row: &Approach) -> Result<(), String> {
     let number = |name: &str, value: f64, low: f64, high: f64| {
-        if value.is_finite() && (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(format!("{name} = {value}: expected a number from {low} to {high}"))
-        }
+        within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
     };
     check_id("intersection", &row.intersection)?;
     number("latitude", row.latitude, -90.0, 90.0)?;

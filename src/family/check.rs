@@ -1,9 +1,21 @@
-//! Checks the settings of a scenario: ranges that types cannot express.
+//! Checks ranges that types cannot express: of a scenario's settings and of tables.
 
 use super::scenario::{Detail, Scenario, SixFeatures};
 use crate::error::FamilyError;
 
-/// Checks the ranges that types cannot express.
+/// Checks that a number lies within limits, both included; NaN does not.
+///
+/// # Errors
+///
+/// What was expected, to be put behind the number's name and value.
+pub fn within(value: f64, low: f64, high: f64) -> Result<(), String> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(format!("expected a number from {low} to {high}"))
+}
+
+/// Checks the settings of a scenario.
 ///
 /// # Errors
 ///
@@ -54,20 +66,19 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         ("mplight_star", scenario.mplight_star.ranges()),
         ("mplight_star_resco", scenario.mplight_star_resco.ranges()),
     ];
-    for (method, ranges) in learners {
-        for (field, value, low, high) in ranges {
-            if !(low..=high).contains(&value) {
-                let expected = format!("expected a number from {low} to {high}");
-                return fail(&format!("{method}.{field}"), value.to_string(), &expected);
-            }
-        }
-    }
-    let bins = f.bins.to_array();
-    let bins = SixFeatures::COLUMNS.iter().zip(bins).map(|((name, _), v)| (*name, v, 1e-3, 1e6));
-    for (field, value, low, high) in ranges.into_iter().chain(bins) {
-        if !(low..=high).contains(&value) {
-            let expected = format!("expected a number from {low} to {high}");
-            return fail(field, value.to_string(), &expected);
+    let learners = learners.into_iter().flat_map(|(table, ranges)| {
+        ranges
+            .into_iter()
+            .map(move |(field, v, low, high)| (format!("{table}.{field}"), v, low, high))
+    });
+    let bins = SixFeatures::COLUMNS
+        .iter()
+        .zip(f.bins.to_array())
+        .map(|((name, _), v)| (format!("family.bins.{name}"), v, 1e-3, 1e6));
+    let ranges = ranges.into_iter().map(|(field, v, low, high)| (field.to_owned(), v, low, high));
+    for (field, value, low, high) in ranges.chain(learners).chain(bins) {
+        if let Err(expected) = within(value, low, high) {
+            return fail(&field, shortest(value), &expected);
         }
     }
     if scenario.signal.yellow_time_s >= scenario.signal.delta_time_s {
@@ -84,6 +95,12 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         return fail("family.detail", "per-approach".into(), expected);
     }
     Ok(())
+}
+
+/// Returns a number as it was written, also one that was read in single precision.
+fn shortest(value: f64) -> String {
+    let single = value as f32;
+    if f64::from(single) == value { single.to_string() } else { value.to_string() }
 }
 
 #[cfg(test)]
@@ -106,6 +123,29 @@ mod tests {
             e.to_string(),
             "t.toml: demand.horizon_s = 0: expected a number from 10 to 86400"
         );
+    }
+
+    #[test]
+    fn settings_of_learners_and_bins_are_named_in_full() {
+        let e = check(&scenario("idqn.learning_rate = 2.1"), "t.toml").unwrap_err();
+        let expected = "t.toml: idqn.learning_rate = 2.1: expected a number from 0.00000001 to 1";
+        assert_eq!(e.to_string(), expected);
+        let mut scenario = scenario("");
+        scenario.family.bins.lanes = 0.0;
+        let e = check(&scenario, "t.toml").unwrap_err();
+        let expected = "t.toml: family.bins.lanes = 0: expected a number from 0.001 to 1000000";
+        assert_eq!(e.to_string(), expected);
+    }
+
+    #[test]
+    fn a_number_that_is_none_lies_nowhere() {
+        assert!(within(f64::NAN, 0.0, 1.0).is_err());
+        assert!(within(1.0, 0.0, 1.0).is_ok());
+    }
+
+    #[test]
+    fn numbers_are_shown_as_they_were_written() {
+        assert_eq!([shortest(f64::from(2.1f32)), shortest(86_400.001)], ["2.1", "86400.001"]);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::error::NetworkError;
 use crate::family::approaches::{Approach, Intersection};
+use crate::family::check::within;
 use crate::family::features::inflow_vph;
 use crate::family::load::LoadedScenario;
 use crate::family::scenario::{Detail, FamilySettings, SixFeatures};
@@ -170,12 +171,10 @@ fn check_six(point: &str, features: &SixFeatures) -> Result<(), NetworkError> {
         ("right_turn_lanes", features.right_turn_lanes, 0.0, 6.0),
     ];
     for (name, value, low, high) in ranges {
-        if !(low..=high).contains(&value) {
-            return Err(NetworkError::Intersection {
-                point: point.to_owned(),
-                reason: format!("{name} = {value}: expected a number from {low} to {high}"),
-            });
-        }
+        within(value, low, high).map_err(|expected| NetworkError::Intersection {
+            point: point.to_owned(),
+            reason: format!("{name} = {value}: {expected}"),
+        })?;
     }
     Ok(())
 }
