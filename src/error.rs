@@ -116,6 +116,14 @@ pub enum FamilyError {
         /// The parser's message with line and column.
         message: String,
     },
+    /// A setting from the command line does not exist or has a value of a wrong type.
+    #[error("{flag}: {message}")]
+    Override {
+        /// What the user wrote.
+        flag: String,
+        /// What is wrong and what is expected.
+        message: String,
+    },
     /// A setting is out of range.
     #[error("{file}: {field} = {value}: {expected}")]
     Setting {

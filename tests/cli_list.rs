@@ -69,6 +69,36 @@ fn bad_families_are_refused_with_file_and_place() {
 }
 
 #[test]
+fn a_setting_from_the_command_line_replaces_the_file_s() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |args: &str| succeed(folder.path(), args).lines().count();
+    assert_eq!(rows("list --json"), 163);
+    assert_eq!(rows("list --json --set family.detail=per-approach"), 282);
+    let wider = rows("list --json --set family.bins.length_m=200 --set family.bins.inflow_vph=500");
+    assert!(wider < 163, "{wider}");
+}
+
+#[test]
+fn bad_settings_from_the_command_line_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = [
+        ("set_without_value", "--set demand.horizon_s"),
+        ("set_without_name", "--set =600"),
+        ("set_unknown", "--set demand.horizon=600"),
+        ("set_unknown_table", "--set dqn.learning_rate=5e-4"),
+        ("set_wrong_type", "--set demand.horizon_s=soon"),
+        ("set_out_of_range", "--set demand.horizon_s=5"),
+        ("set_out_of_another_s_range", "--set title=x --set fixed_time.max_cycle_s=15"),
+        ("set_no_such_table", "--set family.approaches=nowhere.csv"),
+    ];
+    for (name, args) in cases {
+        let output = run(folder.path(), &format!("list salt-lake-city {args}"));
+        assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
+        insta::assert_snapshot!(name, stderr(&output));
+    }
+}
+
+#[test]
 fn an_unknown_scenario_names_the_embedded_ones() {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "list atlantis");

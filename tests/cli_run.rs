@@ -169,11 +169,38 @@ fn a_sumo_scenario_is_a_point_mdp_too() {
 }
 
 #[test]
+fn settings_from_the_command_line_are_part_of_what_a_run_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = "run smoke --eval-seeds 1 --methods baseline --quiet --set demand.horizon_s=300";
+    succeed(folder.path(), &format!("{short} --episodes 7 --out out"));
+    let manifest = fs::read_to_string(folder.path().join("out/manifest.json")).unwrap();
+    let manifest: Value = serde_json::from_str(&manifest).unwrap();
+    let settings = &manifest["identity"]["settings"];
+    assert_eq!(settings["demand"]["horizon_s"], 300.0);
+    assert_eq!(settings["training"]["episodes"], 7);
+    succeed(folder.path(), &format!("{short} --set training.episodes=7 --episodes 7 --out out"));
+    let output = run(folder.path(), &format!("{short} --episodes 8 --out out"));
+    assert_eq!(output.status.code(), Some(5));
+    let expected = "settings.training.episodes is 7 there and 8 now";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+}
+
+#[test]
 fn bad_requests_are_usage_errors_and_write_nothing() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("no.sumocfg"), "<configuration/>").unwrap();
     let cases = [
         ("run smoke --methods maxpressure", "unknown method \"maxpressure\"; known are baseline"),
+        ("run smoke --episodes 0", "number would be zero for non-zero type"),
+        (
+            "run smoke --episodes 2000000",
+            "--episodes 2000000: training.episodes = 2000000: expected",
+        ),
+        (
+            "run smoke --episodes 20 --set training.episodes=30",
+            "--episodes 20: --set says training.episodes=30; give one of the two",
+        ),
+        ("run smoke --set idqn.learning_rat=1", "--set idqn.learning_rat=1: unknown setting"),
         ("run smoke --budget 0", "budget 0: the family has 2 point MDPs"),
         ("run smoke --budget 3", "budget 3: the family has 2 point MDPs"),
         ("run smoke --budget some", "expected a whole number or `all`"),

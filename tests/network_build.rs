@@ -113,7 +113,7 @@ fn salt_lake_city(detail: &str) -> LoadedScenario {
     let (_, text) = load::EMBEDDED[0];
     let text = text.replace("detail = \"six-features\"", &format!("detail = \"{detail}\""));
     let table = include_str!("../data/salt-lake-city/approaches.csv");
-    load::from_text(&text, "t.toml", &|_| Ok(table.to_owned())).unwrap()
+    load::from_text(&text, "t.toml", &[], &|_| Ok(table.to_owned())).unwrap()
 }
 
 #[test]

@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::BuildNetworksArgs;
 use super::output::{Progress, line};
 use crate::exit;
-use crate::family::load::{LoadedScenario, load};
+use crate::family::load::{LoadedScenario, load_with};
 use crate::network::build::{BuildSummary, build_all};
 use crate::network::intersection::{IntersectionSpec, intersections};
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
-    let loaded = load(&args.scenario.scenario)?;
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&loaded));
     if let Some(jobs) = args.jobs {
         rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global()?;

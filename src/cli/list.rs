@@ -9,7 +9,7 @@ use super::output::line;
 use crate::exit;
 use crate::family::MdpFamily;
 use crate::family::features::six_features;
-use crate::family::load::{LoadedScenario, load};
+use crate::family::load::{LoadedScenario, load_with};
 
 /// Mean and standard deviation of each feature in the paper's table.
 ///
@@ -25,7 +25,7 @@ const PAPER: [(&str, &str); 6] = [
 ];
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
-    let loaded = load(&args.scenario.scenario)?;
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
     if args.json {
         for text in json_lines(&loaded.family) {
             line(text)?;
@@ -146,6 +146,7 @@ fn raw_moments(loaded: &LoadedScenario) -> Option<[(f64, f64); 6]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::family::load::load;
 
     #[test]
     fn a_json_line_has_the_features_by_name() {

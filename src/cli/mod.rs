@@ -16,6 +16,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand};
 
 use crate::exit;
+use crate::family::overrides::Override;
 use crate::sample::Sampling;
 
 /// Evaluate traffic signal controllers over the whole family of a city's intersections
@@ -66,6 +67,9 @@ pub struct ScenarioArg {
     /// Path of a scenario, or the name of an embedded one: `salt-lake-city`, `smoke`
     #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
     pub scenario: String,
+    /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
 }
 
 /// `tsc-family list`.
@@ -74,6 +78,7 @@ pub struct ScenarioArg {
 Examples:
   tsc-family list
   tsc-family list --features
+  tsc-family list --set family.detail=per-approach
   tsc-family list my-city.toml --json | head")]
 pub struct ListArgs {
     /// The scenario
@@ -122,6 +127,7 @@ Examples:
   tsc-family run --budget 20 --out results/slc
   tsc-family run --budget all --eval-seeds 10 --out results/all
   tsc-family run smoke --methods max-pressure,actuated --out results/smoke
+  tsc-family run smoke --episodes 20 --set signal.delta_time_s=5 --out results/short
   tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
   tsc-family run --budget 80 --dry-run")]
 pub struct RunArgs {
@@ -148,6 +154,10 @@ pub struct RunArgs {
     /// Seed from which all others are derived
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
+    /// Training episodes of every learner; short for `--set training.episodes=N` [default: the
+    /// scenario's]
+    #[arg(long, value_name = "N")]
+    pub episodes: Option<NonZeroU32>,
     /// Evaluation episodes per task, the same for all methods
     #[arg(long, value_name = "K", default_value = "5")]
     pub eval_seeds: NonZeroU32,

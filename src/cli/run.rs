@@ -13,11 +13,12 @@ use serde_json::{Value, json};
 use super::RunArgs;
 use super::build_networks::{build, default_folder};
 use super::output::{Progress, line, note};
-use crate::error::{FileError, SimError};
+use crate::error::{FamilyError, FileError, SimError};
 use crate::eval::plan::{Draft, Request, complete, draft, establish};
 use crate::eval::pool::{Event, Pool};
 use crate::exit;
-use crate::family::load::load;
+use crate::family::load::{LoadedScenario, load_with};
+use crate::family::overrides::Override;
 use crate::network::index::Index;
 use crate::network::intersection::intersections;
 use crate::report::data::{JsonRow, ReportData};
@@ -32,7 +33,7 @@ use super::estimate::{episodes, estimate};
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let request = Request {
-        scenario: load(&args.scenario.scenario)?,
+        scenario: scenario(args)?,
         sumocfgs: args.sumocfg.clone(),
         budget: args.budget.0,
         sampling: args.sampling,
@@ -72,6 +73,21 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let manifest = establish(&layout, manifest, &tasks)?;
     clean(&layout, args.retry_failed)?;
     work(args, &request, &layout, &manifest, &networks, jobs)
+}
+
+/// Loads the scenario with the settings of `--episodes` and `--set`.
+fn scenario(args: &RunArgs) -> Result<LoadedScenario, FamilyError> {
+    let episodes = args.episodes.map(|n| Override::episodes(n.get()));
+    let settings: Vec<Override> = episodes.iter().chain(&args.scenario.set).cloned().collect();
+    let loaded = load_with(&args.scenario.scenario, &settings)?;
+    let trained = loaded.scenario.training.episodes;
+    match episodes {
+        Some(flag) if args.episodes.is_some_and(|n| n.get() != trained) => {
+            let message = format!("--set says training.episodes={trained}; give one of the two");
+            Err(FamilyError::Override { flag: flag.flag().to_owned(), message })
+        }
+        _ => Ok(loaded),
+    }
 }
 
 /// Does the tasks that are missing, then reports.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::approaches::{self, Intersection};
 use super::check::check;
 use super::features::{group, point_id, six_features};
+use super::overrides::Override;
 use super::points;
 use super::scenario::{Detail, Scenario, SixFeatures};
 use super::{Feature, MdpFamily, PointMdp};
@@ -48,12 +49,24 @@ pub struct LoadedScenario {
 ///
 /// [`FamilyError`] naming the file and the place.
 pub fn load(name: &str) -> Result<LoadedScenario, FamilyError> {
+    load_with(name, &[])
+}
+
+/// Loads a scenario by path or embedded name, with some settings replaced; the last of several
+/// values of one setting counts.
+///
+/// # Errors
+///
+/// [`FamilyError`] naming the file and the place, or what replaces a setting.
+pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, FamilyError> {
     if let Some((_, text)) = EMBEDDED.iter().find(|(n, _)| *n == name) {
         let file = format!("{name}.toml (embedded)");
-        return from_text(text, &file, &|table| {
-            let embedded = EMBEDDED_TABLES.iter().find(|(path, _)| *path == table);
-            Ok(embedded.expect("embedded scenarios name embedded tables").1.to_owned())
-        });
+        let table = |table: &str| match EMBEDDED_TABLES.iter().find(|(path, _)| *path == table) {
+            Some((_, text)) => Ok((*text).to_owned()),
+            // Only a table from the command line is not embedded.
+            None => read_text(Path::new(table)),
+        };
+        return from_text(text, &file, overrides, &table);
     }
     let path = Path::new(name);
     if !path.exists() {
@@ -66,7 +79,8 @@ pub fn load(name: &str) -> Result<LoadedScenario, FamilyError> {
     let path = if path.is_dir() { path.join("scenario.toml") } else { path.to_path_buf() };
     let text = read_text(&path)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    from_text(&text, &path.display().to_string(), &|table| read_text(&folder.join(table)))
+    let table = |table: &str| read_text(&folder.join(table));
+    from_text(&text, &path.display().to_string(), overrides, &table)
 }
 
 fn read_text(path: &Path) -> Result<String, FamilyError> {
@@ -81,7 +95,8 @@ fn read_text(path: &Path) -> Result<String, FamilyError> {
     })
 }
 
-/// Parses a scenario and derives its family; `table` resolves a table's path to its text.
+/// Parses a scenario, replaces settings and derives the family; `table` resolves a table's path to
+/// its text.
 ///
 /// # Errors
 ///
@@ -89,12 +104,18 @@ fn read_text(path: &Path) -> Result<String, FamilyError> {
 pub fn from_text(
     text: &str,
     file: &str,
+    overrides: &[Override],
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
 ) -> Result<LoadedScenario, FamilyError> {
-    let scenario: Scenario = toml::from_str(text).map_err(|e| FamilyError::Toml {
+    let mut scenario: Scenario = toml::from_str(text).map_err(|e| FamilyError::Toml {
         file: file.to_owned(),
         message: e.to_string().trim_end().to_owned(),
     })?;
+    for setting in overrides {
+        scenario = setting.apply(&scenario)?;
+    }
+    let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
+    let file = &if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") };
     check(&scenario, file)?;
     let text = text.to_owned();
     match (&scenario.family.approaches, &scenario.family.points) {
@@ -126,7 +147,10 @@ fn unreadable(error: FamilyError, file: &str, field: &str, path: &str) -> Family
             file: file.to_owned(),
             field: field.to_owned(),
             value: format!("{path:?}"),
-            expected: format!("{e}; the path is relative to the scenario file"),
+            expected: format!(
+                "{e}; the path is relative to the scenario file, of an embedded \
+                               scenario to the current folder"
+            ),
         },
         other => other,
     }
@@ -212,21 +236,22 @@ mod tests {
     #[test]
     fn per_approach_detail_keeps_every_intersection() {
         let text = EMBEDDED[0].1.replace("six-features", "per-approach");
-        let loaded = from_text(&text, "t.toml", &|_| Ok(EMBEDDED_TABLES[0].1.to_owned())).unwrap();
+        let loaded =
+            from_text(&text, "t.toml", &[], &|_| Ok(EMBEDDED_TABLES[0].1.to_owned())).unwrap();
         assert_eq!(loaded.family.points.len(), 282);
     }
 
     #[test]
     fn an_unknown_field_is_refused_with_its_name() {
         let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\nspeeed = 3\n";
-        let e = from_text(text, "t.toml", &|_| unreachable!()).unwrap_err().to_string();
+        let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
         assert!(e.contains("t.toml") && e.contains("speeed"), "{e}");
     }
 
     #[test]
     fn both_tables_at_once_are_refused() {
         let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\napproaches = \"a.csv\"\n";
-        let e = from_text(text, "t.toml", &|_| unreachable!()).unwrap_err().to_string();
+        let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
         assert!(e.contains("exactly one"), "{e}");
     }
 }

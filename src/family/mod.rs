@@ -7,6 +7,7 @@ pub mod approaches;
 pub mod check;
 pub mod features;
 pub mod load;
+pub mod overrides;
 pub mod points;
 pub mod scenario;
 
