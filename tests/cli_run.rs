@@ -186,6 +186,29 @@ fn settings_from_the_command_line_are_part_of_what_a_run_is() {
 }
 
 #[test]
+fn replicates_are_trainings_of_their_own_and_the_score_is_their_mean() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = "run smoke --eval-seeds 1 --methods fixed-time,max-pressure --replicates 2 \
+                 --set demand.horizon_s=300 --set fixed_time.simulations=3 --out out";
+    let text = succeed(folder.path(), &format!("{short} --json"));
+    let scores = fs::read_to_string(folder.path().join("out/report/scores.csv")).unwrap();
+    let rows: Vec<Vec<&str>> =
+        scores.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 2 * (1 + 2 + 1));
+    let tuned: Vec<_> = rows.iter().filter(|row| row[0] == "fixed-time").collect();
+    assert!(tuned.iter().any(|row| row[3] == "1"));
+    let mean: f64 = tuned
+        .iter()
+        .map(|row| row[2].parse::<f64>().unwrap() * row[6].parse::<f64>().unwrap() / 2.0)
+        .sum();
+    let line = text.lines().find(|l| l.contains("\"event\":\"method\"") && l.contains("fixed"));
+    let line: Value = serde_json::from_str(line.unwrap()).unwrap();
+    assert!((line["overall"].as_f64().unwrap() - mean).abs() < 1e-9, "{line} {mean}");
+    let page = fs::read_to_string(folder.path().join("out/report/index.html")).unwrap();
+    assert!(page.contains("and so are the 2 independent trainings of fixed-time"));
+}
+
+#[test]
 fn bad_requests_are_usage_errors_and_write_nothing() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("no.sumocfg"), "<configuration/>").unwrap();

@@ -52,6 +52,7 @@ fn manifest(methods: &[&str]) -> Manifest {
             baseline: methods[0].to_owned(),
             objective: "delay_s".into(),
             replicates: 1,
+            replicated: vec![],
             base_seed: 0,
             evaluation_seeds: SEEDS.to_vec(),
         },

@@ -158,6 +158,9 @@ pub struct RunArgs {
     /// scenario's]
     #[arg(long, value_name = "N")]
     pub episodes: Option<NonZeroU32>,
+    /// Independent trainings on every point MDP, for methods that tune or learn
+    #[arg(long, value_name = "R", default_value = "1")]
+    pub replicates: NonZeroU32,
     /// Evaluation episodes per task, the same for all methods
     #[arg(long, value_name = "K", default_value = "5")]
     pub eval_seeds: NonZeroU32,

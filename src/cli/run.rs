@@ -40,9 +40,12 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         methods: args.methods.clone(),
         base_seed: args.seed,
         evaluation_seeds: args.eval_seeds.get(),
-        replicates: 1,
+        replicates: args.replicates.get(),
     };
     let draft = draft(&request)?;
+    if !args.quiet && request.replicates > 1 && draft.replicated.is_empty() {
+        note("--replicates has no effect: none of the methods tunes or learns");
+    }
     let jobs = args.jobs.or_else(|| available_parallelism().ok()).map_or(1, |j| j.get());
     if args.dry_run {
         if args.json {

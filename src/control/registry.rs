@@ -52,6 +52,17 @@ pub struct ControlSettings {
     pub mplight_star_resco: mplight_star::Config,
 }
 
+/// What a method does before it is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Training {
+    /// Nothing: its record follows from the evaluation seeds alone, so one task is enough.
+    None,
+    /// It searches for settings in simulation; another task seed may find others.
+    Tuned,
+    /// It learns; another task seed learns something else.
+    Learned,
+}
+
 /// A method as `tsc-family run --methods` knows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Method {
@@ -59,6 +70,8 @@ pub struct Method {
     pub name: &'static str,
     /// One sentence for people.
     pub summary: &'static str,
+    /// What it does before it is evaluated; all but [`Training::None`] is replicated.
+    pub training: Training,
     /// Whether it runs when `--methods` is not given.
     pub default: bool,
 }
@@ -68,19 +81,27 @@ pub const METHODS: [Method; 10] = [
     Method {
         name: Baseline::NAME,
         summary: "untuned fixed time, the denominator of every score",
+        training: Training::None,
         default: true,
     },
     Method {
         name: FixedTime::NAME,
         summary: "fixed time, tuned per point MDP in simulation",
+        training: Training::Tuned,
         default: true,
     },
     Method {
         name: MaxPressure::NAME,
         summary: "the phase with the most queued vehicles, every 10 s",
+        training: Training::None,
         default: true,
     },
-    Method { name: Actuated::NAME, summary: "SUMO's gap-based actuated control", default: true },
+    Method {
+        name: Actuated::NAME,
+        summary: "SUMO's gap-based actuated control",
+        training: Training::None,
+        default: true,
+    },
     Method {
         name: Idqn::NAME,
         summary: "deep Q-learning on lanes, a learner per signal (RESCO)",
@@ -109,9 +130,15 @@ pub const METHODS: [Method; 10] = [
     Method {
         name: Program::NAME,
         summary: "the network's own signal program, untouched",
+        training: Training::None,
         default: false,
     },
 ];
+
+/// Returns what a method does before it is evaluated; nothing for a name that no method has.
+pub fn training(name: &str) -> Training {
+    METHODS.iter().find(|m| m.name == name).map_or(Training::None, |m| m.training)
+}
 
 /// Returns a controller by name; `seed` is for everything random in it.
 ///

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::control::baseline::Baseline;
-use crate::control::registry::{ControlSettings, create};
+use crate::control::registry::{ControlSettings, Training, create, training};
 use crate::env::world::{SumoConfig, World};
 use crate::error::{EvalError, SimError, StoreError};
 use crate::family::load::LoadedScenario;
@@ -40,7 +40,7 @@ pub struct Request {
     pub base_seed: u64,
     /// Number of evaluation episodes.
     pub evaluation_seeds: u32,
-    /// Independent trainings.
+    /// Independent trainings of the methods that tune or learn.
     pub replicates: u32,
 }
 
@@ -55,6 +55,8 @@ pub struct Draft {
     pub sample: SamplePlan,
     /// Methods, the baseline first.
     pub methods: Vec<String>,
+    /// Those of them that have more than one task per point MDP.
+    pub replicated: Vec<String>,
 }
 
 /// Chooses point MDPs and methods.
@@ -81,7 +83,9 @@ pub fn draft(request: &Request) -> Result<Draft, EvalError> {
     let budget = request.budget.unwrap_or(size);
     let sampling = if request.budget.is_none() { Sampling::All } else { request.sampling };
     let sample = choose(&family, sampling, budget, request.base_seed)?;
-    Ok(Draft { family, imported, sample, methods })
+    let repeats = |m: &&String| request.replicates > 1 && training(m) != Training::None;
+    let replicated = methods.iter().filter(repeats).cloned().collect();
+    Ok(Draft { family, imported, sample, methods, replicated })
 }
 
 fn imported_family(
@@ -194,7 +198,8 @@ pub fn complete(
         methods: draft.methods.clone(),
         baseline: Baseline::NAME.to_owned(),
         objective: OBJECTIVE.to_owned(),
-        replicates: request.replicates,
+        replicates: if draft.replicated.is_empty() { 1 } else { request.replicates },
+        replicated: draft.replicated.clone(),
         base_seed: request.base_seed,
         evaluation_seeds: (0..request.evaluation_seeds)
             .map(|k| seed::evaluation(request.base_seed, k))
@@ -277,8 +282,11 @@ mod tests {
     }
 
     fn planned(methods: &[&str]) -> (Manifest, Vec<Task>) {
-        let request = request(methods, None);
-        let draft = draft(&request).unwrap();
+        completed(&request(methods, None))
+    }
+
+    fn completed(request: &Request) -> (Manifest, Vec<Task>) {
+        let draft = draft(request).unwrap();
         let provenance = Provenance {
             command: String::new(),
             git: String::new(),
@@ -287,7 +295,7 @@ mod tests {
             started: String::new(),
             networks: String::new(),
         };
-        complete(&request, &draft, &BTreeMap::new(), "mock".into(), provenance).unwrap()
+        complete(request, &draft, &BTreeMap::new(), "mock".into(), provenance).unwrap()
     }
 
     #[test]
@@ -325,6 +333,35 @@ mod tests {
             of(&planned(&["max-pressure"]).1),
             of(&planned(&["actuated", "max-pressure"]).1)
         );
+    }
+
+    #[test]
+    fn only_methods_that_tune_or_learn_are_replicated() {
+        let mut request = request(&["fixed-time", "max-pressure", "actuated", "program"], None);
+        request.replicates = 3;
+        let (manifest, tasks) = completed(&request);
+        assert_eq!(manifest.identity.replicated, ["fixed-time"]);
+        assert_eq!(tasks.len(), 2 * (4 + 3));
+        let seeds: BTreeSet<u64> =
+            tasks.iter().filter(|t| t.method == "fixed-time").map(|t| t.seed).collect();
+        assert_eq!(seeds.len(), 2 * 3);
+    }
+
+    #[test]
+    fn a_run_without_anything_to_replicate_is_the_same_whatever_the_replicates() {
+        let mut request = request(&["max-pressure"], None);
+        let once = completed(&request);
+        request.replicates = 3;
+        assert_eq!(completed(&request), once);
+    }
+
+    #[test]
+    fn a_manifest_from_before_replicates_is_read_with_one_task_per_method() {
+        let (manifest, tasks) = planned(&["fixed-time"]);
+        let json = serde_json::to_value(&manifest).unwrap();
+        assert_eq!(json["identity"].get("replicated"), None);
+        let read: Manifest = serde_json::from_value(json).unwrap();
+        assert_eq!((read.identity.tasks(), read.sha256()), (tasks, manifest.sha256()));
     }
 
     #[test]

@@ -202,7 +202,7 @@ fn summarise_method(
     let finished: Vec<(&PointSummary, &PointResult)> =
         points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
     let scored: Vec<_> = finished.iter().filter(|(_, r)| r.score.is_some()).copied().collect();
-    let estimate = estimate(manifest, &scored);
+    let estimate = estimate(manifest, index, &scored);
     let tasks = || rows.iter().filter(|r| r.method == method);
     let worst = scored
         .iter()
@@ -227,7 +227,11 @@ fn summarise_method(
 }
 
 /// Resamples with the same generator for every method, so that differences are paired.
-fn estimate(manifest: &Manifest, scored: &[(&PointSummary, &PointResult)]) -> Option<Bootstrap> {
+fn estimate(
+    manifest: &Manifest,
+    index: usize,
+    scored: &[(&PointSummary, &PointResult)],
+) -> Option<Bootstrap> {
     let identity = &manifest.identity;
     let objectives: Vec<_> = scored.iter().filter_map(|(_, r)| r.objectives.clone()).collect();
     let design = match identity.sample.sampling {
@@ -237,7 +241,7 @@ fn estimate(manifest: &Manifest, scored: &[(&PointSummary, &PointResult)]) -> Op
         }
     };
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
-    bootstrap(&objectives, design, &mut rng).ok()
+    bootstrap(&objectives, design, &mut rng, index as u64).ok()
 }
 
 /// Returns the weighted means of every metric that all point MDPs have.

@@ -77,6 +77,7 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         family_size => identity.sample.family_size,
         seeds => identity.evaluation_seeds.len(),
         replicates => identity.replicates,
+        replicated => identity.replicated.join(", "),
         resamples => RESAMPLES,
         provenance => provenance(data),
         settings => serde_json::to_string_pretty(&identity.settings)

@@ -7,7 +7,7 @@
 //! 1. **Seeds.** Within every point MDP the evaluation seeds are drawn anew, the same draw for
 //!    method, replicates and baseline, because they met the same vehicles.
 //! 2. **Replicates.** Where a method was trained more than once on a point MDP, its replicates are
-//!    drawn anew, independently of the seeds.
+//!    drawn anew, independently of the seeds and of other methods' replicates.
 //! 3. **Point MDPs.** When they are a sample of the family, the draws are drawn anew with their
 //!    weights. With `W` the estimate after steps 1 and 2 and `B` the one after step 3, the resample
 //!    is `W + c (B - W)`, where `c = sqrt(1 - n / M)` is the finite population correction for `n`
@@ -133,9 +133,11 @@ impl Bootstrap {
 ///
 /// * `points` — the evaluated point MDPs; their weights need not sum to 1, so that an estimate
 ///   without the missing ones is over those that are there.
-/// * `rng` — the only source of randomness. Two calls with equally seeded generators, the same
-///   point MDPs and the same seeds draw the same points and seeds, which [`Bootstrap::difference`]
-///   relies on.
+/// * `rng` — the source of randomness. Two calls with equally seeded generators, the same point
+///   MDPs and the same seeds draw the same points and seeds, which [`Bootstrap::difference`] relies
+///   on.
+/// * `trainings` — tells methods apart: the same generator draws other replicates for another
+///   number, because the trainings of two methods have nothing in common.
 ///
 /// # Errors
 ///
@@ -144,6 +146,7 @@ pub fn bootstrap(
     points: &[PointObjectives],
     design: Design,
     rng: &mut ChaCha8Rng,
+    trainings: u64,
 ) -> Result<Bootstrap, StatsError> {
     let scores = points.iter().map(PointObjectives::score).collect::<Result<Vec<_>, _>>()?;
     let weights = || points.iter().map(|p| p.weight);
@@ -157,7 +160,7 @@ pub fn bootstrap(
         return Ok(Bootstrap { estimate, resamples: Vec::new() });
     }
     // Methods differ in their replicates but not in their seeds, so these have their own source.
-    let mut replicates = ChaCha8Rng::seed_from_u64(rng.next_u64());
+    let mut replicates = ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings));
     let resamples = (0..RESAMPLES)
         .map(|_| {
             let chosen = if between > 0.0 { draw(draws.len(), rng) } else { Vec::new() };
@@ -203,6 +206,14 @@ fn draw(n: usize, rng: &mut impl Rng) -> Vec<usize> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn bootstrap(
+        points: &[PointObjectives],
+        design: Design,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Bootstrap, StatsError> {
+        super::bootstrap(points, design, rng, 0)
+    }
 
     fn rng(seed: u64) -> ChaCha8Rng {
         ChaCha8Rng::seed_from_u64(seed)

@@ -86,8 +86,12 @@ pub struct Identity {
     pub baseline: String,
     /// Name of the metric that scores compare; lower is better.
     pub objective: String,
-    /// Independent trainings per method and point MDP.
+    /// Independent trainings per replicated method and point MDP.
     pub replicates: u32,
+    /// Methods that have `replicates` tasks per point MDP; the others, which would only repeat
+    /// themselves, have one. Empty when `replicates` is 1.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub replicated: Vec<String>,
     /// Seed from which all others are derived.
     pub base_seed: u64,
     /// Seeds of the evaluation episodes, shared by all methods.
@@ -201,13 +205,18 @@ fn shorten(value: &serde_json::Value) -> String {
 }
 
 impl Identity {
+    /// Returns how many tasks a method has per point MDP.
+    pub fn replicates_of(&self, method: &str) -> u32 {
+        if self.replicated.iter().any(|m| m == method) { self.replicates } else { 1 }
+    }
+
     /// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
     /// point MDPs.
     pub fn tasks(&self) -> Vec<Task> {
         let mut tasks = Vec::new();
         for point in &self.points {
             for method in &self.methods {
-                for replicate in 0..self.replicates {
+                for replicate in 0..self.replicates_of(method) {
                     tasks.push(Task {
                         task: tasks.len(),
                         method: method.clone(),
