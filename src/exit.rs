@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::io::ErrorKind;
 
+use crate::control::ControlError;
 use crate::error::{EvalError, FamilyError, FileError, NetworkError, SimError, StoreError};
 use crate::report::ReportError;
 
@@ -53,7 +54,8 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             EvalError::Network(e) => network(e),
             EvalError::Sim(e) => sim(e),
             EvalError::Store(e) => store(e),
-            EvalError::Control(_) | EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
+            EvalError::Control(e) => control(e),
+            EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
             EvalError::NoTask { .. } | EvalError::Altered { .. } => USAGE,
             EvalError::Stopped { no_sumo: true, .. } => NO_SUMO,
             EvalError::Stopped { .. } => UNEXPECTED,
@@ -95,6 +97,15 @@ fn network(error: &NetworkError) -> u8 {
         | NetworkError::Altered { .. }
         | NetworkError::Index { .. } => USAGE,
         _ => UNEXPECTED,
+    }
+}
+
+/// A training episode fails for reasons of the simulation, not of the method.
+fn control(error: &ControlError) -> u8 {
+    match error {
+        ControlError::Episode(_) => UNEXPECTED,
+        ControlError::Checkpoint(e) => file(e),
+        _ => USAGE,
     }
 }
 
@@ -144,6 +155,12 @@ mod tests {
     fn the_code_of_a_wrapped_error_is_its_cause_s() {
         let e = ReportError::Store(StoreError::NotResults("x".into()));
         assert_eq!(code(&e), USAGE);
+    }
+
+    #[test]
+    fn a_simulation_that_fails_in_training_is_no_wrong_usage() {
+        let e = ControlError::Episode(Box::new(SimError::NotRunning));
+        assert_eq!(code(&EvalError::Control(e)), UNEXPECTED);
     }
 
     #[test]

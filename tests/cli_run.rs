@@ -294,6 +294,19 @@ fn a_dry_run_lists_the_plan_and_writes_nothing() {
 }
 
 #[test]
+fn what_has_no_effect_is_said_on_standard_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let dry = "run smoke --dry-run --methods max-pressure --sampling k-means --replicates 2";
+    insta::assert_snapshot!(stderr(&run(folder.path(), dry)), @r"
+    --sampling has no effect: without a --budget, every point MDP is evaluated
+    --replicates has no effect: none of the methods tunes or learns
+    ");
+    assert_eq!(stderr(&run(folder.path(), &format!("{dry} --quiet"))), "");
+    let chosen = "run smoke --dry-run --sampling k-means --budget 1";
+    assert_eq!(stderr(&run(folder.path(), chosen)), "");
+}
+
+#[test]
 fn doctor_finds_nothing_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let text = succeed(folder.path(), "doctor --json");

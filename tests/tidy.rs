@@ -32,7 +32,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
     ),
     ("report", &["store", "stats", "sample", "seed"]),
     ("error", &["control", "env", "sample"]),
-    ("exit", &["report"]),
+    ("exit", &["control", "report"]),
     (
         "cli",
         &[

@@ -140,9 +140,9 @@ pub struct RunArgs {
     /// Number of point MDPs to evaluate, or `all`
     #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
     pub budget: Budget,
-    /// How the point MDPs are chosen
-    #[arg(long, value_enum, default_value_t = Sampling::KMeans)]
-    pub sampling: Sampling,
+    /// How the point MDPs of a budget are chosen [default: k-means]
+    #[arg(long, value_enum)]
+    pub sampling: Option<Sampling>,
     /// Methods, separated by commas; `baseline` always runs
     #[arg(
         long,

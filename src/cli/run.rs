@@ -23,6 +23,7 @@ use crate::network::index::Index;
 use crate::network::intersection::intersections;
 use crate::report::data::{JsonRow, ReportData};
 use crate::report::{self, text};
+use crate::sample::Sampling;
 use crate::store::Layout;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{Manifest, Provenance, Task};
@@ -36,13 +37,16 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         scenario: scenario(args)?,
         sumocfgs: args.sumocfg.clone(),
         budget: args.budget.0,
-        sampling: args.sampling,
+        sampling: args.sampling.unwrap_or(Sampling::KMeans),
         methods: args.methods.clone(),
         base_seed: args.seed,
         evaluation_seeds: args.eval_seeds.get(),
         replicates: args.replicates.get(),
     };
     let draft = draft(&request)?;
+    if !args.quiet && request.budget.is_none() && args.sampling.is_some() {
+        note("--sampling has no effect: without a --budget, every point MDP is evaluated");
+    }
     if !args.quiet && request.replicates > 1 && draft.replicated.is_empty() {
         note("--replicates has no effect: none of the methods tunes or learns");
     }

@@ -3,7 +3,8 @@
 //! A worker is this program's hidden subcommand `worker DIR --task K`. It reads the plan and
 //! commits one record; nothing else passes between the two but progress lines on its standard
 //! output. Its standard error, where SUMO gives its reasons, goes to a log that is quoted when the
-//! worker fails. A failed task is tried once more, then recorded as failed; the run goes on.
+//! worker fails. A failed task is tried once more, unless its input is at fault, then recorded as
+//! failed; the run goes on.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
@@ -149,15 +150,17 @@ impl Pool {
                 return Err(EvalError::Stopped { reason, no_sumo: code == exit::NO_SUMO });
             }
             let reason = reason(&status, &log);
-            if attempt < ATTEMPTS {
+            // What is wrong with the input is still wrong at the next attempt.
+            if attempt < ATTEMPTS && code != Some(exit::USAGE) {
                 send(sender, Event::Retry { task: task.task, reason });
-            } else {
-                let wall_s = start.elapsed().as_secs_f64();
-                let wall = Wall { wall_s, simulator_s: 0.0, attempts: attempt };
-                let record = Record::failed(task, &self.manifest, reason, wall);
-                record.commit(&self.layout)?;
-                send(sender, Event::Finished(Box::new(record)));
+                continue;
             }
+            let wall_s = start.elapsed().as_secs_f64();
+            let wall = Wall { wall_s, simulator_s: 0.0, attempts: attempt };
+            let record = Record::failed(task, &self.manifest, reason, wall);
+            record.commit(&self.layout)?;
+            send(sender, Event::Finished(Box::new(record)));
+            break;
         }
         Ok(())
     }
@@ -291,6 +294,16 @@ mod tests {
             Some("the worker ended with exit code 7: Error: no such edge")
         );
         assert_eq!(record.summary.wall.attempts, 2);
+    }
+
+    #[test]
+    fn a_worker_whose_input_is_wrong_is_not_tried_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let script = format!("echo 'error: no such method' >&2; exit {}", exit::USAGE);
+        let events = events(&pool(dir.path(), &script), &AtomicBool::new(false));
+        let [Event::Finished(record)] = events.as_slice() else { panic!("{events:?}") };
+        assert_eq!(record.summary.outcome, Outcome::Failed);
+        assert_eq!(record.summary.wall.attempts, 1);
     }
 
     #[test]
