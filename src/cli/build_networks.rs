@@ -46,7 +46,7 @@ pub(super) fn build(
     force: bool,
     quiet: bool,
 ) -> anyhow::Result<BuildSummary> {
-    let progress = Mutex::new(Progress::new(specs.len() as u64, "networks", quiet));
+    let progress = Mutex::new(Progress::new(specs.len() as u64, Some("networks"), quiet));
     let done = AtomicU64::new(0);
     let scenario = &loaded.scenario;
     let result = build_all(specs, &scenario.network, &scenario.demand, out, force, &|point| {

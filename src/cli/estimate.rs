@@ -1,10 +1,10 @@
-//! What `run --dry-run` says: the planned tasks and about how long they take.
+//! How much work a run is: the episodes of its tasks and about how long they take.
 
 use std::fmt::Write;
 use std::time::Duration;
 
 use super::output::duration;
-use crate::control::fixed_time::FixedTime;
+use crate::control::registry::{Training, training};
 use crate::eval::plan::{Draft, Request};
 use crate::units::SECONDS_PER_HOUR;
 
@@ -15,51 +15,131 @@ const SECONDS_PER_VEHICLE: f64 = 4e-4;
 /// Processor time of an episode without vehicles, seconds.
 const SECONDS_PER_EPISODE: f64 = 0.05;
 
+/// Processor time of a learner per decision of training, updates included, seconds; a first guess
+/// for one that updates its networks at every decision, such as `idqn`.
+const SECONDS_PER_DECISION: f64 = 6e-4;
+
+/// The same for `ippo`, which updates its network once in many decisions.
+const SECONDS_PER_DECISION_IPPO: f64 = 5e-5;
+
 /// Approaches of a six-feature point MDP.
 const APPROACHES: f64 = 4.0;
 
-/// Returns how many episodes a task of a method runs at most.
-pub(super) fn episodes(request: &Request, method: &str) -> u32 {
-    let training = if method == FixedTime::NAME {
-        request.scenario.scenario.fixed_time.simulations
-    } else {
-        0
-    };
-    training + request.evaluation_seeds
+/// The episodes of a task and about how long each takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Effort {
+    /// Episodes of training or tuning, at most.
+    training: u32,
+    /// Processor time of one of them, seconds.
+    training_s: f64,
+    /// Episodes of evaluation.
+    evaluation: u32,
+    /// Processor time of one of them, seconds.
+    evaluation_s: f64,
+}
+
+impl Effort {
+    /// Returns the effort of a task of a method on a point MDP.
+    pub(super) fn of(request: &Request, draft: &Draft, method: &str, point: &str) -> Self {
+        let scenario = &request.scenario.scenario;
+        let hours = scenario.demand.horizon_s / SECONDS_PER_HOUR;
+        let vehicles = inflow_vph(draft, point).unwrap_or(0.0) * APPROACHES * hours;
+        let evaluation_s = SECONDS_PER_EPISODE + vehicles * SECONDS_PER_VEHICLE;
+        let decisions = scenario.demand.horizon_s / f64::from(scenario.signal.delta_time_s);
+        let (training, training_s) = match training(method) {
+            Training::None => (0, 0.0),
+            Training::Tuned => (scenario.fixed_time.simulations, evaluation_s),
+            Training::Learned => {
+                let decision_s = match method {
+                    "ippo" => SECONDS_PER_DECISION_IPPO,
+                    _ => SECONDS_PER_DECISION,
+                };
+                (scenario.training.episodes, evaluation_s + decisions * decision_s)
+            }
+        };
+        Self { training, training_s, evaluation: request.evaluation_seeds, evaluation_s }
+    }
+
+    /// Returns how many episodes the task has at most.
+    pub(super) fn episodes(&self) -> u32 {
+        self.training + self.evaluation
+    }
+
+    /// Returns the processor time of the first `episodes` episodes, seconds.
+    pub(super) fn seconds(&self, episodes: u32) -> f64 {
+        let training = episodes.min(self.training);
+        let evaluation = (episodes - training).min(self.evaluation);
+        f64::from(training) * self.training_s + f64::from(evaluation) * self.evaluation_s
+    }
+}
+
+/// Returns the arriving vehicles per hour and approach of a point MDP that has this feature.
+fn inflow_vph(draft: &Draft, point: &str) -> Option<f64> {
+    let family = &draft.family;
+    let feature = family.features.iter().position(|f| f.name == "inflow_vph")?;
+    Some(family.points[family.position(point)?].features[feature])
 }
 
 /// Returns the plan in words.
 pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize) -> String {
     let sample = &draft.sample;
+    let replicates = |method: &String| match draft.replicated.contains(method) {
+        true => u64::from(request.replicates),
+        false => 1,
+    };
+    let per_point: u64 = draft.methods.iter().map(replicates).sum();
+    let tasks = sample.draws.len() as u64 * per_point;
     let mut text = format!(
-        "{} of {} point MDPs ({}, seed {}), {} methods, {} tasks",
+        "{} of {} point MDPs ({}, seed {}), {} methods, {tasks} tasks",
         sample.draws.len(),
         sample.family_size,
         serde_json::to_value(sample.sampling).expect("a name is plain data").as_str().unwrap_or(""),
         sample.seed,
         draft.methods.len(),
-        sample.draws.len() * draft.methods.len(),
     );
-    let per_point: u32 = draft.methods.iter().map(|m| episodes(request, m)).sum();
-    let inflow = draft.family.features.iter().position(|f| f.name == "inflow_vph");
-    let hours = request.scenario.scenario.demand.horizon_s / SECONDS_PER_HOUR;
-    let mut seconds = 0.0;
+    let (mut episodes, mut seconds) = (0, 0.0);
     for draw in &sample.draws {
-        let vehicles = draft
-            .family
-            .position(&draw.point)
-            .zip(inflow)
-            .map_or(0.0, |(p, f)| draft.family.points[p].features[f] * APPROACHES * hours);
-        seconds += f64::from(per_point) * (SECONDS_PER_EPISODE + vehicles * SECONDS_PER_VEHICLE);
+        for method in &draft.methods {
+            let effort = Effort::of(request, draft, method, &draw.point);
+            episodes += replicates(method) * u64::from(effort.episodes());
+            seconds += replicates(method) as f64 * effort.seconds(effort.episodes());
+        }
         write!(text, "\n{:40} weight {:.4}", draw.point, draw.weight)
             .expect("writing to a string cannot fail");
     }
-    let episodes = sample.draws.len() as u64 * u64::from(per_point);
     write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
-    if inflow.is_some() {
-        let time = duration(Duration::from_secs_f64(seconds / jobs as f64));
+    if sample.draws.iter().any(|d| inflow_vph(draft, &d.point).is_some()) {
+        let time = duration(Duration::from_secs_f64(seconds / (tasks.min(jobs as u64) as f64)));
         write!(text, ", roughly {time} with {jobs} workers")
             .expect("writing to a string cannot fail");
     }
     text
+}
+
+#[cfg(test)]
+pub(super) mod testing {
+    use super::Effort;
+
+    /// A task with episodes of training and evaluation of these seconds.
+    pub(in crate::cli) fn effort(training: (u32, f64), evaluation: (u32, f64)) -> Effort {
+        Effort {
+            training: training.0,
+            training_s: training.1,
+            evaluation: evaluation.0,
+            evaluation_s: evaluation.1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::effort;
+
+    #[test]
+    fn episodes_of_training_come_first_and_count_at_their_own_price() {
+        let effort = effort((3, 10.0), (2, 1.0));
+        assert_eq!(effort.episodes(), 5);
+        let seconds: Vec<_> = [0, 2, 3, 4, 5, 9].map(|n| effort.seconds(n)).to_vec();
+        assert_eq!(seconds, [0.0, 20.0, 30.0, 31.0, 32.0, 32.0]);
+    }
 }

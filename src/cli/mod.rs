@@ -4,6 +4,7 @@ mod build_networks;
 mod doctor;
 mod estimate;
 mod list;
+mod monitor;
 mod output;
 mod report;
 mod run;

@@ -26,7 +26,7 @@ pub(super) fn note(text: impl std::fmt::Display) {
 /// Progress on standard error: a bar on a terminal, a plain line now and then elsewhere.
 pub(super) struct Progress {
     bar: ProgressBar,
-    what: &'static str,
+    what: Option<&'static str>,
     total: u64,
     plain: bool,
     last_line: Instant,
@@ -34,18 +34,19 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Returns a progress of `total` units of `what`.
-    pub(super) fn new(total: u64, what: &'static str, quiet: bool) -> Self {
+    /// Returns a progress of `total` units of `what`; without a name they are shown as a percentage.
+    pub(super) fn new(total: u64, what: Option<&'static str>, quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = if quiet || !terminal {
             ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden())
         } else {
             ProgressBar::new(total)
         };
-        let template = "{bar:30} {pos}/{len} {prefix}, {elapsed} gone, {eta} left  {wide_msg}";
-        let style = ProgressStyle::with_template(template).expect("the template is valid");
+        let count = if what.is_some() { "{pos}/{len} {prefix}" } else { "{percent}%" };
+        let template = format!("{{bar:30}} {count}, {{elapsed}} gone, {{eta}} left  {{wide_msg}}");
+        let style = ProgressStyle::with_template(&template).expect("the template is valid");
         bar.set_style(style.progress_chars("=> "));
-        bar.set_prefix(what);
+        bar.set_prefix(what.unwrap_or_default());
         if terminal && !quiet {
             bar.enable_steady_tick(Duration::from_millis(500));
         }
@@ -73,8 +74,12 @@ impl Progress {
             duration(elapsed.mul_f64(factor))
         };
         let separator = if message.is_empty() { "" } else { ", " };
-        let (what, total) = (self.what, self.total);
-        format!("{done}/{total} {what}, {left} left{separator}{message}")
+        let total = self.total;
+        let count = match self.what {
+            Some(what) => format!("{done}/{total} {what}"),
+            None => format!("{}%", 100 * done / total.max(1)),
+        };
+        format!("{count}, {left} left{separator}{message}")
     }
 
     /// Prints a line above the bar.
@@ -105,6 +110,14 @@ pub(super) fn duration(duration: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_plain_line_counts_units_that_have_a_name_and_percents_of_others() {
+        let line = |what| Progress::new(8, what, true).plain_line(2, "x");
+        assert!(line(Some("networks")).starts_with("2/8 networks, 0 s left, x"));
+        assert!(line(None).starts_with("25%, 0 s left, x"));
+        assert_eq!(Progress::new(0, None, true).plain_line(0, ""), "0%, unknown time left");
+    }
 
     #[test]
     fn durations_have_two_units_at_most() {

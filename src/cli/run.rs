@@ -12,10 +12,12 @@ use serde_json::{Value, json};
 
 use super::RunArgs;
 use super::build_networks::{build, default_folder};
-use super::output::{Progress, line, note};
+use super::estimate::{Effort, estimate};
+use super::monitor::Monitor;
+use super::output::{line, note};
 use crate::error::{FamilyError, FileError, SimError};
 use crate::eval::plan::{Draft, Request, complete, draft, establish};
-use crate::eval::pool::{Event, Pool};
+use crate::eval::pool::Pool;
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::overrides::Override;
@@ -27,10 +29,7 @@ use crate::sample::Sampling;
 use crate::store::Layout;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{Manifest, Provenance, Task};
-use crate::store::record::{Outcome, Record};
 use crate::store::results::Results;
-
-use super::estimate::{episodes, estimate};
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let request = Request {
@@ -79,7 +78,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let _lock = RunLock::take(&layout, &holder)?;
     let manifest = establish(&layout, manifest, &tasks)?;
     clean(&layout, args.retry_failed)?;
-    work(args, &request, &layout, &manifest, &networks, jobs)
+    work(args, &request, &draft, &layout, &manifest, &networks, jobs)
 }
 
 /// Loads the scenario with the settings of `--episodes` and `--set`.
@@ -101,6 +100,7 @@ fn scenario(args: &RunArgs) -> Result<LoadedScenario, FamilyError> {
 fn work(
     args: &RunArgs,
     request: &Request,
+    draft: &Draft,
     layout: &Layout,
     manifest: &Manifest,
     networks: &Path,
@@ -122,23 +122,19 @@ fn work(
     if talk && todo.len() < results.plan.len() {
         note(format!("{} of {} tasks are already done", results.records.len(), results.plan.len()));
     }
-    let weights: BTreeMap<usize, u32> =
-        todo.iter().map(|t| (t.task, episodes(request, &t.method))).collect();
-    let total = weights.values().map(|w| u64::from(*w)).sum();
-    let mut monitor = Monitor {
-        progress: Progress::new(total, "episodes", args.quiet || args.json),
-        done: BTreeMap::new(),
-        weights,
-        finished: 0,
-        failed: 0,
-        tasks: todo.len(),
-        json: args.json,
-    };
+    let effort = |t: &Task| Effort::of(request, draft, &t.method, &t.point);
+    let mut monitor = Monitor::new(
+        todo.iter().map(|t| (t.clone(), effort(t))),
+        &manifest.identity.baseline,
+        results.records.values(),
+        args.json,
+        args.quiet,
+    );
     let outcome = pool.run(&todo, &interrupted, &mut |event| monitor.handle(event));
-    monitor.progress.finish();
+    monitor.close();
     outcome?;
     if interrupted.load(Ordering::Relaxed) {
-        let left = todo.len() - monitor.finished;
+        let left = todo.len() - monitor.finished();
         if !args.quiet {
             note(format!("interrupted with {left} tasks to do; run the same command to continue"));
         }
@@ -189,74 +185,6 @@ fn merge(value: &mut Value, fields: &impl serde::Serialize) {
     let fields = serde_json::to_value(fields).expect("the record is plain data");
     if let (Value::Object(value), Value::Object(fields)) = (value, fields) {
         value.extend(fields);
-    }
-}
-
-/// Turns the pool's events into progress, notes and JSON lines.
-struct Monitor {
-    progress: Progress,
-    done: BTreeMap<usize, u32>,
-    weights: BTreeMap<usize, u32>,
-    finished: usize,
-    failed: usize,
-    tasks: usize,
-    json: bool,
-}
-
-impl Monitor {
-    fn handle(&mut self, event: Event) {
-        match event {
-            Event::Progress { task, progress } => {
-                self.done.insert(task, progress.episodes.min(self.weights[&task]));
-            }
-            Event::Retry { task, reason } => {
-                self.done.insert(task, 0);
-                self.say(&format!("task {task} failed and is tried again: {reason}"));
-            }
-            Event::Finished(record) => self.finish(&record),
-        }
-        let episodes = self.done.values().map(|e| u64::from(*e)).sum();
-        let failed =
-            if self.failed > 0 { format!(", {} failed", self.failed) } else { String::new() };
-        let message = format!("{}/{} tasks{failed}", self.finished, self.tasks);
-        self.progress.set(episodes, &message);
-    }
-
-    fn finish(&mut self, record: &Record) {
-        let summary = &record.summary;
-        self.finished += 1;
-        self.done.insert(summary.task, self.weights[&summary.task]);
-        if summary.outcome == Outcome::Failed {
-            self.failed += 1;
-            let reason = summary.reason.as_deref().unwrap_or("unknown reason");
-            self.say(&format!(
-                "task {} ({} on {}) failed: {reason}",
-                summary.task, summary.method, summary.point
-            ));
-        }
-        if self.json {
-            let value = json!({
-                "event": "task",
-                "task": summary.task,
-                "method": summary.method,
-                "point": summary.point,
-                "replicate": summary.replicate,
-                "outcome": summary.outcome,
-                "reason": summary.reason,
-                "delay_s": summary.metrics.get("delay_s"),
-                "wall_s": summary.wall.wall_s,
-            });
-            // A closed pipe shows at the summary; the tasks go on.
-            let _ = line(value);
-        }
-    }
-
-    fn say(&self, text: &str) {
-        if self.json {
-            note(text);
-        } else {
-            self.progress.note(text);
-        }
     }
 }
 

@@ -1,0 +1,276 @@
+//! What `run` says while its workers work: progress, notes and JSON lines.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use serde_json::json;
+
+use super::estimate::Effort;
+use super::output::{Progress, line, note};
+use crate::eval::plan::OBJECTIVE;
+use crate::eval::pool::Event;
+use crate::store::manifest::Task;
+use crate::store::record::{Outcome, Record};
+
+/// Episodes over which the delay of a task in progress is averaged: one alone says little of a
+/// training that explores.
+const RECENT_EPISODES: usize = 5;
+
+/// Units of the progress bar per second of estimated processor time.
+const UNITS_PER_SECOND: f64 = 1000.0;
+
+/// A task to do and how far it is.
+struct Work {
+    task: Task,
+    effort: Effort,
+    episodes: u32,
+    /// Delays of the last episodes, seconds.
+    recent: VecDeque<f64>,
+}
+
+impl Work {
+    fn name(&self) -> String {
+        let Task { method, point, replicate, .. } = &self.task;
+        match replicate {
+            0 => format!("{method} on {point}"),
+            _ => format!("{method} on {point} (replicate {replicate})"),
+        }
+    }
+
+    fn units(&self, episodes: u32) -> u64 {
+        (self.effort.seconds(episodes) * UNITS_PER_SECOND) as u64
+    }
+
+    /// Returns how far the task is; `baseline` is the baseline's delay on its point MDP, seconds.
+    fn status(&self, baseline: Option<f64>) -> String {
+        let mean_s = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
+        let delay = match baseline {
+            Some(baseline) if baseline > 0.0 => {
+                format!("{:.2} of the baseline's", mean_s / baseline)
+            }
+            _ => format!("{mean_s:.1} s"),
+        };
+        let (name, all) = (self.name(), self.effort.episodes());
+        format!("{name}: episode {} of {all}, delay {delay}", self.episodes)
+    }
+}
+
+/// Turns the pool's events into progress, notes and JSON lines.
+pub(super) struct Monitor {
+    progress: Progress,
+    work: BTreeMap<usize, Work>,
+    /// The baseline's delay by point MDP, seconds.
+    baselines: BTreeMap<String, f64>,
+    baseline: String,
+    /// The task that reported last, while it is in progress.
+    latest: Option<usize>,
+    finished: usize,
+    failed: usize,
+    json: bool,
+}
+
+impl Monitor {
+    /// Returns a monitor of the tasks to do.
+    ///
+    /// # Arguments
+    ///
+    /// * `baseline` — name of the method that delays are compared with.
+    /// * `records` — what earlier runs have done.
+    pub(super) fn new<'a>(
+        todo: impl IntoIterator<Item = (Task, Effort)>,
+        baseline: &str,
+        records: impl IntoIterator<Item = &'a Record>,
+        json: bool,
+        quiet: bool,
+    ) -> Self {
+        let work: BTreeMap<usize, Work> = todo
+            .into_iter()
+            .map(|(task, effort)| {
+                (task.task, Work { task, effort, episodes: 0, recent: VecDeque::new() })
+            })
+            .collect();
+        let total = work.values().map(|w| w.units(w.effort.episodes())).sum();
+        let mut monitor = Self {
+            progress: Progress::new(total, None, quiet || json),
+            work,
+            baselines: BTreeMap::new(),
+            baseline: baseline.to_owned(),
+            latest: None,
+            finished: 0,
+            failed: 0,
+            json,
+        };
+        records.into_iter().for_each(|record| monitor.keep_baseline(record));
+        monitor
+    }
+
+    /// Tasks that have their record.
+    pub(super) fn finished(&self) -> usize {
+        self.finished
+    }
+
+    /// Takes note of an event and shows the progress.
+    pub(super) fn handle(&mut self, event: Event) {
+        match event {
+            Event::Progress { task, progress } => {
+                let Some(work) = self.work.get_mut(&task) else { return };
+                work.episodes = progress.episodes.min(work.effort.episodes());
+                work.recent.push_back(progress.delay_s);
+                if work.recent.len() > RECENT_EPISODES {
+                    work.recent.pop_front();
+                }
+                self.latest = Some(task);
+            }
+            Event::Retry { task, reason } => {
+                let Some(work) = self.work.get_mut(&task) else { return };
+                work.episodes = 0;
+                work.recent.clear();
+                let text =
+                    format!("task {task} ({}) failed and is tried again: {reason}", work.name());
+                self.latest = self.latest.filter(|latest| *latest != task);
+                self.say(&text);
+            }
+            Event::Finished(record) => self.finish(&record),
+        }
+        let units = self.work.values().map(|w| w.units(w.episodes)).sum();
+        self.progress.set(units, &self.message());
+    }
+
+    /// Removes the bar.
+    pub(super) fn close(&self) {
+        self.progress.finish();
+    }
+
+    fn message(&self) -> String {
+        let failed =
+            if self.failed > 0 { format!(", {} failed", self.failed) } else { String::new() };
+        let latest = self.latest.and_then(|task| self.work.get(&task)).map(|work| {
+            let baseline = self.baselines.get(&work.task.point).copied();
+            format!(", {}", work.status(baseline))
+        });
+        let (finished, tasks) = (self.finished, self.work.len());
+        format!("{finished}/{tasks} tasks{failed}{}", latest.unwrap_or_default())
+    }
+
+    fn finish(&mut self, record: &Record) {
+        let summary = &record.summary;
+        self.finished += 1;
+        self.latest = self.latest.filter(|latest| *latest != summary.task);
+        self.keep_baseline(record);
+        if let Some(work) = self.work.get_mut(&summary.task) {
+            work.episodes = work.effort.episodes();
+        }
+        if summary.outcome == Outcome::Failed {
+            self.failed += 1;
+            let reason = summary.reason.as_deref().unwrap_or("unknown reason");
+            self.say(&format!(
+                "task {} ({} on {}) failed: {reason}",
+                summary.task, summary.method, summary.point
+            ));
+        }
+        if self.json {
+            let value = json!({
+                "event": "task",
+                "task": summary.task,
+                "method": summary.method,
+                "point": summary.point,
+                "replicate": summary.replicate,
+                "outcome": summary.outcome,
+                "reason": summary.reason,
+                "delay_s": summary.metrics.get("delay_s"),
+                "wall_s": summary.wall.wall_s,
+            });
+            // A closed pipe shows at the summary; the tasks go on.
+            let _ = line(value);
+        }
+    }
+
+    fn keep_baseline(&mut self, record: &Record) {
+        let summary = &record.summary;
+        let delay_s = summary.metrics.get(OBJECTIVE).filter(|_| summary.outcome == Outcome::Ok);
+        if let (true, Some(delay_s)) = (summary.method == self.baseline, delay_s) {
+            self.baselines.insert(summary.point.clone(), *delay_s);
+        }
+    }
+
+    fn say(&self, text: &str) {
+        if self.json {
+            note(text);
+        } else {
+            self.progress.note(text);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::estimate::testing::effort;
+    use crate::eval::pool;
+    use crate::store::record::{TaskResult, Wall};
+
+    fn task(task: usize, method: &str, replicate: u32) -> Task {
+        Task { task, method: method.into(), point: "p".into(), replicate, seed: 1 }
+    }
+
+    fn record(of: &Task, delay_s: f64) -> Box<Record> {
+        let mut record = Record::finished(of, "", TaskResult::default());
+        record.summary.metrics.insert("delay_s".into(), delay_s);
+        Box::new(record)
+    }
+
+    fn tasks() -> [Task; 3] {
+        [task(0, "baseline", 0), task(1, "idqn", 0), task(2, "idqn", 1)]
+    }
+
+    fn monitor(records: &[Record]) -> Monitor {
+        let effort = |t: &Task| match t.method.as_str() {
+            "idqn" => effort((100, 2.0), (5, 1.0)),
+            _ => effort((0, 0.0), (5, 1.0)),
+        };
+        let todo: Vec<_> = tasks().into_iter().map(|t| (t.clone(), effort(&t))).collect();
+        Monitor::new(todo, "baseline", records, false, true)
+    }
+
+    fn progress(task: usize, episodes: u32, delay_s: f64) -> Event {
+        Event::Progress { task, progress: pool::Progress { episodes, delay_s } }
+    }
+
+    #[test]
+    fn the_task_that_reported_last_is_compared_with_the_baseline() {
+        let mut m = monitor(&[]);
+        assert_eq!(m.message(), "0/3 tasks");
+        m.handle(progress(1, 33, 90.0));
+        assert_eq!(m.message(), "0/3 tasks, idqn on p: episode 33 of 105, delay 90.0 s");
+        m.handle(progress(0, 5, 50.0));
+        assert_eq!(m.message(), "0/3 tasks, baseline on p: episode 5 of 5, delay 50.0 s");
+        m.handle(Event::Finished(record(&tasks()[0], 50.0)));
+        assert_eq!(m.message(), "1/3 tasks");
+        m.handle(progress(1, 34, 10.0));
+        let expected = "1/3 tasks, idqn on p: episode 34 of 105, delay 1.00 of the baseline's";
+        assert_eq!(m.message(), expected);
+    }
+
+    #[test]
+    fn the_delay_is_that_of_the_last_five_episodes_only() {
+        let mut m = monitor(&[*record(&tasks()[0], 100.0)]);
+        for (episode, delay_s) in [900.0, 800.0, 60.0, 60.0, 60.0, 60.0, 70.0].iter().enumerate() {
+            m.handle(progress(2, episode as u32 + 1, *delay_s));
+        }
+        let expected =
+            "0/3 tasks, idqn on p (replicate 1): episode 7 of 105, delay 0.62 of the baseline's";
+        assert_eq!(m.message(), expected);
+    }
+
+    #[test]
+    fn a_failed_attempt_starts_anew_and_a_failed_task_counts() {
+        let mut m = monitor(&[]);
+        m.handle(progress(1, 40, 90.0));
+        m.handle(Event::Retry { task: 1, reason: "killed".into() });
+        assert_eq!((m.message().as_str(), m.work[&1].episodes), ("0/3 tasks", 0));
+        let failed = Record::failed(&tasks()[0], "", "killed".into(), Wall::default());
+        m.handle(Event::Finished(Box::new(failed)));
+        m.handle(progress(1, 1, 80.0));
+        let expected = "1/3 tasks, 1 failed, idqn on p: episode 1 of 105, delay 80.0 s";
+        assert_eq!(m.message(), expected);
+    }
+}
