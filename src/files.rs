@@ -1,6 +1,6 @@
 //! Files that are either as before or complete.
 
-use std::fs::Permissions;
+use std::fs::{self, Permissions};
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -19,11 +19,28 @@ pub fn readable() -> Permissions {
 ///
 /// [`FileError`] when the folder cannot be written; nothing is left behind.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let folder = path.parent().unwrap_or(Path::new("."));
+    write_by_way_of(path.parent().unwrap_or(Path::new(".")), path, bytes)
+}
+
+/// Writes a file so that it is either as before or complete, with the draft in another folder of
+/// the same file system, where one that a killed process leaves is no trouble. Both folders are
+/// made where they are missing.
+///
+/// # Errors
+///
+/// [`FileError`] when a folder cannot be written; nothing is left behind.
+pub fn replace(path: &Path, drafts: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    for folder in path.parent().into_iter().chain([drafts]) {
+        fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
+    }
+    write_by_way_of(drafts, path, bytes)
+}
+
+fn write_by_way_of(drafts: &Path, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut draft = tempfile::Builder::new()
         .permissions(readable())
-        .tempfile_in(folder)
-        .map_err(FileError::at("create", folder))?;
+        .tempfile_in(drafts)
+        .map_err(FileError::at("create", drafts))?;
     draft
         .write_all(bytes)
         .and_then(|()| draft.as_file().sync_all())

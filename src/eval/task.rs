@@ -72,6 +72,7 @@ pub fn execute<S: Sim>(
     }
     Ok(TaskResult {
         rows: lab.rows,
+        training: Metrics::new(),
         details: controller.details(),
         wall: Wall {
             wall_s: start.elapsed().as_secs_f64(),

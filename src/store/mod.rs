@@ -1,16 +1,19 @@
 //! A results directory: manifest, plan, one immutable record per task.
 //!
 //! ```text
-//! DIR/manifest.json      what the run is: everything needed to repeat it
-//! DIR/plan.jsonl         every task, one line each, written before the first one runs
-//! DIR/done/KKK/K.jsonl   the record of task K, linked into place when complete
-//! DIR/logs/KKK/K.log     what the worker of task K wrote to standard error
-//! DIR/lock.json          held while a local run goes on
-//! DIR/report/            what `tsc-family report` writes
+//! DIR/manifest.json               what the run is: everything needed to repeat it
+//! DIR/plan.jsonl                  every task, one line each, written before the first one runs
+//! DIR/done/KKK/K.jsonl            the record of task K, linked into place when complete
+//! DIR/models/KKK/K.safetensors    what the method of task K has learned, if it learns
+//! DIR/ckpt/KKK/K.safetensors      how far the training of task K has come, until it has a record
+//! DIR/logs/KKK/K.log              what the worker of task K wrote to standard error
+//! DIR/lock.json                   held while a local run goes on
+//! DIR/report/                     what `tsc-family report` writes
 //! ```
 //!
 //! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
 
+mod commit;
 pub mod lock;
 pub mod manifest;
 pub mod record;
@@ -19,6 +22,7 @@ pub mod results;
 use std::path::{Path, PathBuf};
 
 pub use crate::error::StoreError;
+pub use commit::remove_checkpoint;
 
 /// Version of the files in a results directory; a change of their form raises it.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -75,6 +79,16 @@ impl Layout {
         self.numbered("logs", task, "log")
     }
 
+    /// The model of a task.
+    pub fn model(&self, task: usize) -> PathBuf {
+        self.numbered("models", task, "safetensors")
+    }
+
+    /// The checkpoint of a task in progress.
+    pub fn checkpoint(&self, task: usize) -> PathBuf {
+        self.numbered("ckpt", task, "safetensors")
+    }
+
     fn numbered(&self, folder: &str, task: usize, extension: &str) -> PathBuf {
         self.root
             .join(folder)
@@ -92,5 +106,7 @@ mod tests {
         let layout = Layout::new("r");
         assert_eq!(layout.record(999), Path::new("r/done/000/999.jsonl"));
         assert_eq!(layout.log(1000), Path::new("r/logs/001/1000.log"));
+        assert_eq!(layout.model(1), Path::new("r/models/000/1.safetensors"));
+        assert_eq!(layout.checkpoint(1), Path::new("r/ckpt/000/1.safetensors"));
     }
 }

@@ -4,9 +4,7 @@
 //! episode. Wall-clock values stand apart: the checksum and every comparison leave them out.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::Write;
-use std::path::Path;
+use std::fs;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -14,7 +12,6 @@ use sha2::{Digest, Sha256};
 use super::manifest::Task;
 use super::{Layout, SCHEMA_VERSION};
 use crate::error::{FileError, StoreError};
-use crate::files::readable;
 use crate::hash::hex;
 
 /// Named metrics; the unit is the suffix of the name.
@@ -89,7 +86,7 @@ pub struct Summary {
     /// Why it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Means over the evaluation episodes.
+    /// Means over the evaluation episodes, and figures of the whole training.
     pub metrics: Metrics,
     /// What the method says of itself, such as the signal plan that tuning found.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -116,6 +113,8 @@ pub struct Record {
 pub struct TaskResult {
     /// Episodes: training first, then evaluation.
     pub rows: Vec<Row>,
+    /// Figures of the whole training, such as its best episode.
+    pub training: Metrics,
     /// What the method says of itself.
     pub details: BTreeMap<String, String>,
     /// Wall-clock values.
@@ -123,11 +122,12 @@ pub struct TaskResult {
 }
 
 impl Record {
-    /// Returns the record of a finished task; metrics are means over the evaluation rows.
+    /// Returns the record of a finished task; metrics are means over the evaluation rows, and the
+    /// figures of its training.
     pub fn finished(task: &Task, manifest: &str, result: TaskResult) -> Self {
-        let metrics = mean_metrics(&result.rows);
         let mut summary = Summary::new(task, manifest, Outcome::Ok, result.wall);
-        summary.metrics = metrics;
+        summary.metrics = result.training;
+        summary.metrics.extend(mean_metrics(&result.rows));
         summary.details = result.details;
         Self { summary, rows: result.rows }.sealed()
     }
@@ -161,42 +161,6 @@ impl Record {
             hash.update(serde_json::to_vec(row).expect("a row is plain data"));
         }
         hex(&hash.finalize())
-    }
-
-    /// Writes the record so that it is either absent or complete, and never replaced: into `tmp/`,
-    /// synced, then linked into place. Another attempt that was first wins.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the directory cannot be written or is full; nothing is left behind.
-    pub fn commit(&self, layout: &Layout) -> Result<(), FileError> {
-        let path = layout.record(self.summary.task);
-        let folder = path.parent().expect("a record lies in a folder");
-        let tmp = layout.tmp();
-        for d in [folder, &tmp] {
-            fs::create_dir_all(d).map_err(FileError::at("create", d))?;
-        }
-        // A name that no other process has, on any host that shares the disk; the file is removed
-        // when it is dropped, and is by then a second name of the record or of no use.
-        let mut draft = tempfile::Builder::new()
-            .prefix(&format!("{}.", self.summary.task))
-            .permissions(readable())
-            .tempfile_in(&tmp)
-            .map_err(FileError::at("create", &tmp))?;
-        self.write_to(draft.as_file_mut()).map_err(FileError::at("write", draft.path()))?;
-        link_into_place(draft.path(), &path)?;
-        sync_folder(folder)
-    }
-
-    fn write_to(&self, file: &mut File) -> std::io::Result<()> {
-        let mut text = serde_json::to_vec(&self.summary)?;
-        text.push(b'\n');
-        for row in &self.rows {
-            serde_json::to_writer(&mut text, row)?;
-            text.push(b'\n');
-        }
-        file.write_all(&text)?;
-        file.sync_all()
     }
 
     /// Reads the record of a task; `None` when there is none.
@@ -272,8 +236,8 @@ impl Summary {
     }
 }
 
-/// Means over the evaluation rows of every metric that all of them have.
-fn mean_metrics(rows: &[Row]) -> Metrics {
+/// Returns the means over the evaluation rows of every metric that all of them have.
+pub fn mean_metrics(rows: &[Row]) -> Metrics {
     let evaluations: Vec<_> = rows.iter().filter(|r| r.kind == RowKind::Evaluation).collect();
     let Some(first) = evaluations.first() else { return Metrics::new() };
     first
@@ -286,22 +250,6 @@ fn mean_metrics(rows: &[Row]) -> Metrics {
             Some((name.clone(), values.iter().sum::<f64>() / values.len() as f64))
         })
         .collect()
-}
-
-fn link_into_place(draft: &Path, path: &Path) -> Result<(), FileError> {
-    match fs::hard_link(draft, path) {
-        Ok(()) => Ok(()),
-        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Ok(()),
-        // Some file systems have no hard links; a rename is atomic but could replace an equal
-        // record of another attempt, which does no harm.
-        Err(_) if !path.exists() => fs::rename(draft, path).map_err(FileError::at("write", path)),
-        Err(e) => Err(FileError::at("write", path)(e)),
-    }
-}
-
-/// Makes a new name in a folder durable.
-fn sync_folder(folder: &Path) -> Result<(), FileError> {
-    File::open(folder).and_then(|f| f.sync_all()).map_err(FileError::at("sync", folder))
 }
 
 #[cfg(test)]
@@ -336,17 +284,6 @@ mod tests {
     #[test]
     fn wall_clock_is_not_part_of_the_checksum() {
         assert_eq!(record(1.0).summary.checksum, record(2.0).summary.checksum);
-    }
-
-    #[test]
-    fn the_first_of_two_attempts_wins() {
-        let dir = tempfile::tempdir().unwrap();
-        let layout = Layout::new(dir.path());
-        record(1.0).commit(&layout).unwrap();
-        record(2.0).commit(&layout).unwrap();
-        let read = Record::read(&layout, &task(), "abc").unwrap().unwrap();
-        assert_eq!(read.summary.wall.wall_s, 1.0);
-        assert_eq!(fs::read_dir(layout.tmp()).unwrap().count(), 0);
     }
 
     #[test]
