@@ -349,6 +349,24 @@ pub enum EvalError {
         /// Tasks in the plan.
         count: usize,
     },
+    /// A file that is no model, or a model that cannot be used.
+    #[error("{}: {reason}", .path.display())]
+    Model {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and the way out.
+        reason: String,
+    },
+    /// A point MDP that the scenario does not have.
+    #[error("scenario {scenario} has no point MDP {point:?}; it has {some}")]
+    NoPoint {
+        /// Name of the scenario.
+        scenario: String,
+        /// What was asked for.
+        point: String,
+        /// Some that exist, and where to see them all.
+        some: String,
+    },
     /// A worker found something that would make every other task fail as well.
     #[error("{reason}; nothing is lost, run the same command again once this is mended")]
     Stopped {

@@ -56,7 +56,10 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             EvalError::Store(e) => store(e),
             EvalError::Control(e) => control(e),
             EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
-            EvalError::NoTask { .. } | EvalError::Altered { .. } => USAGE,
+            EvalError::NoTask { .. }
+            | EvalError::Altered { .. }
+            | EvalError::Model { .. }
+            | EvalError::NoPoint { .. } => USAGE,
             EvalError::Stopped { no_sumo: true, .. } => NO_SUMO,
             EvalError::Stopped { .. } => UNEXPECTED,
             EvalError::Io(e) => file(e),

@@ -16,6 +16,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
+use crate::eval::checkpoint::CHECKPOINT_EVERY_S;
 use crate::exit;
 use crate::family::overrides::Override;
 use crate::sample::Sampling;
@@ -230,6 +231,9 @@ pub struct WorkerArgs {
     /// End when standard input closes
     #[arg(long)]
     pub watch_stdin: bool,
+    /// Wall time between two checkpoints of a training, at least
+    #[arg(long, value_name = "SECONDS", default_value_t = CHECKPOINT_EVERY_S)]
+    pub checkpoint_every_s: u64,
 }
 
 /// `tsc-family completions`.

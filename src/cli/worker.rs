@@ -8,15 +8,15 @@ use super::WorkerArgs;
 pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     use std::fs;
     use std::path::PathBuf;
+    use std::time::Duration;
 
     use crate::error::{EvalError, FileError};
-    use crate::eval::pool::Progress;
-    use crate::eval::task::{Workplace, execute, stops_run};
+    use crate::eval::lab::News;
+    use crate::eval::task::{Workplace, perform, stops_run};
     use crate::exit;
     use crate::sim::libsumo::SumoSim;
     use crate::store::Layout;
     use crate::store::manifest::{Manifest, read_plan};
-    use crate::store::record::Record;
 
     if args.watch_stdin {
         end_with_parent();
@@ -37,22 +37,30 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
         .map_err(FileError::at("create", &tmp))?;
     let networks =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
-    let workplace = Workplace { networks, scratch: scratch.path().to_path_buf() };
-    let mut progress = |progress: &Progress| {
-        let text = serde_json::to_string(progress).expect("plain data");
-        // A parent that has gone away is noticed by its closed pipe.
-        let _ = super::output::line(text);
+    let workplace = Workplace {
+        layout,
+        networks,
+        scratch: scratch.path().to_path_buf(),
+        attempt: args.attempt,
+        checkpoint_every: Duration::from_secs(args.checkpoint_every_s),
+    };
+    let mut news = |news: News| match news {
+        News::Episode(progress) => {
+            let text = serde_json::to_string(&progress).expect("plain data");
+            // A parent that has gone away is noticed by its closed pipe.
+            let _ = super::output::line(text);
+        }
+        News::Note(text) => super::output::note(text),
     };
     let done = SumoSim::new()
         .map_err(EvalError::from)
-        .and_then(|sim| execute(sim, &manifest, task, &workplace, &mut progress))
-        .and_then(|result| Ok(Record::finished(task, &manifest.sha256(), result).commit(&layout)?));
+        .and_then(|sim| perform(sim, &manifest, task, &workplace, &mut news));
     match done {
         Err(error) if stops_run(&error) => {
             super::output::note(format!("error: {error}"));
             Ok(exit::STOP_RUN)
         }
-        done => Ok(done.map(|()| exit::DONE)?),
+        done => Ok(done.map(|_| exit::DONE)?),
     }
 }
 

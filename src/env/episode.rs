@@ -92,53 +92,8 @@ pub fn run_episode<S: Sim>(
 mod tests {
     use super::*;
     use crate::control::{ControlError, Observation, SignalSpec};
-    use crate::env::World;
-    use crate::family::scenario::{SignalSettings, SimulationSettings};
+    use crate::env::testing::env;
     use crate::sim::mock::MockSim;
-    use crate::sim::{
-        Direction, Lane, Link, Program, ProgramKind, ProgramPhase, Scene, SignalInfo,
-    };
-
-    /// Two crossing one-lane roads; `arrivals` are `(second, lane)`.
-    fn env(arrivals: Vec<(f64, u32)>, scratch: &std::path::Path) -> SignalEnv<MockSim> {
-        let lane = |id: &str, heading_deg| Lane {
-            id: id.into(),
-            length_m: 100.0,
-            speed_mps: 14.0,
-            heading_deg,
-        };
-        let link = |from_lane| {
-            vec![Link {
-                from_lane,
-                to_lane: "x_0".into(),
-                downstream: None,
-                direction: Direction::Straight,
-            }]
-        };
-        let phases = vec![
-            ProgramPhase::fixed("Gr", 20.0),
-            ProgramPhase::fixed("yr", 3.0),
-            ProgramPhase::fixed("rG", 20.0),
-            ProgramPhase::fixed("ry", 3.0),
-        ];
-        let scene = Scene {
-            lanes: vec![lane("s_0", 180.0), lane("w_0", 270.0)],
-            signals: vec![SignalInfo {
-                id: "c".into(),
-                links: vec![link(0), link(1)],
-                programs: vec![Program { id: "0".into(), kind: ProgramKind::Static, phases }],
-                active_program: "0".into(),
-            }],
-        };
-        let world = World { config: "m".into(), begin_s: 0.0, end_s: 60.0, routes: None };
-        SignalEnv::new(
-            MockSim::new(scene, arrivals),
-            world,
-            SignalSettings::default(),
-            SimulationSettings::default(),
-            scratch.to_path_buf(),
-        )
-    }
 
     /// Plays a fixed list of phases, the last one for ever.
     struct Script(Vec<usize>, usize);

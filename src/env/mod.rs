@@ -9,6 +9,8 @@ pub mod episode;
 pub mod observe;
 pub mod signal;
 pub mod signal_env;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod world;
 
 pub use episode::{EpisodeMetrics, run_episode};

@@ -264,7 +264,7 @@ pub fn establish(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::family::load::load;
 
@@ -281,7 +281,8 @@ mod tests {
         }
     }
 
-    fn planned(methods: &[&str]) -> (Manifest, Vec<Task>) {
+    /// A planned run on the smoke scenario.
+    pub(in crate::eval) fn planned(methods: &[&str]) -> (Manifest, Vec<Task>) {
         completed(&request(methods, None))
     }
 

@@ -1,50 +1,64 @@
-//! One task: train a method where it needs training, then evaluate it on the held-out seeds.
+//! One task: train a method where it needs training, evaluate it on the held-out seeds, and leave a
+//! record, and a model where there is one.
 
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::PathBuf;
+use std::time::Duration;
 
 use crate::control::registry::create;
-use crate::control::{ControlError, Controller, EpisodeOutcome, Trainer};
-use crate::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
-use crate::env::{SignalEnv, World};
+use crate::control::{ControlError, Controller};
+use crate::env::SignalEnv;
+use crate::env::episode::EpisodeError;
 use crate::error::{EvalError, FileError, SimError, StoreError};
 use crate::family::scenario::Scenario;
-use crate::hash::sha256_file;
-use crate::network::demand::DemandSpec;
-use crate::seed;
+use crate::nn::archive::Archive;
 use crate::sim::Sim;
-use crate::store::manifest::{Manifest, PointRow, Task};
-use crate::store::record::{Metrics, Row, RowKind, TaskResult, Wall};
+use crate::store::Layout;
+use crate::store::manifest::{Manifest, Task};
+use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult};
 
-use super::plan::{GENERATED, control_settings, scenario_files};
-use super::pool::Progress;
+use super::checkpoint::Keeper;
+use super::environment::{environment, planned_world};
+use super::lab::{Lab, News};
+use super::model;
+use super::plan::{GENERATED, control_settings};
+
+/// Training episodes over which RESCO's users see a learner's last performance.
+const RESCO_LAST: usize = 10;
 
 /// Where a task works.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Workplace {
+    /// The results directory.
+    pub layout: Layout,
     /// Folder of the generated networks.
     pub networks: PathBuf,
     /// Folder for files of the running episode.
     pub scratch: PathBuf,
+    /// Which attempt at the task this is, from 1.
+    pub attempt: u32,
+    /// Least wall time between two checkpoints of a training.
+    pub checkpoint_every: Duration,
 }
 
-/// Does one task and returns what it brought forth.
+/// Does one task and commits its record, after the model where the method has one.
+///
+/// A training that diverges is a failed record at once: another attempt would diverge as well.
 ///
 /// # Arguments
 ///
-/// * `progress` — called after every episode.
+/// * `news` — called after every episode, and when there is something to say.
 ///
 /// # Errors
 ///
-/// [`EvalError`] when a file has changed since the plan, the simulation or the method fails.
-pub fn execute<S: Sim>(
+/// [`EvalError`] when a file has changed since the plan, the simulation or the method fails; there is
+/// no record then, and the checkpoint stays.
+pub fn perform<S: Sim>(
     sim: S,
     manifest: &Manifest,
     task: &Task,
     workplace: &Workplace,
-    progress: &mut dyn FnMut(&Progress),
-) -> Result<TaskResult, EvalError> {
-    let start = Instant::now();
+    news: &mut dyn FnMut(News),
+) -> Result<Record, EvalError> {
     let identity = &manifest.identity;
     let scenario: Scenario = serde_json::from_value(identity.settings.clone()).map_err(|e| {
         StoreError::Malformed { path: "manifest.json".into(), reason: format!("settings: {e}") }
@@ -54,126 +68,81 @@ pub fn execute<S: Sim>(
         StoreError::Malformed { path: "manifest.json".into(), reason }
     })?;
     let imported = point.environment != GENERATED;
-    let world = world(point, &workplace.networks)?;
-    let env = SignalEnv::new(
-        sim,
-        world,
-        scenario.signal.clone(),
-        scenario.simulation.clone(),
-        workplace.scratch.clone(),
-    );
+    let world = planned_world(point, &workplace.networks)?;
+    let env = environment(sim, world, &scenario, &workplace.scratch);
     let mut controller = create(&task.method, &control_settings(&scenario, imported), task.seed)?;
-    let (task_seed, point) = (task.seed, task.point.clone());
-    let mut lab = Lab { env, task_seed, point, rows: Vec::new(), progress };
-    controller.train(&mut lab)?;
-    for (k, &seed) in identity.evaluation_seeds.iter().enumerate() {
-        let metrics = lab.run(controller.as_mut(), seed)?;
-        lab.record(RowKind::Evaluation, k as u32, seed, &metrics);
-    }
-    Ok(TaskResult {
-        rows: lab.rows,
-        training: Metrics::new(),
-        details: controller.details(),
-        wall: Wall {
-            wall_s: start.elapsed().as_secs_f64(),
-            simulator_s: lab.env.simulator_time().as_secs_f64(),
-            attempts: 1,
-        },
-    })
+    settle(env, controller.as_mut(), manifest, task, workplace, news)
 }
 
-/// Returns the world of a point MDP after checking that its files are those of the plan.
-fn world(point: &PointRow, networks: &Path) -> Result<World, EvalError> {
-    if point.environment != GENERATED {
-        let config = PathBuf::from(&point.environment);
-        let world = World::from_sumocfg(&config)?;
-        for (name, file) in scenario_files(&config)? {
-            check(&file, point.sha256.get(&name))?;
-        }
-        return Ok(world);
-    }
-    let folder = networks.join(&point.point);
-    for (name, sha256) in &point.sha256 {
-        check(&folder.join(name), Some(sha256))?;
-    }
-    let demand = DemandSpec::read(&folder.join(format!("{}.demand.json", point.point)))?;
-    let mut world = World::from_sumocfg(&folder.join(format!("{}.sumocfg", point.point)))?;
-    world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
-    Ok(world)
-}
-
-fn check(path: &Path, sha256: Option<&String>) -> Result<(), EvalError> {
-    let altered = |what| Err(EvalError::Altered { path: path.to_path_buf(), what });
-    if !path.exists() {
-        return altered("was deleted");
-    }
-    if Some(&sha256_file(path)?) != sha256 {
-        return altered("was altered");
-    }
-    Ok(())
-}
-
-/// Runs training episodes and keeps a row of each.
-struct Lab<'a, S> {
+/// Trains and evaluates a controller, writes its model and commits its record.
+fn settle<S: Sim>(
     env: SignalEnv<S>,
-    task_seed: u64,
-    point: String,
-    rows: Vec<Row>,
-    progress: &'a mut dyn FnMut(&Progress),
+    controller: &mut dyn Controller,
+    manifest: &Manifest,
+    task: &Task,
+    workplace: &Workplace,
+    news: &mut dyn FnMut(News),
+) -> Result<Record, EvalError> {
+    let (layout, sha256) = (&workplace.layout, manifest.sha256());
+    let keeper = Keeper::new(layout, &sha256, task, workplace.checkpoint_every);
+    let mut lab = Lab::new(env, task, workplace.attempt, keeper, news);
+    let record = match study(&mut lab, controller, &manifest.identity.evaluation_seeds) {
+        Ok((result, model)) => {
+            let record = Record::finished(task, &sha256, result);
+            if let Some(model) = model {
+                model::write(layout, &manifest.identity, task, &record, model)?;
+            }
+            record
+        }
+        Err(EvalError::Control(e @ ControlError::Diverged { .. })) => {
+            Record::failed(task, &sha256, e.to_string(), lab.wall())
+        }
+        Err(e) => {
+            if matches!(e, EvalError::Control(ControlError::Model(_))) {
+                lab.forget()?;
+            }
+            return Err(e);
+        }
+    };
+    record.commit(layout)?;
+    Ok(record)
 }
 
-impl<S: Sim> Lab<'_, S> {
-    fn run(
-        &mut self,
-        controller: &mut dyn Controller,
-        seed: u64,
-    ) -> Result<EpisodeMetrics, EpisodeError> {
-        run_episode(&mut self.env, controller, seed::at_point(seed, &self.point))
-    }
-
-    fn record(&mut self, kind: RowKind, episode: u32, seed: u64, metrics: &EpisodeMetrics) {
-        self.rows.push(Row { kind, episode, seed, metrics: named(metrics) });
-        let episodes = self.rows.len() as u32;
-        (self.progress)(&Progress { episodes, delay_s: metrics.delay_s() });
-    }
+fn study<S: Sim>(
+    lab: &mut Lab<'_, S>,
+    controller: &mut dyn Controller,
+    seeds: &[u64],
+) -> Result<(TaskResult, Option<Archive>), EvalError> {
+    controller.train(lab)?;
+    lab.evaluate(controller, seeds)?;
+    // Not before an episode has begun: a training that was killed when it was over is restored then.
+    let model = controller.model();
+    let training = if model.is_some() { resco(&lab.rows) } else { Metrics::new() };
+    let (rows, details, wall) = (std::mem::take(&mut lab.rows), controller.details(), lab.wall());
+    Ok((TaskResult { rows, training, details, wall }, model))
 }
 
-impl<S: Sim> Trainer for Lab<'_, S> {
-    fn episode(
-        &mut self,
-        controller: &mut dyn Controller,
-        seed: u32,
-    ) -> Result<EpisodeOutcome, ControlError> {
-        let episode = self.rows.len() as u32;
-        let seed = seed::training(self.task_seed, seed);
-        let metrics = self.run(controller, seed).map_err(|e| ControlError::Episode(Box::new(e)))?;
-        self.record(RowKind::Training, episode, seed, &metrics);
-        Ok(metrics.outcome())
+/// Returns what RESCO reports of a learner: the delay in its best training episode, and beside it the
+/// mean over its last ten. Both are of training, on training seeds and with exploration; the best of
+/// many episodes is optimistic, and worst for methods that are unstable. Scores do not use them.
+///
+/// Deviation: RESCO takes the best episode of the curve that is averaged over several trainings;
+/// here it is the best of each training.
+///
+/// Source: RESCO, utils/graph.py (the minimum of the curve for learners, the mean for others).
+fn resco(rows: &[Row]) -> Metrics {
+    let delays: Vec<f64> = (rows.iter())
+        .filter(|r| r.kind == RowKind::Training)
+        .filter_map(|r| r.metrics.get("delay_s").copied())
+        .collect();
+    if delays.is_empty() {
+        return Metrics::new();
     }
-
-    fn decisions_per_episode(&self) -> u32 {
-        self.env.decisions_per_episode()
-    }
-}
-
-/// Returns the metrics of an episode by name.
-fn named(metrics: &EpisodeMetrics) -> Metrics {
-    let trips = &metrics.trips;
-    [
-        ("delay_s", metrics.delay_s()),
-        ("waiting_s", metrics.waiting_s()),
-        ("queue_veh", metrics.queue_veh),
-        ("max_queue_veh", metrics.max_queue_veh),
-        ("vehicles_veh", f64::from(trips.vehicles)),
-        ("throughput_veh", f64::from(trips.arrived)),
-        ("unfinished_veh", f64::from(trips.running + trips.undeparted)),
-        ("undeparted_veh", f64::from(trips.undeparted)),
-        ("teleports", f64::from(metrics.counts.teleports)),
-        ("collisions", f64::from(metrics.counts.collisions)),
-    ]
-    .into_iter()
-    .map(|(name, value)| (name.to_owned(), value))
-    .collect()
+    let last = &delays[delays.len().saturating_sub(RESCO_LAST)..];
+    Metrics::from([
+        ("resco_best_delay_s".to_owned(), delays.iter().copied().fold(f64::INFINITY, f64::min)),
+        ("resco_last_ten_delay_s".to_owned(), last.iter().sum::<f64>() / last.len() as f64),
+    ])
 }
 
 /// Returns whether an error concerns the machine and not the task: it would make other tasks fail
@@ -185,6 +154,7 @@ pub fn stops_run(error: &EvalError) -> bool {
             | EvalError::Store(_)
             | EvalError::Io(_)
             | EvalError::Altered { .. }
+            | EvalError::Control(ControlError::Checkpoint(_))
     ) || has_file_error(error)
 }
 
@@ -204,19 +174,200 @@ fn has_file_error(error: &(dyn std::error::Error + 'static)) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::fs;
+    use std::path::Path;
 
-    #[test]
-    fn a_disk_error_in_a_training_episode_stops_the_run() {
-        let file = FileError::at("write", Path::new("x"))(std::io::Error::other("full"));
-        let episode = EpisodeError::Sim(SimError::Io(file));
-        assert!(stops_run(&EvalError::Control(ControlError::Episode(Box::new(episode)))));
-        let sumo = EpisodeError::Sim(SimError::NotRunning);
-        assert!(!stops_run(&EvalError::Control(ControlError::Episode(Box::new(sumo)))));
+    use super::*;
+    use crate::env::testing::env;
+    use crate::eval::model::SavedModel;
+    use crate::eval::plan::tests::planned;
+    use crate::eval::testing::Learner;
+    use crate::store::record::Outcome;
+
+    /// A results directory and a task of `idqn` in it.
+    struct Place {
+        dir: tempfile::TempDir,
+        manifest: Manifest,
+        task: Task,
+        notes: Vec<String>,
+        episodes: Vec<u32>,
+    }
+
+    impl Place {
+        fn new() -> Self {
+            let mut manifest = planned(&[]).0;
+            manifest.identity.methods.push("idqn".into());
+            let task = manifest.identity.tasks().into_iter().find(|t| t.method == "idqn").unwrap();
+            let dir = tempfile::tempdir().unwrap();
+            Self { dir, manifest, task, notes: vec![], episodes: vec![] }
+        }
+
+        fn layout(&self) -> Layout {
+            Layout::new(self.dir.path())
+        }
+
+        fn settle(&mut self, mut learner: Learner, every: Duration) -> Result<Record, EvalError> {
+            let workplace = Workplace {
+                layout: self.layout(),
+                networks: "networks".into(),
+                scratch: self.dir.path().to_path_buf(),
+                attempt: 1,
+                checkpoint_every: every,
+            };
+            let arrivals = (0..50).map(|k| (f64::from(k), k % 3 % 2)).collect();
+            let env = env(arrivals, self.dir.path());
+            let (notes, episodes) = (&mut self.notes, &mut self.episodes);
+            let mut news = |news| match news {
+                News::Note(note) => notes.push(note),
+                News::Episode(progress) => episodes.push(progress.episodes),
+            };
+            settle(env, &mut learner, &self.manifest, &self.task, &workplace, &mut news)
+        }
+
+        fn checkpoint(&self) -> PathBuf {
+            self.layout().checkpoint(self.task.task)
+        }
+
+        fn model(&self) -> Vec<u8> {
+            fs::read(self.layout().model(self.task.task)).unwrap()
+        }
+    }
+
+    fn whole() -> (Place, Record) {
+        let mut place = Place::new();
+        let record = place.settle(Learner::of(12), Duration::ZERO).unwrap();
+        (place, record)
     }
 
     #[test]
-    fn networks_are_built_with_the_program_that_environments_look_for() {
-        assert_eq!(crate::network::phases::PHASES_PROGRAM, crate::env::derive::PHASES_PROGRAM);
+    fn a_killed_training_goes_on_to_the_record_and_model_of_one_that_was_never_killed() {
+        let (never_killed, record) = whole();
+        let mut place = Place::new();
+        for dies_after in [Some(1), Some(5), Some(12)] {
+            let learner = Learner { dies_after, ..Learner::of(12) };
+            place.settle(learner, Duration::ZERO).unwrap_err();
+            assert!(place.checkpoint().exists());
+        }
+        let resumed = place.settle(Learner::of(12), Duration::ZERO).unwrap();
+        assert_eq!(resumed.rows, record.rows);
+        assert_eq!(resumed.summary.checksum, record.summary.checksum);
+        assert_eq!(place.model(), never_killed.model());
+        assert!(!place.checkpoint().exists());
+        // Every attempt says first how far the last one came.
+        assert_eq!(place.episodes[..7], [1, 1, 2, 3, 4, 5, 5]);
+        assert_eq!(place.notes.last().unwrap(), "training goes on after episode 12");
+        assert_ne!(record.rows[0].metrics["delay_s"], record.rows[1].metrics["delay_s"]);
+    }
+
+    #[test]
+    fn no_checkpoint_is_written_before_its_time() {
+        let mut place = Place::new();
+        let learner = Learner { dies_after: Some(3), ..Learner::of(12) };
+        place.settle(learner, Duration::from_secs(60)).unwrap_err();
+        assert!(!place.checkpoint().exists());
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_task_is_named_and_training_starts_from_the_beginning() {
+        let (_, record) = whole();
+        let mut place = Place::new();
+        let learner = Learner { dies_after: Some(3), ..Learner::of(12) };
+        place.task.task += 1;
+        place.settle(learner, Duration::ZERO).unwrap_err();
+        let foreign = place.checkpoint();
+        place.task.task -= 1;
+        fs::rename(foreign, place.checkpoint()).unwrap();
+        place.episodes.clear();
+        let again = place.settle(Learner::of(12), Duration::ZERO).unwrap();
+        assert_eq!(again.summary.checksum, record.summary.checksum);
+        assert_eq!(place.episodes[0], 1);
+        let note = &place.notes[0];
+        assert!(note.contains("1.safetensors is not used: it is of task 2, not 1"), "{note}");
+    }
+
+    #[test]
+    fn a_checkpoint_that_the_learner_refuses_is_gone_at_the_next_attempt() {
+        let mut place = Place::new();
+        let learner = Learner { dies_after: Some(3), ..Learner::of(12) };
+        place.settle(learner, Duration::ZERO).unwrap_err();
+        let stubborn = Learner { stubborn: true, ..Learner::of(12) };
+        let e = place.settle(stubborn.clone(), Duration::ZERO).unwrap_err();
+        assert!(e.to_string().starts_with("the model does not fit"), "{e}");
+        place.settle(stubborn, Duration::ZERO).unwrap();
+    }
+
+    #[test]
+    fn a_training_that_diverges_is_a_failed_record_at_once() {
+        let mut place = Place::new();
+        let learner = Learner { diverges_in: Some(4), ..Learner::of(12) };
+        let record = place.settle(learner, Duration::ZERO).unwrap();
+        assert_eq!(record.summary.outcome, Outcome::Failed);
+        assert_eq!(
+            record.summary.reason.as_deref(),
+            Some("training diverged in episode 4: the loss is NaN; try a smaller learning rate")
+        );
+        let sha256 = place.manifest.sha256();
+        let read = Record::read(&place.layout(), &place.task, &sha256).unwrap();
+        assert_eq!(read, Some(record));
+        assert!(!place.checkpoint().exists());
+        assert!(!place.layout().model(place.task.task).exists());
+    }
+
+    #[test]
+    fn a_training_row_has_the_figures_of_the_learner_that_are_numbers() {
+        let (_, record) = whole();
+        let metrics = &record.rows[0].metrics;
+        assert_eq!(metrics["loss"], 0.5);
+        assert!(metrics["delay_s"] > 0.0, "what was measured counts");
+        assert!(!metrics.contains_key("epsilon"));
+        assert!(!record.evaluations().next().unwrap().metrics.contains_key("loss"));
+    }
+
+    #[test]
+    fn resco_reports_the_best_training_episode() {
+        let (_, record) = whole();
+        let delays: Vec<f64> = record.rows[..12].iter().map(|r| r.metrics["delay_s"]).collect();
+        let best = delays.iter().copied().fold(f64::INFINITY, f64::min);
+        assert_eq!(record.summary.metrics["resco_best_delay_s"], best);
+        let last = delays[2..].iter().sum::<f64>() / 10.0;
+        assert_eq!(record.summary.metrics["resco_last_ten_delay_s"], last);
+        assert!(record.summary.metrics["delay_s"] > 0.0);
+        assert_eq!(resco(&[]), Metrics::new());
+    }
+
+    #[test]
+    fn a_model_says_how_and_how_well_it_was_trained() {
+        let mut place = Place::new();
+        let identity = &place.manifest.identity;
+        let baseline = identity.tasks().into_iter().find(|t| t.point == place.task.point).unwrap();
+        assert_eq!(baseline.method, "baseline");
+        let metrics = Metrics::from([("delay_s".to_owned(), 8.0)]);
+        let rows = vec![Row { kind: RowKind::Evaluation, episode: 0, seed: 1, metrics }];
+        let result = TaskResult { rows, ..TaskResult::default() };
+        let sha256 = place.manifest.sha256();
+        Record::finished(&baseline, &sha256, result).commit(&place.layout()).unwrap();
+        let record = place.settle(Learner::of(3), Duration::ZERO).unwrap();
+
+        let path = place.layout().model(place.task.task);
+        let card = SavedModel::read(&path).unwrap().card;
+        assert_eq!((card.method.as_str(), card.point.as_str()), ("idqn", "quiet"));
+        assert_eq!((card.seed, card.training_episodes), (place.task.seed, 3));
+        assert_eq!(card.settings["hidden"], 64);
+        assert_eq!(card.signal.delta_time_s, 10);
+        assert_eq!(card.simulator, "mock");
+        let delay_s = record.summary.metrics["delay_s"];
+        assert_eq!(card.evaluation.delay_s, delay_s);
+        assert_eq!(card.evaluation.score, Some(delay_s / 8.0));
+        assert_eq!(card.evaluation.seeds, place.manifest.identity.evaluation_seeds);
+    }
+
+    #[test]
+    fn a_disk_error_in_a_training_episode_stops_the_run() {
+        let file = || FileError::at("write", Path::new("x"))(std::io::Error::other("full"));
+        let episode = EpisodeError::Sim(SimError::Io(file()));
+        assert!(stops_run(&EvalError::Control(ControlError::Episode(Box::new(episode)))));
+        assert!(stops_run(&EvalError::Control(ControlError::Checkpoint(file()))));
+        let sumo = EpisodeError::Sim(SimError::NotRunning);
+        assert!(!stops_run(&EvalError::Control(ControlError::Episode(Box::new(sumo)))));
     }
 }

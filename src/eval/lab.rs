@@ -1,0 +1,202 @@
+//! Where a controller is trained and evaluated: an environment, and a row of every episode.
+
+use std::time::Instant;
+
+use crate::control::{ControlError, Controller, EpisodeOutcome, Trainer};
+use crate::env::SignalEnv;
+use crate::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
+use crate::error::{EvalError, FileError};
+use crate::nn::archive::Archive;
+use crate::seed;
+use crate::sim::Sim;
+use crate::store::manifest::Task;
+use crate::store::record::{Metrics, Row, RowKind, Wall};
+
+use super::checkpoint::Keeper;
+use super::pool::Progress;
+
+/// What is heard of a task while it goes on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum News {
+    /// An episode is over.
+    Episode(Progress),
+    /// Something that people should know.
+    Note(String),
+}
+
+/// Runs a task's episodes and keeps a row of each.
+pub(super) struct Lab<'a, S> {
+    env: SignalEnv<S>,
+    task: &'a Task,
+    keeper: Keeper,
+    news: &'a mut dyn FnMut(News),
+    start: Instant,
+    attempt: u32,
+    /// Time that earlier attempts took up to the checkpoint.
+    earlier: Wall,
+    resumed: bool,
+    pub(super) rows: Vec<Row>,
+}
+
+impl<'a, S: Sim> Lab<'a, S> {
+    pub(super) fn new(
+        env: SignalEnv<S>,
+        task: &'a Task,
+        attempt: u32,
+        keeper: Keeper,
+        news: &'a mut dyn FnMut(News),
+    ) -> Self {
+        let (start, earlier) = (Instant::now(), Wall::default());
+        Self { env, task, keeper, news, start, attempt, earlier, resumed: false, rows: Vec::new() }
+    }
+
+    /// Removes a checkpoint that the learner could not use, so that another attempt starts from the
+    /// beginning.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when it cannot be removed.
+    pub(super) fn forget(&self) -> Result<(), FileError> {
+        if self.resumed { self.keeper.remove() } else { Ok(()) }
+    }
+
+    /// Evaluates a controller.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when the simulation or the controller fails.
+    pub(super) fn evaluate(
+        &mut self,
+        controller: &mut dyn Controller,
+        seeds: &[u64],
+    ) -> Result<(), EvalError> {
+        let before = self.rows.len();
+        let news = &mut *self.news;
+        let mut done = 0;
+        let rows = held_out(&mut self.env, controller, &self.task.point, seeds, &mut |row| {
+            done += 1;
+            news(News::Episode(progress(before + done, row)));
+        })?;
+        self.rows.extend(rows);
+        Ok(())
+    }
+
+    /// Returns the time that the task has taken so far.
+    pub(super) fn wall(&self) -> Wall {
+        Wall {
+            wall_s: self.earlier.wall_s + self.start.elapsed().as_secs_f64(),
+            simulator_s: self.earlier.simulator_s + self.env.simulator_time().as_secs_f64(),
+            attempts: self.attempt,
+        }
+    }
+}
+
+impl<S: Sim> Trainer for Lab<'_, S> {
+    fn episode(
+        &mut self,
+        controller: &mut dyn Controller,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError> {
+        let episode = self.rows.len() as u32;
+        let seed = seed::training(self.task.seed, seed);
+        let at_point = seed::at_point(seed, &self.task.point);
+        let metrics = run_episode(&mut self.env, controller, at_point).map_err(|e| match e {
+            EpisodeError::Control(e) => e,
+            sim @ EpisodeError::Sim(_) => ControlError::Episode(Box::new(sim)),
+        })?;
+        let mut row = Row { kind: RowKind::Training, episode, seed, metrics: named(&metrics) };
+        // JSON has no infinities; a figure that is no number is left out.
+        for (name, value) in controller.figures().into_iter().filter(|(_, v)| v.is_finite()) {
+            row.metrics.entry(name).or_insert(value);
+        }
+        (self.news)(News::Episode(progress(self.rows.len() + 1, &row)));
+        self.rows.push(row);
+        Ok(metrics.outcome())
+    }
+
+    fn decisions_per_episode(&self) -> u32 {
+        self.env.decisions_per_episode()
+    }
+
+    fn saved(&mut self) -> Option<Archive> {
+        match self.keeper.restore() {
+            Ok(None) => None,
+            Ok(Some((state, kept))) => {
+                self.earlier.wall_s = kept.wall_s;
+                self.earlier.simulator_s = kept.simulator_s;
+                self.rows = kept.rows;
+                self.resumed = true;
+                let episodes = self.rows.len();
+                (self.news)(News::Note(format!("training goes on after episode {episodes}")));
+                if let Some(last) = self.rows.last() {
+                    (self.news)(News::Episode(progress(episodes, last)));
+                }
+                Some(state)
+            }
+            Err(reason) => {
+                (self.news)(News::Note(reason));
+                None
+            }
+        }
+    }
+
+    fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
+        if self.keeper.is_due() {
+            let wall = self.wall();
+            self.keeper.keep(state(), &self.rows, wall.wall_s, wall.simulator_s)?;
+        }
+        Ok(())
+    }
+}
+
+/// Runs one evaluation episode per seed on a point MDP and returns a row of each.
+///
+/// # Arguments
+///
+/// * `done` — called with the row of every episode.
+///
+/// # Errors
+///
+/// [`EvalError`] when the simulation or the controller fails.
+pub fn held_out<S: Sim>(
+    env: &mut SignalEnv<S>,
+    controller: &mut dyn Controller,
+    point: &str,
+    seeds: &[u64],
+    done: &mut dyn FnMut(&Row),
+) -> Result<Vec<Row>, EvalError> {
+    let mut rows = Vec::with_capacity(seeds.len());
+    for (k, &seed) in seeds.iter().enumerate() {
+        let metrics = run_episode(env, controller, seed::at_point(seed, point))?;
+        let row =
+            Row { kind: RowKind::Evaluation, episode: k as u32, seed, metrics: named(&metrics) };
+        done(&row);
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+fn progress(episodes: usize, row: &Row) -> Progress {
+    let delay_s = row.metrics.get("delay_s").copied().unwrap_or_default();
+    Progress { episodes: episodes as u32, delay_s }
+}
+
+/// Returns the metrics of an episode by name.
+fn named(metrics: &EpisodeMetrics) -> Metrics {
+    let trips = &metrics.trips;
+    [
+        ("delay_s", metrics.delay_s()),
+        ("waiting_s", metrics.waiting_s()),
+        ("queue_veh", metrics.queue_veh),
+        ("max_queue_veh", metrics.max_queue_veh),
+        ("vehicles_veh", f64::from(trips.vehicles)),
+        ("throughput_veh", f64::from(trips.arrived)),
+        ("unfinished_veh", f64::from(trips.running + trips.undeparted)),
+        ("undeparted_veh", f64::from(trips.undeparted)),
+        ("teleports", f64::from(metrics.counts.teleports)),
+        ("collisions", f64::from(metrics.counts.collisions)),
+    ]
+    .into_iter()
+    .map(|(name, value)| (name.to_owned(), value))
+    .collect()
+}

@@ -1,0 +1,241 @@
+//! Models: what a learner has learned, with a card that says how, on what, and how well.
+//!
+//! A model has the tensors of the learner's own archive. The card is written here, with the
+//! learner's own card on it: enough to set the learner up again, and to judge the model without
+//! running it. Equal trainings give equal bytes, but for `score`, which is absent while the baseline
+//! has no record yet.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::control::registry::create;
+use crate::control::{ControlError, Controller};
+use crate::error::{EvalError, FileError};
+use crate::family::check::check;
+use crate::family::scenario::{Scenario, SignalSettings};
+use crate::files::replace;
+use crate::nn::archive::{Archive, ArchiveError};
+use crate::store::Layout;
+use crate::store::manifest::{Identity, Task};
+use crate::store::record::{Record, RowKind};
+
+use super::checkpoint::{CHECKPOINT, FORMAT_VERSION, KIND, LEARNER};
+use super::plan::control_settings;
+
+/// Value of `kind` on a model's card.
+pub const MODEL: &str = "model";
+
+/// What a model's file says of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelCard {
+    /// Always [`MODEL`].
+    pub kind: String,
+    /// Version of the file.
+    pub format_version: u32,
+    /// Name of the method.
+    pub method: String,
+    /// Id of the point MDP that it was trained on.
+    pub point: String,
+    /// Which of several independent trainings.
+    pub replicate: u32,
+    /// Seed of the task.
+    pub seed: u64,
+    /// Episodes of training.
+    pub training_episodes: usize,
+    /// The method's section of the scenario, defaults included.
+    pub settings: Value,
+    /// How signals are timed and what the method sees.
+    pub signal: SignalSettings,
+    /// Version of tsc-family.
+    pub tsc_family: String,
+    /// Git revision of the build, or `unknown`.
+    pub git: String,
+    /// Version of the simulator.
+    pub simulator: String,
+    /// What came of it on the point MDP it was trained on.
+    pub evaluation: Evaluation,
+}
+
+/// How good a model is where it was trained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Seeds of the episodes, before they are mixed with the point MDP's id.
+    pub seeds: Vec<u64>,
+    /// Mean delay, seconds.
+    pub delay_s: f64,
+    /// Mean delay divided by the baseline's; absent when the baseline had no record of the point
+    /// MDP when the model was written.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub score: Option<f64>,
+}
+
+/// Returns the name that a method's settings have in a scenario.
+fn section(method: &str) -> String {
+    method.replace('-', "_")
+}
+
+/// Writes the model of a task that has been evaluated.
+///
+/// # Arguments
+///
+/// * `record` — the task's record, which is not committed yet.
+/// * `model` — what the learner says it has learned.
+///
+/// # Errors
+///
+/// [`FileError`] when the results directory cannot be written.
+pub(super) fn write(
+    layout: &Layout,
+    identity: &Identity,
+    task: &Task,
+    record: &Record,
+    mut model: Archive,
+) -> Result<(), FileError> {
+    let settings = &identity.settings;
+    let signal = settings.get("signal").cloned().unwrap_or_default();
+    let delay_s = record.summary.metrics.get("delay_s").copied().unwrap_or_default();
+    let card = ModelCard {
+        kind: MODEL.to_owned(),
+        format_version: FORMAT_VERSION,
+        method: task.method.clone(),
+        point: task.point.clone(),
+        replicate: task.replicate,
+        seed: task.seed,
+        training_episodes: record.rows.iter().filter(|r| r.kind == RowKind::Training).count(),
+        settings: settings.get(section(&task.method)).cloned().unwrap_or_default(),
+        signal: serde_json::from_value(signal).unwrap_or_default(),
+        tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
+        git: env!("TSC_FAMILY_GIT").to_owned(),
+        simulator: identity.simulator.clone(),
+        evaluation: Evaluation {
+            seeds: identity.evaluation_seeds.clone(),
+            delay_s,
+            score: baseline_delay(layout, identity, task, &record.summary.manifest)
+                .map(|baseline| delay_s / baseline),
+        },
+    };
+    let own = std::mem::take(&mut model.card);
+    let Value::Object(card) = serde_json::to_value(card).expect("a card is plain data") else {
+        unreachable!("a struct is an object")
+    };
+    model.card = card;
+    model.put(LEARNER, own);
+    replace(&layout.model(task.task), &layout.tmp(), &model.to_bytes())
+}
+
+/// Returns the baseline's mean delay on the point MDP of a task, if it has been recorded; a record
+/// that is damaged is for `run` and `report` to name.
+fn baseline_delay(
+    layout: &Layout,
+    identity: &Identity,
+    task: &Task,
+    manifest: &str,
+) -> Option<f64> {
+    (identity.tasks().iter())
+        .filter(|t| t.method == identity.baseline && t.point == task.point)
+        .find_map(|t| Record::read(layout, t, manifest).ok().flatten())
+        .and_then(|record| record.summary.metrics.get("delay_s").copied())
+        .filter(|delay_s| *delay_s > 0.0)
+}
+
+/// A model as it lies on disk.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedModel {
+    path: PathBuf,
+    /// What it says of itself.
+    pub card: ModelCard,
+    archive: Archive,
+}
+
+impl SavedModel {
+    /// Reads a model.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError::Io`] when the file cannot be read, [`EvalError::Model`] when it is no model or of
+    /// an unknown method.
+    pub fn read(path: &Path) -> Result<Self, EvalError> {
+        let fail = |reason: String| EvalError::Model { path: path.to_path_buf(), reason };
+        let advice = "give a file of the folder models/ of a results directory";
+        let mut archive = Archive::read(path).map_err(|e| match e {
+            ArchiveError::Io(e) => EvalError::Io(e),
+            ArchiveError::Foreign { reason, .. } => fail(format!("{reason}; {advice}")),
+            other => fail(other.to_string()),
+        })?;
+        match archive.get::<String>(KIND) {
+            Ok(kind) if kind == MODEL => {}
+            Ok(kind) if kind == CHECKPOINT => {
+                return Err(fail(format!("a checkpoint of a training, not a model; {advice}")));
+            }
+            _ => return Err(fail(format!("not a model; {advice}"))),
+        }
+        let version: u32 = archive.get("format_version").map_err(|e| fail(e.to_string()))?;
+        if version != FORMAT_VERSION {
+            let writer: String = archive.get("tsc_family").unwrap_or_else(|_| "unknown".into());
+            return Err(fail(format!(
+                "a model of format version {version}, but this tsc-family reads {FORMAT_VERSION}; \
+                 use version {writer}, which wrote it"
+            )));
+        }
+        let own = archive.get(LEARNER).map_err(|e| fail(e.to_string()))?;
+        let card = std::mem::replace(&mut archive.card, own);
+        let card: ModelCard = serde_json::from_value(Value::Object(card))
+            .map_err(|e| fail(format!("its card is damaged: {e}")))?;
+        Ok(Self { path: path.to_path_buf(), card, archive })
+    }
+
+    fn fail(&self, reason: String) -> EvalError {
+        EvalError::Model { path: self.path.clone(), reason }
+    }
+
+    /// Returns a scenario with the method's and the signals' settings of the model.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError::Model`] when the method is unknown or a setting does not exist or is out of
+    /// range.
+    pub fn scenario(&self, scenario: &Scenario) -> Result<Scenario, EvalError> {
+        let method = &self.card.method;
+        create(method, &control_settings(scenario, false), 0)
+            .map_err(|e| self.fail(format!("of an {e}")))?;
+        let mut scenario = scenario.clone();
+        scenario.signal = self.card.signal.clone();
+        let mut settings = serde_json::to_value(&scenario).expect("a scenario is plain data");
+        settings[section(method)] = self.card.settings.clone();
+        let scenario = serde_json::from_value(settings)
+            .map_err(|e| self.fail(format!("its settings are of another version: {e}")))?;
+        check(&scenario, "its settings").map_err(|e| self.fail(e.to_string()))?;
+        Ok(scenario)
+    }
+
+    /// Returns the controller that the model makes, in a scenario with its settings.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError::Model`] when the method cannot use it.
+    pub fn controller(
+        &self,
+        scenario: &Scenario,
+        imported: bool,
+    ) -> Result<Box<dyn Controller>, EvalError> {
+        let settings = control_settings(scenario, imported);
+        let mut controller = create(&self.card.method, &settings, self.card.seed)?;
+        controller.load(self.archive.clone()).map_err(|e| self.fail(e.to_string()))?;
+        Ok(controller)
+    }
+
+    /// Returns the error of an evaluation, with the file's name and a way out if the model is the
+    /// cause.
+    pub fn explain(&self, error: EvalError, point: &str) -> EvalError {
+        match error {
+            EvalError::Control(ControlError::Model(e)) => self.fail(format!(
+                "the model does not fit the signals of {point}: {e}; it was trained on {}, choose an \
+                 intersection with as many lanes and phases",
+                self.card.point
+            )),
+            other => other,
+        }
+    }
+}
