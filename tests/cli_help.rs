@@ -15,6 +15,7 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_list", "list --help"),
         ("help_build_networks", "build-networks --help"),
         ("help_run", "run --help"),
+        ("help_evaluate", "evaluate --help"),
         ("help_report", "report --help"),
         ("help_doctor", "doctor --help"),
     ] {
@@ -25,7 +26,9 @@ fn the_help_of_every_command_stays_as_it_is() {
 #[test]
 fn the_manual_page_names_every_command() {
     let page = help("man");
-    for command in ["list", "build\\-networks", "run", "report", "doctor", "completions"] {
+    for command in
+        ["list", "build\\-networks", "run", "evaluate", "report", "doctor", "completions"]
+    {
         assert!(page.contains(command), "{command}");
     }
     assert!(!page.contains("worker DIR"));

@@ -1,5 +1,6 @@
 //! `tsc-family build-networks`, and what `run` needs of it.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,6 +10,7 @@ use super::output::{Progress, line};
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::network::build::{BuildSummary, build_all};
+use crate::network::index::Index;
 use crate::network::intersection::{IntersectionSpec, intersections};
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
@@ -36,6 +38,25 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
 /// Returns `networks/NAME`.
 pub(super) fn default_folder(loaded: &LoadedScenario) -> PathBuf {
     Path::new("networks").join(&loaded.scenario.name)
+}
+
+/// Builds the networks of some point MDPs where they are missing, checks them all, and returns the
+/// sha256 of their files by point MDP and file name.
+pub(super) fn prepare(
+    loaded: &LoadedScenario,
+    points: &BTreeSet<&str>,
+    networks: &Path,
+    quiet: bool,
+) -> anyhow::Result<BTreeMap<String, BTreeMap<String, String>>> {
+    let mut specs = intersections(loaded)?;
+    specs.retain(|s| points.contains(s.point.as_str()));
+    build(loaded, &specs, networks, false, quiet)?;
+    let index = Index::load(networks)?;
+    let mut hashes = BTreeMap::new();
+    for spec in &specs {
+        hashes.insert(spec.point.clone(), index.verify(&spec.point)?.sha256);
+    }
+    Ok(hashes)
 }
 
 /// Builds the networks that are missing, with progress.

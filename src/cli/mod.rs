@@ -3,6 +3,7 @@
 mod build_networks;
 mod doctor;
 mod estimate;
+mod evaluate;
 mod list;
 mod monitor;
 mod output;
@@ -50,6 +51,8 @@ pub enum Command {
     BuildNetworks(BuildNetworksArgs),
     /// Evaluate controllers on a sample of a family
     Run(RunArgs),
+    /// Evaluate a model that `run` trained on another point MDP or SUMO scenario
+    Evaluate(EvaluateArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(ReportArgs),
     /// Check SUMO and this machine, and say what is wrong
@@ -189,6 +192,44 @@ pub struct RunArgs {
     pub quiet: bool,
 }
 
+/// `tsc-family evaluate`.
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("place").required(true))]
+#[command(after_help = "\
+The model and the baseline get the same vehicles. Method, hyper-parameters and timing of the
+signals are the model's, everything else is the scenario's; nothing is trained. The score is the
+model's mean delay divided by the baseline's.
+
+Examples:
+  tsc-family evaluate --model results/smoke/models/000/1.safetensors --point busy smoke
+  tsc-family evaluate --model m.safetensors --sumocfg city/a.sumocfg --eval-seeds 10")]
+pub struct EvaluateArgs {
+    /// Model: a file of the folder `models` of a results directory
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// Scenario that has the point MDP; with --sumocfg only its settings count
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Id of the point MDP; its network is built if it is missing
+    #[arg(long, value_name = "ID", group = "place")]
+    pub point: Option<String>,
+    /// SUMO configuration to evaluate on, instead of a point MDP of the scenario
+    #[arg(long, value_name = "FILE", group = "place")]
+    pub sumocfg: Option<PathBuf>,
+    /// Evaluation episodes of each
+    #[arg(long, value_name = "K", default_value = "5")]
+    pub eval_seeds: NonZeroU32,
+    /// Seed from which those of the episodes are derived, as in `run`
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Folder of the networks [default: networks/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// Print JSON lines: one per method
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -269,6 +310,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::List(args) => list::run(&args),
         Command::BuildNetworks(args) => build_networks::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Worker(args) => worker::run(&args),

@@ -11,7 +11,7 @@ use anyhow::Context;
 use serde_json::{Value, json};
 
 use super::RunArgs;
-use super::build_networks::{build, default_folder};
+use super::build_networks::{default_folder, prepare};
 use super::estimate::{Effort, estimate};
 use super::monitor::Monitor;
 use super::output::{line, note};
@@ -21,8 +21,6 @@ use crate::eval::pool::Pool;
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::overrides::Override;
-use crate::network::index::Index;
-use crate::network::intersection::intersections;
 use crate::report::data::{JsonRow, ReportData};
 use crate::report::{self, text};
 use crate::sample::Sampling;
@@ -199,21 +197,13 @@ fn networks_of(
         return Ok(BTreeMap::new());
     }
     let chosen: BTreeSet<&str> = draft.sample.draws.iter().map(|d| d.point.as_str()).collect();
-    let mut specs = intersections(&request.scenario)?;
-    specs.retain(|s| chosen.contains(s.point.as_str()));
-    build(&request.scenario, &specs, networks, false, quiet)?;
-    let index = Index::load(networks)?;
-    let mut hashes = BTreeMap::new();
-    for spec in &specs {
-        hashes.insert(spec.point.clone(), index.verify(&spec.point)?.sha256);
-    }
-    Ok(hashes)
+    prepare(&request.scenario, &chosen, networks, quiet)
 }
 
 /// Returns the simulator's version after loading every imported scenario once, so that one that
 /// cannot be simulated is refused before anything is written.
 #[cfg(feature = "libsumo")]
-fn simulator(sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
+pub(super) fn simulator(sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
     use crate::env::derive::derive;
     use crate::sim::libsumo::SumoSim;
     use crate::sim::{Sim, StartOptions};
@@ -238,7 +228,7 @@ fn simulator(sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
 }
 
 #[cfg(not(feature = "libsumo"))]
-fn simulator(_sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
+pub(super) fn simulator(_sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
     Err(SimError::Unavailable("built without the feature `libsumo`".into()).into())
 }
 

@@ -5,6 +5,7 @@
 //! running it. Equal trainings give equal bytes, but for `score`, which is absent while the baseline
 //! has no record yet.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -154,12 +155,15 @@ impl SavedModel {
     ///
     /// # Errors
     ///
-    /// [`EvalError::Io`] when the file cannot be read, [`EvalError::Model`] when it is no model or of
-    /// an unknown method.
+    /// [`EvalError::Io`] when the file cannot be read, [`EvalError::Model`] when it does not exist or is
+    /// no model.
     pub fn read(path: &Path) -> Result<Self, EvalError> {
         let fail = |reason: String| EvalError::Model { path: path.to_path_buf(), reason };
         let advice = "give a file of the folder models/ of a results directory";
         let mut archive = Archive::read(path).map_err(|e| match e {
+            ArchiveError::Io(e) if e.reason.kind() == ErrorKind::NotFound => {
+                fail(format!("does not exist; {advice}"))
+            }
             ArchiveError::Io(e) => EvalError::Io(e),
             ArchiveError::Foreign { reason, .. } => fail(format!("{reason}; {advice}")),
             other => fail(other.to_string()),
@@ -194,8 +198,8 @@ impl SavedModel {
     ///
     /// # Errors
     ///
-    /// [`EvalError::Model`] when the method is unknown or a setting does not exist or is out of
-    /// range.
+    /// [`EvalError::Model`] when the method is unknown or cannot use the model, or when a setting does
+    /// not exist or is out of range.
     pub fn scenario(&self, scenario: &Scenario) -> Result<Scenario, EvalError> {
         let method = &self.card.method;
         create(method, &control_settings(scenario, false), 0)
@@ -207,6 +211,8 @@ impl SavedModel {
         let scenario = serde_json::from_value(settings)
             .map_err(|e| self.fail(format!("its settings are of another version: {e}")))?;
         check(&scenario, "its settings").map_err(|e| self.fail(e.to_string()))?;
+        // What makes it unusable on any signal is said before anything is built or simulated.
+        self.controller(&scenario, false)?;
         Ok(scenario)
     }
 
@@ -237,5 +243,39 @@ impl SavedModel {
             )),
             other => other,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_of_other_signals_says_where_it_was_trained() {
+        let card = ModelCard {
+            kind: MODEL.into(),
+            format_version: FORMAT_VERSION,
+            method: "idqn".into(),
+            point: "quiet".into(),
+            replicate: 0,
+            seed: 1,
+            training_episodes: 1,
+            settings: Value::Null,
+            signal: SignalSettings::default(),
+            tsc_family: String::new(),
+            git: String::new(),
+            simulator: String::new(),
+            evaluation: Evaluation { seeds: vec![], delay_s: 0.0, score: None },
+        };
+        let model = SavedModel { path: "m".into(), card, archive: Archive::default() };
+        let shape =
+            ArchiveError::Shape { name: "w".into(), found: vec![8, 64], wanted: vec![6, 64] };
+        let e = model.explain(EvalError::Control(ControlError::Model(shape)), "busy").to_string();
+        assert_eq!(
+            e,
+            "m: the model does not fit the signals of busy: tensor \"w\" has shape [8, 64], but \
+             [6, 64] is needed; it was trained on quiet, choose an intersection with as many lanes \
+             and phases"
+        );
     }
 }

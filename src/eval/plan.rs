@@ -94,9 +94,7 @@ fn imported_family(
     let mut imported = BTreeMap::new();
     for config in configs {
         World::from_sumocfg(config)?;
-        let stem = config.file_stem().unwrap_or_default().to_string_lossy();
-        let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-        let id: String = stem.chars().map(safe).collect();
+        let id = imported_id(config);
         if imported.insert(id.clone(), config.clone()).is_some() {
             return Err(EvalError::DoubledPoint(id));
         }
@@ -111,6 +109,18 @@ fn imported_family(
     let points = imported.keys().map(point).collect();
     let family = MdpFamily::new("imported", Vec::<Feature>::new(), points, "--sumocfg")?;
     Ok((family, imported))
+}
+
+/// Returns the seeds of so many evaluation episodes.
+pub fn evaluation_seeds(base: u64, count: u32) -> Vec<u64> {
+    (0..count).map(|k| seed::evaluation(base, k)).collect()
+}
+
+/// Returns the id that an imported scenario has as a point MDP.
+pub fn imported_id(config: &Path) -> String {
+    let stem = config.file_stem().unwrap_or_default().to_string_lossy();
+    let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    stem.chars().map(safe).collect()
 }
 
 /// Returns the settings of all controllers in a scenario.
@@ -201,9 +211,7 @@ pub fn complete(
         replicates: if draft.replicated.is_empty() { 1 } else { request.replicates },
         replicated: draft.replicated.clone(),
         base_seed: request.base_seed,
-        evaluation_seeds: (0..request.evaluation_seeds)
-            .map(|k| seed::evaluation(request.base_seed, k))
-            .collect(),
+        evaluation_seeds: evaluation_seeds(request.base_seed, request.evaluation_seeds),
     };
     let tasks = identity.tasks();
     Ok((Manifest { identity, provenance }, tasks))

@@ -1,0 +1,220 @@
+//! `tsc-family evaluate`: a saved model and the baseline, side by side.
+
+use std::collections::BTreeSet;
+
+use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
+use serde_json::json;
+
+use super::EvaluateArgs;
+use super::build_networks::{default_folder, prepare};
+use super::output::{Progress, line, note};
+use crate::env::World;
+use crate::error::EvalError;
+use crate::eval::contest::{Place, Standing};
+use crate::eval::environment::generated_world;
+use crate::eval::model::SavedModel;
+use crate::eval::plan::{evaluation_seeds, imported_id};
+use crate::exit;
+use crate::family::load::{LoadedScenario, load_with};
+use crate::family::scenario::Scenario;
+use crate::report::level_of_service::letter;
+use crate::store::record::Row;
+
+/// Point MDPs that an error names.
+const NAMED_POINTS: usize = 3;
+
+/// Columns of the table: heading, and metric and decimals where it is one.
+const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
+    ("method", None),
+    ("delay (s)", Some(("delay_s", 1))),
+    ("waiting (s)", Some(("waiting_s", 1))),
+    ("queue (veh)", Some(("queue_veh", 1))),
+    ("unfinished (veh)", Some(("unfinished_veh", 1))),
+    ("level of service", None),
+    ("score", None),
+];
+
+pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
+    let model = SavedModel::read(&args.model)?;
+    let scenario = model.scenario(&loaded.scenario)?;
+    let place = place(args, &loaded)?;
+    let seeds = evaluation_seeds(args.seed, args.eval_seeds.get());
+    if !args.json {
+        let card = &model.card;
+        note(format!(
+            "{}, trained on {} for {} episodes, evaluated on {} with {} seeds",
+            card.method,
+            card.point,
+            card.training_episodes,
+            place.point,
+            seeds.len()
+        ));
+    }
+    let point = place.point.clone();
+    let mut progress = Progress::new(2 * seeds.len() as u64, "episodes", args.json);
+    let mut done = 0;
+    let standings = play(&model, &scenario, place, &seeds, &mut |_| {
+        done += 1;
+        progress.set(done, "");
+    });
+    progress.finish();
+    let standings = standings?;
+    if args.json {
+        for standing in &standings {
+            line(json_line(standing, &point, seeds.len()))?;
+        }
+    } else {
+        line(table(&standings))?;
+    }
+    Ok(exit::DONE)
+}
+
+/// Returns where the model is to be evaluated; the network is built if it is missing.
+fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> {
+    if let Some(config) = &args.sumocfg {
+        let world = World::from_sumocfg(config)?;
+        super::run::simulator(std::slice::from_ref(config))?;
+        return Ok(Place { point: imported_id(config), world, imported: true });
+    }
+    let point = args.point.clone().unwrap_or_default();
+    if loaded.family.position(&point).is_none() {
+        return Err(unknown_point(&point, loaded, &args.scenario.scenario).into());
+    }
+    let networks = args.networks.clone().unwrap_or_else(|| default_folder(loaded));
+    prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
+    Ok(Place { world: generated_world(&networks, &point)?, point, imported: false })
+}
+
+fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
+    let points = &loaded.family.points;
+    let named: Vec<&str> = points.iter().take(NAMED_POINTS).map(|p| p.id.as_str()).collect();
+    let mut some = named.join(", ");
+    if points.len() > named.len() {
+        let more = points.len() - named.len();
+        some.push_str(&format!(" and {more} more, which `tsc-family list {scenario}` shows"));
+    }
+    EvalError::NoPoint { scenario: loaded.family.name.clone(), point: point.to_owned(), some }
+}
+
+#[cfg(feature = "libsumo")]
+fn play(
+    model: &SavedModel,
+    scenario: &Scenario,
+    place: Place,
+    seeds: &[u64],
+    done: &mut dyn FnMut(&Row),
+) -> anyhow::Result<[Standing; 2]> {
+    use crate::error::FileError;
+    use crate::eval::contest::contest;
+    use crate::sim::libsumo::SumoSim;
+
+    let sim = SumoSim::new()?;
+    let folder = std::env::temp_dir();
+    let scratch = tempfile::tempdir_in(&folder).map_err(FileError::at("create", &folder))?;
+    Ok(contest(sim, model, scenario, place, seeds, scratch.path(), done)?)
+}
+
+#[cfg(not(feature = "libsumo"))]
+fn play(
+    _: &SavedModel,
+    _: &Scenario,
+    _: Place,
+    _: &[u64],
+    _: &mut dyn FnMut(&Row),
+) -> anyhow::Result<[Standing; 2]> {
+    Err(crate::sim::SimError::Unavailable("built without the feature `libsumo`".into()).into())
+}
+
+fn json_line(standing: &Standing, point: &str, episodes: usize) -> serde_json::Value {
+    let metric = |name: &str| standing.metrics.get(name);
+    json!({
+        "event": "evaluation",
+        "method": standing.method,
+        "point": point,
+        "episodes": episodes,
+        "delay_s": metric("delay_s"),
+        "waiting_s": metric("waiting_s"),
+        "queue_veh": metric("queue_veh"),
+        "unfinished_veh": metric("unfinished_veh"),
+        "level_of_service": metric("delay_s").map(|d| letter(*d)),
+        "score": standing.score,
+    })
+}
+
+fn table(standings: &[Standing]) -> String {
+    let mut table = Table::new();
+    let rule = LineStyle::none().fill('-').junction('-');
+    table.load_style(TableStyle::new().header_separator(rule)).set_header(COLUMNS.map(|c| c.0));
+    for (i, (heading, _)) in COLUMNS.iter().enumerate() {
+        if let Some(column) = table.column_mut(i).filter(|_| *heading != "method") {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    for standing in standings {
+        table.add_row(COLUMNS.map(|(heading, metric)| cell(standing, heading, metric)));
+    }
+    table.trim_fmt()
+}
+
+fn cell(standing: &Standing, heading: &str, metric: Option<(&str, usize)>) -> String {
+    let value = |name: &str| standing.metrics.get(name).copied();
+    let text = match (heading, metric) {
+        (_, Some((name, decimals))) => value(name).map(|v| format!("{v:.decimals$}")),
+        ("score", _) => standing.score.map(|s| format!("{s:.2}")),
+        ("level of service", _) => value("delay_s").map(|d| letter(d).to_string()),
+        _ => Some(standing.method.clone()),
+    };
+    text.unwrap_or_else(|| "-".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::record::Metrics;
+
+    fn standing(method: &str, delay_s: f64, score: Option<f64>) -> Standing {
+        let metrics = [
+            ("delay_s", delay_s),
+            ("waiting_s", 20.04),
+            ("queue_veh", 12.25),
+            ("unfinished_veh", 31.6),
+        ];
+        let metrics: Metrics = metrics.into_iter().map(|(n, v)| (n.to_owned(), v)).collect();
+        Standing { method: method.into(), metrics, score }
+    }
+
+    #[test]
+    fn the_table_has_a_row_per_method() {
+        let rows = [standing("baseline", 44.3, Some(1.0)), standing("idqn", 22.15, Some(0.5))];
+        let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+        let lines: Vec<String> = table(&rows).lines().map(words).collect();
+        assert_eq!(
+            lines[0],
+            "method delay (s) waiting (s) queue (veh) unfinished (veh) level of service score"
+        );
+        assert_eq!(
+            lines[2..],
+            ["baseline 44.3 20.0 12.2 31.6 D 1.00", "idqn 22.1 20.0 12.2 31.6 C 0.50"]
+        );
+    }
+
+    #[test]
+    fn without_vehicles_there_is_no_score() {
+        let text = table(&[standing("baseline", 0.0, None)]);
+        assert!(text.ends_with(" -"), "{text}");
+        assert_eq!(
+            json_line(&standing("idqn", 0.0, None), "p", 1)["score"],
+            serde_json::Value::Null
+        );
+    }
+
+    #[test]
+    fn an_unknown_point_names_some_that_exist() {
+        let e = |scenario| unknown_point("x", &load_with(scenario, &[]).unwrap(), scenario).to_string();
+        assert_eq!(e("smoke"), "scenario smoke has no point MDP \"x\"; it has quiet, busy");
+        assert!(
+            e("salt-lake-city").ends_with("160 more, which `tsc-family list salt-lake-city` shows")
+        );
+    }
+}

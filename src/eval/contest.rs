@@ -1,0 +1,78 @@
+//! A saved model against the baseline, on any point MDP or SUMO scenario.
+
+use std::path::Path;
+
+use crate::control::baseline::Baseline;
+use crate::control::registry::create;
+use crate::env::World;
+use crate::error::EvalError;
+use crate::family::scenario::Scenario;
+use crate::sim::Sim;
+use crate::store::record::{Metrics, Row, mean_metrics};
+
+use super::environment::environment;
+use super::lab::held_out;
+use super::model::SavedModel;
+use super::plan::control_settings;
+
+/// Where a model is evaluated.
+#[derive(Debug)]
+pub struct Place {
+    /// Id of the point MDP.
+    pub point: String,
+    /// What is simulated.
+    pub world: World,
+    /// Whether it is somebody's SUMO scenario, whose baseline is another.
+    pub imported: bool,
+}
+
+/// What came of a method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// Name of the method.
+    pub method: String,
+    /// Means over the episodes.
+    pub metrics: Metrics,
+    /// Mean delay divided by the baseline's; `None` when the baseline's is 0.
+    pub score: Option<f64>,
+}
+
+/// Evaluates a model and the baseline on the same seeds; returns the baseline first.
+///
+/// # Arguments
+///
+/// * `scenario` — with the model's settings, see [`SavedModel::scenario`].
+/// * `seeds` — of the evaluation episodes, before they are mixed with the point MDP's id.
+/// * `scratch` — a folder for the files of the running episode.
+/// * `done` — called with the row of every episode.
+///
+/// # Errors
+///
+/// [`EvalError::Model`] when the model does not fit the signals, and whatever makes an episode fail.
+pub fn contest<S: Sim>(
+    sim: S,
+    model: &SavedModel,
+    scenario: &Scenario,
+    place: Place,
+    seeds: &[u64],
+    scratch: &Path,
+    done: &mut dyn FnMut(&Row),
+) -> Result<[Standing; 2], EvalError> {
+    let mut learned = model.controller(scenario, place.imported)?;
+    let mut baseline =
+        create(Baseline::NAME, &control_settings(scenario, place.imported), model.card.seed)?;
+    let mut env = environment(sim, place.world, scenario, scratch);
+    // The model first: if it does not fit, nobody waits for the baseline.
+    let rows = held_out(&mut env, learned.as_mut(), &place.point, seeds, done)
+        .map_err(|e| model.explain(e, &place.point))?;
+    let yardstick = held_out(&mut env, baseline.as_mut(), &place.point, seeds, done)?;
+    let delay = |metrics: &Metrics| metrics.get("delay_s").copied().unwrap_or_default();
+    let yardstick = mean_metrics(&yardstick);
+    let denominator = delay(&yardstick);
+    let standing = |method: &str, metrics: Metrics| Standing {
+        method: method.to_owned(),
+        score: (denominator > 0.0).then(|| delay(&metrics) / denominator),
+        metrics,
+    };
+    Ok([standing(Baseline::NAME, yardstick), standing(&model.card.method, mean_metrics(&rows))])
+}
