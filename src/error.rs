@@ -1,7 +1,12 @@
 //! One error enum per boundary; every message says what was wrong and what to do next.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use crate::control::ControlError;
+use crate::env::episode::EpisodeError;
+use crate::sample::SampleError;
+
+pub use crate::files::FileError;
 
 /// Why a simulation could not start or continue.
 #[derive(Debug, thiserror::Error)]
@@ -71,26 +76,6 @@ pub enum SimError {
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),
-}
-
-/// A file operation that failed, with the file's name.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot {action} {}: {reason}", .path.display())]
-pub struct FileError {
-    /// What was tried: `read`, `write`, `create`, ...
-    pub action: &'static str,
-    /// The file or directory.
-    pub path: PathBuf,
-    /// The operating system's reason; part of the message, so it is no source of its own.
-    pub reason: io::Error,
-}
-
-impl FileError {
-    /// Returns a closure for `map_err` that adds the action and the path.
-    pub fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |reason| Self { action, path, reason }
-    }
 }
 
 /// Why a scenario or a family is unusable.
@@ -329,10 +314,10 @@ pub enum EvalError {
     Sim(#[from] SimError),
     /// A method is unknown or failed.
     #[error(transparent)]
-    Control(#[from] crate::control::ControlError),
+    Control(#[from] ControlError),
     /// The point MDPs cannot be chosen.
     #[error(transparent)]
-    Sample(#[from] crate::sample::SampleError),
+    Sample(#[from] SampleError),
     /// The results directory cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -392,11 +377,11 @@ pub enum EvalError {
     Io(#[from] FileError),
 }
 
-impl From<crate::env::episode::EpisodeError> for EvalError {
-    fn from(error: crate::env::episode::EpisodeError) -> Self {
+impl From<EpisodeError> for EvalError {
+    fn from(error: EpisodeError) -> Self {
         match error {
-            crate::env::episode::EpisodeError::Sim(e) => Self::Sim(e),
-            crate::env::episode::EpisodeError::Control(e) => Self::Control(e),
+            EpisodeError::Sim(e) => Self::Sim(e),
+            EpisodeError::Control(e) => Self::Control(e),
         }
     }
 }

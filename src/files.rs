@@ -1,11 +1,29 @@
 //! Files that are either as before or complete.
 
 use std::fs::{self, Permissions};
-use std::io::Write;
+use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::error::FileError;
+/// A file operation that failed, with the file's name.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {action} {}: {reason}", .path.display())]
+pub struct FileError {
+    /// What was tried: `read`, `write`, `create`, ...
+    pub action: &'static str,
+    /// The file or directory.
+    pub path: PathBuf,
+    /// The operating system's reason; part of the message, so it is no source of its own.
+    pub reason: io::Error,
+}
+
+impl FileError {
+    /// Returns a closure for `map_err` that adds the action and the path.
+    pub fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |reason| Self { action, path, reason }
+    }
+}
 
 /// Returns the permissions of files that others may read, less the user's umask; drafts would be
 /// private otherwise, which is of no use on a shared disk.

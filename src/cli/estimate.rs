@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::time::Duration;
 
 use super::output::duration;
+use crate::control::ippo::Ippo;
 use crate::control::registry::{Training, training};
 use crate::eval::plan::{Draft, Request};
 use crate::units::SECONDS_PER_HOUR;
@@ -51,7 +52,7 @@ impl Effort {
             Training::Tuned => (scenario.fixed_time.simulations, evaluation_s),
             Training::Learned => {
                 let decision_s = match method {
-                    "ippo" => SECONDS_PER_DECISION_IPPO,
+                    Ippo::NAME => SECONDS_PER_DECISION_IPPO,
                     _ => SECONDS_PER_DECISION,
                 };
                 (scenario.training.episodes, evaluation_s + decisions * decision_s)

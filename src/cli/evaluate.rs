@@ -52,7 +52,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
         ));
     }
     let point = place.point.clone();
-    let mut progress = Progress::new(2 * seeds.len() as u64, "episodes", args.json);
+    let mut progress = Progress::new(2 * seeds.len() as u64, Some("episodes"), args.json);
     let mut done = 0;
     let standings = play(&model, &scenario, place, &seeds, &mut |_| {
         done += 1;
@@ -211,7 +211,8 @@ mod tests {
 
     #[test]
     fn an_unknown_point_names_some_that_exist() {
-        let e = |scenario| unknown_point("x", &load_with(scenario, &[]).unwrap(), scenario).to_string();
+        let e =
+            |scenario| unknown_point("x", &load_with(scenario, &[]).unwrap(), scenario).to_string();
         assert_eq!(e("smoke"), "scenario smoke has no point MDP \"x\"; it has quiet, busy");
         assert!(
             e("salt-lake-city").ends_with("160 more, which `tsc-family list salt-lake-city` shows")

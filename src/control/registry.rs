@@ -105,26 +105,31 @@ pub const METHODS: [Method; 10] = [
     Method {
         name: Idqn::NAME,
         summary: "deep Q-learning on lanes, a learner per signal (RESCO)",
+        training: Training::Learned,
         default: false,
     },
     Method {
         name: Ippo::NAME,
         summary: "proximal policy optimisation on lanes, a learner per signal (RESCO)",
+        training: Training::Learned,
         default: false,
     },
     Method {
         name: MpLight::NAME,
         summary: "deep Q-learning on pressure, one FRAP network for all signals (RESCO)",
+        training: Training::Learned,
         default: false,
     },
     Method {
         name: mplight_star::NAME,
         summary: "MPLight that also sees waiting times, speeds and arrivals",
+        training: Training::Learned,
         default: false,
     },
     Method {
         name: mplight_star::RESCO_NAME,
         summary: "the same with RESCO's mistake in what a movement sees",
+        training: Training::Learned,
         default: false,
     },
     Method {
