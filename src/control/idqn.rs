@@ -337,3 +337,56 @@ impl Learner for Idqn {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{QueueWorld, check_learner, two_phase_signal};
+    use super::*;
+
+    fn small() -> Config {
+        Config { hidden: 16, learning_rate: 3e-3, ..Config::default() }
+    }
+
+    #[test]
+    fn it_learns_and_goes_on_from_a_checkpoint() {
+        check_learner(&|episodes| Box::new(Idqn::new(small(), episodes, 7)));
+    }
+
+    #[test]
+    fn the_options_learn_too() {
+        let config = Config {
+            bootstrap_at_time_limit: true,
+            double_dqn: true,
+            normalise_observations: true,
+            orthogonal_initialisation: true,
+            ..small()
+        };
+        check_learner(&|episodes| Box::new(Idqn::new(config.clone(), episodes, 7)));
+    }
+
+    #[test]
+    fn a_model_of_another_shape_is_refused() {
+        let mut learner = Idqn::new(small(), 1, 7);
+        learner.begin(&[two_phase_signal()]).unwrap();
+        let model = learner.model().unwrap();
+        let mut wide = two_phase_signal();
+        wide.phases.push(wide.phases[0].clone());
+        let mut other = Idqn::new(small(), 1, 7);
+        other.load(model).unwrap();
+        let e = other.begin(&[wide]).unwrap_err().to_string();
+        let expected = "the model does not fit: tensor \"signal0.layer3.weight\" has shape [16, 2], \
+                        but [16, 3] is needed";
+        assert_eq!(e, expected);
+    }
+
+    #[test]
+    fn exploration_ends_after_four_fifths_of_the_episodes() {
+        for (dies_at, expected) in [(4, 0.5), (8, 0.0), (9, 0.0)] {
+            let mut world = QueueWorld::new(vec![two_phase_signal()]);
+            world.dies_at = dies_at;
+            let mut learner = Idqn::new(small(), 10, 7);
+            learner.train(&mut world).unwrap_err();
+            assert!((learner.epsilon(&learner.agents[0]) - expected).abs() < 1e-9);
+        }
+    }
+}

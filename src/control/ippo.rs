@@ -336,3 +336,53 @@ impl Learner for Ippo {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::check_learner;
+    use super::*;
+
+    fn small() -> Config {
+        Config {
+            hidden: 16,
+            learning_rate: 5e-3,
+            num_steps: 120,
+            minibatch_size: 40,
+            update_epochs: 10,
+            ..Config::default()
+        }
+    }
+
+    #[test]
+    fn it_learns_and_goes_on_from_a_checkpoint() {
+        check_learner(&|episodes| Box::new(Ippo::new(small(), episodes, 7)));
+    }
+
+    #[test]
+    fn the_options_learn_too() {
+        let config = Config {
+            bootstrap_at_time_limit: true,
+            normalise_observations: true,
+            orthogonal_initialisation: true,
+            evaluate_mode: true,
+            ..small()
+        };
+        check_learner(&|episodes| Box::new(Ippo::new(config.clone(), episodes, 7)));
+    }
+
+    #[test]
+    fn the_first_policy_is_nearly_uniform_and_values_are_not_small() {
+        let network = network(3, 4, 64);
+        let parameters = initial(&network, false, &mut Generator::new(1, &[]));
+        let deviation = |values: &[f32]| {
+            (values.iter().map(|v| v * v).sum::<f32>() / values.len() as f32).sqrt()
+        };
+        let parts = network.parts();
+        let last = &parameters[parts[6].range.clone()];
+        let logits: Vec<f32> = last.chunks(5).flat_map(|row| row[..4].to_vec()).collect();
+        let values: Vec<f32> = last.chunks(5).map(|row| row[4]).collect();
+        // A deviation of 1 over the root of 64 inputs, times the gain.
+        assert!((deviation(&logits) - 0.00125).abs() < 2e-4, "{}", deviation(&logits));
+        assert!((deviation(&values) - 0.125).abs() < 3e-2, "{}", deviation(&values));
+    }
+}

@@ -15,6 +15,8 @@ pub mod phase_sets;
 pub mod program;
 pub mod registry;
 pub mod state;
+#[cfg(test)]
+pub(crate) mod testing;
 mod training;
 pub mod webster;
 
@@ -330,53 +332,5 @@ pub trait Controller {
     fn load(&mut self, model: Archive) -> Result<(), ControlError> {
         let _ = model;
         Err(ArchiveError::Card(format!("method: {} does not learn", self.name())).into())
-    }
-}
-
-#[cfg(test)]
-pub(crate) mod testing {
-    //! Small signals for the tests of controllers.
-
-    use super::*;
-
-    /// A signal with one lane, one movement and one phase per queue.
-    pub(crate) fn two_phase_signal() -> SignalSpec {
-        let mut signal = signal_with(&[
-            [Service::Protected, Service::None],
-            [Service::None, Service::Protected],
-        ]);
-        for (m, movement) in signal.movements.iter_mut().enumerate() {
-            movement.downstream = vec![m];
-        }
-        signal
-    }
-
-    /// A signal whose movements have a lane each and are served as given, one row per phase.
-    pub(crate) fn signal_with<const M: usize>(service: &[[Service; M]]) -> SignalSpec {
-        let lane = |m: usize| LaneSpec { id: format!("l{m}_0"), length_m: 200.0 };
-        let movement = |m| Movement {
-            index: 3 * m + 1,
-            turn: Turn::Through,
-            lanes: vec![m],
-            downstream: vec![],
-        };
-        let phase = |row: &[Service; M]| Phase {
-            state: row.iter().map(|s| ['r', 'g', 'G'][*s as usize]).collect(),
-            pair: (0..M).filter(|m| row[*m] == Service::Protected).take(2).collect(),
-            service: row.to_vec(),
-        };
-        SignalSpec {
-            id: "s".into(),
-            lanes: (0..M).map(lane).collect(),
-            movements: (0..M).map(movement).collect(),
-            phases: service.iter().map(phase).collect(),
-            yellow_time_s: 3.0,
-        }
-    }
-
-    /// An observation with these queues, upstream and downstream.
-    pub(crate) fn observation(queues: [f64; 2], downstream: [f64; 2]) -> Observation {
-        let lanes = queues.map(|queue| LaneObservation { queue, ..LaneObservation::default() });
-        Observation { phase: 0, lanes: lanes.to_vec(), downstream_queue: downstream.to_vec() }
     }
 }

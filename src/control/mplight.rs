@@ -16,10 +16,11 @@
 //! large-scale traffic signal control" (AAAI 2020); RESCO, agents/mplight.py.
 
 use std::collections::BTreeMap;
+use std::f32::consts::SQRT_2;
 
 use serde::{Deserialize, Serialize};
 
-use super::state::{FULL_WIDTH, full_demand, movement_slots, pressure_reward, pressures};
+use super::state::{Demand, movement_slots, pressure_reward};
 use super::training::{self, Learner, Training, decides, is_checkpoint};
 use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
 use crate::nn::archive::Archive;
@@ -114,44 +115,6 @@ impl Config {
     }
 }
 
-/// What the network sees of movements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Demand {
-    /// A number per movement, its pressure.
-    Pressure,
-    /// Four numbers per movement.
-    Full {
-        /// Whether speeds of all lanes of a movement count.
-        all_lanes: bool,
-        /// Distance between what consecutive movements read.
-        stride: usize,
-    },
-}
-
-impl Demand {
-    /// Numbers that a movement reads.
-    fn width(self) -> usize {
-        match self {
-            Self::Pressure => 1,
-            Self::Full { .. } => FULL_WIDTH,
-        }
-    }
-
-    fn stride(self) -> usize {
-        match self {
-            Self::Pressure => 1,
-            Self::Full { stride, .. } => stride,
-        }
-    }
-
-    fn write(self, signal: &SignalSpec, seen: &Observation, demand: &mut [f32]) {
-        match self {
-            Self::Pressure => pressures(signal, seen, demand),
-            Self::Full { all_lanes, .. } => full_demand(signal, seen, all_lanes, demand),
-        }
-    }
-}
-
 /// A signal that the learner decides for.
 #[derive(Debug, Clone)]
 struct Place {
@@ -200,16 +163,9 @@ impl MpLight {
         episodes: u32,
         seed: u64,
     ) -> Self {
-        Self {
-            name,
-            config,
-            demand,
-            seed,
-            training: Training::new(episodes),
-            signals: Vec::new(),
-            places: Vec::new(),
-            shared: None,
-        }
+        let training = Training::new(episodes);
+        let (signals, places, shared) = (Vec::new(), Vec::new(), None);
+        Self { name, config, demand, seed, training, signals, places, shared }
     }
 
     fn build(&mut self, signals: &[SignalSpec]) {
@@ -231,10 +187,8 @@ impl MpLight {
         let config = &self.config;
         let count = self.places.len() as u64;
         let network = Frap::new(layouts, self.demand.width(), width);
-        let init = match config.orthogonal_initialisation {
-            true => Init::Orthogonal(std::f32::consts::SQRT_2),
-            false => Init::Uniform,
-        };
+        let orthogonal = config.orthogonal_initialisation;
+        let init = if orthogonal { Init::Orthogonal(SQRT_2) } else { Init::Uniform };
         let mut generator = Generator::new(self.seed, &["initialisation"]);
         let parameters = network.initial(init, generator.rng());
         let settings = Settings {
@@ -252,6 +206,16 @@ impl MpLight {
             dqn: Dqn::new(network, parameters, settings, self.seed, &[]),
             normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
         });
+    }
+
+    /// Returns the values of the phases of the first signal.
+    #[cfg(test)]
+    pub(super) fn values(&mut self, seen: &Observation) -> Vec<f32> {
+        let place = &mut self.places[0];
+        place.state[1] = seen.phase as f32;
+        self.demand.write(&self.signals[place.signal], seen, &mut place.state[HEAD..]);
+        let shared = self.shared.as_mut().expect("a signal to decide for");
+        shared.dqn.values(&place.state).to_vec()
     }
 
     /// Returns the share of random actions.
@@ -385,5 +349,49 @@ impl Learner for MpLight {
                 normaliser.save("", archive);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Service::{None as Red, Protected};
+    use super::super::testing::{QueueWorld, check_learner, signal_with, two_phase_signal};
+    use super::*;
+
+    #[test]
+    fn it_learns_and_goes_on_from_a_checkpoint() {
+        check_learner(&|episodes| Box::new(MpLight::new(Config::default(), episodes, 7)));
+    }
+
+    #[test]
+    fn the_options_learn_too() {
+        let config = Config {
+            bootstrap_at_time_limit: true,
+            double_dqn: true,
+            normalise_observations: true,
+            orthogonal_initialisation: true,
+            ..Config::default()
+        };
+        check_learner(&|episodes| Box::new(MpLight::new(config.clone(), episodes, 7)));
+    }
+
+    #[test]
+    fn signals_of_different_layout_share_what_is_learned() {
+        let three =
+            signal_with(&[[Protected, Red, Red], [Red, Protected, Red], [Red, Red, Protected]]);
+        let signals = vec![two_phase_signal(), three.clone()];
+        let mut world = QueueWorld::new(signals.clone());
+        let mut learner = MpLight::new(Config::default(), 60, 7);
+        learner.train(&mut world).unwrap();
+        let shared = learner.shared.as_ref().unwrap();
+        assert_eq!(shared.dqn.transitions(), 60 * 2 * u64::from(QueueWorld::DECISIONS));
+        let together = world.episode(&mut learner, 0).unwrap().delay_s;
+        let untrained = world.episode(&mut MpLight::new(Config::default(), 60, 7), 0).unwrap();
+        assert!(together < 0.6 * untrained.delay_s, "{together} {}", untrained.delay_s);
+        // What was learned on both serves a third that is like neither.
+        let mut other = MpLight::new(Config::default(), 60, 7);
+        other.load(learner.model().unwrap()).unwrap();
+        let mut alone = QueueWorld::new(vec![three]);
+        assert!(alone.episode(&mut other, 0).unwrap().delay_s < 0.6 * untrained.delay_s);
     }
 }

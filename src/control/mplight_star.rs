@@ -13,8 +13,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::mplight::{self, Demand, MpLight};
-use super::state::FULL_WIDTH;
+use super::mplight::{self, MpLight};
+use super::state::{Demand, FULL_WIDTH};
 
 /// Name of the variant in which every movement sees its own numbers.
 pub const NAME: &str = "mplight-star";
@@ -129,4 +129,40 @@ pub fn mplight_star(config: &Config, episodes: u32, seed: u64) -> MpLight {
 pub fn mplight_star_resco(config: &Config, episodes: u32, seed: u64) -> MpLight {
     let demand = Demand::Full { all_lanes: config.speed_of_all_lanes, stride: RESCO_STRIDE };
     MpLight::variant(RESCO_NAME, config.common(), demand, episodes, seed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{check_learner, signal_with};
+    use super::super::{Controller, LaneObservation, Observation, Service};
+    use super::*;
+
+    #[test]
+    fn both_variants_learn_and_go_on_from_a_checkpoint() {
+        check_learner(&|episodes| Box::new(mplight_star(&Config::default(), episodes, 7)));
+        check_learner(&|episodes| Box::new(mplight_star_resco(&Config::default(), episodes, 7)));
+    }
+
+    #[test]
+    fn resco_s_variant_is_blind_for_the_later_movements() {
+        // Movements 1, 4, 7 and 10 in RESCO's numbers; windows of four from m on end before the
+        // numbers of movement 7, which begin at 28.
+        let rows: [[Service; 4]; 4] = std::array::from_fn(|a| {
+            std::array::from_fn(|m| if a == m { Service::Protected } else { Service::None })
+        });
+        let signal = signal_with(&rows);
+        let choice = |mut controller: MpLight, queue: [f64; 4]| {
+            controller.begin(std::slice::from_ref(&signal)).unwrap();
+            let lane = |queue| LaneObservation { queue, ..LaneObservation::default() };
+            let seen =
+                Observation { phase: 0, lanes: queue.map(lane).to_vec(), downstream_queue: vec![] };
+            controller.values(&seen)
+        };
+        let [few, many] = [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 9.0, 0.0]];
+        let config = Config::default();
+        let resco = || mplight_star_resco(&config, 1, 7);
+        assert_eq!(choice(resco(), few), choice(resco(), many));
+        let intended = || mplight_star(&config, 1, 7);
+        assert_ne!(choice(intended(), few), choice(intended(), many));
+    }
 }

@@ -98,6 +98,46 @@ pub fn full_demand(signal: &SignalSpec, seen: &Observation, all_lanes: bool, dem
     }
 }
 
+/// What the network sees of movements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Demand {
+    /// A number per movement, its pressure.
+    Pressure,
+    /// Four numbers per movement.
+    Full {
+        /// Whether speeds of all lanes of a movement count.
+        all_lanes: bool,
+        /// Distance between what consecutive movements read.
+        stride: usize,
+    },
+}
+
+impl Demand {
+    /// Numbers that a movement reads.
+    pub(super) fn width(self) -> usize {
+        match self {
+            Self::Pressure => 1,
+            Self::Full { .. } => FULL_WIDTH,
+        }
+    }
+
+    /// Distance between what consecutive movements read.
+    pub(super) fn stride(self) -> usize {
+        match self {
+            Self::Pressure => 1,
+            Self::Full { stride, .. } => stride,
+        }
+    }
+
+    /// Writes the numbers of all movements.
+    pub(super) fn write(self, signal: &SignalSpec, seen: &Observation, demand: &mut [f32]) {
+        match self {
+            Self::Pressure => pressures(signal, seen, demand),
+            Self::Full { all_lanes, .. } => full_demand(signal, seen, all_lanes, demand),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::testing::two_phase_signal;
