@@ -4,18 +4,15 @@
 //! are of medians, because machines are shared and noisy.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark may panic and print")]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
+mod common;
+
+use common::{env, median, network, sumo};
 use tsc_family::control::{Drive, GreenPhase};
-use tsc_family::env::{SignalEnv, World};
-use tsc_family::family::scenario::{
-    DemandSettings, NetworkSettings, SignalSettings, SimulationSettings, SixFeatures,
-};
-use tsc_family::network::build::build_all;
-use tsc_family::network::demand::DemandSpec;
-use tsc_family::network::intersection::IntersectionSpec;
+use tsc_family::env::SignalEnv;
 use tsc_family::sim::Sim;
 use tsc_family::sim::libsumo::SumoSim;
 
@@ -45,12 +42,7 @@ fn main() {
     building(folder.path());
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    (values[(n - 1) / 2] + values[n / 2]) / 2.0
-}
-
+/// Returns the lowest and the highest value in words.
 fn spread(values: &[f64]) -> String {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(0.0, f64::max);
@@ -79,12 +71,13 @@ fn control_overhead(folder: &Path) {
         let seed = 1;
         episode(&mut env, seed);
         // The episode has left its vehicles behind; the binary gets the same.
-        let routes = folder.join("episode.rou.xml");
+        let routes = folder.join("episode.rou.xml").display().to_string();
+        let routes = routes.as_str();
         let (mut plain, mut bare, mut ours) = (Vec::new(), Vec::new(), Vec::new());
         let (mut to_plain, mut to_bare) = (Vec::new(), Vec::new());
         for _ in 0..PAIRS {
-            let start_up = sumo(&config, &routes, seed, "1", folder);
-            let full = sumo(&config, &routes, seed, "3600", folder);
+            let start_up = sumo(&config, &["--route-files", routes], seed, (0, 1), folder);
+            let full = sumo(&config, &["--route-files", routes], seed, (0, 3600), folder);
             let net = (full - start_up).as_secs_f64();
             let stepped = bare_episode(&mut env, seed).as_secs_f64();
             let own = episode(&mut env, seed).as_secs_f64();
@@ -122,62 +115,6 @@ fn bare_episode(env: &mut SignalEnv<SumoSim>, seed: u64) -> Duration {
     let start = Instant::now();
     env.sim_mut().step(3600).unwrap();
     env.sim_mut().close().unwrap();
-    start.elapsed()
-}
-
-/// Builds a four-arm intersection of two lanes per direction and a left-turn lane.
-fn network(folder: &Path, inflow_vph: f64) -> PathBuf {
-    let point = format!("q{inflow_vph:.0}");
-    let features = SixFeatures::from_array([5.0, 35.0, 300.0, inflow_vph, 1.0, 0.0]);
-    let spec = IntersectionSpec::from_six_features(&point, &features);
-    let out = folder.join("networks");
-    build_all(
-        &[spec],
-        &NetworkSettings::default(),
-        &DemandSettings::default(),
-        &out,
-        false,
-        &|_| {},
-    )
-    .unwrap();
-    out.join(&point).join(format!("{point}.sumocfg"))
-}
-
-fn env(config: &Path, folder: &Path) -> SignalEnv<SumoSim> {
-    let demand = DemandSpec::read(&config.with_extension("demand.json")).unwrap();
-    let mut world = World::from_sumocfg(config).unwrap();
-    world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
-    SignalEnv::new(
-        SumoSim::new().unwrap(),
-        world,
-        SignalSettings::default(),
-        SimulationSettings::default(),
-        folder.to_path_buf(),
-    )
-}
-
-/// Returns the wall-clock time of the plain binary on the same files with the same outputs.
-fn sumo(config: &Path, routes: &Path, seed: u64, end: &str, folder: &Path) -> Duration {
-    let binary = std::env::var_os("SUMO_HOME")
-        .map(|home| PathBuf::from(home).join("bin/sumo"))
-        .filter(|path| path.exists())
-        .unwrap_or_else(|| "sumo".into());
-    let start = Instant::now();
-    let status = Command::new(binary)
-        .arg("-c")
-        .arg(config)
-        .arg("--route-files")
-        .arg(routes)
-        .args(["--seed", &seed.to_string(), "--begin", "0", "--end", end])
-        .args(["--step-length", "1", "--time-to-teleport", "-1", "--xml-validation", "never"])
-        .args(["--no-step-log", "true", "--no-warnings", "true", "--duration-log.disable", "true"])
-        .arg("--tripinfo-output")
-        .arg(folder.join("plain.xml"))
-        .args(["--tripinfo-output.write-unfinished", "--tripinfo-output.write-undeparted"])
-        .stdout(Stdio::null())
-        .status()
-        .unwrap();
-    assert!(status.success());
     start.elapsed()
 }
 

@@ -7,3 +7,5 @@ echo "tsc-family $(git describe --always --dirty 2>/dev/null || echo unknown)," 
     "$(nproc) processors, $(uname -sm), $(rustc --version)"
 echo
 cargo bench --quiet --bench main_job
+cargo bench --quiet --bench training
+cargo bench --quiet --bench learners
