@@ -37,7 +37,7 @@ const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
     let model = SavedModel::read(&args.model)?;
-    let scenario = model.scenario(&loaded.scenario)?;
+    let scenario = model.scenario(&loaded.scenario, &args.scenario.set)?;
     let place = place(args, &loaded)?;
     let seeds = evaluation_seeds(args.seed, args.eval_seeds.get());
     if !args.json {

@@ -1,11 +1,12 @@
 //! What `run` says while its workers work: progress, notes and JSON lines.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde_json::json;
 
 use super::estimate::Effort;
 use super::output::{Progress, line, note};
+use crate::control::registry::{Training, training};
 use crate::eval::plan::OBJECTIVE;
 use crate::eval::pool::Event;
 use crate::store::manifest::Task;
@@ -63,6 +64,8 @@ pub(super) struct Monitor {
     baseline: String,
     /// The task that reported last, while it is in progress.
     latest: Option<usize>,
+    /// What learners have said of point MDPs.
+    remarks: BTreeSet<String>,
     finished: usize,
     failed: usize,
     json: bool,
@@ -95,6 +98,7 @@ impl Monitor {
             baselines: BTreeMap::new(),
             baseline: baseline.to_owned(),
             latest: None,
+            remarks: BTreeSet::new(),
             finished: 0,
             failed: 0,
             json,
@@ -158,6 +162,14 @@ impl Monitor {
         self.keep_baseline(record);
         if let Some(work) = self.work.get_mut(&summary.task) {
             work.episodes = work.effort.episodes();
+        }
+        if training(&summary.method) == Training::Learned {
+            for (what, text) in &summary.details {
+                let remark = format!("{}: {what}: {text}", summary.point);
+                if self.remarks.insert(remark.clone()) {
+                    self.say(&remark);
+                }
+            }
         }
         if summary.outcome == Outcome::Failed {
             self.failed += 1;

@@ -3,17 +3,18 @@
 //! State, action and reward are IDQN's. The network is IDQN's too, with a logit per phase and the
 //! value of the state at its end. Phases are drawn from the policy, in RESCO also in evaluation.
 //!
-//! Signals with a single phase run the network's own program and learn nothing.
+//! Signals with a single phase stay green and learn nothing.
 //!
 //! Source: RESCO, agents/pfrl_ppo.py. Its published figures are after 1400 episodes; after 100 it has
 //! made 35 updates.
 
 use std::collections::BTreeMap;
+use std::f32::consts::SQRT_2;
 
 use serde::{Deserialize, Serialize};
 
 use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
-use super::training::{self, Learner, Training, decides, is_checkpoint};
+use super::training::{self, Learner, Training, decides, is_checkpoint, mean};
 use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
 use crate::nn::archive::Archive;
 use crate::nn::init::Init;
@@ -108,6 +109,9 @@ impl Config {
     }
 }
 
+/// Number of the layer that gives logits and value, which no ReLU follows.
+const HEAD_LAYER: usize = 3;
+
 /// Factor on the first weights of the logits, so that the first policy is nearly uniform.
 const POLICY_GAIN: f32 = 0.01;
 
@@ -123,7 +127,11 @@ fn network(lanes: usize, phases: usize, hidden: usize) -> Sequential {
 
 /// Returns parameters to start from: normal or orthogonal, biases zero, logits close to zero.
 fn initial(network: &Sequential, orthogonal: bool, generator: &mut Generator) -> Vec<f32> {
-    let init = |_| if orthogonal { Init::Orthogonal(1.0) } else { Init::Normal(1.0) };
+    let init = |layer| match (orthogonal, layer) {
+        (false, _) => Init::Normal(1.0),
+        (true, HEAD_LAYER) => Init::Orthogonal(1.0),
+        (true, _) => Init::Orthogonal(SQRT_2),
+    };
     let mut parameters = network.initial(&init, generator.rng());
     let parts = network.parts();
     let last = parts.iter().rfind(|p| p.shape.len() == 2).expect("the last layer has weights");
@@ -205,6 +213,7 @@ impl Ippo {
     }
 
     fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
+        training::check_shape(archive, &self.signals)?;
         for agent in &mut self.agents {
             let prefix = agent.prefix();
             if is_checkpoint(archive) {
@@ -226,12 +235,13 @@ impl Controller for Ippo {
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        if self.signals != signals {
+        let changed = self.signals != signals;
+        if changed {
             self.signals = signals.to_vec();
             let decide = signals.iter().enumerate().filter(|(_, s)| decides(s));
             self.agents = decide.map(|(i, s)| Agent::new(&self.config, i, s, self.seed)).collect();
         }
-        if let Some(archive) = self.training.pending.take() {
+        if let Some(archive) = self.training.adopted(changed) {
             self.restore(&archive)?;
         }
         Ok(training::drives(signals))
@@ -276,14 +286,10 @@ impl Controller for Ippo {
             agent.ppo.observe(&agent.state, agent.action, reward, &agent.next, end);
         }
         if truncated {
-            let figures: Vec<(f64, f64)> =
-                self.agents.iter_mut().filter_map(|a| a.ppo.take_loss()).collect();
-            let mean = |part: fn(&(f64, f64)) -> f64| {
-                let count = figures.len() as f64;
-                (!figures.is_empty()).then(|| figures.iter().map(part).sum::<f64>() / count)
-            };
-            self.training.curve.loss = mean(|f| f.0);
-            self.training.curve.entropy = mean(|f| f.1);
+            let (losses, entropies): (Vec<f64>, Vec<f64>) =
+                self.agents.iter_mut().filter_map(|a| a.ppo.take_loss()).unzip();
+            self.training.curve.loss = mean(&losses);
+            self.training.curve.entropy = mean(&entropies);
         }
     }
 
@@ -324,6 +330,10 @@ impl Learner for Ippo {
 
     fn controls(&self) -> bool {
         !self.agents.is_empty()
+    }
+
+    fn is_finite(&self) -> bool {
+        self.agents.iter().all(|agent| agent.ppo.is_finite())
     }
 
     fn save(&self, archive: &mut Archive) {

@@ -219,15 +219,14 @@ pub enum ControlError {
     Search(String),
     /// A training whose numbers are no numbers any more.
     #[error(
-        "training diverged in episode {episode}: {what} is {value}; try a smaller learning rate"
+        "training diverged in episode {episode}: {what} is no number any more; try a smaller \
+         learning rate"
     )]
     Diverged {
         /// Episode of training, from 0.
         episode: u32,
         /// What is not finite.
         what: &'static str,
-        /// Its value.
-        value: f64,
     },
     /// A model or checkpoint that does not fit the method or the signals.
     #[error("the model does not fit: {0}")]

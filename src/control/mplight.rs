@@ -1,8 +1,7 @@
 //! MPLight: deep Q-learning on pressure with the network FRAP, one learner for all signals, as RESCO
 //! runs it.
 //!
-//! - **State**: the current phase and the pressure of every movement
-//!   ([`super::state::pressures`]).
+//! - **State**: the current phase, and the pressure of every movement ([`super::state::pressures`]).
 //! - **Action**: the next green phase.
 //! - **Reward**: the signal's pressure, negative ([`super::state::pressure_reward`]), not scaled.
 //! - **Network**: [`crate::nn::frap`], which serves signals of any layout; so all signals of a scenario
@@ -10,7 +9,7 @@
 //! - **Counters** of exploration, updates and target copies run per transition, that is, as many times
 //!   as fast as there are signals, and their limits are as many times as large.
 //!
-//! Signals with a single phase run the network's own program and learn nothing.
+//! Signals with a single phase stay green and learn nothing.
 //!
 //! Source: Chen et al., "Toward a thousand lights: decentralized deep reinforcement learning for
 //! large-scale traffic signal control" (AAAI 2020); RESCO, agents/mplight.py.
@@ -48,7 +47,7 @@ pub struct Config {
     pub buffer_size: usize,
     /// Transitions per update, drawn uniformly without replacement.
     pub batch_size: usize,
-    /// Transitions stored before the first update.
+    /// Transitions stored before the first update, a batch at least.
     pub learning_starts: usize,
     /// Decisions between two updates; one is made for all signals together.
     pub train_frequency: u32,
@@ -105,7 +104,7 @@ impl Config {
             ("gamma", f64::from(self.gamma), 0.0, 1.0),
             ("buffer_size", buffer, 1.0, 1e6),
             ("batch_size", self.batch_size as f64, 1.0, buffer.min(4096.0)),
-            ("learning_starts", self.learning_starts as f64, self.batch_size as f64, buffer),
+            ("learning_starts", self.learning_starts as f64, 1.0, buffer),
             ("train_frequency", f64::from(self.train_frequency), 1.0, 1e6),
             ("target_network_frequency", f64::from(self.target_network_frequency), 1.0, 1e9),
             ("start_e", self.start_e, 0.0, 1.0),
@@ -163,9 +162,8 @@ impl MpLight {
         episodes: u32,
         seed: u64,
     ) -> Self {
-        let training = Training::new(episodes);
-        let (signals, places, shared) = (Vec::new(), Vec::new(), None);
-        Self { name, config, demand, seed, training, signals, places, shared }
+        let (training, shared) = (Training::new(episodes), None);
+        Self { name, config, demand, seed, training, signals: vec![], places: vec![], shared }
     }
 
     fn build(&mut self, signals: &[SignalSpec]) {
@@ -181,8 +179,8 @@ impl MpLight {
             let mut state = vec![0.0; HEAD + width];
             state[0] = layouts.len() as f32;
             layouts.push(Layout::new(&pairs, self.demand.stride()));
-            let next = state.clone();
-            self.places.push(Place { signal, phases: spec.phases.len(), state, next, action: 0 });
+            let (phases, next) = (spec.phases.len(), state.clone());
+            self.places.push(Place { signal, phases, state, next, action: 0 });
         }
         let config = &self.config;
         let count = self.places.len() as u64;
@@ -212,7 +210,6 @@ impl MpLight {
     #[cfg(test)]
     pub(super) fn values(&mut self, seen: &Observation) -> Vec<f32> {
         let place = &mut self.places[0];
-        place.state[1] = seen.phase as f32;
         self.demand.write(&self.signals[place.signal], seen, &mut place.state[HEAD..]);
         let shared = self.shared.as_mut().expect("a signal to decide for");
         shared.dqn.values(&place.state).to_vec()
@@ -230,10 +227,9 @@ impl MpLight {
 
     fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
         let Some(shared) = &mut self.shared else { return Ok(()) };
-        if is_checkpoint(archive) {
-            shared.dqn.restore("", archive)?;
-        } else {
-            shared.dqn.load("", archive)?;
+        match is_checkpoint(archive) {
+            true => shared.dqn.restore("", archive)?,
+            false => shared.dqn.load("", archive)?,
         }
         if let Some(normaliser) = &mut shared.normaliser {
             normaliser.restore("", archive)?;
@@ -248,10 +244,11 @@ impl Controller for MpLight {
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        if self.signals != signals {
+        let changed = self.signals != signals;
+        if changed {
             self.build(signals);
         }
-        if let Some(archive) = self.training.pending.take() {
+        if let Some(archive) = self.training.adopted(changed) {
             self.restore(&archive)?;
         }
         Ok(training::drives(signals))
@@ -264,6 +261,7 @@ impl Controller for MpLight {
             let seen = &observations[place.signal];
             place.state[1] = seen.phase as f32;
             let demand = &mut place.state[HEAD..];
+            demand.fill(0.0);
             self.demand.write(&self.signals[place.signal], seen, demand);
             if let Some(normaliser) = &mut shared.normaliser {
                 if epsilon.is_some() {
@@ -287,6 +285,7 @@ impl Controller for MpLight {
             self.training.curve.reward += f64::from(reward);
             place.next[1] = seen.phase as f32;
             let demand = &mut place.next[HEAD..];
+            demand.fill(0.0);
             self.demand.write(&self.signals[place.signal], seen, demand);
             if let Some(normaliser) = &shared.normaliser {
                 normaliser.apply(demand);
@@ -340,6 +339,10 @@ impl Learner for MpLight {
 
     fn controls(&self) -> bool {
         self.shared.is_some()
+    }
+
+    fn is_finite(&self) -> bool {
+        self.shared.as_ref().is_none_or(|shared| shared.dqn.is_finite())
     }
 
     fn save(&self, archive: &mut Archive) {

@@ -41,7 +41,7 @@ pub struct Config {
     pub buffer_size: usize,
     /// Transitions per update, drawn uniformly without replacement.
     pub batch_size: usize,
-    /// Transitions stored before the first update.
+    /// Transitions stored before the first update, a batch at least.
     pub learning_starts: usize,
     /// Decisions between two updates; one is made for all signals together.
     pub train_frequency: u32,

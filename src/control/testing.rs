@@ -48,6 +48,8 @@ pub(crate) struct QueueWorld {
     pub(crate) kept: RefCell<Vec<Archive>>,
     /// Episode in which the world ends, as a killed process does.
     pub(crate) dies_at: u32,
+    /// What the controller said of every episode.
+    pub(crate) figures: Vec<BTreeMap<String, f64>>,
     /// Factor on what is observed.
     pub(crate) scale: f64,
 }
@@ -56,7 +58,14 @@ impl QueueWorld {
     pub(crate) const DECISIONS: u32 = 30;
 
     pub(crate) fn new(signals: Vec<SignalSpec>) -> Self {
-        Self { signals, saved: None, kept: RefCell::default(), dies_at: u32::MAX, scale: 1.0 }
+        Self {
+            signals,
+            saved: None,
+            kept: RefCell::default(),
+            dies_at: u32::MAX,
+            figures: vec![],
+            scale: 1.0,
+        }
     }
 
     fn observe(&self, queues: &[Vec<f64>], phases: &[GreenPhase]) -> Vec<Observation> {
@@ -108,6 +117,7 @@ impl Trainer for QueueWorld {
                 controller.observe(&seen, t + 1 == Self::DECISIONS);
             }
         }
+        self.figures.push(controller.figures());
         Ok(EpisodeOutcome { delay_s: waiting, lane_flow_vph: vec![] })
     }
 
@@ -180,7 +190,7 @@ pub(crate) fn check_learner(make: &dyn Fn(u32) -> Box<dyn Controller>) {
     let mut world = QueueWorld::new(vec![single.clone()]);
     let mut idle = make(episodes);
     idle.train(&mut world).unwrap();
-    assert_eq!(idle.begin(&[single]).unwrap(), [Drive::OwnProgram]);
+    assert_eq!(idle.begin(&[single]).unwrap(), [Drive::Decisions]);
     assert!(idle.model().is_none() && world.kept.borrow().is_empty());
     let details = idle.details();
     assert!(details["signal s"].contains("nothing to control"), "{details:?}");

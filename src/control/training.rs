@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::nn::archive::{Archive, ArchiveError};
 
 use super::{ControlError, Controller, Drive, SignalSpec, Trainer};
@@ -39,6 +41,8 @@ pub(super) struct Training {
     pub(super) decisions: u32,
     /// A model or checkpoint that the next episode begins with.
     pub(super) pending: Option<Archive>,
+    /// The model that signals begin with, however often they change.
+    model: Option<Archive>,
     /// The running or last episode.
     pub(super) curve: Curve,
 }
@@ -47,6 +51,12 @@ impl Training {
     /// Returns a training that has not begun.
     pub(super) fn new(episodes: u32) -> Self {
         Self { episodes, ..Self::default() }
+    }
+
+    /// Returns the model or checkpoint that an episode has to begin with; `changed` says that the
+    /// signals are others than before.
+    pub(super) fn adopted(&mut self, changed: bool) -> Option<Archive> {
+        self.pending.take().or_else(|| self.model.clone().filter(|_| changed))
     }
 
     /// Returns the last episode by name.
@@ -70,6 +80,7 @@ impl Training {
             let what = format!("method {method:?}; it is a model of {found}");
             return Err(ArchiveError::Card(what).into());
         }
+        self.model = Some(model.clone());
         self.pending = Some(model);
         Ok(())
     }
@@ -82,6 +93,9 @@ pub(super) trait Learner: Controller {
 
     /// Whether there is a signal to decide for; known after the first episode has begun.
     fn controls(&self) -> bool;
+
+    /// Whether what it has learned are numbers.
+    fn is_finite(&self) -> bool;
 
     /// Adds everything that learning goes on from.
     fn save(&self, archive: &mut Archive);
@@ -106,11 +120,10 @@ pub(super) fn train(
             break;
         }
         learner.training().done += 1;
-        let Curve { reward, loss, .. } = learner.training().curve;
-        for (what, value) in [("the return", reward), ("the loss", loss.unwrap_or(0.0))] {
-            if !value.is_finite() {
-                return Err(ControlError::Diverged { episode, what, value });
-            }
+        let loss = learner.training().curve.loss.unwrap_or_default();
+        if !loss.is_finite() || !learner.is_finite() {
+            let what = if loss.is_finite() { "a parameter" } else { "the loss" };
+            return Err(ControlError::Diverged { episode, what });
         }
         let done = learner.training().done;
         let learner = &*learner;
@@ -127,6 +140,11 @@ pub(super) fn train(
     Ok(())
 }
 
+/// Returns the mean, or nothing of nothing.
+pub(super) fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
 /// Whether an archive is a checkpoint and not a model.
 pub(super) fn is_checkpoint(archive: &Archive) -> bool {
     archive.get::<String>("kind").is_ok_and(|kind| kind == CHECKPOINT)
@@ -137,17 +155,48 @@ pub(super) fn model(method: &str, signals: &[SignalSpec]) -> Archive {
     let mut archive = Archive::default();
     archive.put("kind", MODEL);
     archive.put("method", method);
-    let shape =
-        |s: &SignalSpec| BTreeMap::from([("lanes", s.lanes.len()), ("phases", s.phases.len())]);
-    archive.put("signals", signals.iter().map(shape).collect::<Vec<_>>());
+    archive.put("signals", shapes(signals));
     archive
 }
 
-/// Returns what drives each signal: the learner, or, where there is nothing to decide, the network's
-/// own program, which is what the baseline runs there too.
+/// Checks that a model is for signals of this shape.
+///
+/// # Errors
+///
+/// [`ControlError::Model`] naming both shapes.
+pub(super) fn check_shape(archive: &Archive, signals: &[SignalSpec]) -> Result<(), ControlError> {
+    if is_checkpoint(archive) {
+        return Ok(());
+    }
+    let found: Vec<Shape> = archive.get("signals")?;
+    let wanted = shapes(signals);
+    if found == wanted {
+        return Ok(());
+    }
+    let words = |shapes: &[Shape]| {
+        let words: Vec<String> =
+            shapes.iter().map(|s| format!("{} lanes and {} phases", s.lanes, s.phases)).collect();
+        words.join(", ")
+    };
+    let (found, wanted) = (words(&found), words(&wanted));
+    Err(ArchiveError::Signals { found, wanted }.into())
+}
+
+/// Shape of a signal, on which the networks of some learners depend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+struct Shape {
+    lanes: usize,
+    phases: usize,
+}
+
+fn shapes(signals: &[SignalSpec]) -> Vec<Shape> {
+    signals.iter().map(|s| Shape { lanes: s.lanes.len(), phases: s.phases.len() }).collect()
+}
+
+/// Returns what drives each signal: the learner. Where there is a single phase it is that phase, for
+/// ever, which is what RESCO and an equal split do there too.
 pub(super) fn drives(signals: &[SignalSpec]) -> Vec<Drive> {
-    let drive = |s: &SignalSpec| if decides(s) { Drive::Decisions } else { Drive::OwnProgram };
-    signals.iter().map(drive).collect()
+    vec![Drive::Decisions; signals.len()]
 }
 
 /// Whether a signal has more than one phase to choose from.
@@ -160,7 +209,7 @@ pub(super) fn remarks(signals: &[SignalSpec]) -> BTreeMap<String, String> {
     let mut remarks = BTreeMap::new();
     for signal in signals {
         if !decides(signal) {
-            let text = "one phase, so nothing to control: it runs the network's own program";
+            let text = "one phase, so nothing to control: it is always green";
             remarks.insert(format!("signal {}", signal.id), text.to_owned());
         }
         let unserved = signal.unserved_lanes();
@@ -170,4 +219,38 @@ pub(super) fn remarks(signals: &[SignalSpec]) -> BTreeMap<String, String> {
         }
     }
     remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::idqn::{Config, Idqn};
+    use super::super::testing::{QueueWorld, two_phase_signal};
+    use super::*;
+
+    fn small() -> Config {
+        Config { hidden: 16, ..Config::default() }
+    }
+
+    #[test]
+    fn the_end_of_an_episode_is_terminal_unless_it_is_asked_not_to_be() {
+        for (bootstrap_at_time_limit, expected) in [(false, 1), (true, 0)] {
+            let mut world = QueueWorld::new(vec![two_phase_signal()]);
+            let config = Config { bootstrap_at_time_limit, ..small() };
+            Idqn::new(config, 1, 7).train(&mut world).unwrap();
+            let state = world.kept.borrow_mut().pop().unwrap();
+            let count = QueueWorld::DECISIONS as usize;
+            let terminals = state.u32("signal0.replay.terminals", &[count]).unwrap();
+            assert_eq!(terminals[count - 1], expected);
+            assert!(terminals[..count - 1].iter().all(|t| *t == 0));
+        }
+    }
+
+    #[test]
+    fn exploration_ends_after_four_fifths_of_the_episodes() {
+        let mut world = QueueWorld::new(vec![two_phase_signal()]);
+        Idqn::new(small(), 10, 7).train(&mut world).unwrap();
+        let epsilons: Vec<f64> = world.figures.iter().map(|f| f["epsilon"]).collect();
+        let expected = [0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125, 0.0, 0.0, 0.0];
+        assert_eq!(epsilons, expected);
+    }
 }

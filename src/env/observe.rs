@@ -25,6 +25,8 @@ struct Memory {
     seen: u32,
     /// Lane on which it was last counted, plus one.
     counted_on: u32,
+    /// Signal in whose zone it was.
+    signal: u32,
 }
 
 /// Turns snapshots into observations and keeps the memory that they need.
@@ -35,6 +37,8 @@ pub struct Observer {
     memory: Vec<Memory>,
     round: u32,
     lanes: Vec<LaneObservation>,
+    /// Signal of each lane.
+    signals: Vec<u32>,
     halting: u32,
     counts: Vec<u32>,
 }
@@ -43,7 +47,12 @@ impl Observer {
     /// Returns an observer for a scene, with an empty memory.
     pub fn new(scene: &Scene, detection_m: f64, delta_time_s: f64) -> Self {
         let lanes = scene.lanes.len();
+        let mut signals = vec![0; lanes];
+        for (number, signal) in (0..).zip(&scene.signals) {
+            signal.links.iter().flatten().for_each(|link| signals[link.from_lane] = number);
+        }
         Self {
+            signals,
             detection_m,
             delta_time_s,
             lanes: vec![LaneObservation::default(); lanes],
@@ -71,7 +80,9 @@ impl Observer {
             if vehicle.distance_m > self.detection_m {
                 continue;
             }
-            if memory.seen + 1 != self.round {
+            // Every signal remembers for itself: at the next one the vehicle is new.
+            let signal = self.signals[vehicle.lane as usize];
+            if memory.seen + 1 != self.round || memory.signal != signal {
                 memory.wait_s = 0.0;
             }
             if memory.wait_s > 0.0 {
@@ -80,6 +91,7 @@ impl Observer {
                 memory.wait_s = vehicle.waiting_s;
             }
             memory.seen = self.round;
+            memory.signal = signal;
             let lane = &mut self.lanes[vehicle.lane as usize];
             lane.total_speed_mps += vehicle.speed_mps;
             if memory.wait_s > 0.0 {
@@ -115,7 +127,7 @@ impl Observer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::{Lane, VehicleState};
+    use crate::sim::{Direction, Lane, Link, SignalInfo, VehicleState};
 
     fn observer() -> Observer {
         let lane =
@@ -156,6 +168,30 @@ mod tests {
         update(&mut observer, &[at(0, 20.0, 0.0, 4.0)]);
         update(&mut observer, &[]);
         assert_eq!(update(&mut observer, &[at(0, 20.0, 5.0, 0.0)]).approach, 1.0);
+    }
+
+    #[test]
+    fn waiting_at_one_signal_is_nothing_to_the_next() {
+        let lane =
+            |id: &str| Lane { id: id.into(), length_m: 300.0, speed_mps: 14.0, heading_deg: 0.0 };
+        let signal = |from_lane| SignalInfo {
+            links: vec![vec![Link {
+                from_lane,
+                to_lane: "x_0".into(),
+                downstream: None,
+                direction: Direction::Straight,
+            }]],
+            id: String::new(),
+            programs: vec![],
+            active_program: String::new(),
+        };
+        let scene =
+            Scene { lanes: vec![lane("a_0"), lane("b_0")], signals: vec![signal(0), signal(1)] };
+        let mut observer = Observer::new(&scene, 200.0, 10.0);
+        update(&mut observer, &[at(0, 20.0, 0.0, 20.0)]);
+        let moved_on = VehicleState { lane: 1, ..at(0, 90.0, 13.0, 0.0) };
+        update(&mut observer, &[moved_on]);
+        assert_eq!((observer.lanes[1].approach, observer.lanes[1].queue), (1.0, 0.0));
     }
 
     #[test]

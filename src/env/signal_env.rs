@@ -82,7 +82,7 @@ impl<S: Sim> SignalEnv<S> {
         }
     }
 
-    /// Starts an episode. The first observation is taken before any step.
+    /// Starts an episode; [`Self::drive`] comes next.
     ///
     /// # Errors
     ///
@@ -124,7 +124,7 @@ impl<S: Sim> SignalEnv<S> {
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
-        self.observe()
+        Ok(())
     }
 
     fn describe(&mut self, scene: Scene) -> Result<(), SimError> {
@@ -167,7 +167,8 @@ impl<S: Sim> SignalEnv<S> {
         self.simulator
     }
 
-    /// Says what drives each signal for the rest of the episode; to be called right after a reset.
+    /// Says what drives each signal for the rest of the episode, and takes the first observation,
+    /// before any step; to be called once, right after a reset.
     ///
     /// # Errors
     ///

@@ -10,7 +10,7 @@ use crate::nn::archive::Archive;
 use crate::seed;
 use crate::sim::Sim;
 use crate::store::manifest::Task;
-use crate::store::record::{Metrics, Row, RowKind, Wall};
+use crate::store::record::{Metrics, Row, RowKind, Wall, mean_metrics};
 
 use super::checkpoint::Keeper;
 use super::pool::Progress;
@@ -79,6 +79,20 @@ impl<'a, S: Sim> Lab<'a, S> {
         })?;
         self.rows.extend(rows);
         Ok(())
+    }
+
+    /// Returns the mean delay of another controller on these seeds, seconds, of which no row is kept.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when the simulation or the controller fails.
+    pub(super) fn delay_of(
+        &mut self,
+        controller: &mut dyn Controller,
+        seeds: &[u64],
+    ) -> Result<f64, EvalError> {
+        let rows = held_out(&mut self.env, controller, &self.task.point, seeds, &mut |_| {})?;
+        Ok(mean_metrics(&rows).get("delay_s").copied().unwrap_or_default())
     }
 
     /// Returns the time that the task has taken so far.

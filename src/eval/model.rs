@@ -15,6 +15,7 @@ use crate::control::registry::create;
 use crate::control::{ControlError, Controller};
 use crate::error::{EvalError, FileError};
 use crate::family::check::check;
+use crate::family::overrides::Override;
 use crate::family::scenario::{Scenario, SignalSettings};
 use crate::files::replace;
 use crate::nn::archive::{Archive, ArchiveError};
@@ -66,8 +67,7 @@ pub struct Evaluation {
     pub seeds: Vec<u64>,
     /// Mean delay, seconds.
     pub delay_s: f64,
-    /// Mean delay divided by the baseline's; absent when the baseline had no record of the point
-    /// MDP when the model was written.
+    /// Mean delay divided by the baseline's on the same seeds; absent when that is 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub score: Option<f64>,
 }
@@ -82,6 +82,7 @@ fn section(method: &str) -> String {
 /// # Arguments
 ///
 /// * `record` — the task's record, which is not committed yet.
+/// * `baseline_s` — the baseline's mean delay on the evaluation seeds, seconds.
 /// * `model` — what the learner says it has learned.
 ///
 /// # Errors
@@ -92,6 +93,7 @@ pub(super) fn write(
     identity: &Identity,
     task: &Task,
     record: &Record,
+    baseline_s: f64,
     mut model: Archive,
 ) -> Result<(), FileError> {
     let settings = &identity.settings;
@@ -113,8 +115,7 @@ pub(super) fn write(
         evaluation: Evaluation {
             seeds: identity.evaluation_seeds.clone(),
             delay_s,
-            score: baseline_delay(layout, identity, task, &record.summary.manifest)
-                .map(|baseline| delay_s / baseline),
+            score: (baseline_s > 0.0).then(|| delay_s / baseline_s),
         },
     };
     let own = std::mem::take(&mut model.card);
@@ -128,7 +129,7 @@ pub(super) fn write(
 
 /// Returns the baseline's mean delay on the point MDP of a task, if it has been recorded; a record
 /// that is damaged is for `run` and `report` to name.
-fn baseline_delay(
+pub(super) fn baseline_delay(
     layout: &Layout,
     identity: &Identity,
     task: &Task,
@@ -138,7 +139,6 @@ fn baseline_delay(
         .filter(|t| t.method == identity.baseline && t.point == task.point)
         .find_map(|t| Record::read(layout, t, manifest).ok().flatten())
         .and_then(|record| record.summary.metrics.get("delay_s").copied())
-        .filter(|delay_s| *delay_s > 0.0)
 }
 
 /// A model as it lies on disk.
@@ -194,13 +194,18 @@ impl SavedModel {
         EvalError::Model { path: self.path.clone(), reason }
     }
 
-    /// Returns a scenario with the method's and the signals' settings of the model.
+    /// Returns a scenario with the method's and the signals' settings of the model, and settings to
+    /// replace in that.
     ///
     /// # Errors
     ///
     /// [`EvalError::Model`] when the method is unknown or cannot use the model, or when a setting does
     /// not exist or is out of range.
-    pub fn scenario(&self, scenario: &Scenario) -> Result<Scenario, EvalError> {
+    pub fn scenario(
+        &self,
+        scenario: &Scenario,
+        overrides: &[Override],
+    ) -> Result<Scenario, EvalError> {
         let method = &self.card.method;
         create(method, &control_settings(scenario, false), 0)
             .map_err(|e| self.fail(format!("of an {e}")))?;
@@ -208,8 +213,11 @@ impl SavedModel {
         scenario.signal = self.card.signal.clone();
         let mut settings = serde_json::to_value(&scenario).expect("a scenario is plain data");
         settings[section(method)] = self.card.settings.clone();
-        let scenario = serde_json::from_value(settings)
+        let mut scenario: Scenario = serde_json::from_value(settings)
             .map_err(|e| self.fail(format!("its settings are of another version: {e}")))?;
+        for setting in overrides {
+            scenario = setting.apply(&scenario)?;
+        }
         check(&scenario, "its settings").map_err(|e| self.fail(e.to_string()))?;
         // What makes it unusable on any signal is said before anything is built or simulated.
         self.controller(&scenario, false)?;

@@ -70,14 +70,18 @@ pub fn perform<S: Sim>(
     let imported = point.environment != GENERATED;
     let world = planned_world(point, &workplace.networks)?;
     let env = environment(sim, world, &scenario, &workplace.scratch);
-    let mut controller = create(&task.method, &control_settings(&scenario, imported), task.seed)?;
-    settle(env, controller.as_mut(), manifest, task, workplace, news)
+    let settings = control_settings(&scenario, imported);
+    let mut controller = create(&task.method, &settings, task.seed)?;
+    let mut baseline = create(&identity.baseline, &settings, task.seed)?;
+    settle(env, controller.as_mut(), baseline.as_mut(), manifest, task, workplace, news)
 }
 
-/// Trains and evaluates a controller, writes its model and commits its record.
+/// Trains and evaluates a controller, writes its model and commits its record. The baseline beside it
+/// is for the model's score.
 fn settle<S: Sim>(
     env: SignalEnv<S>,
     controller: &mut dyn Controller,
+    baseline: &mut dyn Controller,
     manifest: &Manifest,
     task: &Task,
     workplace: &Workplace,
@@ -90,7 +94,13 @@ fn settle<S: Sim>(
         Ok((result, model)) => {
             let record = Record::finished(task, &sha256, result);
             if let Some(model) = model {
-                model::write(layout, &manifest.identity, task, &record, model)?;
+                let identity = &manifest.identity;
+                // The baseline's record, if there is one, says the same as its episodes.
+                let baseline_s = match model::baseline_delay(layout, identity, task, &sha256) {
+                    Some(delay_s) => delay_s,
+                    None => lab.delay_of(baseline, &identity.evaluation_seeds)?,
+                };
+                model::write(layout, identity, task, &record, baseline_s, model)?;
             }
             record
         }
@@ -178,6 +188,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::control::baseline::Baseline;
     use crate::env::testing::env;
     use crate::eval::model::SavedModel;
     use crate::eval::plan::tests::planned;
@@ -221,7 +232,9 @@ mod tests {
                 News::Note(note) => notes.push(note),
                 News::Episode(progress) => episodes.push(progress.episodes),
             };
-            settle(env, &mut learner, &self.manifest, &self.task, &workplace, &mut news)
+            let mut baseline = Baseline { equal_split_green_s: None };
+            let (manifest, task) = (&self.manifest, &self.task);
+            settle(env, &mut learner, &mut baseline, manifest, task, &workplace, &mut news)
         }
 
         fn checkpoint(&self) -> PathBuf {
@@ -304,7 +317,9 @@ mod tests {
         assert_eq!(record.summary.outcome, Outcome::Failed);
         assert_eq!(
             record.summary.reason.as_deref(),
-            Some("training diverged in episode 4: the loss is NaN; try a smaller learning rate")
+            Some(
+                "training diverged in episode 4: the loss is no number any more; try a smaller learning rate"
+            )
         );
         let sha256 = place.manifest.sha256();
         let read = Record::read(&place.layout(), &place.task, &sha256).unwrap();

@@ -67,7 +67,7 @@ impl Controller for Learner {
             trainer.episode(self, seed)?;
             if self.diverges_in == Some(self.done) {
                 let (episode, what) = (self.done, "the loss");
-                return Err(ControlError::Diverged { episode, what, value: f64::NAN });
+                return Err(ControlError::Diverged { episode, what });
             }
             self.done += 1;
             trainer.checkpoint(&|| self.archive())?;

@@ -47,6 +47,11 @@ impl Adam {
         adam(parameters, gradient, &mut self.first, &mut self.second, step);
     }
 
+    /// Whether both moments are numbers.
+    pub fn is_finite(&self) -> bool {
+        self.first.iter().chain(&self.second).all(|m| m.is_finite())
+    }
+
     /// Adds the moments to an archive.
     pub fn save(&self, prefix: &str, archive: &mut Archive) {
         archive.put_f32(format!("{prefix}adam.first"), &[self.first.len()], &self.first);

@@ -46,6 +46,17 @@ pub enum ArchiveError {
     /// A tensor holds other numbers than what it is for.
     #[error("tensor {0:?} holds numbers of another type")]
     Type(String),
+    /// A model of other signals than those it is for.
+    #[error("it is for signals of {found}, these have {wanted}")]
+    Signals {
+        /// Shape of its signals.
+        found: String,
+        /// Shape of these signals.
+        wanted: String,
+    },
+    /// A tensor with infinities or what is no number.
+    #[error("tensor {0:?} holds infinities or NaN; the training that wrote it diverged")]
+    NotFinite(String),
     /// The card lacks a value or has a wrong one.
     #[error("its card has no valid {0:?}")]
     Card(String),

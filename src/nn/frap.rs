@@ -254,8 +254,8 @@ mod tests {
             let three = vec![vec![1, 7], vec![7, 8], vec![9]];
             let layouts = vec![Layout::new(&pairs(&EIGHT), width), Layout::new(&three, width)];
             let mut network = Frap::new(layouts, width, 12 * width);
-            let parameters = parameters(&network);
-            assert_eq!(parameters.len(), network.parameters());
+            assert_eq!(parameters(&network).len(), network.parameters());
+            let parameters = random(network.parameters(), 21);
             check_parts(&network);
             let mut inputs = Vec::new();
             for (i, (layout, phase)) in [(0, 0), (1, 2), (0, 7), (1, 0)].into_iter().enumerate() {

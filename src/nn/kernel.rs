@@ -122,7 +122,7 @@ impl Activation {
             Self::None => {}
             Self::Relu => Arch::new().dispatch(
                 #[inline(always)]
-                || y.iter_mut().for_each(|y| *y = if *y > 0.0 { *y } else { 0.0 }),
+                || y.iter_mut().for_each(|y| *y = relu(*y)),
             ),
         }
     }
@@ -137,6 +137,12 @@ impl Activation {
             ),
         }
     }
+}
+
+/// The larger of 0 and x; what is no number stays none, so that it is noticed.
+#[inline(always)]
+pub(super) fn relu(x: f32) -> f32 {
+    if x < 0.0 { 0.0 } else { x }
 }
 
 /// Logistic function.

@@ -2,7 +2,7 @@
 
 use pulp::Arch;
 
-use super::super::kernel::{Activation, affine, product, sigmoid};
+use super::super::kernel::{Activation, affine, product, relu, sigmoid};
 use super::super::room;
 use super::{EMBEDDING, Frap, HEAD, MOVEMENT, PAIR, add_scaled};
 
@@ -36,10 +36,10 @@ impl Frap {
         for (shared, relation) in relations.iter_mut().enumerate() {
             relation.copy_from_slice(bias);
             for i in 0..EMBEDDING {
-                let e = parameters[o.relation + shared * EMBEDDING + i].max(0.0);
+                let e = relu(parameters[o.relation + shared * EMBEDDING + i]);
                 add_scaled(relation, &w[i * PAIR..][..PAIR], e);
             }
-            relation.iter_mut().for_each(|r| *r = r.max(0.0));
+            relation.iter_mut().for_each(|r| *r = relu(*r));
         }
         relations
     }
@@ -84,7 +84,7 @@ impl Frap {
                     *d = sigmoid(*d);
                     add_scaled(h, &w[i * MOVEMENT..][..MOVEMENT], *d);
                 }
-                h.iter_mut().for_each(|h| *h = h.max(0.0));
+                h.iter_mut().for_each(|h| *h = relu(*h));
             }
             for (a, pair) in layout.phases.iter().enumerate() {
                 let p = &mut phase[(first_phase + a) * MOVEMENT..][..MOVEMENT];
@@ -170,7 +170,7 @@ fn compare(
     zr: &mut [f32; PAIR],
 ) {
     for i in 0..PAIR {
-        z[i] = (upper[i] + lower[i]).max(0.0);
+        z[i] = relu(upper[i] + lower[i]);
         zr[i] = z[i] * relation[i];
     }
 }

@@ -10,6 +10,11 @@ impl<N: Network> Dqn<N> {
         (&self.network, &self.parameters)
     }
 
+    /// Whether parameters and moments are numbers; where they are not, training has diverged.
+    pub fn is_finite(&self) -> bool {
+        self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
+    }
+
     /// Takes over parameters that were learned elsewhere.
     ///
     /// # Errors
@@ -17,6 +22,9 @@ impl<N: Network> Dqn<N> {
     /// [`ArchiveError`] when they do not fit the network.
     pub fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
         self.parameters = crate::nn::load(&self.network, prefix, archive)?;
+        self.target.copy_from_slice(&self.parameters);
+        self.target_values.fill(f32::NAN);
+        self.ahead = 0;
         Ok(())
     }
 

@@ -11,6 +11,11 @@ impl<N: Network> Ppo<N> {
         (&self.network, &self.parameters)
     }
 
+    /// Whether parameters and moments are numbers; where they are not, training has diverged.
+    pub fn is_finite(&self) -> bool {
+        self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
+    }
+
     /// Takes over parameters that were learned elsewhere.
     ///
     /// # Errors
