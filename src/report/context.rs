@@ -1,9 +1,9 @@
 //! How the score depends on each context feature: where in the family a method is good.
 
 use super::data::{MethodSummary, ReportData};
-use super::figures::{Figure, WIDTH, color, noun};
-use super::format;
+use super::figures::{Figure, WIDTH, color, label, noun};
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
+use super::{format, palette};
 use crate::stats::score::weighted_mean;
 use crate::store::manifest::FeatureColumn;
 
@@ -69,7 +69,7 @@ pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
         let y = frame.y(1.0);
         canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
         for (m, points) in methods.iter().zip(curves).rev() {
-            draw(&mut canvas, &frame, points, y_end, color(data, m));
+            draw(&mut canvas, &frame, points, y_end, (color(data, m), palette::dash(&m.method)));
         }
     }
     let description = format!(
@@ -83,16 +83,17 @@ pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
 
 /// Returns a canvas with the legend, and where the panels begin.
 fn with_legend(data: &ReportData, methods: &[&MethodSummary], rows: usize) -> (Canvas, f64) {
-    let slot = methods.iter().map(|m| text_width(&m.method)).fold(60.0, f64::max) + 36.0;
+    let slot = methods.iter().map(|m| text_width(&label(data, m))).fold(60.0, f64::max) + 36.0;
     let per_row = ((WIDTH - 24.0) / slot).floor().max(1.0) as usize;
     let top = 32.0 + LEGEND_PX * methods.len().div_ceil(per_row) as f64;
     let mut canvas = Canvas::new(WIDTH, top + PANEL_PX * rows as f64);
     for (i, m) in methods.iter().enumerate() {
         let x = 16.0 + slot * (i % per_row) as f64;
         let y = 16.0 + LEGEND_PX * (i / per_row) as f64;
-        canvas.line((x, y), (x + 20.0, y), color(data, m), 2.5, None);
+        let dash = palette::dash(&m.method);
+        canvas.line((x, y), (x + 20.0, y), color(data, m), 2.5, dash);
         canvas.circle((x + 10.0, y), 4.0, color(data, m), None);
-        canvas.text(x + 27.0, y + 4.5, &m.method, TextStyle::new(Anchor::Start));
+        canvas.text(x + 27.0, y + 4.5, &label(data, m), TextStyle::new(Anchor::Start));
     }
     let title = format!("mean score ({} relative to the baseline)", noun(data));
     canvas.text(10.0, top - 10.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
@@ -103,9 +104,15 @@ fn whole(value: f64) -> bool {
     value.fract() == 0.0
 }
 
-fn draw(canvas: &mut Canvas, frame: &Frame, points: &[(f64, f64)], y_end: f64, color: &str) {
+fn draw(
+    canvas: &mut Canvas,
+    frame: &Frame,
+    points: &[(f64, f64)],
+    y_end: f64,
+    (color, dash): (&str, Option<&str>),
+) {
     let at = |p: &(f64, f64)| (frame.x(p.0), frame.y(p.1.min(y_end)));
-    canvas.polyline(points.iter().map(at).collect(), color, 2.0);
+    canvas.polyline(points.iter().map(at).collect(), color, 2.0, dash);
     for p in points {
         let (x, y) = at(p);
         if p.1 <= y_end {

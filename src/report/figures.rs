@@ -42,12 +42,23 @@ pub(super) struct Figure {
 /// Returns the colour of a method.
 pub(super) fn color(data: &ReportData, m: &MethodSummary) -> &'static str {
     let identity = &data.manifest.identity;
-    let others = identity.methods.iter().filter(|name| **name != identity.baseline);
-    palette::method(others.into_iter().position(|name| *name == m.method))
+    let mut others = identity.methods.iter().filter(|name| **name != identity.baseline);
+    match others.position(|name| *name == m.method) {
+        Some(position) => palette::method(&m.method, position),
+        None => palette::baseline(),
+    }
 }
 
-fn widest_name(data: &ReportData) -> f64 {
-    data.methods.iter().map(|m| text_width(&m.method)).fold(60.0, f64::max)
+/// Returns the name of a method, with the number of its point MDPs where it lacks some.
+pub(super) fn label(data: &ReportData, m: &MethodSummary) -> String {
+    match m.points < data.points.len() {
+        true => format!("{} ({}/{})", m.method, m.points, data.points.len()),
+        false => m.method.clone(),
+    }
+}
+
+pub(super) fn widest_name(data: &ReportData) -> f64 {
+    data.methods.iter().map(|m| text_width(&label(data, m))).fold(60.0, f64::max)
 }
 
 /// (a) Draws the overall performance of every method with its interval.
@@ -81,12 +92,12 @@ pub(super) fn overall(data: &ReportData) -> Option<Figure> {
     for (i, m) in methods.iter().enumerate() {
         let Some(value) = m.overall else { continue };
         let y = 30.0 + ROW_PX * (i as f64 + 0.5);
-        canvas.text(left - 10.0, y + 4.5, &m.method, TextStyle::new(Anchor::End));
+        canvas.text(left - 10.0, y + 4.5, &label(data, m), TextStyle::new(Anchor::End));
         mark(&mut canvas, &frame, (value, m.interval), (y, limit), color(data, m));
         canvas.text(WIDTH - 10.0, y + 4.5, &with_interval(m), TextStyle::new(Anchor::End));
     }
     let description =
-        sentence(methods.iter().map(|m| format!("{} {}", m.method, with_interval(m))));
+        sentence(methods.iter().map(|m| format!("{} {}", label(data, m), with_interval(m))));
     let svg = canvas.finish("overall", "Overall performance of every method", &description);
     (!methods.is_empty()).then_some(Figure { name: "overall", svg })
 }
@@ -164,7 +175,7 @@ pub(super) fn distribution(data: &ReportData) -> Option<Figure> {
         baseline_line(&mut canvas, &frame, (area.1, area.3), i == 0);
         overall_mark(&mut canvas, &frame, m, h, area);
         let (y, style) = ((area.1 + area.3) / 2.0, TextStyle::new(Anchor::End));
-        canvas.text(left - 44.0, y - 3.0, &m.method, style.bold());
+        canvas.text(left - 44.0, y - 3.0, &label(data, m), style.bold());
         let note = format!("worse than baseline: {}", worse(data, m));
         canvas.text(left - 44.0, y + 13.0, &note, style.small().color(MUTED));
         if last && beyond {
@@ -176,7 +187,7 @@ pub(super) fn distribution(data: &ReportData) -> Option<Figure> {
     canvas.text(8.0, 20.0, "number of point MDPs", TextStyle::new(Anchor::Start).color(MUTED));
     let description = sentence(methods.iter().zip(&histograms).map(|(m, h)| {
         let n = worse(data, m);
-        format!("{}: worse than the baseline on {n}, beyond the axis {}", m.method, h.over)
+        format!("{}: worse than the baseline on {n}, beyond the axis {}", label(data, m), h.over)
     }));
     let title = "Distribution of scores over point MDPs";
     Some(Figure { name: "distribution", svg: canvas.finish("distribution", title, &description) })
@@ -262,7 +273,8 @@ pub(super) fn levels(data: &ReportData) -> Option<Figure> {
     }
     for (i, m) in methods.iter().enumerate() {
         let y = top + ROW_PX * i as f64;
-        canvas.text(left - 10.0, y + ROW_PX / 2.0 + 4.5, &m.method, TextStyle::new(Anchor::End));
+        let middle = y + ROW_PX / 2.0 + 4.5;
+        canvas.text(left - 10.0, middle, &label(data, m), TextStyle::new(Anchor::End));
         let mut from = 0.0;
         for (l, share) in level_shares(data, m).into_iter().enumerate().filter(|s| s.1 > 0.0) {
             let (a, b) = (frame.x(100.0 * from), frame.x(100.0 * (from + share)));
@@ -271,7 +283,7 @@ pub(super) fn levels(data: &ReportData) -> Option<Figure> {
             if share >= LABELLED_SHARE {
                 let style = TextStyle::new(Anchor::Middle).color(palette::ink_on(l));
                 let label = format!("{} {}", LEVELS[l], format::percent(share));
-                canvas.text((a + b) / 2.0, y + ROW_PX / 2.0 + 4.5, &label, style);
+                canvas.text((a + b) / 2.0, middle, &label, style);
             }
             from += share;
         }
@@ -280,7 +292,7 @@ pub(super) fn levels(data: &ReportData) -> Option<Figure> {
         let shares = level_shares(data, m);
         let parts: Vec<_> =
             LEVELS.iter().zip(shares).map(|(l, s)| format!("{l} {}", format::percent(s))).collect();
-        format!("{}: {}", m.method, parts.join(", "))
+        format!("{}: {}", label(data, m), parts.join(", "))
     }));
     let title = "Level of service by method";
     let svg = canvas.finish("level-of-service", title, &description);
@@ -309,6 +321,6 @@ pub(super) fn with_interval(m: &MethodSummary) -> String {
     }
 }
 
-fn sentence(parts: impl Iterator<Item = String>) -> String {
+pub(super) fn sentence(parts: impl Iterator<Item = String>) -> String {
     parts.collect::<Vec<_>>().join("; ")
 }

@@ -211,13 +211,19 @@ impl Canvas {
         });
     }
 
-    /// Draws lines from point to point.
-    pub(super) fn polyline(&mut self, points: Vec<(f64, f64)>, color: &str, width: f64) {
+    /// Draws lines from point to point; `dash` is a pattern such as `5 4`.
+    pub(super) fn polyline(
+        &mut self,
+        points: Vec<(f64, f64)>,
+        color: &str,
+        width: f64,
+        dash: Option<&str>,
+    ) {
         self.scene.add(Primitive::PolyLine {
             points,
             stroke: Color::from(color),
             stroke_width: width,
-            stroke_dasharray: None,
+            stroke_dasharray: dash.map(str::to_owned),
         });
     }
 
