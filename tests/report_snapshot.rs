@@ -1,116 +1,31 @@
 //! What a report says about a small results directory, word by word.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::BTreeMap;
+mod made_up;
+
 use std::fs;
 use std::path::Path;
 
+use made_up::{evaluations, manifest, well_formed, words};
 use tsc_family::report::{self, ReportData, text};
-use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
-use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance};
-use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult, Wall};
+use tsc_family::store::record::TaskResult;
 use tsc_family::store::results::Results;
-
-const SEEDS: [u64; 2] = [1_073_741_825, 1_073_741_826];
 
 /// A method's delays on one point MDP per seed, or the reason of a failure.
 type Cell = Result<[f64; 2], &'static str>;
 
-fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
-    PointRow {
-        point: id.to_owned(),
-        importance,
-        instances: 3,
-        features: vec![2.0, inflow_vph],
-        places: vec![[40.76, -111.89]],
-        environment: format!("networks/{id}"),
-        sha256: BTreeMap::from([("net.xml.gz".to_owned(), "ab".repeat(32))]),
-    }
-}
-
-fn manifest(methods: &[&str]) -> Manifest {
-    let draw = |point: &str, weight| Draw { point: point.to_owned(), weight, count: 1 };
-    let feature = |name: &str, unit: &str| FeatureColumn { name: name.into(), unit: unit.into() };
-    Manifest {
-        identity: Identity {
-            schema_version: 1,
-            tsc_family: "0.1.0".into(),
-            simulator: "SUMO 1.15.0".into(),
-            scenario: "smoke".into(),
-            settings: serde_json::json!({"demand": {"horizon_s": 3600.0}}),
-            features: vec![feature("lanes", ""), feature("inflow_vph", "veh/h")],
-            sample: SamplePlan {
-                sampling: Sampling::All,
-                budget: 2,
-                family_size: 2,
-                seed: 0,
-                draws: vec![draw("quiet", 0.75), draw("busy", 0.25)],
-            },
-            points: vec![point("quiet", 0.75, 250.0), point("busy", 0.25, 900.0)],
-            methods: methods.iter().map(|m| (*m).to_owned()).collect(),
-            baseline: methods[0].to_owned(),
-            objective: "delay_s".into(),
-            replicates: 1,
-            replicated: vec![],
-            base_seed: 0,
-            evaluation_seeds: SEEDS.to_vec(),
-        },
-        provenance: Provenance {
-            command: "tsc-family run smoke".into(),
-            git: "abc1234".into(),
-            rustc: "rustc 1.95.0".into(),
-            host: "Linux x86_64".into(),
-            started: "2026-01-01T00:00:00Z".into(),
-            networks: "networks/smoke".into(),
-        },
-    }
-}
-
 /// Writes a results directory; a cell that is `None` has no record.
 fn write_results(root: &Path, methods: &[(&str, [Option<Cell>; 2])]) -> Layout {
-    let layout = Layout::new(root);
     let names: Vec<&str> = methods.iter().map(|m| m.0).collect();
-    let manifest = manifest(&names);
-    fs::write(layout.manifest(), serde_json::to_string(&manifest).unwrap()).unwrap();
-    let mut plan = String::new();
-    let points = ["quiet", "busy"];
-    for task in manifest.identity.tasks() {
+    made_up::write_results(root, &manifest(&names), |task| {
         let (_, cells) = methods.iter().find(|(name, _)| *name == task.method).unwrap();
-        let cell = &cells[points.iter().position(|p| *p == task.point).unwrap()];
-        plan.push_str(&serde_json::to_string(&task).unwrap());
-        plan.push('\n');
-        let sha256 = manifest.sha256();
-        match cell {
-            None => {}
-            Some(Ok(delays)) => {
-                let rows = delays.iter().enumerate().map(row).collect();
-                let result = TaskResult { rows, ..TaskResult::default() };
-                Record::finished(&task, &sha256, result).commit(&layout).unwrap();
-            }
-            Some(Err(reason)) => {
-                let reason = (*reason).to_owned();
-                Record::failed(&task, &sha256, reason, Wall::default()).commit(&layout).unwrap();
-            }
-        }
-    }
-    fs::write(layout.plan(), plan).unwrap();
-    layout
-}
-
-fn row((k, delay_s): (usize, &f64)) -> Row {
-    let metrics: Metrics = [
-        ("delay_s", *delay_s),
-        ("waiting_s", delay_s / 2.0),
-        ("queue_veh", 4.0),
-        ("throughput_veh", 900.0),
-        ("unfinished_veh", 2.0),
-        ("teleports", 0.0),
-    ]
-    .into_iter()
-    .map(|(name, value)| (name.to_owned(), value))
-    .collect();
-    Row { kind: RowKind::Evaluation, episode: k as u32, seed: SEEDS[k], metrics }
+        let result = |delays| TaskResult { rows: evaluations(delays), ..TaskResult::default() };
+        cells[usize::from(task.point == "busy")].as_ref().map(|cell| match cell {
+            Ok(delays) => Ok(result(delays)),
+            Err(reason) => Err(*reason),
+        })
+    })
 }
 
 fn three_methods(root: &Path) -> Layout {
@@ -139,10 +54,18 @@ fn the_table_ranks_the_methods() {
     1   max-pressure                     0.59    0.54 to 0.64        17.0   busy (0.70)                  2/2        0
     2   fixed-time-untuned (baseline)    1.00   by definition        27.5   -                            2/2        0
     -   idqn                             0.85               -        17.0   quiet (0.85)                 1/2        1
+
+On the 1 point MDP that all 3 methods with results finished:
+
+ rank   method                          score    95% interval   delay (s)   worst point MDP (score)   points   failed
+----------------------------------------------------------------------------------------------------------------------
+    1   max-pressure                     0.55               -        11.0   quiet (0.55)                 1/1        0
+    2   idqn                             0.85               -        17.0   quiet (0.85)                 1/1        0
+    3   fixed-time-untuned (baseline)    1.00   by definition        20.0   -                            1/1        0
 "#);
     insta::assert_snapshot!(text::notes(&data).join("\n"), @r#"
 1 of 6 tasks failed; the reasons are in the report's section "Failed and missing".
-Scores are over the point MDPs that both the method and the baseline finished; methods with different counts of points are not strictly comparable.
+Not ranked, because they lack point MDPs that others have: idqn (1 of 2). Their scores are over other point MDPs than those above them; the second table compares all methods where all have results.
 Without interval: it takes at least two evaluation seeds, and two point MDPs where others of the family have no result.
 "#);
 }
@@ -241,7 +164,7 @@ fn without_any_record_the_page_says_what_is_missing() {
         write_results(dir.path(), &[("fixed-time-untuned", [None, None]), ("idqn", [None, None])]);
     let page = report_of(&layout, "index.html");
     assert!(page.contains("<h1>No method can be scored yet</h1>"));
-    assert!(page.contains("Incomplete: 4 of 4 tasks have no record yet"));
+    assert!(page.contains("Incomplete: 0 of 4 tasks are done, 4 have no record yet"));
 }
 
 #[test]
@@ -286,48 +209,4 @@ fn a_gridlock_stays_on_the_page() {
         let x: f64 = x.parse().unwrap();
         assert!((0.0..=900.0).contains(&x), "{x}");
     }
-}
-
-fn well_formed(xml: &str) {
-    let mut reader = quick_xml::Reader::from_str(xml);
-    let mut depth = 0i32;
-    loop {
-        match reader.read_event().unwrap() {
-            quick_xml::events::Event::Start(_) => depth += 1,
-            quick_xml::events::Event::End(_) => depth -= 1,
-            quick_xml::events::Event::Eof => break,
-            _ => {}
-        }
-    }
-    assert_eq!(depth, 0);
-}
-
-/// Returns the text of a page: no style, no drawings, a line per paragraph or row.
-fn words(page: &str) -> String {
-    const BLOCKS: [&str; 10] =
-        ["/p", "/tr", "/h1", "/h2", "/h3", "/li", "/dd", "/caption", "/summary", "/pre"];
-    const CELLS: [&str; 3] = ["/td", "/th", "/dt"];
-    let (_, mut rest) = page.split_once("<body>").unwrap();
-    let mut body = String::new();
-    while let Some((before, drawing)) = rest.split_once("<svg") {
-        body.push_str(before);
-        body.push_str("[drawing]\n");
-        rest = drawing.split_once("</svg>").unwrap().1;
-    }
-    body.push_str(rest);
-    let mut text = String::new();
-    for piece in body.split('<') {
-        let (tag, words) = piece.split_once('>').unwrap_or(("", piece));
-        if BLOCKS.contains(&tag) {
-            text.push('\n');
-        } else if CELLS.contains(&tag) {
-            text.push_str(" | ");
-        }
-        if tag.starts_with("span") {
-            text.push(' ');
-        }
-        text.push_str(&words.replace('\n', " "));
-    }
-    let lines = text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" "));
-    lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join("\n")
 }

@@ -4,13 +4,14 @@
 //! and the baseline's objective is above 0. Weights are renormalised over these point MDPs, and every
 //! summary counts what it lacks.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::points::{PointResult, PointSummary, summarise_points};
+use super::ranking::{Common, Estimate, common, rank};
 use crate::sample::Sampling;
 use crate::seed::derive;
 use crate::stats::score::weighted_mean;
@@ -32,6 +33,8 @@ pub struct ReportData {
     pub points: Vec<PointSummary>,
     /// By how much the best method is ahead of the second best.
     pub lead: Option<Lead>,
+    /// All methods on the point MDPs that all finished; there when some method is not ranked.
+    pub common: Option<Common>,
 }
 
 /// One method over all its point MDPs.
@@ -120,27 +123,13 @@ pub struct JsonRow {
 impl ReportData {
     /// Computes everything that a report says.
     pub fn new(results: &Results) -> Self {
-        let identity = &results.manifest.identity;
         let (points, rows) = summarise_points(results);
-        let mut estimates: Vec<(MethodSummary, Option<Bootstrap>)> = (0..identity.methods.len())
-            .map(|index| summarise_method(&results.manifest, index, &points, &rows))
-            .collect();
-        // A method that lacks point MDPs which another one has is not ranked against it: what it
-        // lacks may be what is hard.
-        let most = estimates.iter().filter(|(m, _)| !m.is_baseline).map(|(m, _)| m.points).max();
-        let ranked =
-            |m: &MethodSummary| m.overall.is_some() && (m.is_baseline || Some(m.points) == most);
-        estimates.sort_by(|(a, _), (b, _)| {
-            let key = |m: &MethodSummary| m.overall.unwrap_or(f64::INFINITY);
-            let order = ranked(b).cmp(&ranked(a)).then(key(a).total_cmp(&key(b)));
-            order.then(a.index.cmp(&b.index))
-        });
-        for (i, (summary, _)) in estimates.iter_mut().enumerate() {
-            summary.rank = ranked(summary).then_some(i + 1);
-        }
+        let estimates = rank(&results.manifest, &points, &rows);
+        let common = common(&results.manifest, &estimates, &points, &rows);
         let lead = lead(&estimates, &points);
         let methods = estimates.into_iter().map(|(summary, _)| summary).collect();
-        Self { manifest: results.manifest.clone(), methods, rows, points, lead }
+        let manifest = results.manifest.clone();
+        Self { manifest, methods, rows, points, lead, common }
     }
 
     /// Returns the best of the ranked methods.
@@ -160,6 +149,20 @@ impl ReportData {
             failed: m.failed,
         };
         self.methods.iter().map(row).collect()
+    }
+
+    /// Returns the methods with an estimate that lack point MDPs which others have.
+    pub fn unranked(&self) -> impl Iterator<Item = &MethodSummary> {
+        self.methods.iter().filter(|m| m.overall.is_some() && m.rank.is_none())
+    }
+
+    /// Returns the methods of which some point MDP has results of only a part of its replicates.
+    pub fn partly_replicated(&self) -> BTreeSet<&str> {
+        let done = |row: &&ScoreRow| row.outcome == Some(Outcome::Ok);
+        let finished: BTreeSet<(&str, usize)> =
+            self.rows.iter().filter(done).map(|r| (r.method.as_str(), r.point)).collect();
+        let partial = |r: &&ScoreRow| !done(r) && finished.contains(&(r.method.as_str(), r.point));
+        self.rows.iter().filter(partial).map(|r| r.method.as_str()).collect()
     }
 
     /// Returns the number of tasks without a record.
@@ -191,12 +194,13 @@ impl ReportData {
     }
 }
 
-fn summarise_method(
+/// Summarises a method over some point MDPs; its tasks are counted over all of them.
+pub(super) fn summarise_method(
     manifest: &Manifest,
     index: usize,
     points: &[PointSummary],
     rows: &[ScoreRow],
-) -> (MethodSummary, Option<Bootstrap>) {
+) -> Estimate {
     let identity = &manifest.identity;
     let method = identity.methods[index].clone();
     let finished: Vec<(&PointSummary, &PointResult)> =
@@ -256,7 +260,7 @@ fn weighted_metrics(scored: &[(&PointSummary, &PointResult)]) -> Metrics {
 }
 
 /// Compares the two best methods when they were evaluated on the same point MDPs.
-fn lead(estimates: &[(MethodSummary, Option<Bootstrap>)], points: &[PointSummary]) -> Option<Lead> {
+fn lead(estimates: &[Estimate], points: &[PointSummary]) -> Option<Lead> {
     let [(best, Some(first)), (second, Some(other)), ..] = estimates else { return None };
     let scored = |p: &PointSummary, m: &MethodSummary| {
         p.results[m.index].as_ref().is_some_and(|r| r.score.is_some())

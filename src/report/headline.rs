@@ -16,15 +16,20 @@ pub(super) fn headline(data: &ReportData) -> String {
         None => "No method can be scored yet".to_owned(),
         Some(_) if others == 0 => format!("Only the baseline {baseline} has results so far"),
         Some(best) if best.is_baseline => {
-            format!("No method beats the baseline {baseline}")
+            let ranked = if data.unranked().next().is_some() { "ranked method" } else { "method" };
+            format!("No {ranked} beats the baseline {baseline}")
         }
         Some(best) => {
             let value = best.overall.unwrap_or(f64::NAN);
             let interval = best
                 .interval
                 .map_or_else(String::new, |i| format!(", 95% interval {}", format::interval(i)));
+            let unranked = match data.unranked().count() {
+                0 => String::new(),
+                n => format!("; {} not ranked", format::count(n, "method")),
+            };
             format!(
-                "{}: {} of the baseline\u{2019}s {}{interval}",
+                "{}: {} of the baseline\u{2019}s {}{interval}{unranked}",
                 best.method,
                 format::score_within(value, best.interval),
                 noun(data)
@@ -63,7 +68,17 @@ pub(super) fn sentences(data: &ReportData) -> Vec<String> {
             format::interval(lead.interval),
         ));
     }
-    sentences.push(basis(data));
+    if let Some(common) = &data.common {
+        let order: Vec<String> = (common.methods.iter())
+            .map(|m| format!("{} {}", m.method, m.overall.map_or_else(String::new, format::score)))
+            .collect();
+        sentences.push(format!(
+            "Methods that lack point MDPs are not ranked. On the {} that all of them finished the order is: {}.",
+            format::count(common.points, "point MDP"),
+            order.join(", ")
+        ));
+    }
+    sentences.push(basis(data, best));
     sentences
 }
 
@@ -103,7 +118,7 @@ fn against_baseline(data: &ReportData, m: &MethodSummary) -> String {
 }
 
 /// Says how much of the family the estimates rest on.
-fn basis(data: &ReportData) -> String {
+fn basis(data: &ReportData, best: &MethodSummary) -> String {
     let identity = &data.manifest.identity;
     let (chosen, size) = (data.points.len(), identity.sample.family_size);
     let seeds = format::count(identity.evaluation_seeds.len(), "evaluation seed");
@@ -111,5 +126,9 @@ fn basis(data: &ReportData) -> String {
         true => format!("all {}", format::count(size, "point MDP")),
         false => format!("{chosen} of {} ({})", format::count(size, "point MDP"), data.sampling()),
     };
-    format!("Basis: {points} of {}, {seeds} each.", identity.scenario)
+    let so_far = match best.points == chosen {
+        true => String::new(),
+        false => format!("; so far results of {} on {}", best.method, best.points),
+    };
+    format!("Basis: {points} of {}, {seeds} each{so_far}.", identity.scenario)
 }

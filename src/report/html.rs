@@ -4,7 +4,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 
 use super::data::{MethodSummary, ReportData, ScoreRow};
-use super::figures::{Figure, level_shares};
+use super::figures::{Figure, label, level_shares};
 use super::headline::{headline, sentences};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
 use super::{format, text};
@@ -55,6 +55,7 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         methods => data.methods.iter().map(|m| method(data, m)).collect::<Vec<_>>(),
         names => data.methods.iter().map(|m| m.method.clone()).collect::<Vec<_>>(),
         chosen => data.points.len(),
+        common => common(data),
         overall => figure("overall"),
         distribution => figure("distribution"),
         levels => figure("level-of-service"),
@@ -98,6 +99,7 @@ fn method(data: &ReportData, m: &MethodSummary) -> Value {
     let worst = m.worst.as_ref().filter(|_| !m.is_baseline);
     context! {
         name => m.method.as_str(),
+        label => label(data, m),
         is_baseline => m.is_baseline,
         rank => m.rank.map_or_else(dash, |r| r.to_string()),
         overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
@@ -113,6 +115,15 @@ fn method(data: &ReportData, m: &MethodSummary) -> Value {
         missing => m.missing,
         levels => level_shares(data, m).map(format::percent).to_vec(),
     }
+}
+
+/// Returns the comparison on the point MDPs that all methods have; undefined when all are ranked.
+fn common(data: &ReportData) -> Option<Value> {
+    let common = data.common.as_ref()?;
+    Some(context! {
+        title => text::common_title(data),
+        methods => common.methods.iter().map(|m| method(data, m)).collect::<Vec<_>>(),
+    })
 }
 
 /// Returns the point MDPs with the largest objective under the best method.

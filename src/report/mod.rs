@@ -14,6 +14,7 @@ pub mod level_of_service;
 mod map;
 mod palette;
 mod points;
+mod ranking;
 mod svg;
 pub mod text;
 mod write;
@@ -22,6 +23,7 @@ use std::path::PathBuf;
 
 pub use data::{JsonRow, MethodSummary, ReportData};
 pub use points::{PointResult, PointSummary};
+pub use ranking::Common;
 pub use write::{write, write_data};
 
 use crate::error::{FileError, StoreError};

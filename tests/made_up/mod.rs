@@ -1,0 +1,158 @@
+//! Small made-up results directories, and what to check in the reports on them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use tsc_family::sample::{Draw, SamplePlan, Sampling};
+use tsc_family::store::Layout;
+use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
+use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult, Wall};
+
+const SEEDS: [u64; 2] = [1_073_741_825, 1_073_741_826];
+
+/// What a task brought forth, or why it failed.
+pub(crate) type Ending = Result<TaskResult, &'static str>;
+
+fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
+    PointRow {
+        point: id.to_owned(),
+        importance,
+        instances: 3,
+        features: vec![2.0, inflow_vph],
+        places: vec![[40.76, -111.89]],
+        environment: format!("networks/{id}"),
+        sha256: BTreeMap::from([("net.xml.gz".to_owned(), "ab".repeat(32))]),
+    }
+}
+
+/// The manifest of two point MDPs, `quiet` and `busy`; the first method is the baseline.
+pub(crate) fn manifest(methods: &[&str]) -> Manifest {
+    let draw = |point: &str, weight| Draw { point: point.to_owned(), weight, count: 1 };
+    let feature = |name: &str, unit: &str| FeatureColumn { name: name.into(), unit: unit.into() };
+    Manifest {
+        identity: Identity {
+            schema_version: 1,
+            tsc_family: "0.1.0".into(),
+            simulator: "SUMO 1.15.0".into(),
+            scenario: "smoke".into(),
+            settings: serde_json::json!({"demand": {"horizon_s": 3600.0}}),
+            features: vec![feature("lanes", ""), feature("inflow_vph", "veh/h")],
+            sample: SamplePlan {
+                sampling: Sampling::All,
+                budget: 2,
+                family_size: 2,
+                seed: 0,
+                draws: vec![draw("quiet", 0.75), draw("busy", 0.25)],
+            },
+            points: vec![point("quiet", 0.75, 250.0), point("busy", 0.25, 900.0)],
+            methods: methods.iter().map(|m| (*m).to_owned()).collect(),
+            baseline: methods[0].to_owned(),
+            objective: "delay_s".into(),
+            replicates: 1,
+            replicated: vec![],
+            base_seed: 0,
+            evaluation_seeds: SEEDS.to_vec(),
+        },
+        provenance: Provenance {
+            command: "tsc-family run smoke".into(),
+            git: "abc1234".into(),
+            rustc: "rustc 1.95.0".into(),
+            host: "Linux x86_64".into(),
+            started: "2026-01-01T00:00:00Z".into(),
+            networks: "networks/smoke".into(),
+        },
+    }
+}
+
+/// Writes a results directory; a task without an ending has no record.
+pub(crate) fn write_results(
+    root: &Path,
+    manifest: &Manifest,
+    ending: impl Fn(&Task) -> Option<Ending>,
+) -> Layout {
+    let layout = Layout::new(root);
+    fs::write(layout.manifest(), serde_json::to_string(&manifest).unwrap()).unwrap();
+    let (mut plan, sha256) = (String::new(), manifest.sha256());
+    for task in manifest.identity.tasks() {
+        plan.push_str(&serde_json::to_string(&task).unwrap());
+        plan.push('\n');
+        match ending(&task) {
+            None => {}
+            Some(Ok(result)) => {
+                Record::finished(&task, &sha256, result).commit(&layout).unwrap();
+            }
+            Some(Err(reason)) => {
+                let reason = reason.to_owned();
+                Record::failed(&task, &sha256, reason, Wall::default()).commit(&layout).unwrap();
+            }
+        }
+    }
+    fs::write(layout.plan(), plan).unwrap();
+    layout
+}
+
+/// The evaluation episodes with these delays, seconds.
+pub(crate) fn evaluations(delays_s: &[f64; 2]) -> Vec<Row> {
+    delays_s.iter().enumerate().map(row).collect()
+}
+
+fn row((k, delay_s): (usize, &f64)) -> Row {
+    let metrics: Metrics = [
+        ("delay_s", *delay_s),
+        ("waiting_s", delay_s / 2.0),
+        ("queue_veh", 4.0),
+        ("throughput_veh", 900.0),
+        ("unfinished_veh", 2.0),
+        ("teleports", 0.0),
+    ]
+    .into_iter()
+    .map(|(name, value)| (name.to_owned(), value))
+    .collect();
+    Row { kind: RowKind::Evaluation, episode: k as u32, seed: SEEDS[k], metrics }
+}
+
+/// Checks that every element is closed.
+pub(crate) fn well_formed(xml: &str) {
+    let mut reader = quick_xml::Reader::from_str(xml);
+    let mut depth = 0i32;
+    loop {
+        match reader.read_event().unwrap() {
+            quick_xml::events::Event::Start(_) => depth += 1,
+            quick_xml::events::Event::End(_) => depth -= 1,
+            quick_xml::events::Event::Eof => break,
+            _ => {}
+        }
+    }
+    assert_eq!(depth, 0);
+}
+
+/// Returns the text of a page: no style, no drawings, a line per paragraph or row.
+pub(crate) fn words(page: &str) -> String {
+    const BLOCKS: [&str; 10] =
+        ["/p", "/tr", "/h1", "/h2", "/h3", "/li", "/dd", "/caption", "/summary", "/pre"];
+    const CELLS: [&str; 3] = ["/td", "/th", "/dt"];
+    let (_, mut rest) = page.split_once("<body>").unwrap();
+    let mut body = String::new();
+    while let Some((before, drawing)) = rest.split_once("<svg") {
+        body.push_str(before);
+        body.push_str("[drawing]\n");
+        rest = drawing.split_once("</svg>").unwrap().1;
+    }
+    body.push_str(rest);
+    let mut text = String::new();
+    for piece in body.split('<') {
+        let (tag, words) = piece.split_once('>').unwrap_or(("", piece));
+        if BLOCKS.contains(&tag) {
+            text.push('\n');
+        } else if CELLS.contains(&tag) {
+            text.push_str(" | ");
+        }
+        if tag.starts_with("span") {
+            text.push(' ');
+        }
+        text.push_str(&words.replace('\n', " "));
+    }
+    let lines = text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" "));
+    lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join("\n")
+}
