@@ -1,7 +1,9 @@
-//! The tables of a report: `scores.csv` with one row per task, `summary.csv` with one per method.
+//! The tables of a report: `scores.csv` with one row per task, `summary.csv` with one per method,
+//! `training.csv` with one per task of a learner.
 
 use super::data::{MethodSummary, ReportData, ScoreRow};
 use super::level_of_service::{DELAY, letter};
+use super::training::Training;
 use crate::store::record::Outcome;
 
 /// Metrics that have a column of their own besides the objective.
@@ -80,6 +82,39 @@ fn summary_row(data: &ReportData, m: &MethodSummary) -> Vec<String> {
         identity.sample.budget.to_string(),
         identity.sample.family_size.to_string(),
         identity.evaluation_seeds.len().to_string(),
+    ]
+}
+
+/// Returns `training.csv`: one row per training; `score` is of the evaluation, `resco_best` and
+/// `resco_last_ten` are of training episodes, all of them relative to the baseline.
+pub(super) fn training(data: &ReportData) -> String {
+    let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
+        .into_iter()
+        .chain(["resco_best", "resco_last_ten", "gridlocked", "weight"])
+        .map(str::to_owned)
+        .collect::<Vec<_>>();
+    table(&header, data.trainings.iter().map(|t| training_row(data, t)))
+}
+
+fn training_row(data: &ReportData, t: &Training) -> Vec<String> {
+    let outcome = match t.outcome {
+        Some(Outcome::Ok) => "ok",
+        Some(Outcome::Failed) if t.diverged => "diverged",
+        Some(Outcome::Failed) => "failed",
+        None => "missing",
+    };
+    let point = &data.points[t.point];
+    vec![
+        t.method.clone(),
+        point.row.point.clone(),
+        t.replicate.to_string(),
+        outcome.to_owned(),
+        t.episodes.to_string(),
+        number(t.score),
+        number(t.resco_best),
+        number(t.resco_last_ten),
+        t.score.map_or_else(String::new, |_| t.gridlocked.to_string()),
+        point.weight.to_string(),
     ]
 }
 

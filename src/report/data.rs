@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::points::{PointResult, PointSummary, summarise_points};
 use super::ranking::{Common, Estimate, common, rank};
+use super::training::{Training, trainings};
 use crate::sample::Sampling;
 use crate::seed::derive;
 use crate::stats::score::weighted_mean;
@@ -35,6 +36,8 @@ pub struct ReportData {
     pub lead: Option<Lead>,
     /// All methods on the point MDPs that all finished; there when some method is not ranked.
     pub common: Option<Common>,
+    /// One entry per task of a learner, in the order of the plan.
+    pub trainings: Vec<Training>,
 }
 
 /// One method over all its point MDPs.
@@ -126,10 +129,11 @@ impl ReportData {
         let (points, rows) = summarise_points(results);
         let estimates = rank(&results.manifest, &points, &rows);
         let common = common(&results.manifest, &estimates, &points, &rows);
+        let trainings = trainings(results, &points, &rows);
         let lead = lead(&estimates, &points);
         let methods = estimates.into_iter().map(|(summary, _)| summary).collect();
         let manifest = results.manifest.clone();
-        Self { manifest, methods, rows, points, lead, common }
+        Self { manifest, methods, rows, points, lead, common, trainings }
     }
 
     /// Returns the best of the ranked methods.

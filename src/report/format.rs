@@ -45,6 +45,15 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
+/// Returns a time in the largest unit of which it has at least two, such as `90 s` or `2.5 min`.
+pub(super) fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{} min", delay(s / 60.0)),
+        s => format!("{} h", delay(s / 3600.0)),
+    }
+}
+
 /// Returns a feature's value without decimals that it does not have.
 pub(super) fn feature(value: f64) -> String {
     let rounded = (value * 100.0).round() / 100.0;
@@ -94,6 +103,12 @@ mod tests {
     #[test]
     fn a_small_share_is_not_nothing() {
         assert_eq!([0.0, 0.004, 0.126].map(percent), ["0%", "<1%", "13%"]);
+    }
+
+    #[test]
+    fn a_duration_is_short() {
+        let texts = [0.4, 119.0, 150.0, 7100.0, 9000.0].map(duration);
+        assert_eq!(texts, ["0 s", "119 s", "2.5 min", "118 min", "2.5 h"]);
     }
 
     #[test]

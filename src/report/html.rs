@@ -3,10 +3,12 @@
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 
+use super::curves::{FEW_TRAININGS, SMOOTHED_OVER, common_points};
 use super::data::{MethodSummary, ReportData, ScoreRow};
 use super::figures::{Figure, label, level_shares};
 use super::headline::{headline, sentences};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
+use super::training::{GRIDLOCK_SCORE, GRIDLOCK_SHARE, LearnerSummary};
 use super::{format, text};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
@@ -57,6 +59,8 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         chosen => data.points.len(),
         common => common(data),
         overall => figure("overall"),
+        learning => figure("learning"),
+        training => training(data),
         distribution => figure("distribution"),
         levels => figure("level-of-service"),
         map => figure("map"),
@@ -124,6 +128,46 @@ fn common(data: &ReportData) -> Option<Value> {
         title => text::common_title(data),
         methods => common.methods.iter().map(|m| method(data, m)).collect::<Vec<_>>(),
     })
+}
+
+/// Returns the table of trainings; undefined without learners.
+fn training(data: &ReportData) -> Option<Value> {
+    let learners = data.learners();
+    let curves: Vec<_> = learners.iter().filter(|l| l.scored > 0).collect();
+    let points = common_points(data).len();
+    (!learners.is_empty()).then(|| {
+        context! {
+            rows => learners.iter().map(learner).collect::<Vec<_>>(),
+            single => curves.len() < 2,
+            points,
+            few => FEW_TRAININGS,
+            smoothed => SMOOTHED_OVER,
+            gridlock_score => GRIDLOCK_SCORE,
+            gridlock_share => format::percent(GRIDLOCK_SHARE),
+            failed => learners.iter().map(|l| l.failed).sum::<usize>(),
+        }
+    })
+}
+
+fn learner(l: &LearnerSummary<'_>) -> Value {
+    let score = |v: Option<f64>| v.map_or_else(|| "\u{2013}".to_owned(), format::score);
+    let m = l.method;
+    context! {
+        name => m.method.as_str(),
+        planned => l.planned,
+        scored => l.scored,
+        failed => l.failed,
+        diverged => l.diverged,
+        episodes => l.episodes,
+        overall => m.overall.map_or_else(|| score(None), |v| format::score_within(v, m.interval)),
+        best => score(l.best),
+        last_ten => score(l.last_ten),
+        worse => l.worse,
+        gridlocked => l.gridlocked,
+        median => score(l.median),
+        worst => score(l.worst),
+        time => l.wall_s.map_or_else(|| score(None), format::duration),
+    }
 }
 
 /// Returns the point MDPs with the largest objective under the best method.

@@ -5,6 +5,7 @@
 
 mod context;
 mod csv;
+mod curves;
 pub mod data;
 mod figures;
 mod format;
@@ -17,6 +18,7 @@ mod points;
 mod ranking;
 mod svg;
 pub mod text;
+mod training;
 mod write;
 
 use std::path::PathBuf;
@@ -24,6 +26,7 @@ use std::path::PathBuf;
 pub use data::{JsonRow, MethodSummary, ReportData};
 pub use points::{PointResult, PointSummary};
 pub use ranking::Common;
+pub use training::{LearnerSummary, Training};
 pub use write::{write, write_data};
 
 use crate::error::{FileError, StoreError};
@@ -52,6 +55,8 @@ pub struct ReportPaths {
     pub scores: PathBuf,
     /// `DIR/report/summary.csv`.
     pub summary: PathBuf,
+    /// `DIR/report/training.csv`; there when a method learned.
+    pub training: Option<PathBuf>,
     /// `DIR/report/*.svg`.
     pub figures: Vec<PathBuf>,
 }

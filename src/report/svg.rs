@@ -20,6 +20,9 @@ pub(super) const TEXT_PX: u32 = 13;
 /// Mean width of a character relative to its height in the fonts above, on the generous side.
 const CHARACTER_WIDTH: f64 = 0.56;
 
+/// Opacity of a band around a line.
+const BAND_OPACITY: f64 = 0.22;
+
 /// Colour of text.
 pub(super) const INK: &str = "#1a1a1a";
 
@@ -249,6 +252,22 @@ impl Canvas {
 
     /// Draws a filled shape with a thin outline.
     pub(super) fn shape(&mut self, corners: &[(f64, f64)], fill: &str) {
+        self.filled(corners, fill, INK, 0.6, None);
+    }
+
+    /// Draws a translucent shape without outline.
+    pub(super) fn band(&mut self, corners: &[(f64, f64)], fill: &str) {
+        self.filled(corners, fill, fill, 0.0, Some(BAND_OPACITY));
+    }
+
+    fn filled(
+        &mut self,
+        corners: &[(f64, f64)],
+        fill: &str,
+        line: &str,
+        width: f64,
+        opacity: Option<f64>,
+    ) {
         let mut d = String::new();
         for (i, (x, y)) in corners.iter().enumerate() {
             d.push_str(&format!("{}{x:.1} {y:.1} ", if i == 0 { 'M' } else { 'L' }));
@@ -257,9 +276,9 @@ impl Canvas {
         self.scene.add(Primitive::Path(Box::new(PathData {
             d,
             fill: Some(Color::from(fill)),
-            stroke: Color::from(INK),
-            stroke_width: 0.6,
-            opacity: None,
+            stroke: Color::from(line),
+            stroke_width: width,
+            opacity,
             stroke_dasharray: None,
         })));
     }

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::data::ReportData;
-use super::{ReportError, ReportPaths, context, csv, figures, html, map};
+use super::{ReportError, ReportPaths, context, csv, curves, figures, html, map};
 use crate::error::FileError;
 use crate::files::write_atomically;
 use crate::store::Layout;
@@ -30,6 +30,7 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
     let figures: Vec<_> = [
         figures::overall(data),
         figures::distribution(data),
+        curves::learning(data),
         figures::levels(data),
         context::by_feature(data),
         map::places(data),
@@ -42,6 +43,7 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
         html: folder.join("index.html"),
         scores: folder.join("scores.csv"),
         summary: folder.join("summary.csv"),
+        training: (!data.trainings.is_empty()).then(|| folder.join("training.csv")),
         figures: Vec::new(),
     };
     for figure in &figures {
@@ -51,6 +53,9 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
     }
     write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
     write_atomically(&paths.summary, csv::summary(data).as_bytes())?;
+    if let Some(path) = &paths.training {
+        write_atomically(path, csv::training(data).as_bytes())?;
+    }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;
     Ok(paths)

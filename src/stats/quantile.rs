@@ -13,8 +13,19 @@ pub fn central_95(values: &[f64]) -> Option<(f64, f64)> {
     Some((quantile(&sorted, QUANTILES.0), quantile(&sorted, QUANTILES.1)))
 }
 
+/// Returns the median; `None` of nothing.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    (!sorted.is_empty()).then(|| quantile(&sorted, 0.5))
+}
+
 /// Returns a quantile of sorted values; between two values it interpolates, as R's type 7 does.
-fn quantile(sorted: &[f64], q: f64) -> f64 {
+///
+/// # Panics
+///
+/// If there are no values.
+pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let at = q * (sorted.len() - 1) as f64;
     let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
     low + (high - low) * at.fract()
@@ -28,6 +39,12 @@ mod tests {
     fn quantiles_interpolate() {
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.75), 3.0);
         assert_eq!(quantile(&[7.0], 0.975), 7.0);
+    }
+
+    #[test]
+    fn the_median_of_an_even_number_lies_between_two() {
+        assert_eq!(median(&[4.0, 1.0, 2.0, 9.0]), Some(3.0));
+        assert_eq!(median(&[]), None);
     }
 
     #[test]

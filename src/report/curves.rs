@@ -1,0 +1,321 @@
+//! Learning curves: the delay in training, relative to the baseline, episode by episode.
+//!
+//! Choices where figures of this kind differ:
+//! - **Mean** over point MDPs with the weights of the score, after the mean over replicates, so that
+//!   a curve ends near the score that the method had with exploration and on training seeds.
+//! - **Same point MDPs** for all learners, as far as they have some in common.
+//! - **Smoothed** by a trailing mean, which never shows what has not happened yet.
+//! - **Band**: quantiles over trainings, each counting once; all of them when they are few.
+//! - **Logarithmic** axis: half and double the baseline's delay are equally far from it, and a method
+//!   that gridlocks does not flatten the others.
+//! - A training without a signal to control ends after one episode; its curve goes on level.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::data::{MethodSummary, ReportData};
+use super::figures::{Figure, WIDTH, color, noun, sentence, widest_name};
+use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
+use super::training::Training;
+use super::{format, palette};
+use crate::stats::quantile::quantile;
+use crate::stats::score::{mean, weighted_mean};
+
+/// Episodes of the trailing mean.
+pub(super) const SMOOTHED_OVER: usize = 5;
+
+/// Trainings below which the band is their whole range.
+pub(super) const FEW_TRAININGS: usize = 5;
+
+/// Quantiles of the band.
+const BAND: (f64, f64) = (0.1, 0.9);
+
+/// Smallest relative delay on the axis, which has no 0.
+const LEAST: f64 = 0.01;
+
+/// Space above and below the curves, decades.
+const PAD_DECADES: f64 = 0.04;
+
+/// Height of the panel of all learners and of those of one each, pixels.
+const HEIGHT_PX: (f64, f64) = (330.0, 150.0);
+
+/// Panels of one learner beside each other, and the height that one takes with its labels, pixels.
+const COLUMNS: usize = 3;
+const PANEL_PX: f64 = 226.0;
+
+/// Least distance of the labels at the ends of curves, pixels.
+const LABEL_PX: f64 = 17.0;
+
+/// Where the first panel begins, pixels.
+const TOP_PX: f64 = 34.0;
+
+/// A learner's curve and its band, one value per episode.
+struct Curve<'a> {
+    method: &'a MethodSummary,
+    trainings: usize,
+    mean: Vec<f64>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+}
+
+/// Returns the point MDPs that the learning curves are over: those that all learners finished, or
+/// none when they have none in common and each curve is over its own.
+pub(super) fn common_points(data: &ReportData) -> BTreeSet<usize> {
+    let sets = drawn(data).into_iter().map(|m| {
+        let with_curve = data.trainings_of(&m.method).filter(|t| !t.curve.is_empty());
+        with_curve.map(|t| t.point).collect::<BTreeSet<usize>>()
+    });
+    sets.reduce(|a, b| &a & &b).unwrap_or_default()
+}
+
+/// Returns the learners that have a curve, in the order of the ranking.
+fn drawn(data: &ReportData) -> Vec<&MethodSummary> {
+    let has_curve = |m: &&MethodSummary| data.trainings_of(&m.method).any(|t| t.curve.len() > 1);
+    data.methods.iter().filter(has_curve).collect()
+}
+
+/// Draws the learning curves; `None` without learners.
+pub(super) fn learning(data: &ReportData) -> Option<Figure> {
+    let common = common_points(data);
+    let curves: Vec<Curve> = drawn(data).iter().filter_map(|m| curve(data, m, &common)).collect();
+    let episodes = curves.iter().map(|c| c.mean.len()).max()?;
+    let rows = curves.len().div_ceil(COLUMNS);
+    let bottom = TOP_PX + HEIGHT_PX.0;
+    let mut canvas = Canvas::new(WIDTH, bottom + 66.0 + PANEL_PX * rows as f64);
+    let title = format!(
+        "{} in a training episode / mean of {} (log scale, lower is better)",
+        noun(data),
+        data.manifest.identity.baseline
+    );
+    canvas.text(10.0, 18.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
+    let area = (56.0, TOP_PX, WIDTH - widest_name(data).max(100.0) - 88.0, bottom);
+    let range = range(curves.iter().flat_map(|c| &c.mean));
+    let label = format!("training episode (trailing mean of {SMOOTHED_OVER})");
+    let frame = panel(&mut canvas, area, episodes, range, label);
+    let ends = curves.iter().map(|c| log(last(&c.mean))).chain([0.0]).map(|v| frame.y(v));
+    let labels = spread(ends, (TOP_PX, bottom));
+    let style = TextStyle::new(Anchor::Start);
+    canvas.line(
+        (area.2, frame.y(0.0)),
+        (area.2 + 22.0, labels[curves.len()]),
+        MUTED,
+        1.2,
+        Some("5 4"),
+    );
+    canvas.text(area.2 + 26.0, labels[curves.len()] + 4.5, "baseline 1", style.color(MUTED));
+    for (c, y) in curves.iter().zip(labels).rev() {
+        let (color, dash) = (color(data, c.method), palette::dash(&c.method.method));
+        let end = line(&mut canvas, &frame, &c.mean, (color, 2.2, dash));
+        canvas.line(end, (area.2 + 22.0, y), color, 1.2, dash);
+        let text = format!("{} {}", c.method.method, format::score(last(&c.mean)));
+        canvas.text(area.2 + 26.0, y + 4.5, &text, style);
+    }
+    small_panels(&mut canvas, data, &curves, (bottom + 66.0, episodes));
+    let description = sentence(curves.iter().map(|c| {
+        let (first, last) = (c.mean.first().copied().unwrap_or(f64::NAN), last(&c.mean));
+        let (first, last) = (format::score(first), format::score(last));
+        format!("{} from {first} to {last} of the baseline", c.method.method)
+    }));
+    Some(Figure {
+        name: "learning",
+        svg: canvas.finish("learning", "Learning curves", &description),
+    })
+}
+
+/// Draws every learner with its band, the others in grey.
+fn small_panels(
+    canvas: &mut Canvas,
+    data: &ReportData,
+    curves: &[Curve],
+    (top, episodes): (f64, usize),
+) {
+    let range = range(curves.iter().flat_map(|c| c.mean.iter().chain(&c.low).chain(&c.high)));
+    let width = (WIDTH - 10.0) / COLUMNS as f64;
+    for (i, c) in curves.iter().enumerate() {
+        let left = width * (i % COLUMNS) as f64 + 56.0;
+        let top = top + PANEL_PX * (i / COLUMNS) as f64 + 10.0;
+        let area = (left, top, left + width - 70.0, top + HEIGHT_PX.1);
+        let frame = panel(canvas, area, episodes, range, "training episode".to_owned());
+        for other in curves.iter().filter(|o| o.method.index != c.method.index) {
+            line(canvas, &frame, &other.mean, ("#c4c4c4", 1.0, None));
+        }
+        let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(log(*v)));
+        let mut corners: Vec<_> = c.low.iter().enumerate().map(at).collect();
+        corners.extend(c.high.iter().enumerate().map(at).rev());
+        let color = color(data, c.method);
+        canvas.band(&corners, color);
+        line(canvas, &frame, &c.mean, (color, 2.2, palette::dash(&c.method.method)));
+        let style = TextStyle::new(Anchor::Start);
+        canvas.text(left, top - 8.0, &c.method.method, style.bold());
+        let note = format::count(c.trainings, "training");
+        let style = TextStyle::new(Anchor::End).small().color(MUTED);
+        canvas.text(area.2, top - 8.0, &note, style);
+    }
+}
+
+/// Returns the curve of a learner over some point MDPs, or over all it has when there are none.
+fn curve<'a>(
+    data: &ReportData,
+    method: &'a MethodSummary,
+    points: &BTreeSet<usize>,
+) -> Option<Curve<'a>> {
+    let trainings: Vec<&Training> = data
+        .trainings_of(&method.method)
+        .filter(|t| !t.curve.is_empty() && (points.is_empty() || points.contains(&t.point)))
+        .collect();
+    let episodes = trainings.iter().map(|t| t.curve.len()).max()?;
+    let smooth: Vec<Vec<f64>> = trainings.iter().map(|t| smoothed(&t.curve, episodes)).collect();
+    let (mut low, mut high) = (Vec::new(), Vec::new());
+    let mut means = Vec::new();
+    for e in 0..episodes {
+        let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for (training, values) in trainings.iter().zip(&smooth) {
+            by_point.entry(training.point).or_default().push(values[e]);
+        }
+        let pairs = by_point.iter().filter_map(|(p, v)| Some((data.points[*p].weight, mean(v)?)));
+        means.push(weighted_mean(pairs)?);
+        let mut all: Vec<f64> = smooth.iter().map(|values| values[e]).collect();
+        all.sort_by(f64::total_cmp);
+        let (from, to) = if all.len() < FEW_TRAININGS { (0.0, 1.0) } else { BAND };
+        low.push(quantile(&all, from));
+        high.push(quantile(&all, to));
+    }
+    Some(Curve { method, trainings: trainings.len(), mean: means, low, high })
+}
+
+/// Returns the trailing means of a curve, which goes on level to the given length.
+fn smoothed(curve: &[f64], episodes: usize) -> Vec<f64> {
+    let trailing = |end: usize| {
+        let window = &curve[end.saturating_sub(SMOOTHED_OVER)..end];
+        window.iter().sum::<f64>() / window.len() as f64
+    };
+    (1..=episodes).map(|e| trailing(e.min(curve.len()))).collect()
+}
+
+fn last(values: &[f64]) -> f64 {
+    values.last().copied().unwrap_or(f64::NAN)
+}
+
+fn log(value: f64) -> f64 {
+    value.max(LEAST).log10()
+}
+
+/// Returns the range of the axis, decades; it always contains the baseline.
+fn range<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
+    let (low, high) =
+        values.map(|v| log(*v)).fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
+    (low - PAD_DECADES, high + PAD_DECADES)
+}
+
+/// Draws axes with a logarithmic y and the line of the baseline.
+fn panel(
+    canvas: &mut Canvas,
+    area: (f64, f64, f64, f64),
+    episodes: usize,
+    (low, high): (f64, f64),
+    label: String,
+) -> Frame {
+    let x_end = episodes.max(2) as f64;
+    let wide = area.2 - area.0 > WIDTH / 2.0;
+    let frame = canvas.axes(&Axes {
+        area,
+        x: (0.0, x_end),
+        y: (low, high),
+        x_step: nice_step(x_end, if wide { 10.0 } else { 5.0 }).max(1.0),
+        y_step: None,
+        x_last: x_end,
+        x_label: Some(label),
+        y_label: None,
+    });
+    for tick in ticks(low, high) {
+        let y = frame.y(tick.log10());
+        let style = TextStyle::new(Anchor::End);
+        canvas.line((area.0, y), (area.2, y), "#e3e3e3", 1.0, None);
+        canvas.text(area.0 - 7.0, y + 4.5, &format::feature(tick), style);
+    }
+    let y = frame.y(0.0);
+    canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
+    frame
+}
+
+/// Returns round numbers between two powers of 10, the fewer the further these are apart.
+fn ticks(low: f64, high: f64) -> Vec<f64> {
+    let steps: &[f64] = match high - low {
+        span if span < 0.8 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        span if span < 1.8 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let decades = low.floor() as i32..=high.ceil() as i32;
+    let all = decades.flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)));
+    all.filter(|t| (low..=high).contains(&t.log10())).collect()
+}
+
+/// Draws values by episode, and returns where the line ends.
+fn line(
+    canvas: &mut Canvas,
+    frame: &Frame,
+    values: &[f64],
+    (color, width, dash): (&str, f64, Option<&str>),
+) -> (f64, f64) {
+    let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(log(*v)));
+    let points: Vec<_> = values.iter().enumerate().map(at).collect();
+    let end = points.last().copied().unwrap_or_default();
+    canvas.polyline(points, color, width, dash);
+    end
+}
+
+/// Returns positions near the wanted ones, in the same order, that leave room for a label each.
+fn spread(wanted: impl Iterator<Item = f64>, (top, bottom): (f64, f64)) -> Vec<f64> {
+    let wanted: Vec<f64> = wanted.collect();
+    let mut order: Vec<usize> = (0..wanted.len()).collect();
+    order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));
+    let mut placed = wanted;
+    let mut free = top;
+    for i in &order {
+        placed[*i] = placed[*i].max(free);
+        free = placed[*i] + LABEL_PX;
+    }
+    let mut free = bottom;
+    for i in order.iter().rev() {
+        placed[*i] = placed[*i].min(free);
+        free = placed[*i] - LABEL_PX;
+    }
+    placed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_is_smoothed_by_what_came_before() {
+        let means = smoothed(&[6.0, 4.0, 2.0, 2.0, 1.0, 1.0], 6);
+        assert_eq!(means, [6.0, 5.0, 4.0, 3.5, 3.0, 2.0]);
+    }
+
+    #[test]
+    fn a_training_that_ended_early_goes_on_level() {
+        assert_eq!(smoothed(&[1.5], 3), [1.5, 1.5, 1.5]);
+    }
+
+    #[test]
+    fn labels_keep_their_order_and_their_distance() {
+        let placed = spread([50.0, 52.0, 99.0].into_iter(), (0.0, 100.0));
+        assert_eq!(placed, [50.0, 67.0, 99.0]);
+        assert_eq!(spread([99.0, 98.0].into_iter(), (0.0, 100.0)), [100.0, 83.0]);
+    }
+
+    #[test]
+    fn ticks_are_fewer_on_a_longer_axis() {
+        let labels =
+            |low, high| ticks(low, high).into_iter().map(format::feature).collect::<Vec<_>>();
+        assert_eq!(labels(-0.35, 0.2), ["0.5", "0.7", "1", "1.5"]);
+        assert_eq!(labels(-0.5, 1.0), ["0.5", "1", "2", "5", "10"]);
+        assert_eq!(labels(-0.5, 2.1), ["1", "10", "100"]);
+    }
+
+    #[test]
+    fn the_axis_contains_the_baseline() {
+        let (low, high) = range([5.0, 10.0].iter());
+        assert!(low < 0.0 && high > 1.0);
+    }
+}
