@@ -210,3 +210,19 @@ fn a_gridlock_stays_on_the_page() {
         assert!((0.0..=900.0).contains(&x), "{x}");
     }
 }
+
+#[test]
+fn a_point_without_delay_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout = write_results(
+        dir.path(),
+        &[
+            ("fixed-time-untuned", [Some(Ok([0.0, 0.0])), Some(Ok([40.0, 60.0]))]),
+            ("idqn", [Some(Ok([0.0, 0.0])), Some(Ok([20.0, 30.0]))]),
+        ],
+    );
+    let data = ReportData::new(&Results::load(&layout).unwrap());
+    let note = "No score on quiet: the baseline has no delay there, as on a road without vehicles; \
+                give it demand.";
+    assert!(text::notes(&data).iter().any(|n| n == note), "{:?}", text::notes(&data));
+}

@@ -92,6 +92,18 @@ pub fn notes(data: &ReportData) -> Vec<String> {
         notes.push(format!("{failed} of {planned} tasks failed; the reasons are in the report's section \"Failed and \
              missing\"."));
     }
+    let identity = &data.manifest.identity;
+    let still: Vec<&str> = (data.rows.iter())
+        .filter(|r| r.method == identity.baseline)
+        .filter(|r| r.metrics.get(&identity.objective) == Some(&0.0))
+        .map(|r| data.points[r.point].row.point.as_str())
+        .collect();
+    if !still.is_empty() {
+        notes.push(format!(
+            "No score on {}: the baseline has no delay there, as on a road without vehicles; give it demand.",
+            still.join(", ")
+        ));
+    }
     let chosen = data.points.len();
     let unranked: Vec<String> =
         data.unranked().map(|m| format!("{} ({} of {chosen})", m.method, m.points)).collect();
