@@ -203,8 +203,7 @@ impl Idqn {
     /// Returns the share of random actions of an agent.
     fn epsilon(&self, agent: &Agent) -> f64 {
         let config = &self.config;
-        let episodes = (config.exploration_fraction * f64::from(self.training.episodes)).floor();
-        let span = episodes as u64 * u64::from(self.training.decisions);
+        let span = self.training.exploration_span(config.exploration_fraction, 1);
         linear_epsilon(config.start_e, config.end_e, span, agent.dqn.transitions())
     }
 
@@ -249,10 +248,7 @@ impl Controller for Idqn {
             let agent = &mut self.agents[i];
             lanes(&self.signals[agent.signal], &observations[agent.signal], &mut agent.state);
             if let Some(normaliser) = &mut agent.normaliser {
-                if epsilon.is_some() {
-                    normaliser.update(&agent.state);
-                }
-                normaliser.apply(&mut agent.state);
+                normaliser.take_in(&mut agent.state, epsilon.is_some());
             }
             agent.action = match epsilon {
                 Some(epsilon) => agent.dqn.explore(&agent.state, agent.phases, epsilon),

@@ -252,10 +252,7 @@ impl Controller for Ippo {
         for agent in &mut self.agents {
             lanes(&self.signals[agent.signal], &observations[agent.signal], &mut agent.state);
             if let Some(normaliser) = &mut agent.normaliser {
-                if active {
-                    normaliser.update(&agent.state);
-                }
-                normaliser.apply(&mut agent.state);
+                normaliser.take_in(&mut agent.state, active);
             }
             agent.action = match (active, mode) {
                 (true, _) => agent.ppo.sample(&agent.state, None),

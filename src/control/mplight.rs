@@ -218,9 +218,8 @@ impl MpLight {
     /// Returns the share of random actions.
     fn epsilon(&self) -> f64 {
         let config = &self.config;
-        let episodes = (config.exploration_fraction * f64::from(self.training.episodes)).floor();
-        let count = self.places.len() as u64;
-        let span = episodes as u64 * u64::from(self.training.decisions) * count;
+        let count = self.places.len();
+        let span = self.training.exploration_span(config.exploration_fraction, count);
         let seen = self.shared.as_ref().map_or(0, |s| s.dqn.transitions());
         linear_epsilon(config.start_e, config.end_e, span, seen)
     }
@@ -264,10 +263,7 @@ impl Controller for MpLight {
             demand.fill(0.0);
             self.demand.write(&self.signals[place.signal], seen, demand);
             if let Some(normaliser) = &mut shared.normaliser {
-                if epsilon.is_some() {
-                    normaliser.update(demand);
-                }
-                normaliser.apply(demand);
+                normaliser.take_in(demand, epsilon.is_some());
             }
             place.action = match epsilon {
                 Some(epsilon) => shared.dqn.explore(&place.state, place.phases, epsilon),

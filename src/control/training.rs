@@ -59,6 +59,13 @@ impl Training {
         self.pending.take().or_else(|| self.model.clone().filter(|_| changed))
     }
 
+    /// Returns the transitions over which exploration falls: this share of the episodes, cut to whole
+    /// ones, with as many transitions per decision as there are signals that learn together.
+    pub(super) fn exploration_span(&self, fraction: f64, signals: usize) -> u64 {
+        let episodes = (fraction * f64::from(self.episodes)).floor() as u64;
+        episodes * u64::from(self.decisions) * signals as u64
+    }
+
     /// Returns the last episode by name.
     pub(super) fn figures(&self) -> BTreeMap<String, f64> {
         let Curve { reward, loss, entropy, epsilon } = self.curve;

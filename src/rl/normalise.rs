@@ -35,6 +35,14 @@ impl Normaliser {
         }
     }
 
+    /// Normalises an observation in place, after taking it into account where it is to be learned from.
+    pub fn take_in(&mut self, observation: &mut [f32], learn: bool) {
+        if learn {
+            self.update(observation);
+        }
+        self.apply(observation);
+    }
+
     /// Normalises an observation in place.
     pub fn apply(&self, observation: &mut [f32]) {
         let count = self.count.max(1) as f64;
