@@ -11,6 +11,7 @@ pub mod files;
 pub mod hash;
 pub mod network;
 pub mod nn;
+pub mod osm;
 pub mod report;
 pub mod rl;
 pub mod sample;

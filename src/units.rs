@@ -11,6 +11,22 @@ pub fn mph_to_mps(speed_mph: f64) -> f64 {
     speed_mph * MPS_PER_MPH
 }
 
+/// Kilometres in a mile (exact).
+const KM_PER_MILE: f64 = 1.609_344;
+
+/// Kilometres in a nautical mile (exact).
+const KM_PER_NAUTICAL_MILE: f64 = 1.852;
+
+/// Returns a speed in miles per hour.
+pub fn kmh_to_mph(speed_kmh: f64) -> f64 {
+    speed_kmh / KM_PER_MILE
+}
+
+/// Returns a speed in miles per hour.
+pub fn knots_to_mph(speed_knots: f64) -> f64 {
+    kmh_to_mph(speed_knots * KM_PER_NAUTICAL_MILE)
+}
+
 /// Returns an angle in `[0, 360)`.
 pub fn normalise_degrees(angle_deg: f64) -> f64 {
     angle_deg.rem_euclid(360.0)

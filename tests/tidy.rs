@@ -10,7 +10,7 @@ const MAX_LINES: usize = 400;
 
 /// Modules that each module may use, besides `error`, `files`, `hash`, `units` and itself. `error` wraps the errors
 /// of the modules whose failures it passes on.
-const ARROWS: [(&str, &[&str]); 19] = [
+const ARROWS: [(&str, &[&str]); 20] = [
     ("stats", &[]),
     ("seed", &[]),
     ("units", &[]),
@@ -24,6 +24,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
     ("control", &["nn", "rl", "seed"]),
     ("sim", &[]),
     ("network", &["family", "seed"]),
+    ("osm", &["family", "network"]),
     ("env", &["sim", "control", "family"]),
     ("store", &["family", "sample", "seed"]),
     (
