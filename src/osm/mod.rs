@@ -7,6 +7,7 @@
 pub mod error;
 pub mod extract;
 pub mod oddities;
+pub mod read;
 pub mod tags;
 
 pub use error::OsmError;

@@ -1,0 +1,48 @@
+//! Opening an extract by its name.
+
+use std::fs::File;
+use std::io::{self, Read, Seek};
+use std::path::Path;
+
+use super::format::{Format, HEAD_BYTES, agreed};
+use super::{Progress, read_gz, read_pbf, read_xml};
+use crate::error::FileError;
+use crate::osm::OsmError;
+use crate::osm::extract::Extract;
+
+/// Reads what is needed of an extract: `.osm.pbf`, `.osm` or `.osm.gz`.
+///
+/// # Errors
+///
+/// [`OsmError::Format`] when the content is not what the name promises or the name promises
+/// nothing that is read, [`OsmError::Damaged`] and [`OsmError::Malformed`] when it cannot be read
+/// to its end, [`OsmError::Nothing`] without any drivable way, [`OsmError::Io`] when the file
+/// cannot be read.
+pub fn read(path: &Path, progress: Progress<'_>) -> Result<Extract, OsmError> {
+    let (mut file, size) = open(path)?;
+    let mut head = Vec::new();
+    (&mut file)
+        .take(HEAD_BYTES as u64)
+        .read_to_end(&mut head)
+        .and_then(|_| file.rewind())
+        .map_err(FileError::at("read", path))?;
+    match agreed(path, &head)? {
+        Format::Pbf => read_pbf(path, &mut file, progress),
+        Format::Xml => read_xml(path, size, || File::open(path), progress),
+        Format::Gzip => read_gz(path, size, || File::open(path), progress),
+    }
+}
+
+/// Opens a file that can be read twice and returns its size.
+fn open(path: &Path) -> Result<(File, u64), FileError> {
+    let open = || {
+        let file = File::open(path)?;
+        let about = file.metadata()?;
+        if !about.is_file() {
+            let reason = "it is no regular file, which reading twice takes";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+        }
+        Ok((file, about.len()))
+    };
+    open().map_err(FileError::at("read", path))
+}
