@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::check::within;
 use super::points::check_id;
@@ -16,7 +16,7 @@ use crate::error::FamilyError;
 const MAX_LANES: u32 = 12;
 
 /// One arm of a real intersection.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Approach {
     /// Intersection that the arm belongs to.

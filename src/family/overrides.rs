@@ -50,7 +50,17 @@ impl Override {
     pub fn apply(&self, scenario: &Scenario) -> Result<Scenario, FamilyError> {
         // All defaults are written out, so that a part of a table can be replaced as well.
         let mut settings = Table::try_from(scenario).expect("a scenario is plain data");
-        let mut table = &mut settings;
+        self.put_into(&mut settings)?;
+        settings.try_into().map_err(|e: toml::de::Error| self.wrong(readable(e.message())))
+    }
+
+    /// Puts the setting into the text of a scenario, where it need not be right yet.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Override`] where a table is expected and a value stands.
+    pub fn put_into(&self, settings: &mut Table) -> Result<(), FamilyError> {
+        let mut table = settings;
         let (last, above) = self.path.split_last().expect("a name has at least one part");
         for (depth, part) in above.iter().enumerate() {
             let entry = table.entry(part).or_insert_with(|| Value::Table(Table::new()));
@@ -61,7 +71,7 @@ impl Override {
             table = inner;
         }
         put(table, last, self.value.clone());
-        settings.try_into().map_err(|e: toml::de::Error| self.wrong(readable(e.message())))
+        Ok(())
     }
 
     fn wrong(&self, message: String) -> FamilyError {

@@ -1,0 +1,262 @@
+//! The arms of a site: legs of one street joined, with lanes, speed and length.
+
+use std::collections::HashSet;
+
+use super::config::OsmConfig;
+use super::extract::Place;
+use super::geometry::bearing_deg;
+use super::graph::{Chain, Graph, Step};
+use super::legs::{Leg, Slip, Surroundings};
+use super::streets::{Lanes, Source, Streets};
+use super::tags::Highway;
+use crate::units::{normalise_degrees, turn_degrees};
+
+/// Largest angle between the two carriageways of one street, degrees, by whether they have the
+/// same name.
+const CARRIAGEWAYS_DEG: [(bool, f64); 2] = [(true, 60.0), (false, 30.0)];
+
+/// Largest angle between streets of one name that run side by side, such as frontage roads,
+/// degrees.
+const SIDE_BY_SIDE_DEG: f64 = 20.0;
+
+/// Largest angle between legs that no network could keep apart, degrees.
+const SAME_DEG: f64 = 10.0;
+
+/// One arm of an intersection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arm {
+    /// Direction from the centre to the arm, degrees clockwise from north.
+    pub bearing_deg: f64,
+    /// Lanes towards the signal, slip lanes included.
+    pub lanes_in: u32,
+    /// Lanes away from it.
+    pub lanes_out: u32,
+    /// Lanes among `lanes_in` for left turns only.
+    pub left_turn_lanes: u32,
+    /// Lanes among `lanes_in` for right turns only, slip lanes included.
+    pub right_turn_lanes: u32,
+    /// Lanes among `lanes_in` that turn off before the junction.
+    pub slip_lanes: u32,
+    /// Lanes among `lanes_in` that lie between the directions.
+    pub centre_lanes: u32,
+    /// What the numbers of lanes rest on.
+    pub lanes_source: Source,
+    /// Whether turns are marked.
+    pub marked: bool,
+    /// Speed limit, miles per hour.
+    pub speed_mph: f64,
+    /// What the speed limit rests on.
+    pub speed_source: Source,
+    /// Length to the next junction, metres.
+    pub length_m: f64,
+    /// Whether the extract ends before the next junction.
+    pub cut: bool,
+    /// Class of the street.
+    pub highway: Highway,
+    /// Name of the street.
+    pub name: Option<String>,
+    /// The street from the junction outwards.
+    pub places: Vec<Place>,
+    /// Legs that it is made of, by their position in [`Surroundings::legs`].
+    pub legs: Vec<usize>,
+    /// Slip lanes that leave it, by their position in [`Surroundings::slips`].
+    pub slips: Vec<usize>,
+}
+
+/// Returns the arms of a site, sorted by bearing.
+pub fn arms(
+    graph: &Graph<'_>,
+    streets: &Streets,
+    config: &OsmConfig,
+    around: &Surroundings,
+    centre: Place,
+) -> Vec<Arm> {
+    let mut arms: Vec<Arm> = join(graph, &around.legs)
+        .into_iter()
+        .map(|legs| arm(graph, streets, config, around, centre, legs))
+        .collect();
+    arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg).then_with(|| a.legs.cmp(&b.legs)));
+    arms
+}
+
+/// Returns the legs that are one arm each.
+fn join(graph: &Graph<'_>, legs: &[Leg]) -> Vec<Vec<usize>> {
+    let mut group: Vec<usize> = (0..legs.len()).collect();
+    let mut merge = |a: usize, b: usize| {
+        let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
+        for g in group.iter_mut().filter(|g| **g == from) {
+            *g = to;
+        }
+    };
+    let mut carriageways = Vec::new();
+    for (i, a) in legs.iter().enumerate() {
+        for (j, b) in legs.iter().enumerate().skip(i + 1) {
+            let angle = turn_degrees(a.direction_deg, b.direction_deg).abs();
+            let (name, other) = (name(graph, a), name(graph, b));
+            let same_name = name.is_some() && name == other;
+            if angle <= SAME_DEG || (same_name && angle <= SIDE_BY_SIDE_DEG) {
+                merge(i, j);
+            } else if a.inbound != b.inbound && a.outbound != b.outbound {
+                let (inward, outward) = if a.inbound { (a, b) } else { (b, a) };
+                let flare =
+                    inward.chain.end == outward.chain.end && graph.steps(a.chain.end).len() == 3;
+                let limit = CARRIAGEWAYS_DEG.iter().find(|(s, _)| *s == same_name);
+                // Seen outwards, traffic that keeps to the right leaves to the right.
+                let turn = turn_degrees(inward.direction_deg, outward.direction_deg);
+                let sides = same_name || turn > -SAME_DEG;
+                if flare {
+                    merge(i, j);
+                } else if sides && limit.is_some_and(|(_, limit)| angle <= *limit) {
+                    carriageways.push((!same_name, angle, i, j));
+                }
+            }
+        }
+    }
+    carriageways.sort_by(|a, b| {
+        a.0.cmp(&b.0).then_with(|| a.1.total_cmp(&b.1)).then_with(|| (a.2, a.3).cmp(&(b.2, b.3)))
+    });
+    let mut paired = HashSet::new();
+    for (_, _, i, j) in carriageways {
+        if !paired.contains(&i) && !paired.contains(&j) {
+            paired.extend([i, j]);
+            merge(i, j);
+        }
+    }
+    let mut groups: Vec<usize> = group.clone();
+    groups.sort_unstable();
+    groups.dedup();
+    groups.into_iter().map(|g| (0..legs.len()).filter(|l| group[*l] == g).collect()).collect()
+}
+
+fn name<'a>(graph: &Graph<'a>, leg: &Leg) -> Option<&'a str> {
+    graph.way(leg.first()).street.name.as_deref()
+}
+
+fn arm(
+    graph: &Graph<'_>,
+    streets: &Streets,
+    config: &OsmConfig,
+    around: &Surroundings,
+    centre: Place,
+    members: Vec<usize>,
+) -> Arm {
+    let legs: Vec<&Leg> = members.iter().map(|l| &around.legs[*l]).collect();
+    let stop_line_m = config.streets.stop_line_m;
+    let lanes = |leg: &Leg, inwards: bool| at_stop_line(graph, streets, leg, inwards, stop_line_m);
+    let inward: Vec<(Lanes, &Leg)> =
+        legs.iter().filter(|l| l.inbound).map(|l| (lanes(l, true), *l)).collect();
+    let outward: Vec<Lanes> = legs.iter().filter(|l| l.outbound).map(|l| lanes(l, false)).collect();
+    // The widest inbound leg stands for the street.
+    let main = inward.iter().max_by_key(|(lanes, _)| lanes.lanes).map_or(legs[0], |(_, l)| *l);
+    let toward = if main.inbound { main.first().reversed() } else { main.first() };
+    let street = &graph.way(toward).street;
+    let (speed_mph, speed_source) = streets.speed_mph(street, toward.forward);
+    let (length_m, places, end) = extent(graph, &legs, main);
+    let slips: Vec<usize> = (0..around.slips.len())
+        .filter(|s| legs.iter().any(|l| is_on(l, around.slips[*s].leaves)))
+        .collect();
+    let sum = |f: &dyn Fn(&Lanes) -> u32| inward.iter().map(|(lanes, _)| f(lanes)).sum::<u32>();
+    let (mut left, mut right) = (sum(&|l| l.left_only), sum(&|l| l.right_only));
+    let mut slip_lanes = 0;
+    for slip in slips.iter().map(|s| &around.slips[*s]) {
+        let first = slip.steps[0];
+        let lanes = streets.lanes(&graph.way(first).street, first.forward).lanes;
+        slip_lanes += lanes;
+        match turns_left(graph, slip) {
+            true => left += lanes,
+            false => right += lanes,
+        }
+    }
+    let sources = inward.iter().map(|(lanes, _)| lanes.source);
+    let lanes_source = match inward.is_empty() {
+        false => sources.max(),
+        true => outward.iter().map(|lanes| lanes.source).max(),
+    };
+    Arm {
+        bearing_deg: bearing(centre, &legs),
+        lanes_in: sum(&|l| l.lanes) + slip_lanes,
+        lanes_out: outward.iter().map(|lanes| lanes.lanes - u32::from(lanes.centre)).sum(),
+        left_turn_lanes: left,
+        right_turn_lanes: right,
+        slip_lanes,
+        centre_lanes: sum(&|l| u32::from(l.centre)),
+        lanes_source: lanes_source.unwrap_or(Source::Default),
+        marked: inward.iter().any(|(lanes, _)| lanes.marked),
+        speed_mph,
+        speed_source,
+        length_m,
+        cut: graph.is_cut(end),
+        highway: street.highway,
+        name: street.name.as_deref().map(str::to_owned),
+        places,
+        legs: members,
+        slips,
+    }
+}
+
+/// Returns the lanes of a leg: those of the first piece near the junction whose turns are marked,
+/// else of the first one with a tagged number, else of the very first.
+fn at_stop_line(
+    graph: &Graph<'_>,
+    streets: &Streets,
+    leg: &Leg,
+    inwards: bool,
+    stop_line_m: f64,
+) -> Lanes {
+    let lanes = |step: &Step| {
+        let forward = if inwards { !step.forward } else { step.forward };
+        streets.lanes(&graph.way(*step).street, forward)
+    };
+    let mut metres = 0.0;
+    let mut near = Vec::new();
+    for step in &leg.chain.steps {
+        let travel = if inwards { step.reversed() } else { *step };
+        if metres > stop_line_m || !graph.allowed(travel) {
+            break;
+        }
+        metres += graph.step_m(*step);
+        near.push(lanes(step));
+    }
+    let first = lanes(&leg.chain.steps[0]);
+    let marked = near.iter().find(|l| l.marked && inwards && first.source != Source::Tagged);
+    let tagged = near.iter().find(|l| l.source == Source::Tagged);
+    *marked.or(tagged).unwrap_or(&first)
+}
+
+/// Returns the length of an arm, its places, and the node where it ends; where its carriageways
+/// join before the next junction, the street goes on.
+fn extent(graph: &Graph<'_>, legs: &[&Leg], main: &Leg) -> (f64, Vec<Place>, u32) {
+    let (mut length_m, mut places) = (main.length_m, graph.places(&main.chain));
+    let end = main.chain.end;
+    let halves = legs.iter().filter(|l| l.chain.end == end).count();
+    let used: Vec<u32> = legs.iter().flat_map(|l| l.chain.steps.iter().map(|s| s.piece)).collect();
+    let mut onwards = graph.steps(end).iter().filter(|s| !used.contains(&s.piece));
+    if let (2, 3, Some(step)) = (halves, graph.steps(end).len(), onwards.next()) {
+        let none = HashSet::new();
+        let chain: Chain = graph.chain(*step, &none, &|_| false);
+        length_m += graph.length_m(&chain.steps);
+        places.extend(graph.places(&chain).into_iter().skip(1));
+        return (length_m, places, chain.end);
+    }
+    (length_m, places, end)
+}
+
+/// Returns the direction from the centre to the middle of the legs' places.
+fn bearing(centre: Place, legs: &[&Leg]) -> f64 {
+    let count = legs.len() as f64;
+    let mean = |f: fn(Place) -> f64| legs.iter().map(|l| f(l.towards)).sum::<f64>() / count;
+    let middle = Place::from_degrees(mean(Place::latitude), mean(Place::longitude));
+    middle.map_or(0.0, |middle| normalise_degrees(bearing_deg(centre, middle)))
+}
+
+/// Returns whether a step, as traffic comes in, is part of a leg.
+fn is_on(leg: &Leg, step: Step) -> bool {
+    leg.chain.steps.iter().any(|s| s.piece == step.piece)
+}
+
+/// Returns whether a slip lane turns left from the street that it leaves.
+fn turns_left(graph: &Graph<'_>, slip: &Slip) -> bool {
+    let heading = |s: Step| bearing_deg(graph.place(graph.source(s)), graph.place(graph.target(s)));
+    let last = slip.steps[slip.steps.len() - 1];
+    turn_degrees(heading(slip.leaves), heading(last)) < 0.0
+}

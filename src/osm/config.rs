@@ -1,0 +1,199 @@
+//! Settings of `build-networks --osm`: a TOML file of which every field has a default.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::OsmError;
+use super::tags::Highway;
+use crate::family::check::within;
+use crate::files;
+
+/// Everything that decides how an extract becomes a family.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OsmConfig {
+    /// What is assumed where tags say nothing.
+    pub streets: StreetSettings,
+    /// Which nodes are one intersection, and which legs one arm.
+    pub intersections: IntersectionSettings,
+    /// How many vehicles arrive.
+    pub traffic: TrafficSettings,
+    /// Settings for the scenario that is written: the tables of a scenario file, such as
+    /// `[scenario.family]` with `hourly_share`.
+    pub scenario: toml::Table,
+}
+
+impl Default for OsmConfig {
+    fn default() -> Self {
+        Self {
+            streets: StreetSettings::default(),
+            intersections: IntersectionSettings::default(),
+            traffic: TrafficSettings::default(),
+            scenario: toml::Table::new(),
+        }
+    }
+}
+
+/// What is assumed where neither a way nor others of its class say anything.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StreetSettings {
+    /// Speed limit, miles per hour (the paper's).
+    pub default_speed_mph: f64,
+    /// Lanes per direction by highway class.
+    pub default_lanes: BTreeMap<Highway, u8>,
+    /// Distance from the junction within which the best tagged piece of a leg gives its lanes,
+    /// metres: ways are often split shortly before the stop line, and the last bit left untagged.
+    pub stop_line_m: f64,
+}
+
+impl Default for StreetSettings {
+    fn default() -> Self {
+        let lanes = |class: Highway| match class {
+            Highway::Trunk | Highway::Primary => 2,
+            _ => 1,
+        };
+        Self {
+            default_speed_mph: 25.0,
+            default_lanes: Highway::NAMES.iter().map(|(c, _)| (*c, lanes(*c))).collect(),
+            stop_line_m: 25.0,
+        }
+    }
+}
+
+/// Which nodes are one intersection, and which legs one arm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IntersectionSettings {
+    /// Farthest that a signal before a junction may stand from it, metres along the street.
+    pub signal_reach_m: f64,
+    /// Signalised junctions at most this far apart along a street are one, metres.
+    pub join_m: f64,
+    /// Widest median: crossings with the two carriageways of one street at most this far apart
+    /// are one intersection, metres.
+    pub median_m: f64,
+    /// Largest distance between two nodes of one intersection, metres.
+    pub max_extent_m: f64,
+    /// Farthest from the junction that a slip lane may begin or end, metres along the street.
+    pub slip_reach_m: f64,
+    /// Distance from the junction at which the bearing of an arm is taken, metres.
+    pub bearing_at_m: f64,
+    /// Shortest length that an approach is given, metres: a network needs room to stop in.
+    pub min_length_m: f64,
+    /// Farthest that an intersection may be from its place in the signal list, metres.
+    pub list_match_m: f64,
+}
+
+impl Default for IntersectionSettings {
+    fn default() -> Self {
+        Self {
+            signal_reach_m: 50.0,
+            join_m: 30.0,
+            median_m: 45.0,
+            max_extent_m: 100.0,
+            slip_reach_m: 80.0,
+            bearing_at_m: 40.0,
+            min_length_m: 25.0,
+            list_match_m: 40.0,
+        }
+    }
+}
+
+/// How many vehicles arrive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrafficSettings {
+    /// Whether a count is the total of both directions of a two-way street.
+    pub both_directions: bool,
+    /// Share of a total of both directions that goes towards the signal (the directional split).
+    pub directional_split: f64,
+    /// Annual average daily traffic per lane by highway class where no count is known, vehicles
+    /// per day.
+    ///
+    /// Source: the middle of FHWA's ranges for urban roads (Highway Functional Classification,
+    /// 2013, tables 3-5 and 3-6: principal arterials 7,000 to 27,000, minor arterials 3,000 to
+    /// 14,000, collectors 1,100 to 6,300, local roads 80 to 700), over four, two, two and two
+    /// lanes.
+    pub default_aadt_per_lane: BTreeMap<Highway, f64>,
+}
+
+impl Default for TrafficSettings {
+    fn default() -> Self {
+        let aadt = |class: Highway| match class {
+            Highway::Trunk | Highway::TrunkLink | Highway::Primary | Highway::PrimaryLink => 4250.0,
+            Highway::Secondary | Highway::SecondaryLink => 4250.0,
+            Highway::Tertiary | Highway::TertiaryLink => 1850.0,
+            _ => 195.0,
+        };
+        Self {
+            both_directions: true,
+            directional_split: 0.5,
+            default_aadt_per_lane: Highway::NAMES.iter().map(|(c, _)| (*c, aadt(*c))).collect(),
+        }
+    }
+}
+
+impl OsmConfig {
+    /// Reads settings from a file.
+    ///
+    /// # Errors
+    ///
+    /// [`OsmError::Io`] if it cannot be read, [`OsmError::Malformed`] naming line or field.
+    pub fn read(path: &Path) -> Result<Self, OsmError> {
+        let bytes = std::fs::read(path).map_err(files::FileError::at("read", path))?;
+        let at = |place: &str, reason: String| OsmError::Malformed {
+            path: path.to_path_buf(),
+            place: place.to_owned(),
+            reason,
+        };
+        let text = String::from_utf8(bytes)
+            .map_err(|_| at("text", "not UTF-8; save the file as UTF-8".to_owned()))?;
+        let config: Self = toml::from_str(&text)
+            .map_err(|e| at("settings", e.to_string().trim_end().to_owned()))?;
+        config.check().map_err(|(field, reason)| at(&field, reason))?;
+        Ok(config.completed())
+    }
+
+    /// Fills in the classes that a file leaves out.
+    fn completed(mut self) -> Self {
+        let usual = Self::default();
+        for (class, lanes) in usual.streets.default_lanes {
+            self.streets.default_lanes.entry(class).or_insert(lanes);
+        }
+        for (class, aadt) in usual.traffic.default_aadt_per_lane {
+            self.traffic.default_aadt_per_lane.entry(class).or_insert(aadt);
+        }
+        self
+    }
+
+    /// Returns the first field that is out of range and why.
+    fn check(&self) -> Result<(), (String, String)> {
+        let (s, i, t) = (&self.streets, &self.intersections, &self.traffic);
+        let ranges = [
+            ("streets.default_speed_mph", s.default_speed_mph, 3.0, 100.0),
+            ("streets.stop_line_m", s.stop_line_m, 0.0, 200.0),
+            ("intersections.signal_reach_m", i.signal_reach_m, 0.0, 200.0),
+            ("intersections.join_m", i.join_m, 0.0, 200.0),
+            ("intersections.median_m", i.median_m, i.join_m, 200.0),
+            ("intersections.max_extent_m", i.max_extent_m, 10.0, 500.0),
+            ("intersections.slip_reach_m", i.slip_reach_m, 0.0, 300.0),
+            ("intersections.bearing_at_m", i.bearing_at_m, 1.0, 200.0),
+            ("intersections.min_length_m", i.min_length_m, 10.0, 1000.0),
+            ("intersections.list_match_m", i.list_match_m, 1.0, 500.0),
+            ("traffic.directional_split", t.directional_split, 0.0, 1.0),
+        ];
+        let ranges = ranges.map(|(field, v, low, high)| (field.to_owned(), v, low, high));
+        let lanes = s.default_lanes.iter().map(|(class, lanes)| {
+            (format!("streets.default_lanes.{}", class.name()), f64::from(*lanes), 1.0, 6.0)
+        });
+        let aadt = t.default_aadt_per_lane.iter().map(|(class, aadt)| {
+            (format!("traffic.default_aadt_per_lane.{}", class.name()), *aadt, 0.0, 1e5)
+        });
+        for (field, value, low, high) in ranges.into_iter().chain(lanes).chain(aadt) {
+            within(value, low, high).map_err(|expected| (field, format!("{value}: {expected}")))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,174 @@
+//! Distances, bearings and positions on the ground.
+//!
+//! As in OSMnx, the earth is a sphere of radius 6,371,009 m and a bearing is the initial one,
+//! degrees clockwise from north. Where thousands of short distances are compared, a
+//! [`LocalMetric`] takes the surroundings of a latitude as flat instead: within 1 km the error is
+//! below 0.1% up to 80 degrees north and south.
+
+use geo::{Bearing, Distance, HaversineMeasure, InterpolatePoint, Point};
+
+use super::extract::Place;
+
+/// Radius of the earth, metres (OSMnx's).
+pub const EARTH_RADIUS_M: f64 = 6_371_009.0;
+
+/// Distances and bearings on the sphere.
+const SPHERE: HaversineMeasure = HaversineMeasure::new(EARTH_RADIUS_M);
+
+/// The surroundings of a latitude, taken as flat: metres per degree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalMetric {
+    /// Metres per degree of longitude.
+    pub east_m_per_deg: f64,
+    /// Metres per degree of latitude.
+    pub north_m_per_deg: f64,
+}
+
+impl LocalMetric {
+    /// Returns the metric around a latitude, degrees.
+    pub fn at(latitude: f64) -> Self {
+        let north_m_per_deg = EARTH_RADIUS_M.to_radians();
+        let east_m_per_deg = north_m_per_deg * latitude.to_radians().cos();
+        Self { east_m_per_deg, north_m_per_deg }
+    }
+
+    /// Returns how far `to` lies east (dx) and north (dy) of `from`, metres; both are
+    /// `(latitude, longitude)` in degrees.
+    pub fn offset_m(self, from: (f64, f64), to: (f64, f64)) -> (f64, f64) {
+        ((to.1 - from.1) * self.east_m_per_deg, (to.0 - from.0) * self.north_m_per_deg)
+    }
+}
+
+/// Returns the great-circle distance between two places, metres.
+pub fn distance_m(a: Place, b: Place) -> f64 {
+    SPHERE.distance(point(a), point(b))
+}
+
+/// Returns the initial bearing from `a` to `b`, degrees clockwise from north, in [0, 360); 0 if
+/// they are one place.
+pub fn bearing_deg(a: Place, b: Place) -> f64 {
+    if a == b { 0.0 } else { SPHERE.bearing(point(a), point(b)) }
+}
+
+/// Returns the angle between two axes, degrees, in [0, 90]: directions that differ by 180 degrees
+/// are one axis.
+pub fn axis_difference_deg(a_deg: f64, b_deg: f64) -> f64 {
+    let difference = (a_deg - b_deg).rem_euclid(180.0);
+    difference.min(180.0 - difference)
+}
+
+/// Returns the length of a polyline, metres; 0 for less than two places.
+pub fn length_m(polyline: &[Place]) -> f64 {
+    polyline.windows(2).map(|pair| distance_m(pair[0], pair[1])).sum()
+}
+
+/// Returns `(latitude, longitude)`, degrees, of the point some metres from the start along a
+/// polyline; `None` before its start, beyond its end or if it has no place.
+pub fn along(polyline: &[Place], metres: f64) -> Option<(f64, f64)> {
+    if metres < 0.0 {
+        return None;
+    }
+    if metres == 0.0 {
+        return polyline.first().map(|p| (p.latitude(), p.longitude()));
+    }
+    // The sum is taken as in `length_m`, so that the length itself is not beyond the end.
+    let mut before = 0.0;
+    for pair in polyline.windows(2) {
+        let after = before + distance_m(pair[0], pair[1]);
+        if metres <= after {
+            let (start, end) = (point(pair[0]), point(pair[1]));
+            let found = SPHERE.point_at_distance_between(start, end, metres - before);
+            return Some((found.y(), found.x()));
+        }
+        before = after;
+    }
+    None
+}
+
+fn point(place: Place) -> Point<f64> {
+    Point::new(place.longitude(), place.latitude())
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn at(latitude: f64, longitude: f64) -> Place {
+        Place::from_degrees(latitude, longitude).unwrap()
+    }
+
+    #[test]
+    fn a_degree_of_latitude_is_as_long_as_on_the_sphere() {
+        // One degree of a circle with that radius.
+        let degree = distance_m(at(40.0, -111.0), at(41.0, -111.0));
+        assert!((degree - 111_195.083).abs() < 0.001, "{degree}");
+    }
+
+    #[test]
+    fn bearings_go_clockwise_from_north() {
+        let centre = at(40.0, -111.0);
+        for (latitude, longitude, expected) in
+            [(40.01, -111.0, 0.0), (40.0, -110.99, 90.0), (39.99, -111.0, 180.0)]
+        {
+            let bearing = bearing_deg(centre, at(latitude, longitude));
+            assert!((bearing - expected).abs() < 0.01, "{bearing} for {expected}");
+        }
+        assert_eq!(bearing_deg(centre, centre), 0.0);
+    }
+
+    #[test]
+    fn opposite_directions_are_one_axis() {
+        assert_eq!(axis_difference_deg(10.0, 190.0), 0.0);
+        assert_eq!(axis_difference_deg(350.0, 10.0), 20.0);
+        assert_eq!(axis_difference_deg(0.0, 270.0), 90.0);
+    }
+
+    #[test]
+    fn a_point_along_a_polyline_is_none_outside_it() {
+        let line = [at(40.0, -111.0), at(40.0, -111.0), at(40.001, -111.0), at(40.001, -110.99)];
+        let length = length_m(&line);
+        assert_eq!(along(&line, 0.0), Some((40.0, -111.0)));
+        let (latitude, longitude) = along(&line, length).unwrap();
+        assert!((latitude - 40.001).abs() < 1e-9 && (longitude + 110.99).abs() < 1e-9);
+        let (latitude, longitude) = along(&line, 55.6).unwrap();
+        assert!((latitude - 40.0005).abs() < 1e-6 && (longitude + 111.0).abs() < 1e-9);
+        assert_eq!(along(&line, length + 0.01), None);
+        assert_eq!(along(&line, -0.01), None);
+        assert_eq!(along(&line, f64::NAN), None);
+        assert_eq!(along(&[], 0.0), None);
+    }
+
+    #[test]
+    fn the_local_metric_agrees_with_the_sphere() {
+        for latitude in [0.0, 40.76, -80.0] {
+            let (a, b) = (at(latitude, 10.0), at(latitude + 0.004, 10.004));
+            let (dx, dy) = LocalMetric::at(latitude)
+                .offset_m((a.latitude(), a.longitude()), (b.latitude(), b.longitude()));
+            let exact = distance_m(a, b);
+            assert!((dx.hypot(dy) / exact - 1.0).abs() < 1e-3, "at {latitude}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn distances_and_bearings_are_in_their_range(
+            a in (-90.0..=90.0, -180.0..=180.0), b in (-90.0..=90.0, -180.0..=180.0),
+        ) {
+            let (a, b) = (at(a.0, a.1), at(b.0, b.1));
+            let distance = distance_m(a, b);
+            prop_assert!((0.0..=20_015_116.0).contains(&distance), "{distance}");
+            prop_assert!((distance - distance_m(b, a)).abs() < 1e-6);
+            prop_assert!((0.0..360.0).contains(&bearing_deg(a, b)));
+        }
+
+        #[test]
+        fn a_point_along_a_segment_is_as_far_as_asked(share in 0.0..=1.0) {
+            let line = [at(40.76, -111.83), at(40.77, -111.82)];
+            let metres = share * length_m(&line);
+            let (latitude, longitude) = along(&line, metres).unwrap();
+            prop_assert!((distance_m(line[0], at(latitude, longitude)) - metres).abs() < 0.02);
+        }
+    }
+}

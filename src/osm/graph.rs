@@ -1,0 +1,204 @@
+//! The street graph of an extract: pieces of ways between neighbouring nodes, and which nodes are
+//! junctions.
+
+use std::collections::HashSet;
+
+use super::extract::{Extract, Place, Way};
+use super::geometry::distance_m;
+
+/// A piece of a way between two neighbouring nodes, in the order of the way's nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Piece {
+    /// Position of the way in [`Extract::ways`].
+    pub way: u32,
+    /// Node that it starts at, by its position in [`Extract::nodes`].
+    pub from: u32,
+    /// Node that it ends at.
+    pub to: u32,
+}
+
+/// A piece and the direction in which it is walked, seen from the node where the walk starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Step {
+    /// Position of the piece in [`Graph::pieces`].
+    pub piece: u32,
+    /// Whether the walk goes as the way's nodes go.
+    pub forward: bool,
+}
+
+impl Step {
+    /// Returns the same piece walked the other way.
+    pub fn reversed(self) -> Self {
+        Self { forward: !self.forward, ..self }
+    }
+}
+
+/// A walk along a street from a node to the next junction, or to where the street ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Chain {
+    /// Pieces in order; at least one.
+    pub steps: Vec<Step>,
+    /// Where it starts.
+    pub start: u32,
+    /// Where it ends: a junction, a dead end, or a node of the given set.
+    pub end: u32,
+}
+
+/// The streets of an extract.
+#[derive(Debug)]
+pub struct Graph<'a> {
+    /// What it was made of.
+    pub extract: &'a Extract,
+    /// All pieces, by way and along it.
+    pub pieces: Vec<Piece>,
+    /// Per node the end of its part of `steps`.
+    offsets: Vec<u32>,
+    /// Steps that leave each node.
+    steps: Vec<Step>,
+    /// Nodes beside which the extract cuts a way.
+    cut: HashSet<u32>,
+}
+
+impl<'a> Graph<'a> {
+    /// Returns the graph of an extract.
+    ///
+    /// Nodes without a place are left out: the ways that refer to them are cut there.
+    pub fn new(extract: &'a Extract) -> Self {
+        let mut pieces = Vec::with_capacity(extract.refs.len());
+        let mut cut = HashSet::new();
+        for (way, index) in extract.ways.iter().zip(0..) {
+            let mut last: Option<u32> = None;
+            let mut missing = false;
+            for id in extract.nodes_of(way) {
+                let node = extract.nodes.index(*id).filter(|n| extract.nodes.place(*n).is_some());
+                let Some(node) = node.map(|n| n as u32) else {
+                    cut.extend(last.take());
+                    missing = true;
+                    continue;
+                };
+                if std::mem::take(&mut missing) {
+                    cut.insert(node);
+                }
+                if let Some(from) = last.filter(|from| *from != node) {
+                    pieces.push(Piece { way: index, from, to: node });
+                }
+                last = Some(node);
+            }
+        }
+        let mut offsets = vec![0_u32; extract.nodes.len() + 1];
+        for piece in &pieces {
+            offsets[piece.from as usize + 1] += 1;
+            offsets[piece.to as usize + 1] += 1;
+        }
+        for i in 1..offsets.len() {
+            offsets[i] += offsets[i - 1];
+        }
+        let mut next = offsets.clone();
+        let none = Step { piece: 0, forward: true };
+        let mut steps = vec![none; 2 * pieces.len()];
+        for (piece, index) in pieces.iter().zip(0..) {
+            for (node, forward) in [(piece.from, true), (piece.to, false)] {
+                steps[next[node as usize] as usize] = Step { piece: index, forward };
+                next[node as usize] += 1;
+            }
+        }
+        Self { extract, pieces, offsets, steps, cut }
+    }
+
+    /// Returns the steps that leave a node, whether or not traffic may go that way.
+    pub fn steps(&self, node: u32) -> &[Step] {
+        let node = node as usize;
+        &self.steps[self.offsets[node] as usize..self.offsets[node + 1] as usize]
+    }
+
+    /// Returns where a step ends.
+    pub fn target(&self, step: Step) -> u32 {
+        let piece = self.pieces[step.piece as usize];
+        if step.forward { piece.to } else { piece.from }
+    }
+
+    /// Returns where a step starts.
+    pub fn source(&self, step: Step) -> u32 {
+        self.target(step.reversed())
+    }
+
+    /// Returns the way that a step is on.
+    pub fn way(&self, step: Step) -> &'a Way {
+        &self.extract.ways[self.pieces[step.piece as usize].way as usize]
+    }
+
+    /// Returns whether traffic may go this way.
+    pub fn allowed(&self, step: Step) -> bool {
+        self.way(step).street.direction.allows(step.forward)
+    }
+
+    /// Returns whether traffic goes one way only on the street of a step.
+    pub fn is_one_way(&self, step: Step) -> bool {
+        self.allowed(step) != self.allowed(step.reversed())
+    }
+
+    /// Returns where a node is.
+    ///
+    /// # Panics
+    ///
+    /// If the node is on no piece and has no place.
+    pub fn place(&self, node: u32) -> Place {
+        self.extract.nodes.place(node as usize).expect("nodes of pieces have a place")
+    }
+
+    /// Returns the length of a step, metres.
+    pub fn step_m(&self, step: Step) -> f64 {
+        distance_m(self.place(self.source(step)), self.place(self.target(step)))
+    }
+
+    /// Returns whether the extract cuts a way beside a node.
+    pub fn is_cut(&self, node: u32) -> bool {
+        self.cut.contains(&node)
+    }
+
+    /// Returns the neighbours of a node, each once, without streets to be `ignored`.
+    pub fn neighbours(&self, node: u32, ignored: &HashSet<u32>) -> Vec<u32> {
+        let steps = self.steps(node).iter().filter(|s| !ignored.contains(&s.piece));
+        let mut nodes: Vec<u32> = steps.map(|s| self.target(*s)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// Returns whether streets meet at a node: it has three or more neighbours.
+    pub fn is_junction(&self, node: u32, ignored: &HashSet<u32>) -> bool {
+        self.steps(node).len() > 2 && self.neighbours(node, ignored).len() > 2
+    }
+
+    /// Walks from the start of a step to the next junction, to a node for which `stop` holds, to a
+    /// dead end, or around a closed loop back to its start.
+    pub fn chain(&self, first: Step, ignored: &HashSet<u32>, stop: &dyn Fn(u32) -> bool) -> Chain {
+        let start = self.source(first);
+        let mut steps = vec![first];
+        let mut end = self.target(first);
+        while end != start && !stop(end) && !self.is_junction(end, ignored) {
+            let came_from = self.source(steps[steps.len() - 1]);
+            let mut on = self.steps(end).iter().filter(|s| !ignored.contains(&s.piece));
+            let Some(next) = on.find(|s| self.target(**s) != came_from) else { break };
+            steps.push(*next);
+            end = self.target(*next);
+        }
+        Chain { steps, start, end }
+    }
+
+    /// Returns the places along a chain, its start first.
+    pub fn places(&self, chain: &Chain) -> Vec<Place> {
+        let start = std::iter::once(self.place(chain.start));
+        start.chain(chain.steps.iter().map(|s| self.place(self.target(*s)))).collect()
+    }
+
+    /// Returns the length of some steps, metres.
+    pub fn length_m(&self, steps: &[Step]) -> f64 {
+        steps.iter().map(|s| self.step_m(*s)).sum()
+    }
+
+    /// Returns whether traffic may go along all of some steps.
+    pub fn all_allowed(&self, steps: &[Step]) -> bool {
+        steps.iter().all(|s| self.allowed(*s))
+    }
+}

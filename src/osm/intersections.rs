@@ -1,0 +1,268 @@
+//! From an extract to its signalised intersections, and to the reasons why other signals are none.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::arms::{Arm, arms};
+use super::config::OsmConfig;
+use super::extract::Place;
+use super::graph::Graph;
+use super::legs::{Surroundings, surroundings};
+use super::sites::{Site, Uncontrolled, sites};
+use super::streets::Streets;
+use super::turns::{Restrictions, crossings};
+use crate::network::intersection::{Arm as NetworkArm, IntersectionSpec, Turns};
+use crate::network::movements::{Turn, movements};
+use crate::units::mph_to_mps;
+
+/// Most arms of an intersection that a network is built for.
+const MAX_ARMS: usize = 6;
+
+/// Most lanes of one direction of an arm, as in an approaches table.
+const MAX_LANES: u32 = 12;
+
+/// Why a signal is no intersection of the family.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Skip {
+    /// It is on no drivable street.
+    NotOnStreet,
+    /// No junction of streets is within reach, such as at a crossing in mid-block.
+    NoJunction,
+    /// The extract ends before or at the junction.
+    Border,
+    /// It controls a roundabout.
+    Roundabout,
+    /// Fewer than three arms.
+    FewArms,
+    /// Fewer than two arms lead to the signal.
+    FewApproaches,
+    /// More arms than a network can have.
+    ManyArms,
+    /// More lanes than a network can have.
+    ManyLanes,
+    /// Outside the boundary.
+    OutsideBoundary,
+    /// Not in the signal list.
+    NotListed,
+}
+
+impl Skip {
+    /// Returns the reason in words.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::NotOnStreet => "not on a drivable street",
+            Self::NoJunction => "no junction within reach",
+            Self::Border => "at the border of the extract",
+            Self::Roundabout => "roundabout",
+            Self::FewArms => "fewer than three arms",
+            Self::FewApproaches => "fewer than two approaches",
+            Self::ManyArms => "more than six arms",
+            Self::ManyLanes => "more than twelve lanes in one direction",
+            Self::OutsideBoundary => "outside the boundary",
+            Self::NotListed => "not in the signal list",
+        }
+    }
+}
+
+/// A signalised intersection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersection {
+    /// Stable id: `n` and the smallest id of its signal nodes, or of its nodes without any.
+    pub id: String,
+    /// Its middle.
+    pub centre: Place,
+    /// Ids of its junction nodes, sorted.
+    pub nodes: Vec<i64>,
+    /// Where its junction and signal nodes are.
+    pub places: Vec<Place>,
+    /// Distance to its place in the signal list, metres, if there is a list.
+    pub list_distance_m: Option<f64>,
+    /// Ids of its signal nodes, sorted.
+    pub signals: Vec<i64>,
+    /// Its arms, sorted by bearing.
+    pub arms: Vec<Arm>,
+    /// Per arm the turns that exist; `None` for an arm without incoming lanes, and where the map
+    /// leaves no way across.
+    pub turns: Vec<Option<Turns>>,
+}
+
+impl Intersection {
+    /// Returns the places at which it can be met: its middle and its nodes.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        std::iter::once(self.centre).chain(self.places.iter().copied())
+    }
+
+    /// Returns the names of its streets, each once, in alphabetical order.
+    pub fn streets(&self) -> BTreeSet<&str> {
+        self.arms.iter().filter_map(|a| a.name.as_deref()).collect()
+    }
+}
+
+/// A signal, or several of one junction, that is no intersection.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Skipped {
+    /// Ids of the signal nodes.
+    pub signals: Vec<i64>,
+    /// Where the first of them is.
+    #[serde(skip)]
+    pub place: Place,
+    /// Why.
+    pub reason: Skip,
+}
+
+/// What an extract has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Found {
+    /// Intersections, by id of their first signal.
+    pub intersections: Vec<Intersection>,
+    /// Signals that are none.
+    pub skipped: Vec<Skipped>,
+}
+
+/// Returns the intersections of an extract.
+///
+/// # Arguments
+///
+/// * `listed` — nodes that have a signal, whatever the map says.
+pub fn intersections(graph: &Graph<'_>, config: &OsmConfig, listed: &[u32]) -> Found {
+    let extract = graph.extract;
+    let streets = Streets::new(extract, &config.streets);
+    let restrictions = Restrictions::new(extract);
+    let (sites, left) = sites(graph, &config.intersections, listed);
+    let made: Vec<Result<Intersection, Skipped>> = sites
+        .par_iter()
+        .map(|site| intersection(graph, &streets, &restrictions, config, site))
+        .collect();
+    let mut found = Found::default();
+    for result in made {
+        match result {
+            Ok(intersection) => found.intersections.push(intersection),
+            Err(skipped) => found.skipped.push(skipped),
+        }
+    }
+    found.skipped.extend(left.into_iter().map(|(signal, reason)| {
+        let signal = &extract.signals[signal];
+        let reason = match reason {
+            Uncontrolled::NotOnStreet => Skip::NotOnStreet,
+            Uncontrolled::NoJunction => Skip::NoJunction,
+            Uncontrolled::Border => Skip::Border,
+        };
+        Skipped { signals: vec![signal.id], place: signal.place, reason }
+    }));
+    let first = |signals: &[i64], nodes: &[i64]| signals.first().or(nodes.first()).copied();
+    found.intersections.sort_by_key(|i| first(&i.signals, &i.nodes));
+    found.skipped.sort_by_key(|s| first(&s.signals, &[]));
+    found
+}
+
+fn intersection(
+    graph: &Graph<'_>,
+    streets: &Streets,
+    restrictions: &Restrictions<'_>,
+    config: &OsmConfig,
+    site: &Site,
+) -> Result<Intersection, Skipped> {
+    let extract = graph.extract;
+    let nodes: Vec<i64> = site.nodes.iter().map(|n| extract.nodes.id(*n as usize)).collect();
+    let signals: Vec<i64> = site.signals.iter().map(|s| extract.signals[*s].id).collect();
+    let centre = centre(graph, &site.nodes);
+    let skip = |reason| Err(Skipped { signals: signals.clone(), place: centre, reason });
+    let on_roundabout = |n: &u32| graph.steps(*n).iter().any(|s| graph.way(*s).street.roundabout);
+    if site.nodes.iter().any(on_roundabout) {
+        return skip(Skip::Roundabout);
+    }
+    let around = surroundings(graph, site, &config.intersections);
+    let mut arms = arms(graph, streets, config, &around, centre);
+    if arms.len() < 3 {
+        let cut = site.nodes.iter().any(|n| graph.is_cut(*n));
+        return skip(if cut { Skip::Border } else { Skip::FewArms });
+    }
+    let exits = arms.iter().filter(|a| a.lanes_out > 0).count();
+    for arm in arms.iter_mut().filter(|a| exits <= usize::from(a.lanes_out > 0)) {
+        // Nobody comes in where the only way out is back.
+        (arm.lanes_in, arm.left_turn_lanes, arm.right_turn_lanes) = (0, 0, 0);
+        (arm.slip_lanes, arm.centre_lanes) = (0, 0);
+    }
+    if arms.iter().filter(|a| a.lanes_in > 0).count() < 2 {
+        return skip(Skip::FewApproaches);
+    }
+    if arms.len() > MAX_ARMS {
+        return skip(Skip::ManyArms);
+    }
+    if arms.iter().any(|a| a.lanes_in.max(a.lanes_out) > MAX_LANES) {
+        return skip(Skip::ManyLanes);
+    }
+    let turns = turns(graph, restrictions, &around, &arms);
+    for (arm, turns) in arms.iter_mut().zip(&turns) {
+        // A centre lane is there for left turns.
+        if turns.is_some_and(|t| !t.left) {
+            arm.lanes_in -= arm.centre_lanes;
+            arm.left_turn_lanes -= arm.centre_lanes;
+            arm.centre_lanes = 0;
+        }
+    }
+    let first = signals.first().or(nodes.first()).copied().unwrap_or_default();
+    let junctions = site.nodes.iter().map(|n| graph.place(*n));
+    let places = junctions.chain(site.signals.iter().map(|s| extract.signals[*s].place)).collect();
+    Ok(Intersection {
+        id: format!("n{first}"),
+        centre,
+        nodes,
+        places,
+        list_distance_m: None,
+        signals,
+        arms,
+        turns,
+    })
+}
+
+/// Returns the middle of some nodes.
+fn centre(graph: &Graph<'_>, nodes: &[u32]) -> Place {
+    let count = nodes.len() as f64;
+    let mean = |f: fn(Place) -> f64| nodes.iter().map(|n| f(graph.place(*n))).sum::<f64>() / count;
+    Place::from_degrees(mean(Place::latitude), mean(Place::longitude))
+        .expect("the middle of places is a place")
+}
+
+/// Returns per arm which turns exist, by the geometry that networks are built with.
+fn turns(
+    graph: &Graph<'_>,
+    restrictions: &Restrictions<'_>,
+    around: &Surroundings,
+    arms: &[Arm],
+) -> Vec<Option<Turns>> {
+    let crossings = crossings(graph, restrictions, around, arms);
+    let mut by_arm: BTreeMap<usize, Turns> = BTreeMap::new();
+    for m in movements(&spec(arms)).unwrap_or_default() {
+        if !crossings.contains(&(m.from, m.to)) {
+            continue;
+        }
+        let none = Turns { left: false, through: false, right: false };
+        let turns = by_arm.entry(m.from).or_insert(none);
+        match m.turn {
+            Turn::Left => turns.left = true,
+            Turn::Through => turns.through = true,
+            Turn::Right => turns.right = true,
+        }
+    }
+    (0..arms.len()).map(|arm| by_arm.get(&arm).copied()).collect()
+}
+
+/// Returns the arms as the network generator sees them.
+fn spec(arms: &[Arm]) -> IntersectionSpec {
+    let arms = arms.iter().map(|a| NetworkArm {
+        bearing_deg: a.bearing_deg,
+        lanes_in: a.lanes_in,
+        lanes_out: a.lanes_out,
+        left_turn_lanes: a.left_turn_lanes,
+        right_turn_lanes: a.right_turn_lanes,
+        speed_mps: mph_to_mps(a.speed_mph),
+        length_m: a.length_m,
+        inflow_vph: 0.0,
+        turns: None,
+    });
+    IntersectionSpec { point: String::new(), arms: arms.collect() }
+}
