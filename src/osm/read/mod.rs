@@ -13,6 +13,8 @@
 //! Source: <https://wiki.openstreetmap.org/wiki/PBF_Format>,
 //! <https://wiki.openstreetmap.org/wiki/OSM_XML>.
 
+#[cfg(test)]
+mod bad;
 mod block;
 mod collect;
 mod fault;
@@ -20,6 +22,8 @@ mod file;
 mod format;
 mod frame;
 mod pbf;
+#[cfg(test)]
+mod properties;
 #[cfg(test)]
 mod sample;
 #[cfg(test)]

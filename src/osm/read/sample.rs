@@ -184,7 +184,7 @@ impl Town {
     pub(super) fn gz(&self) -> Vec<u8> {
         let xml = self.xml();
         let (head, tail) = xml.as_bytes().split_at(xml.len() / 2);
-        [gzip(head), gzip(tail)].concat()
+        [gzip(head, Compression::fast()), gzip(tail, Compression::fast())].concat()
     }
 }
 
@@ -193,8 +193,9 @@ fn xml_tags(tags: &Text) -> String {
     tags.iter().map(|(k, v)| format!("<tag k=\"{}\" v=\"{}\"/>", escape(k), escape(v))).collect()
 }
 
-pub(super) fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut gz = GzEncoder::new(Vec::new(), Compression::fast());
+/// Returns gzipped bytes.
+pub(super) fn gzip(bytes: &[u8], level: Compression) -> Vec<u8> {
+    let mut gz = GzEncoder::new(Vec::new(), level);
     gz.write_all(bytes).unwrap();
     gz.finish().unwrap()
 }

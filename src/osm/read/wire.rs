@@ -54,6 +54,9 @@ impl<'a> Iterator for Fields<'a> {
     fn next(&mut self) -> Option<Self::Item> {
         let key = self.input.read_raw_tag_or_eof().map_err(Fault::from).transpose()?;
         Some(key.and_then(|key| {
+            if key >> WIRE_BITS == 0 {
+                return Err("the data is garbled (a field without a number)".into());
+            }
             let value = self.value(key & ((1 << WIRE_BITS) - 1))?;
             Ok((key >> WIRE_BITS, value))
         }))

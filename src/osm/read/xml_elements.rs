@@ -182,7 +182,8 @@ impl<'a> Elements<'a> {
         let name = name.as_ref();
         match depth {
             0 if self.rooted => {
-                Err(self.damaged("the file goes on after `</osm>`; were two joined?".to_owned()))
+                Err(self
+                    .damaged("the file goes on after `</osm>`, as if two were joined".to_owned()))
             }
             0 => {
                 self.rooted = true;
