@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 
 use crate::control::ControlError;
 use crate::error::{EvalError, FamilyError, FileError, NetworkError, SimError, StoreError};
+use crate::osm::OsmError;
 use crate::report::ReportError;
 
 /// Everything went well.
@@ -71,6 +72,9 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     if let Some(e) = error.downcast_ref::<NetworkError>() {
         return Some(network(e));
     }
+    if let Some(e) = error.downcast_ref::<OsmError>() {
+        return Some(osm(e));
+    }
     if let Some(e) = error.downcast_ref::<SimError>() {
         return Some(sim(e));
     }
@@ -100,6 +104,14 @@ fn network(error: &NetworkError) -> u8 {
         | NetworkError::Altered { .. }
         | NetworkError::Index { .. } => USAGE,
         _ => UNEXPECTED,
+    }
+}
+
+fn osm(error: &OsmError) -> u8 {
+    match error {
+        OsmError::Family(e) => family(e),
+        OsmError::Io(e) => file(e),
+        _ => USAGE,
     }
 }
 

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use tsc_family::error::NetworkError;
 use tsc_family::family::load::{self, LoadedScenario};
 use tsc_family::family::scenario::{DemandSettings, NetworkSettings};
-use tsc_family::network::build::{BuildSummary, build_all};
+use tsc_family::network::build::{BuildOptions, BuildSummary, build_all};
 use tsc_family::network::demand::DemandSpec;
 use tsc_family::network::index::Index;
 use tsc_family::network::intersection::{Arm, IntersectionSpec, Turns, intersections};
@@ -78,7 +78,14 @@ fn build(
     force: bool,
 ) -> Result<BuildSummary, NetworkError> {
     let demand = DemandSettings { horizon_s: 300.0, ..DemandSettings::default() };
-    build_all(specs, &NetworkSettings::default(), &demand, out, force, &|_| ())
+    build_all(
+        specs,
+        &NetworkSettings::default(),
+        &demand,
+        out,
+        BuildOptions { force, leave_out: false },
+        &|_| (),
+    )
 }
 
 /// All files below a folder with their contents.
@@ -122,7 +129,9 @@ fn every_shape_builds_and_is_sound() {
     let done = Mutex::new(BTreeSet::new());
     let progress = |point: &str| assert!(done.lock().unwrap().insert(point.to_owned()));
     let (network, demand) = (NetworkSettings::default(), DemandSettings::default());
-    let summary = build_all(&shapes(), &network, &demand, out.path(), false, &progress).unwrap();
+    let summary =
+        build_all(&shapes(), &network, &demand, out.path(), BuildOptions::default(), &progress)
+            .unwrap();
     assert_eq!((summary.built, done.lock().unwrap().len()), (9, 9));
     let index = Index::load(out.path()).unwrap();
     let phases: Vec<_> = index.rows().map(|r| (r.point.as_str(), r.arms, r.phases)).collect();

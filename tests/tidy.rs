@@ -31,14 +31,14 @@ const ARROWS: [(&str, &[&str]); 20] = [
         "eval",
         &["env", "control", "sample", "store", "seed", "sim", "network", "family", "exit", "nn"],
     ),
-    ("report", &["store", "stats", "sample", "seed"]),
+    ("report", &["store", "stats", "sample", "seed", "osm"]),
     ("error", &["control", "env", "sample"]),
-    ("exit", &["control", "report"]),
+    ("exit", &["control", "osm", "report"]),
     (
         "cli",
         &[
-            "control", "env", "eval", "exit", "family", "network", "report", "sample", "sim",
-            "store",
+            "control", "env", "eval", "exit", "family", "network", "osm", "report", "sample",
+            "sim", "store",
         ],
     ),
 ];

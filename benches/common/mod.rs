@@ -8,7 +8,7 @@ use tsc_family::env::{SignalEnv, World};
 use tsc_family::family::scenario::{
     DemandSettings, NetworkSettings, SignalSettings, SimulationSettings, SixFeatures,
 };
-use tsc_family::network::build::build_all;
+use tsc_family::network::build::{BuildOptions, build_all};
 use tsc_family::network::demand::DemandSpec;
 use tsc_family::network::intersection::IntersectionSpec;
 use tsc_family::sim::libsumo::SumoSim;
@@ -31,7 +31,7 @@ pub(crate) fn network(folder: &Path, inflow_vph: f64) -> PathBuf {
         &NetworkSettings::default(),
         &DemandSettings::default(),
         &out,
-        false,
+        BuildOptions::default(),
         &|_| {},
     )
     .unwrap();

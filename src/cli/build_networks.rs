@@ -6,22 +6,30 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::BuildNetworksArgs;
+use super::osm;
 use super::output::{Progress, line};
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
-use crate::network::build::{BuildSummary, build_all};
+use crate::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::network::index::Index;
 use crate::network::intersection::{IntersectionSpec, intersections};
 
+/// Folder of a city's networks, beside its scenario.
+pub(super) const NETWORKS_FOLDER: &str = "networks";
+
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
-    let out = args.out.clone().unwrap_or_else(|| default_folder(&loaded));
     if let Some(jobs) = args.jobs {
         rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global()?;
     }
+    if let Some(extract) = &args.osm.osm {
+        return osm::run(args, extract);
+    }
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
+    let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     let specs = intersections(&loaded)?;
     let start = std::time::Instant::now();
-    let summary = build(&loaded, &specs, &out, args.force, args.quiet)?;
+    let options = BuildOptions { force: args.force, leave_out: false };
+    let summary = build(&loaded, &specs, &out, options, args.quiet)?;
     if !args.quiet {
         line(format!(
             "{} networks in {}: {} built, {} up to date, {:.1} s",
@@ -35,9 +43,14 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-/// Returns `networks/NAME`.
-pub(super) fn default_folder(loaded: &LoadedScenario) -> PathBuf {
-    Path::new("networks").join(&loaded.scenario.name)
+/// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder, as
+/// `--osm` writes it, else `networks/NAME`.
+pub(super) fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
+    let folder = Path::new(scenario);
+    match folder.is_dir() {
+        true => folder.join(NETWORKS_FOLDER),
+        false => Path::new("networks").join(&loaded.scenario.name),
+    }
 }
 
 /// Builds the networks of some point MDPs where they are missing, checks them all, and returns the
@@ -50,7 +63,7 @@ pub(super) fn prepare(
 ) -> anyhow::Result<BTreeMap<String, BTreeMap<String, String>>> {
     let mut specs = intersections(loaded)?;
     specs.retain(|s| points.contains(s.point.as_str()));
-    build(loaded, &specs, networks, false, quiet)?;
+    build(loaded, &specs, networks, BuildOptions::default(), quiet)?;
     let index = Index::load(networks)?;
     let mut hashes = BTreeMap::new();
     for spec in &specs {
@@ -64,13 +77,13 @@ pub(super) fn build(
     loaded: &LoadedScenario,
     specs: &[IntersectionSpec],
     out: &Path,
-    force: bool,
+    options: BuildOptions,
     quiet: bool,
 ) -> anyhow::Result<BuildSummary> {
     let progress = Mutex::new(Progress::new(specs.len() as u64, Some("networks"), quiet));
     let done = AtomicU64::new(0);
     let scenario = &loaded.scenario;
-    let result = build_all(specs, &scenario.network, &scenario.demand, out, force, &|point| {
+    let result = build_all(specs, &scenario.network, &scenario.demand, out, options, &|point| {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(done, point);

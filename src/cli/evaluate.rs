@@ -81,7 +81,8 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
     if loaded.family.position(&point).is_none() {
         return Err(unknown_point(&point, loaded, &args.scenario.scenario).into());
     }
-    let networks = args.networks.clone().unwrap_or_else(|| default_folder(loaded));
+    let networks =
+        args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
     prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
     Ok(Place { world: generated_world(&networks, &point)?, point, imported: false })
 }

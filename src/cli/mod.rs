@@ -6,6 +6,7 @@ mod estimate;
 mod evaluate;
 mod list;
 mod monitor;
+mod osm;
 mod output;
 mod report;
 mod run;
@@ -21,6 +22,7 @@ use crate::eval::checkpoint::CHECKPOINT_EVERY_S;
 use crate::exit;
 use crate::family::overrides::Override;
 use crate::sample::Sampling;
+use osm::OsmArgs;
 
 /// Evaluate traffic signal controllers over the whole family of a city's intersections
 #[derive(Debug, Parser)]
@@ -103,12 +105,14 @@ pub struct ListArgs {
 Examples:
   tsc-family build-networks
   tsc-family build-networks my-city.toml --out networks/my-city
+  tsc-family build-networks --osm utah-latest.osm.pbf --boundary=-112.1,40.7,-111.8,40.8 \
+      --signals signals.csv --aadt counts.geojson --out networks/my-city
   sumo-gui -c networks/salt-lake-city/L4-S30-D300-Q500-l0-r0/*.sumocfg")]
 pub struct BuildNetworksArgs {
     /// The scenario
     #[command(flatten)]
     pub scenario: ScenarioArg,
-    /// Folder to write to [default: networks/NAME of the scenario]
+    /// Folder to write to [default: networks/NAME of the scenario or extract]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Build all networks again, also those that are up to date or were altered
@@ -120,6 +124,9 @@ pub struct BuildNetworksArgs {
     /// Print no progress
     #[arg(long, short)]
     pub quiet: bool,
+    /// Family from OpenStreetMap instead
+    #[command(flatten)]
+    pub osm: OsmArgs,
 }
 
 /// `tsc-family run`.

@@ -60,7 +60,10 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         }
         return Ok(exit::DONE);
     }
-    let networks = args.networks.clone().unwrap_or_else(|| default_folder(&request.scenario));
+    let networks = args
+        .networks
+        .clone()
+        .unwrap_or_else(|| default_folder(&args.scenario.scenario, &request.scenario));
     let hashes = networks_of(&request, &draft, &networks, args.quiet || args.json)?;
     let simulator = simulator(&request.sumocfgs)?;
     let provenance = provenance(&networks);

@@ -49,25 +49,35 @@ pub struct BuildSummary {
     pub other: usize,
     /// Version of the netconvert that built; `None` if nothing was to build.
     pub netconvert: Option<String>,
+    /// Point MDPs without a sound network and why, by id; only with [`BuildOptions::leave_out`].
+    pub failed: Vec<(String, String)>,
+}
+
+/// How to build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BuildOptions {
+    /// Build all of them, whatever the folder holds.
+    pub force: bool,
+    /// Go on without the networks that cannot be built, instead of stopping at the first.
+    pub leave_out: bool,
 }
 
 /// Builds the networks of intersections into a folder.
 ///
 /// # Arguments
 ///
-/// * `force` — build all of them, whatever the folder holds.
 /// * `progress` — called with the id of each point MDP that was built.
 ///
 /// # Errors
 ///
-/// [`NetworkError::Altered`] without `force` if a file differs from the index, otherwise what
+/// [`NetworkError::Altered`] without [`BuildOptions::force`] if a file differs from the index, otherwise what
 /// building or checking the first failing network reports. Networks built until then are kept.
 pub fn build_all(
     specs: &[IntersectionSpec],
     network: &NetworkSettings,
     demand: &DemandSettings,
     out: &Path,
-    force: bool,
+    options: BuildOptions,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<BuildSummary, NetworkError> {
     fs::create_dir_all(out).map_err(FileError::at("create", out))?;
@@ -75,17 +85,17 @@ pub fn build_all(
     let folder = File::open(out).map_err(FileError::at("open", out))?;
     folder.lock().map_err(FileError::at("lock", out))?;
     let mut index = match Index::load_if_present(out) {
-        Err(NetworkError::Index { .. }) if force => Index::empty(out),
+        Err(NetworkError::Index { .. }) if options.force => Index::empty(out),
         index => index?.unwrap_or_else(|| Index::empty(out)),
     };
     let mut missing = Vec::new();
     for spec in specs {
         let spec_sha256 = spec_hash(spec, network, demand);
         let same = index.row(&spec.point).is_some_and(|row| row.spec_sha256 == spec_sha256);
-        if index.row(&spec.point).is_some() && !force {
+        if index.row(&spec.point).is_some() && !options.force {
             index.verify(&spec.point)?;
         }
-        if force || !same {
+        if options.force || !same {
             missing.push((spec, spec_sha256));
         }
     }
@@ -95,6 +105,7 @@ pub fn build_all(
         up_to_date: specs.len() - missing.len(),
         other: index.rows().filter(|row| !wanted(row)).count(),
         netconvert: None,
+        failed: Vec::new(),
     };
     if missing.is_empty() {
         return Ok(summary);
@@ -109,8 +120,16 @@ pub fn build_all(
     }
     index.write()?;
     let index = Mutex::new(index);
+    let failed = Mutex::new(Vec::new());
     missing.par_iter().try_for_each(|(spec, spec_sha256)| {
-        let mut row = build_one(spec, network, demand, &netconvert, out)?;
+        let mut row = match build_one(spec, network, demand, &netconvert, out) {
+            Err(e) if options.leave_out && is_of_the_intersection(&e) => {
+                let mut failed = failed.lock().expect("no thread panics with the list");
+                failed.push((spec.point.clone(), e.to_string()));
+                return Ok(());
+            }
+            row => row?,
+        };
         row.spec_sha256.clone_from(spec_sha256);
         let mut index = index.lock().expect("no thread panics with the index");
         index.insert(row);
@@ -120,7 +139,20 @@ pub fn build_all(
         Ok::<_, NetworkError>(())
     })?;
     summary.netconvert = Some(netconvert.version().to_owned());
+    summary.failed = failed.into_inner().expect("no thread panics with the list");
+    summary.failed.sort();
+    summary.built -= summary.failed.len();
     Ok(summary)
+}
+
+/// Returns whether an error is about one intersection, so that others can still be built.
+fn is_of_the_intersection(error: &NetworkError) -> bool {
+    matches!(
+        error,
+        NetworkError::Netconvert { .. }
+            | NetworkError::Intersection { .. }
+            | NetworkError::Unsound { .. }
+    )
 }
 
 /// Builds and checks one network and moves it into place; the row lacks the hash of the spec.

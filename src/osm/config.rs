@@ -6,34 +6,29 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::OsmError;
+use super::counts::CountSettings;
+use super::signals::SignalColumns;
 use super::tags::Highway;
 use crate::family::check::within;
 use crate::files;
 
 /// Everything that decides how an extract becomes a family.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OsmConfig {
     /// What is assumed where tags say nothing.
     pub streets: StreetSettings,
     /// Which nodes are one intersection, and which legs one arm.
     pub intersections: IntersectionSettings,
+    /// Columns of a signal list.
+    pub signals: SignalColumns,
+    /// How counts are read and matched.
+    pub counts: CountSettings,
     /// How many vehicles arrive.
     pub traffic: TrafficSettings,
     /// Settings for the scenario that is written: the tables of a scenario file, such as
     /// `[scenario.family]` with `hourly_share`.
     pub scenario: toml::Table,
-}
-
-impl Default for OsmConfig {
-    fn default() -> Self {
-        Self {
-            streets: StreetSettings::default(),
-            intersections: IntersectionSettings::default(),
-            traffic: TrafficSettings::default(),
-            scenario: toml::Table::new(),
-        }
-    }
 }
 
 /// What is assumed where neither a way nor others of its class say anything.
@@ -194,6 +189,6 @@ impl OsmConfig {
         for (field, value, low, high) in ranges.into_iter().chain(lanes).chain(aadt) {
             within(value, low, high).map_err(|expected| (field, format!("{value}: {expected}")))?;
         }
-        Ok(())
+        self.counts.check().map_err(|(field, reason)| (format!("counts.{field}"), reason))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::error::{FamilyError, FileError, NetworkError};
+use crate::error::{FamilyError, FileError};
 
 /// Why an extract, a signal list, counts or a boundary cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -51,9 +51,6 @@ pub enum OsmError {
     /// The family that was derived is unusable.
     #[error(transparent)]
     Family(#[from] FamilyError),
-    /// A network could not be built.
-    #[error(transparent)]
-    Network(#[from] NetworkError),
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),

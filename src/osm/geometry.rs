@@ -12,6 +12,9 @@ use super::extract::Place;
 /// Radius of the earth, metres (OSMnx's).
 pub const EARTH_RADIUS_M: f64 = 6_371_009.0;
 
+/// Larger than any degree: coordinates beyond it are metres or feet of a projection.
+const NO_DEGREES: f64 = 360.0;
+
 /// Distances and bearings on the sphere.
 const SPHERE: HaversineMeasure = HaversineMeasure::new(EARTH_RADIUS_M);
 
@@ -37,6 +40,30 @@ impl LocalMetric {
     pub fn offset_m(self, from: (f64, f64), to: (f64, f64)) -> (f64, f64) {
         ((to.1 - from.1) * self.east_m_per_deg, (to.0 - from.0) * self.north_m_per_deg)
     }
+}
+
+/// Returns the place that somebody gives, degrees.
+///
+/// # Errors
+///
+/// What is wrong and the way out, when it is outside the world: projected, swapped or no number.
+pub fn checked_place(latitude: f64, longitude: f64) -> Result<Place, String> {
+    if let Some(place) = Place::from_degrees(latitude, longitude) {
+        return Ok(place);
+    }
+    let given = format!("latitude {latitude}, longitude {longitude}");
+    Err(if !latitude.is_finite() || !longitude.is_finite() {
+        format!("{given}: not a number; give degrees such as 40.76 and -111.89")
+    } else if latitude.abs() > NO_DEGREES || longitude.abs() > NO_DEGREES {
+        format!("{given}: looks projected; export as WGS 84 (EPSG:4326)")
+    } else if Place::from_degrees(longitude, latitude).is_some() {
+        format!("{given}: outside the world, but not if swapped; swap latitude and longitude")
+    } else {
+        format!(
+            "{given}: outside the world; latitude is from -90 to 90 and longitude from -180 to \
+             180 degrees"
+        )
+    })
 }
 
 /// Returns the great-circle distance between two places, metres.
@@ -148,6 +175,24 @@ mod tests {
                 .offset_m((a.latitude(), a.longitude()), (b.latitude(), b.longitude()));
             let exact = distance_m(a, b);
             assert!((dx.hypot(dy) / exact - 1.0).abs() < 1e-3, "at {latitude}");
+        }
+    }
+
+    #[test]
+    fn a_place_outside_the_world_comes_with_the_way_out() {
+        assert_eq!(checked_place(40.76, -111.83), Ok(at(40.76, -111.83)));
+        for (latitude, longitude, expected) in [
+            (
+                -111.83,
+                40.76,
+                "latitude -111.83, longitude 40.76: outside the world, but not if swapped",
+            ),
+            (4_510_000.0, 425_000.0, "looks projected; export as WGS 84 (EPSG:4326)"),
+            (95.0, 95.0, "from -90 to 90"),
+            (f64::NAN, 1.0, "not a number"),
+        ] {
+            let reason = checked_place(latitude, longitude).unwrap_err();
+            assert!(reason.contains(expected), "{reason}");
         }
     }
 

@@ -47,6 +47,8 @@ pub enum Skip {
     OutsideBoundary,
     /// Not in the signal list.
     NotListed,
+    /// No sound network can be built for it.
+    NoNetwork,
 }
 
 impl Skip {
@@ -63,6 +65,7 @@ impl Skip {
             Self::ManyLanes => "more than twelve lanes in one direction",
             Self::OutsideBoundary => "outside the boundary",
             Self::NotListed => "not in the signal list",
+            Self::NoNetwork => "no sound network can be built",
         }
     }
 }

@@ -5,18 +5,29 @@
 //! simulation.
 
 pub mod arms;
+pub mod boundary;
+pub mod city;
 pub mod config;
+pub mod counts;
+pub mod drawing;
 pub mod error;
 pub mod extract;
+mod features;
 pub mod geometry;
 pub mod graph;
 pub mod intersections;
 pub mod legs;
+pub mod listing;
 pub mod oddities;
+pub mod quality;
 pub mod read;
+pub mod signals;
 pub mod sites;
 pub mod streets;
+mod table;
 pub mod tags;
+pub mod traffic;
 pub mod turns;
+pub mod write;
 
 pub use error::OsmError;

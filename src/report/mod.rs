@@ -15,6 +15,7 @@ pub mod level_of_service;
 mod map;
 mod palette;
 mod points;
+pub mod quality;
 mod ranking;
 mod svg;
 pub mod text;

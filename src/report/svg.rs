@@ -250,6 +250,25 @@ impl Canvas {
         }
     }
 
+    /// Draws lines given as SVG path data; the tip shows when the pointer rests on one.
+    pub(super) fn path(&mut self, d: String, color: &str, width: f64, tip: Option<&str>) {
+        if let Some(tip) = tip {
+            let title = Some(tip.to_owned());
+            self.scene.add(Primitive::GroupStart { transform: None, title, extra_attrs: None });
+        }
+        self.scene.add(Primitive::Path(Box::new(PathData {
+            d,
+            fill: None,
+            stroke: Color::from(color),
+            stroke_width: width,
+            opacity: None,
+            stroke_dasharray: None,
+        })));
+        if tip.is_some() {
+            self.scene.add(Primitive::GroupEnd);
+        }
+    }
+
     /// Draws a filled shape with a thin outline.
     pub(super) fn shape(&mut self, corners: &[(f64, f64)], fill: &str) {
         self.filled(corners, fill, INK, 0.6, None);

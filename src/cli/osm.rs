@@ -1,0 +1,257 @@
+//! `tsc-family build-networks --osm`: from an extract to a family, its networks and its quality.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
+
+use super::BuildNetworksArgs;
+use super::build_networks::{NETWORKS_FOLDER, build};
+use super::output::{Progress, line, note};
+use crate::error::FileError;
+use crate::exit;
+use crate::family::load::{LoadedScenario, from_text};
+use crate::family::scenario::Detail;
+use crate::files::write_atomically;
+use crate::hash::sha256_file;
+use crate::network::build::BuildOptions;
+use crate::network::intersection::intersections;
+use crate::osm::boundary::Boundary;
+use crate::osm::city::{City, Inputs};
+use crate::osm::config::OsmConfig;
+use crate::osm::counts::Counts;
+use crate::osm::drawing::Drawing;
+use crate::osm::extract::Extract;
+use crate::osm::quality::{InputFile, Quality, quality};
+use crate::osm::signals::SignalList;
+use crate::osm::write::{
+    APPROACHES_FILE, SCENARIO_FILE, distributions, scenario_text, write_family, write_geojson,
+};
+use crate::osm::{OsmError, read};
+use crate::report::quality::write_quality;
+
+/// Options that only `--osm` understands.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "From OpenStreetMap")]
+pub struct OsmArgs {
+    /// Extract to derive a family from: .osm.pbf, .osm or .osm.gz
+    #[arg(long, value_name = "FILE", conflicts_with = "scenario")]
+    pub osm: Option<PathBuf>,
+    /// CSV of the signals that count, with latitude and longitude [default: those of the map]
+    #[arg(long, value_name = "CSV", requires = "osm")]
+    pub signals: Option<PathBuf>,
+    /// Traffic counts: GeoJSON lines or a CSV of places [default: by class of street]
+    #[arg(long, value_name = "FILE", requires = "osm")]
+    pub aadt: Option<PathBuf>,
+    /// Only intersections within a GeoJSON polygon or WEST,SOUTH,EAST,NORTH in degrees
+    #[arg(long, value_name = "FILE|BBOX", requires = "osm", allow_hyphen_values = true)]
+    pub boundary: Option<String>,
+    /// Settings of the derivation, TOML
+    #[arg(long, value_name = "FILE", requires = "osm")]
+    pub config: Option<PathBuf>,
+    /// Six features per intersection, or its real arms
+    #[arg(long, value_enum, requires = "osm", default_value = "six-features")]
+    pub detail: Detail,
+}
+
+/// Everything that `--osm` reads.
+struct Input {
+    config: OsmConfig,
+    signals: Option<SignalList>,
+    counts: Option<Counts>,
+    boundary: Option<Boundary>,
+    extract: Extract,
+}
+
+pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
+    let start = Instant::now();
+    let input = input(args, osm)?;
+    let read_in = start.elapsed();
+    let inputs = Inputs {
+        signals: input.signals.as_ref(),
+        counts: input.counts.as_ref(),
+        boundary: input.boundary.as_ref(),
+    };
+    let mut city = City::new(&input.extract, &input.config, &inputs);
+    let derived_in = start.elapsed() - read_in;
+    let files = input_files(args, osm)?;
+    let out = args.out.clone().unwrap_or_else(|| Path::new("networks").join(stem(osm)));
+    loop {
+        let (loaded, quality, page) = write(args, osm, &input, &city, &files, &out)?;
+        let specs = intersections(&loaded)?;
+        let folder = out.join(NETWORKS_FOLDER);
+        let start = Instant::now();
+        let options = BuildOptions { force: args.force, leave_out: true };
+        let built = build(&loaded, &specs, &folder, options, args.quiet)?;
+        if !built.failed.is_empty() {
+            // The family is derived again without them.
+            for (_, reason) in &built.failed {
+                note(format!("left out: {reason}"));
+            }
+            city.leave_out(members(&loaded, &built.failed));
+            continue;
+        }
+        if !args.quiet {
+            for text in summary(&quality) {
+                line(text)?;
+            }
+            line(format!(
+                "{} networks in {}: {} built, {} up to date",
+                specs.len(),
+                folder.display(),
+                built.built,
+                built.up_to_date
+            ))?;
+            line(format!(
+                "read in {:.1} s, derived in {:.1} s, networks in {:.1} s",
+                read_in.as_secs_f64(),
+                derived_in.as_secs_f64(),
+                start.elapsed().as_secs_f64()
+            ))?;
+            line(format!("quality: {}", page.display()))?;
+            let name = &loaded.scenario.name;
+            line(format!(
+                "next: tsc-family run {} --budget 20 --out results/{name}",
+                out.display()
+            ))?;
+        }
+        return Ok(exit::DONE);
+    }
+}
+
+/// Returns the intersections of point MDPs that failed, with the reasons.
+fn members(loaded: &LoadedScenario, failed: &[(String, String)]) -> BTreeMap<String, String> {
+    let mut members = BTreeMap::new();
+    for (point, reason) in failed {
+        let position = loaded.family.position(point);
+        let indices = position.map_or(&[][..], |p| &loaded.members[p]);
+        let ids = indices.iter().map(|i| loaded.intersections[*i].id.clone());
+        members.extend(ids.map(|id| (id, reason.clone())));
+    }
+    members
+}
+
+/// Derives the family of a city and writes everything but its networks.
+fn write(
+    args: &BuildNetworksArgs,
+    osm: &Path,
+    input: &Input,
+    city: &City,
+    files: &[InputFile],
+    out: &Path,
+) -> anyhow::Result<(LoadedScenario, Quality, PathBuf)> {
+    let table = city.table(&input.config, osm)?;
+    let name = scenario_name(out);
+    let stem = stem(osm);
+    let text = scenario_text(&name, &stem, args.osm.detail, &input.config, &args.scenario.set)?;
+    let file = out.join(SCENARIO_FILE);
+    let own = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
+    let loaded = from_text(&text, &file.display().to_string(), &[], &own)?;
+    std::fs::create_dir_all(out).map_err(FileError::at("create", out))?;
+    write_atomically(&out.join(APPROACHES_FILE), &table)?;
+    write_atomically(&file, text.as_bytes())?;
+    write_family(out, &loaded.family)?;
+    let quality = quality(
+        &name,
+        files.to_vec(),
+        &input.extract,
+        city,
+        input.counts.as_ref(),
+        distributions(&loaded),
+        loaded.family.points.len(),
+    );
+    write_geojson(out, city, &quality, &loaded)?;
+    let page = write_quality(out, &quality, &Drawing::new(&input.extract, city))?;
+    Ok((loaded, quality, page))
+}
+
+/// Reads the small files first, so that a mistake in one is known before the extract is read.
+fn input(args: &BuildNetworksArgs, osm: &Path) -> Result<Input, OsmError> {
+    let from = &args.osm;
+    let config = from.config.as_deref().map(OsmConfig::read).transpose()?.unwrap_or_default();
+    let boundary = from.boundary.as_deref().map(Boundary::parse).transpose()?;
+    let signals = from.signals.as_deref();
+    let signals = signals.map(|p| SignalList::read(p, &config.signals)).transpose()?;
+    let counts = from.aadt.as_deref().map(|p| Counts::read(p, &config.counts)).transpose()?;
+    let progress: Mutex<Option<Progress>> = Mutex::new(None);
+    let extract = read::read(osm, &|done, total| {
+        if let Ok(mut progress) = progress.lock() {
+            progress.get_or_insert_with(|| Progress::new(total, None, args.quiet)).set(done, "");
+        }
+    });
+    if let Ok(Some(progress)) = progress.into_inner() {
+        progress.finish();
+    }
+    Ok(Input { config, signals, counts, boundary, extract: extract? })
+}
+
+fn input_files(args: &BuildNetworksArgs, osm: &Path) -> Result<Vec<InputFile>, FileError> {
+    let from = &args.osm;
+    let boundary = from.boundary.as_ref().map(PathBuf::from).filter(|p| p.is_file());
+    let files = [
+        ("extract", Some(osm.to_path_buf())),
+        ("signals", from.signals.clone()),
+        ("aadt", from.aadt.clone()),
+        ("boundary", boundary),
+        ("config", from.config.clone()),
+    ];
+    let files = files.into_iter().filter_map(|(role, path)| path.map(|path| (role, path)));
+    files
+        .map(|(role, path)| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let sha256 = sha256_file(&path)?;
+            Ok(InputFile { role, name, sha256 })
+        })
+        .collect()
+}
+
+/// Returns what was found, in a few lines.
+fn summary(quality: &Quality) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{} signals: {} in {} intersections, which are {} point MDPs",
+        quality.signals, quality.signals_used, quality.intersections, quality.point_mdps
+    )];
+    lines.extend(quality.skipped.iter().map(|s| format!("  {} {}", s.signals, s.text)));
+    let known: Vec<String> = quality
+        .provenance
+        .iter()
+        .map(|p| format!("{} {:.0}%", p.feature, 100.0 * p.tagged))
+        .collect();
+    lines.push(format!(
+        "of {} approaches, known from the data: {}",
+        quality.approaches,
+        known.join(", ")
+    ));
+    if !quality.listed.is_empty() {
+        let matched = quality.listed.iter().filter(|l| l.intersection.is_some()).count();
+        lines.push(format!("{matched} of {} listed signals matched", quality.listed.len()));
+    }
+    lines
+}
+
+/// Returns the name of an extract without its endings.
+fn stem(osm: &Path) -> String {
+    let name = osm.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let stem = name.split('.').next().unwrap_or_default();
+    if stem.is_empty() { "city".to_owned() } else { stem.to_owned() }
+}
+
+/// Returns the name of the scenario in a folder.
+fn scenario_name(out: &Path) -> String {
+    let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let safe = |c: char| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '-' };
+    let name: String = name.chars().map(safe).collect();
+    if name.is_empty() { "city".to_owned() } else { name }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_city_is_called_after_its_folder() {
+        assert_eq!(scenario_name(Path::new("networks/Salt Lake.City")), "Salt-Lake-City");
+        assert_eq!(scenario_name(Path::new("..")), "city");
+        assert_eq!(stem(Path::new("a/utah-latest.osm.pbf")), "utah-latest");
+    }
+}

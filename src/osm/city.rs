@@ -1,0 +1,182 @@
+//! A city: the intersections of an extract with their traffic, as the approaches of a family.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::OsmError;
+use super::boundary::Boundary;
+use super::config::OsmConfig;
+use super::counts::Counts;
+use super::extract::Extract;
+use super::graph::Graph;
+use super::intersections::{Found, Skip, Skipped, intersections};
+use super::listing::{ListMatch, keep_listed, unmapped};
+use super::signals::SignalList;
+use super::traffic::{ArmTraffic, traffic};
+use crate::family::approaches::Approach;
+use crate::network::intersection::Turns;
+
+/// What decides beside the extract.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Inputs<'a> {
+    /// Which intersections count.
+    pub signals: Option<&'a SignalList>,
+    /// Traffic counts.
+    pub counts: Option<&'a Counts>,
+    /// Where intersections must lie.
+    pub boundary: Option<&'a Boundary>,
+}
+
+/// The intersections of a city.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct City {
+    /// Intersections and what is none.
+    pub found: Found,
+    /// Traffic by intersection and arm.
+    pub traffic: Vec<Vec<ArmTraffic>>,
+    /// What became of the rows of the signal list.
+    pub listed: Vec<ListMatch>,
+    /// Intersections without a sound network, and why.
+    pub left_out: BTreeMap<String, String>,
+}
+
+impl City {
+    /// Returns the city of an extract.
+    pub fn new(extract: &Extract, config: &OsmConfig, inputs: &Inputs<'_>) -> Self {
+        let graph = Graph::new(extract);
+        let match_m = config.intersections.list_match_m;
+        let rows = inputs.signals.map_or(&[][..], |list| &list.signals[..]);
+        let further = unmapped(&graph, rows, match_m);
+        let mut found = intersections(&graph, config, &further);
+        if let Some(boundary) = inputs.boundary {
+            let (inside, outside) =
+                found.intersections.into_iter().partition(|i| boundary.contains(i.centre));
+            found.intersections = inside;
+            found.skipped.retain(|s| boundary.contains(s.place));
+            found.skipped.extend(Vec::into_iter(outside).map(|i| Skipped {
+                signals: i.signals,
+                place: i.centre,
+                reason: Skip::OutsideBoundary,
+            }));
+        }
+        let listed = match inputs.signals {
+            Some(list) => keep_listed(&mut found, &list.signals, match_m),
+            None => Vec::new(),
+        };
+        let traffic = traffic(&found.intersections, inputs.counts, &config.traffic);
+        Self { found, traffic, listed, left_out: BTreeMap::new() }
+    }
+
+    /// Takes intersections out for which no sound network can be built, each with the reason.
+    pub fn leave_out(&mut self, reasons: BTreeMap<String, String>) {
+        let all = std::mem::take(&mut self.found.intersections);
+        let traffic = std::mem::take(&mut self.traffic);
+        for (intersection, traffic) in all.into_iter().zip(traffic) {
+            if reasons.contains_key(&intersection.id) {
+                self.found.skipped.push(Skipped {
+                    signals: intersection.signals,
+                    place: intersection.centre,
+                    reason: Skip::NoNetwork,
+                });
+            } else {
+                self.found.intersections.push(intersection);
+                self.traffic.push(traffic);
+            }
+        }
+        for row in &mut self.listed {
+            if row.intersection.as_ref().is_some_and(|id| reasons.contains_key(id)) {
+                row.intersection = None;
+                row.reason = Some(Skip::NoNetwork.reason());
+            }
+        }
+        self.left_out.extend(reasons);
+    }
+
+    /// Returns the table of approaches, one row per arm.
+    pub fn approaches(&self, config: &OsmConfig) -> Vec<Approach> {
+        let mut rows = Vec::new();
+        for (i, traffic) in self.found.intersections.iter().zip(&self.traffic) {
+            for (index, ((arm, turns), traffic)) in
+                i.arms.iter().zip(&i.turns).zip(traffic).enumerate()
+            {
+                rows.push(Approach {
+                    intersection: i.id.clone(),
+                    arm: name(index),
+                    latitude: i.centre.latitude(),
+                    longitude: i.centre.longitude(),
+                    bearing_deg: rounded(arm.bearing_deg, 10.0).rem_euclid(360.0),
+                    lanes_in: arm.lanes_in,
+                    lanes_out: arm.lanes_out,
+                    left_turn_lanes: arm.left_turn_lanes,
+                    right_turn_lanes: arm.right_turn_lanes,
+                    speed_mph: rounded(arm.speed_mph, 10.0),
+                    length_m: rounded(arm.length_m.max(config.intersections.min_length_m), 10.0),
+                    aadt_veh_per_day_per_lane: traffic.aadt_per_lane.round(),
+                    movements: turns.map_or_else(String::new, letters),
+                });
+            }
+        }
+        rows
+    }
+
+    /// Returns the table of approaches as CSV.
+    ///
+    /// # Errors
+    ///
+    /// [`OsmError::Nothing`] if there is no intersection.
+    pub fn table(&self, config: &OsmConfig, extract: &Path) -> Result<Vec<u8>, OsmError> {
+        if self.found.intersections.is_empty() {
+            let path = extract.to_path_buf();
+            return Err(OsmError::Nothing { path, reason: self.why_none() });
+        }
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for row in self.approaches(config) {
+            writer.serialize(row).expect("a row is plain data");
+        }
+        Ok(writer.into_inner().expect("memory takes every row"))
+    }
+
+    /// Says why no signal became an intersection, most frequent reason first.
+    fn why_none(&self) -> String {
+        let counts = self.skips();
+        if counts.is_empty() {
+            return "no signal (highway=traffic_signals) on a drivable street; give a larger \
+                    extract, or list the signals with --signals"
+                .to_owned();
+        }
+        let reasons: Vec<String> =
+            counts.iter().map(|(skip, n)| format!("{n} {}", skip.reason())).collect();
+        let way_out = match counts[0].0 {
+            Skip::Border => "give an extract that reaches some hundred metres beyond the signals",
+            Skip::OutsideBoundary => "give another --boundary",
+            Skip::NotListed => "check the places in the signal list",
+            _ => "see which nodes have highway=traffic_signals",
+        };
+        format!("no signalised intersection; signals: {}; {way_out}", reasons.join(", "))
+    }
+
+    /// Returns how many signals are no intersection, by reason, most frequent first.
+    pub fn skips(&self) -> Vec<(Skip, usize)> {
+        let mut counts = BTreeMap::new();
+        for skipped in &self.found.skipped {
+            *counts.entry(skipped.reason).or_default() += skipped.signals.len().max(1);
+        }
+        let mut counts: Vec<(Skip, usize)> = counts.into_iter().collect();
+        counts.sort_by_key(|(skip, n)| (std::cmp::Reverse(*n), *skip));
+        counts
+    }
+}
+
+/// Returns the name of an arm: A, B, C clockwise from north.
+fn name(index: usize) -> String {
+    char::from(b'A' + index as u8).to_string()
+}
+
+fn letters(turns: Turns) -> String {
+    let letters = [(turns.left, 'l'), (turns.through, 's'), (turns.right, 'r')];
+    letters.iter().filter(|(exists, _)| *exists).map(|(_, letter)| *letter).collect()
+}
+
+fn rounded(value: f64, per_unit: f64) -> f64 {
+    (value * per_unit).round() / per_unit
+}

@@ -1,0 +1,181 @@
+//! The files of a city beside its networks: tables, settings and GeoJSON.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
+use toml::{Table, Value};
+
+use super::OsmError;
+use super::city::City;
+use super::config::OsmConfig;
+use super::extract::Place;
+use super::quality::{Distribution, Quality, Spot};
+use crate::family::MdpFamily;
+use crate::family::features::six_features;
+use crate::family::load::LoadedScenario;
+use crate::family::overrides::Override;
+use crate::family::scenario::{Detail, SixFeatures};
+use crate::files::write_atomically;
+
+/// Name of the scenario file within a city's folder.
+pub const SCENARIO_FILE: &str = "scenario.toml";
+
+/// Name of the table of approaches within a city's folder.
+pub const APPROACHES_FILE: &str = "approaches.csv";
+
+/// Digits after the point of a share.
+const SHARE_DIGITS: i32 = 4;
+
+/// Returns the text of a scenario file for a table of approaches beside it.
+///
+/// # Errors
+///
+/// [`OsmError::Family`] for a setting from the command line that is no table's.
+pub fn scenario_text(
+    name: &str,
+    extract: &str,
+    detail: Detail,
+    config: &OsmConfig,
+    overrides: &[Override],
+) -> Result<String, OsmError> {
+    let mut table = Table::new();
+    table.insert("name".to_owned(), name.into());
+    let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
+    table.insert("title".to_owned(), title.into());
+    let mut family = Table::new();
+    family.insert("approaches".to_owned(), APPROACHES_FILE.into());
+    let detail = Value::try_from(detail).expect("a detail is a word");
+    family.insert("detail".to_owned(), detail);
+    table.insert("family".to_owned(), family.into());
+    for (key, value) in &config.scenario {
+        match (table.get_mut(key), value) {
+            (Some(Value::Table(own)), Value::Table(more)) => own.extend(more.clone()),
+            _ => {
+                table.insert(key.clone(), value.clone());
+            }
+        }
+    }
+    for setting in overrides {
+        setting.put_into(&mut table)?;
+    }
+    let settings = toml::to_string(&table).expect("settings are plain data");
+    Ok(format!(
+        "# Made from {extract} by `tsc-family build-networks --osm`; what is not here has its \
+         default.\n{settings}"
+    ))
+}
+
+/// Writes the point MDPs as a table: id, importance, intersections and features.
+///
+/// # Errors
+///
+/// [`OsmError::Io`].
+pub fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), OsmError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let names = family.features.iter().map(|f| f.name.clone());
+    let head = ["point", "importance", "intersections"].map(str::to_owned);
+    writer.write_record(head.into_iter().chain(names)).expect("memory takes every row");
+    for p in &family.points {
+        let fixed = [p.id.clone(), p.importance.to_string(), p.instances.to_string()];
+        let features = p.features.iter().map(f64::to_string);
+        writer.write_record(fixed.into_iter().chain(features)).expect("memory takes every row");
+    }
+    let table = writer.into_inner().expect("memory takes every row");
+    Ok(write_atomically(&folder.join("family.csv"), &table)?)
+}
+
+/// Returns the six features of the intersections of a scenario, before quantising.
+pub fn distributions(loaded: &LoadedScenario) -> Vec<Distribution> {
+    let settings = &loaded.scenario.family;
+    let rows: Vec<[f64; 6]> =
+        loaded.intersections.iter().map(|i| six_features(i, settings).to_array()).collect();
+    let bins = settings.bins.to_array();
+    let columns = SixFeatures::COLUMNS.iter().enumerate();
+    columns
+        .map(|(f, (name, unit))| {
+            let values: Vec<f64> = rows.iter().map(|row| row[f]).collect();
+            let count = values.len().max(1) as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count;
+            Distribution {
+                name: (*name).to_owned(),
+                unit: (*unit).to_owned(),
+                mean,
+                sd: variance.sqrt(),
+                bin: bins[f],
+                values,
+            }
+        })
+        .collect()
+}
+
+/// Writes `intersections.geojson`: intersections with their point MDP, its importance and features,
+/// and how well they are known; and the signals that are none, with the reason.
+///
+/// # Errors
+///
+/// [`OsmError::Io`].
+pub fn write_geojson(
+    folder: &Path,
+    city: &City,
+    quality: &Quality,
+    loaded: &LoadedScenario,
+) -> Result<(), OsmError> {
+    let mut point_of: BTreeMap<&str, usize> = BTreeMap::new();
+    for (point, members) in loaded.members.iter().enumerate() {
+        point_of.extend(members.iter().map(|i| (loaded.intersections[*i].id.as_str(), point)));
+    }
+    let rows = quality.spots.iter().enumerate().map(|(index, spot)| {
+        let point = point_of.get(spot.id.as_str()).map(|p| &loaded.family.points[*p]);
+        let mut properties = spot_properties(spot);
+        properties.insert("point".to_owned(), point.map(|p| p.id.clone()).into());
+        properties.insert("importance".to_owned(), point.map(|p| p.importance).into());
+        for d in &quality.features {
+            properties.insert(d.name.clone(), number(d.values[index], 2));
+        }
+        feature(spot.latitude, spot.longitude, properties)
+    });
+    let skipped = city.found.skipped.iter().map(|s| {
+        let mut properties = JsonObject::new();
+        properties.insert("status".to_owned(), "skipped".into());
+        properties.insert("reason".to_owned(), s.reason.reason().into());
+        let id = s.signals.first().map(|id| format!("n{id}"));
+        properties.insert("id".to_owned(), id.into());
+        feature(Place::latitude(s.place), s.place.longitude(), properties)
+    });
+    let features = rows.chain(skipped).collect();
+    let collection = FeatureCollection { bbox: None, features, foreign_members: None };
+    let text = serde_json::to_vec(&collection).expect("features are plain data");
+    Ok(write_atomically(&folder.join("intersections.geojson"), &text)?)
+}
+
+fn spot_properties(spot: &Spot) -> JsonObject {
+    let known = number(spot.known, SHARE_DIGITS);
+    let metres = |value: Option<f64>| value.map_or(JsonValue::Null, |v| number(v, 1));
+    let pairs = [
+        ("status", "intersection".into()),
+        ("id", spot.id.clone().into()),
+        ("streets", spot.streets.join(" / ").into()),
+        ("arms", spot.arms.into()),
+        ("signal_nodes", spot.signals.into()),
+        ("known_share", known),
+        ("list_distance_m", metres(spot.list_distance_m)),
+        ("count_distance_m", metres(spot.count_distance_m)),
+    ];
+    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+fn feature(latitude: f64, longitude: f64, properties: JsonObject) -> Feature {
+    Feature {
+        geometry: Some(GeometryValue::new_point([longitude, latitude]).into()),
+        properties: Some(properties),
+        ..Feature::default()
+    }
+}
+
+/// Returns a number with so many digits after the point.
+fn number(value: f64, digits: i32) -> JsonValue {
+    let scale = 10f64.powi(digits);
+    ((value * scale).round() / scale).into()
+}

@@ -1,0 +1,225 @@
+//! The quality of a family that was derived from a map, for people: one self-contained page.
+
+mod figures;
+mod map;
+mod text;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value, context};
+
+use super::{ReportError, format};
+use crate::files::write_atomically;
+use crate::osm::drawing::Drawing;
+use crate::osm::listing::ListMatch;
+use crate::osm::oddities::Oddity;
+use crate::osm::quality::{CountsSummary, Quality, SkipCount};
+use crate::stats::quantile::quantile;
+use text::{matched, percent, share};
+
+const TEMPLATE: &str = include_str!("templates/quality.html");
+const STYLE: &str = include_str!("templates/style.css");
+
+/// Where elements of the map can be looked at.
+const OPENSTREETMAP: &str = "https://www.openstreetmap.org";
+
+/// Rows of the signal list without an intersection that are shown; the others are in the data.
+const UNMATCHED_ROWS: usize = 50;
+
+/// Writes `quality.json` and `quality.html` to a folder and returns the page's path.
+///
+/// # Errors
+///
+/// [`ReportError`] if a file cannot be written or the template does not fit.
+pub fn write_quality(
+    folder: &Path,
+    quality: &Quality,
+    drawing: &Drawing,
+) -> Result<PathBuf, ReportError> {
+    let json = serde_json::to_vec_pretty(quality).expect("quality is plain data");
+    let page = page(quality, drawing).map_err(ReportError::Template)?;
+    write_atomically(&folder.join("quality.json"), &json)?;
+    let path = folder.join("quality.html");
+    write_atomically(&path, page.as_bytes())?;
+    Ok(path)
+}
+
+/// Returns the page, or the template engine's message.
+fn page(quality: &Quality, drawing: &Drawing) -> Result<String, String> {
+    let mut environment = Environment::new();
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.map_err(|e| e.to_string())?);
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_template("quality.html", TEMPLATE).map_err(|e| e.to_string())?;
+    let template = environment.get_template("quality.html").map_err(|e| e.to_string())?;
+    template.render(values(quality, drawing)).map_err(|e| format!("{e:#}"))
+}
+
+fn values(q: &Quality, drawing: &Drawing) -> Value {
+    let explained: usize = q.skipped.iter().map(|s| s.signals).sum();
+    let ignored = q.ignored.iter().map(|(reason, o)| oddity(reason, o));
+    let inputs = q.inputs.iter().map(|f| {
+        context! { role => f.role, name => f.name.as_str(), sha256 => f.sha256.as_str() }
+    });
+    context! {
+        style => STYLE,
+        name => q.name.as_str(),
+        version => q.version,
+        headline => text::headline(q),
+        sentences => text::sentences(q),
+        warnings => text::warnings(q),
+        signals => q.signals,
+        signals_used => q.signals_used,
+        used_share => percent(share(q.signals_used, q.signals)),
+        not_looked_at => q.signals.saturating_sub(q.signals_used + explained),
+        skipped => q.skipped.iter().map(|s| skipped(q, s)).collect::<Vec<_>>(),
+        ways => q.ways,
+        intersections => q.intersections,
+        approaches => q.approaches,
+        point_mdps => q.point_mdps,
+        no_way_across => q.no_way_across,
+        cut => q.cut_approaches,
+        sources => figures::SOURCES.map(|s| s.0).to_vec(),
+        provenance => provenance(q),
+        provenance_figure => figures::provenance(q),
+        feature_figures => figures::features(q),
+        features => features(q),
+        list => list(q),
+        counts => q.counts.as_ref().map(counts),
+        map => map::map(q, drawing),
+        thinned => drawing.thinned,
+        crosses => drawing.skipped.len(),
+        ignored => ignored.collect::<Vec<_>>(),
+        inputs => inputs.collect::<Vec<_>>(),
+    }
+}
+
+fn skipped(q: &Quality, s: &SkipCount) -> Value {
+    let example = |id: &i64| context! { id, link => format!("{OPENSTREETMAP}/node/{id}") };
+    context! {
+        reason => s.text,
+        meaning => text::meaning(s.reason),
+        signals => s.signals,
+        share => percent(share(s.signals, q.signals)),
+        examples => s.examples.iter().map(example).collect::<Vec<_>>(),
+    }
+}
+
+fn provenance(q: &Quality) -> Vec<Value> {
+    let row = |p: &crate::osm::quality::Provenance| {
+        context! {
+            feature => p.feature.replace('_', " "),
+            shares => [p.tagged, p.imputed, p.default].map(percent).to_vec(),
+            basis => text::basis(p.feature),
+        }
+    };
+    q.provenance.iter().map(row).collect()
+}
+
+fn features(q: &Quality) -> Vec<Value> {
+    let row = |d: &crate::osm::quality::Distribution| {
+        let mut sorted = d.values.clone();
+        sorted.sort_by(f64::total_cmp);
+        let at = |share| match sorted.is_empty() {
+            true => "\u{2013}".to_owned(),
+            false => format::score(quantile(&sorted, share)),
+        };
+        context! {
+            name => format::words(&d.name, &d.unit),
+            unit => d.unit.as_str(),
+            mean => format::score(d.mean),
+            sd => format::score(d.sd),
+            range => [at(0.0), at(0.5), at(1.0)].to_vec(),
+            bin => format::feature(d.bin),
+        }
+    };
+    q.features.iter().map(row).collect()
+}
+
+/// Returns what became of the signal list; undefined without one.
+fn list(q: &Quality) -> Option<Value> {
+    let unmatched = || q.listed.iter().filter(|row| row.intersection.is_none());
+    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+    for row in unmatched() {
+        *reasons.entry(row.reason.unwrap_or("unknown")).or_default() += 1;
+    }
+    let mut reasons: Vec<_> = reasons.into_iter().collect();
+    reasons.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    let (rows, matched) = (q.listed.len(), matched(q));
+    let on_map = q.listed.iter().filter(|r| r.intersection.is_some() && r.on_map).count();
+    let mut distances: Vec<f64> = q.listed.iter().filter_map(|row| row.distance_m).collect();
+    distances.sort_by(f64::total_cmp);
+    let quartiles = (!distances.is_empty()).then(|| {
+        let at = |share| format::delay(quantile(&distances, share));
+        [at(0.25), at(0.5), at(0.75), at(1.0)].to_vec()
+    });
+    let line = |(name, n): (String, usize)| {
+        context! { name, n, share => percent(share(n, rows)) }
+    };
+    let mut lines = vec![
+        ("matched, and a signal on the map".to_owned(), on_map),
+        ("matched, at a junction without a signal on the map".to_owned(), matched - on_map),
+    ];
+    lines.extend(reasons.into_iter().map(|(reason, n)| (format!("unmatched: {reason}"), n)));
+    (rows > 0).then(|| {
+        context! {
+            rows,
+            lines => lines.into_iter().map(line).collect::<Vec<_>>(),
+            quartiles,
+            figure => figures::distances(q),
+            unmatched => unmatched().take(UNMATCHED_ROWS).map(unmatched_row).collect::<Vec<_>>(),
+            more => unmatched().count().saturating_sub(UNMATCHED_ROWS),
+        }
+    })
+}
+
+fn unmatched_row(row: &ListMatch) -> Value {
+    let (latitude, longitude) = (row.latitude, row.longitude);
+    context! {
+        id => row.id.as_str(),
+        line => row.line,
+        place => format!("{latitude:.5}, {longitude:.5}"),
+        link => format!(
+            "{OPENSTREETMAP}/?mlat={latitude:.6}&mlon={longitude:.6}#map=18/{latitude:.6}/{longitude:.6}"
+        ),
+        reason => row.reason.unwrap_or("unknown"),
+    }
+}
+
+fn counts(c: &CountsSummary) -> Value {
+    context! {
+        field => c.field.as_str(),
+        counts => c.counts,
+        approaches => c.approaches,
+        matched => c.matched,
+        share => percent(share(c.matched, c.approaches)),
+        skipped => c.skipped.iter().map(|(reason, o)| oddity(reason, o)).collect::<Vec<_>>(),
+    }
+}
+
+fn oddity(reason: &str, oddity: &Oddity) -> Value {
+    let link = link(&oddity.example);
+    context! { reason, count => oddity.count, example => oddity.example.as_str(), link }
+}
+
+/// Returns the address of an element that an example starts with, such as `way 17, lanes=many`.
+fn link(example: &str) -> Option<String> {
+    let (kind, rest) = example.split_once(' ')?;
+    let id = rest.split(',').next()?;
+    let known = ["node", "way", "relation"].contains(&kind) && id.parse::<u64>().is_ok();
+    known.then(|| format!("{OPENSTREETMAP}/{kind}/{id}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_example_links_to_its_element() {
+        let expected = Some("https://www.openstreetmap.org/way/17".to_owned());
+        assert_eq!(link("way 17, lanes=many"), expected);
+        assert_eq!([link("line 3"), link("way x"), link("")], [None, None, None]);
+    }
+}

@@ -1,0 +1,165 @@
+//! What signal lists, counts and boundaries change in a city, on a hand-written extract.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fs;
+use std::path::Path;
+
+use tsc_family::osm::boundary::Boundary;
+use tsc_family::osm::city::{City, Inputs};
+use tsc_family::osm::config::OsmConfig;
+use tsc_family::osm::counts::{CountSettings, Counts};
+use tsc_family::osm::extract::Extract;
+use tsc_family::osm::intersections::Skip;
+use tsc_family::osm::read::read;
+use tsc_family::osm::signals::{SignalColumns, SignalList};
+use tsc_family::osm::streets::Source;
+
+/// The four arms of Main Street (east and west) and First Street, after replacing some text.
+fn four_arms(replace: &[(&str, &str)]) -> Extract {
+    let mut text = fs::read_to_string("tests/networks/four_arms/input.osm").unwrap();
+    for (from, to) in replace {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let file = tempfile::Builder::new().suffix(".osm").tempfile().unwrap();
+    fs::write(file.path(), text).unwrap();
+    read(file.path(), &|_, _| {}).unwrap()
+}
+
+fn list(rows: &str) -> SignalList {
+    let text = format!("id,lat,lon\n{rows}");
+    SignalList::from_bytes(text.as_bytes(), Path::new("l.csv"), &SignalColumns::default()).unwrap()
+}
+
+/// Counts on lines given by their ends, longitude first.
+fn counts(lines: &[(f64, [[f64; 2]; 2])]) -> Counts {
+    let features: Vec<String> = lines
+        .iter()
+        .map(|(aadt, line)| {
+            format!(
+                "{{\"type\": \"Feature\", \"properties\": {{\"AADT\": {aadt}}}, \"geometry\": \
+                 {{\"type\": \"LineString\", \"coordinates\": {line:?}}}}}"
+            )
+        })
+        .collect();
+    let text =
+        format!("{{\"type\": \"FeatureCollection\", \"features\": [{}]}}", features.join(","));
+    Counts::from_bytes(text.as_bytes(), Path::new("c.geojson"), &CountSettings::default()).unwrap()
+}
+
+fn ids(city: &City) -> Vec<&str> {
+    city.found.intersections.iter().map(|i| i.id.as_str()).collect()
+}
+
+const EAST: [[f64; 2]; 2] = [[-75.0, 40.0], [-74.998, 40.0]];
+const WEST: [[f64; 2]; 2] = [[-75.0, 40.0], [-75.003, 40.0]];
+const NORTH: [[f64; 2]; 2] = [[-75.0, 40.0], [-75.0, 40.002]];
+
+/// A signal of the map.
+const MAPPED: &str = "<tag k=\"highway\" v=\"traffic_signals\"/>";
+
+#[test]
+fn a_total_is_split_by_direction_unless_told_otherwise() {
+    let extract = four_arms(&[]);
+    let counts = counts(&[(20_000.0, EAST)]);
+    let inputs = Inputs { counts: Some(&counts), ..Inputs::default() };
+    let mut config = OsmConfig::default();
+    let per_lane = |config: &OsmConfig| {
+        let city = City::new(&extract, config, &inputs);
+        assert_eq!(city.traffic[0][1].source, Source::Tagged);
+        city.traffic[0][1].aadt_per_lane
+    };
+    assert_eq!(per_lane(&config), 5_000.0);
+    config.traffic.directional_split = 0.6;
+    assert_eq!(per_lane(&config), 6_000.0);
+    config.traffic.both_directions = false;
+    assert_eq!(per_lane(&config), 10_000.0);
+}
+
+#[test]
+fn an_arm_without_a_count_gets_the_mean_of_its_class_or_its_default() {
+    let class = [("v=\"residential\"", "v=\"secondary\"")];
+    let three = [(8_000.0, EAST), (16_000.0, WEST), (3_000.0, NORTH)];
+    let south = |extract: &Extract, counts: &Counts| {
+        let inputs = Inputs { counts: Some(counts), ..Inputs::default() };
+        let traffic = City::new(extract, &OsmConfig::default(), &inputs).traffic[0][2].clone();
+        (traffic.aadt_per_lane, traffic.source)
+    };
+    // Half of each on 2, 2 and 2 lanes: all streets have the 4 lanes of the only tagged one.
+    let mean = (2_000.0 + 4_000.0 + 750.0) / 3.0;
+    assert_eq!(south(&four_arms(&class), &counts(&three)), (mean, Source::Imputed));
+    assert_eq!(south(&four_arms(&class), &counts(&three[..2])), (4250.0, Source::Default));
+    assert_eq!(south(&four_arms(&[]), &counts(&three)), (195.0, Source::Default));
+}
+
+#[test]
+fn a_list_names_junctions_that_the_map_has_no_signal_at() {
+    let extract = four_arms(&[(MAPPED, "")]);
+    let config = OsmConfig::default();
+    assert!(City::new(&extract, &config, &Inputs::default()).found.intersections.is_empty());
+    let signals = list("A7,40.0001,-75.0\n");
+    let city =
+        City::new(&extract, &config, &Inputs { signals: Some(&signals), ..Inputs::default() });
+    assert_eq!(ids(&city), ["A7"]);
+    assert_eq!(city.found.intersections[0].arms.len(), 4);
+    let matched = &city.listed[0];
+    assert!(!matched.on_map);
+    assert!((matched.distance_m.unwrap() - 11.1).abs() < 0.1, "{matched:?}");
+}
+
+#[test]
+fn of_two_rows_at_one_intersection_the_nearer_one_is_matched() {
+    let extract = four_arms(&[]);
+    let signals = list("far,40.0002,-75.0\nnear,40.0001,-75.0\nelsewhere,40.1,-75.0\n");
+    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+    let city = City::new(&extract, &OsmConfig::default(), &inputs);
+    assert_eq!(ids(&city), ["near"]);
+    let reasons: Vec<_> = city.listed.iter().map(|l| l.reason).collect();
+    let (other, none) = (
+        Some("its intersection belongs to a nearer row"),
+        Some("no junction of streets within reach"),
+    );
+    assert_eq!(reasons, [other, None, none]);
+}
+
+#[test]
+fn an_intersection_that_is_not_listed_is_left_out() {
+    let signals = list("a,40.1,-75.0\n");
+    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+    let city = City::new(&four_arms(&[]), &OsmConfig::default(), &inputs);
+    assert_eq!(city.skips(), [(Skip::NotListed, 1)]);
+}
+
+#[test]
+fn an_id_that_is_no_file_name_is_not_taken_over() {
+    let signals = list("../a,40.0,-75.0\n");
+    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+    let city = City::new(&four_arms(&[]), &OsmConfig::default(), &inputs);
+    assert_eq!(ids(&city), ["n101"]);
+    assert_eq!(city.listed[0].intersection.as_deref(), Some("n101"));
+}
+
+#[test]
+fn a_boundary_decides_by_the_middle_of_an_intersection() {
+    let extract = four_arms(&[]);
+    let config = OsmConfig::default();
+    let city = |bbox| {
+        let boundary = Boundary::parse(bbox).unwrap();
+        City::new(&extract, &config, &Inputs { boundary: Some(&boundary), ..Inputs::default() })
+    };
+    assert_eq!(ids(&city("-75.0001,39.9999,-74.9999,40.0001")), ["n101"]);
+    assert_eq!(city("-74.9999,39.9999,-74.9,40.0001").skips(), [(Skip::OutsideBoundary, 1)]);
+}
+
+#[test]
+fn what_is_left_out_keeps_intersections_and_traffic_together() {
+    let extract = read(Path::new("tests/networks/two_signals_60_m/input.osm"), &|_, _| {}).unwrap();
+    let config = OsmConfig::default();
+    let mut city = City::new(&extract, &config, &Inputs::default());
+    let (first, second) = (ids(&city)[0].to_owned(), city.traffic[1].clone());
+    city.leave_out([(first.clone(), "no room".to_owned())].into());
+    assert_eq!(city.found.intersections.len(), 1);
+    assert_eq!(city.traffic, [second]);
+    assert_eq!(city.skips(), [(Skip::NoNetwork, 1)]);
+    assert_eq!(city.left_out[&first], "no room");
+}

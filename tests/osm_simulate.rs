@@ -1,0 +1,71 @@
+//! The networks of all hand-written extracts in SUMO, with their real arms.
+#![cfg(feature = "libsumo")]
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::succeed;
+use tsc_family::osm::city::{City, Inputs};
+use tsc_family::osm::config::OsmConfig;
+use tsc_family::osm::read::read;
+
+/// Ten minutes, and vehicles that stand for five are teleported: none does at low demand.
+const SCENARIO: &str = "\
+name = \"cases\"
+demand.horizon_s = 600
+simulation.time_to_teleport_s = 300
+[family]
+approaches = \"approaches.csv\"
+detail = \"per-approach\"
+hourly_share = 0.02
+";
+
+/// Writes the approaches of all cases as one table, each intersection under the name of its case.
+fn write_approaches(file: &Path) -> usize {
+    let mut writer = csv::Writer::from_path(file).unwrap();
+    let mut intersections = 0;
+    for case in fs::read_dir("tests/networks").unwrap() {
+        let case = case.unwrap().path();
+        if !case.is_dir() {
+            continue;
+        }
+        let extract = read(&case.join("input.osm"), &|_, _| {}).unwrap();
+        let config = OsmConfig::default();
+        let city = City::new(&extract, &config, &Inputs::default());
+        intersections += city.found.intersections.len();
+        for mut row in city.approaches(&config) {
+            let name = case.file_name().unwrap().to_string_lossy();
+            row.intersection = format!("{name}-{}", row.intersection);
+            writer.serialize(row).unwrap();
+        }
+    }
+    writer.flush().unwrap();
+    intersections
+}
+
+#[test]
+fn every_case_simulates_without_an_error_or_a_teleport() {
+    let folder = tempfile::tempdir().unwrap();
+    let intersections = write_approaches(&folder.path().join("approaches.csv"));
+    assert!(intersections > 30, "only {intersections}");
+    fs::write(folder.path().join("scenario.toml"), SCENARIO).unwrap();
+    succeed(
+        folder.path(),
+        "run scenario.toml --methods max-pressure --eval-seeds 1 --quiet --out out",
+    );
+    let mut scores = csv::Reader::from_path(folder.path().join("out/report/scores.csv")).unwrap();
+    let head = scores.headers().unwrap().clone();
+    let column = |name: &str| head.iter().position(|h| h == name).unwrap();
+    let (teleports, arrived) = (column("teleports"), column("throughput_veh"));
+    let mut rows = 0;
+    for row in scores.records() {
+        let row = row.unwrap();
+        assert_eq!(row[teleports].parse::<f64>().unwrap(), 0.0, "{row:?}");
+        assert!(row[arrived].parse::<f64>().unwrap() > 0.0, "{row:?}");
+        rows += 1;
+    }
+    assert_eq!(rows, 2 * intersections);
+}
