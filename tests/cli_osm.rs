@@ -135,6 +135,21 @@ fn counts_replace_the_default_of_the_class() {
 }
 
 #[test]
+fn counts_of_another_city_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = "latitude,longitude,aadt\n41.0,-75.0,9000\n";
+    fs::write(folder.path().join("aadt.csv"), table).unwrap();
+    let output = build(folder.path(), "four_arms", "--aadt aadt.csv");
+    assert_eq!(output.status.code(), Some(2));
+    let message = stderr(&output);
+    assert!(message.contains("aadt.csv: none of its 1 counts"), "{message}");
+    fs::write(folder.path().join("list.csv"), "{\"type\": \"FeatureCollection\"}").unwrap();
+    let output = build(folder.path(), "four_arms", "--signals list.csv");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("list.csv, line 1: holds JSON"), "{}", stderr(&output));
+}
+
+#[test]
 fn a_boundary_leaves_out_what_lies_beyond() {
     let message = refused("four_arms", "--boundary=-76,40,-75.5,41");
     assert!(message.contains("1 outside the boundary"), "{message}");

@@ -73,6 +73,9 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         boundary: input.boundary.as_ref(),
     };
     let mut city = City::new(&input.extract, &input.config, &inputs);
+    if let (Some(path), Some(counts), false) = (&args.osm.aadt, inputs.counts, city.is_counted()) {
+        return Err(unmatched(path, counts).into());
+    }
     let derived_in = start.elapsed() - read_in;
     let files = input_files(args, osm)?;
     let out = args.out.clone().unwrap_or_else(|| Path::new("networks").join(stem(osm)));
@@ -117,6 +120,21 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         }
         return Ok(exit::DONE);
     }
+}
+
+/// Returns the error for counts of which none lies along a street of an intersection.
+fn unmatched(path: &Path, counts: &Counts) -> OsmError {
+    let (low, high) = (counts.bounds().min(), counts.bounds().max());
+    let reason = format!(
+        "none of its {} counts lies along a street of an intersection; they cover longitudes {:.3} \
+         to {:.3} and latitudes {:.3} to {:.3}; give counts of this city, or leave out --aadt",
+        counts.len(),
+        low.x,
+        high.x,
+        low.y,
+        high.y
+    );
+    OsmError::Nothing { path: path.to_path_buf(), reason }
 }
 
 /// Returns the intersections of point MDPs that failed, with the reasons.

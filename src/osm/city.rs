@@ -155,6 +155,11 @@ impl City {
         format!("no signalised intersection; signals: {}; {way_out}", reasons.join(", "))
     }
 
+    /// Returns whether a traffic count was found for any arm.
+    pub fn is_counted(&self) -> bool {
+        self.traffic.iter().flatten().any(|t| t.count.is_some())
+    }
+
     /// Returns how many signals are no intersection, by reason, most frequent first.
     pub fn skips(&self) -> Vec<(Skip, usize)> {
         let mut counts = BTreeMap::new();

@@ -192,3 +192,39 @@ impl OsmConfig {
         self.counts.check().map_err(|(field, reason)| (format!("counts.{field}"), reason))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(text: &str) -> Result<OsmConfig, OsmError> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        OsmConfig::read(file.path())
+    }
+
+    #[test]
+    fn the_commented_file_has_the_defaults() {
+        let text = include_str!("../../scenarios/openstreetmap.toml");
+        assert_eq!(config(text).unwrap(), OsmConfig::default());
+    }
+
+    #[test]
+    fn classes_that_a_file_leaves_out_keep_their_defaults() {
+        let config = config("[streets.default_lanes]\nprimary = 3\n").unwrap();
+        assert_eq!(config.streets.default_lanes[&Highway::Primary], 3);
+        assert_eq!(config.streets.default_lanes[&Highway::Trunk], 2);
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_its_range() {
+        let error = config("[traffic]\ndirectional_split = nan\n").unwrap_err().to_string();
+        assert!(error.contains("traffic.directional_split: NaN: expected a number from 0 to 1"));
+    }
+
+    #[test]
+    fn an_unknown_class_is_refused() {
+        let error = config("[streets.default_lanes]\nboulevard = 2\n").unwrap_err().to_string();
+        assert!(error.contains("boulevard"), "{error}");
+    }
+}

@@ -55,3 +55,14 @@ pub enum OsmError {
     #[error(transparent)]
     Io(#[from] FileError),
 }
+
+/// Most characters of a value that a message quotes.
+const QUOTED: usize = 60;
+
+/// Returns a value from a file for a message: the start of it, if it is long.
+pub(super) fn brief(text: &str) -> String {
+    match text.char_indices().nth(QUOTED) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}

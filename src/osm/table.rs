@@ -7,10 +7,13 @@ use std::path::{Path, PathBuf};
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
-use super::error::OsmError;
+use super::error::{OsmError, brief};
 use super::extract::Place;
 use super::geometry::checked_place;
 use crate::files::FileError;
+
+/// Most columns that a message names.
+const QUOTED_COLUMNS: usize = 20;
 
 /// Mark that some programs put before UTF-8 text.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -79,7 +82,12 @@ impl<'a> Table<'a> {
     ///
     /// [`OsmError`] when it is no UTF-8 text, empty, or not separated by commas.
     pub(super) fn open(bytes: &'a [u8], path: &'a Path) -> Result<Self, OsmError> {
-        let text = utf8(bytes, path)?.as_bytes();
+        let text = utf8(bytes, path)?;
+        if text.trim_start().starts_with(['{', '[', '<']) {
+            let reason = "holds JSON or XML, not a table; give a CSV file".to_owned();
+            return Err(malformed(path, 1, reason));
+        }
+        let text = text.as_bytes();
         let mut reader = ReaderBuilder::new().trim(Trim::All).flexible(true).from_reader(text);
         let headers = reader.headers().map_err(|e| malformed(path, 1, e.to_string()))?.clone();
         let table = Self { path, text, headers, reader, counted: (0, 0) };
@@ -207,8 +215,11 @@ impl<'a> Table<'a> {
                 } else {
                     "write a number such as 40.78"
                 };
-                let reason =
-                    format!("column {}: {text:?} is no number; {way_out}", &self.headers[at]);
+                let reason = format!(
+                    "column {}: {:?} is no number; {way_out}",
+                    &self.headers[at],
+                    brief(text)
+                );
                 Err(self.error(row.line, reason))
             }
         }
@@ -248,7 +259,9 @@ impl<'a> Table<'a> {
     }
 
     fn columns(&self) -> String {
-        format!("the columns are {}", self.headers.iter().collect::<Vec<_>>().join(", "))
+        let names: Vec<String> = self.headers.iter().take(QUOTED_COLUMNS).map(brief).collect();
+        let more = if self.headers.len() > QUOTED_COLUMNS { ", ..." } else { "" };
+        format!("the columns are {}{more}", names.join(", "))
     }
 
     /// Returns the line of a record, which the reader says to start before the blank lines above.
@@ -299,96 +312,4 @@ fn plain(name: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn places(text: &[u8]) -> Result<Vec<(u64, Place)>, String> {
-        let read = || {
-            let mut table = Table::open(text, Path::new("t.csv"))?;
-            let latitude = table.need(&Column::latitude(None))?;
-            let longitude = table.need(&Column::longitude(None))?;
-            let mut places = Vec::new();
-            while let Some(row) = table.next_row()? {
-                places.push((row.line, table.place(&row, (latitude, longitude))?));
-            }
-            Ok(places)
-        };
-        read().map_err(|e: OsmError| e.to_string())
-    }
-
-    fn error(text: &str) -> String {
-        places(text.as_bytes()).unwrap_err()
-    }
-
-    #[test]
-    fn columns_are_found_by_their_usual_names_in_any_order_and_case() {
-        let expected = vec![(2, Place::from_degrees(40.78, -111.9).unwrap())];
-        for text in
-            ["LNG,LAT\n-111.9,40.78\n", "\u{feff}X, a ,Y\n-111.9,,40.78", "Lat,lon\r\n40.78,-111.9"]
-        {
-            assert_eq!(places(text.as_bytes()).as_ref(), Ok(&expected), "{text}");
-        }
-    }
-
-    #[test]
-    fn lines_are_counted_over_blank_ones_and_breaks_within_quotes() {
-        let text = "lat,lon,note\n\n40,1,\"a\nb\"\n , ,\r\n\r\n41,1,\n";
-        let lines: Vec<_> = places(text.as_bytes()).unwrap().iter().map(|p| p.0).collect();
-        assert_eq!(lines, [3, 7]);
-    }
-
-    #[test]
-    fn a_missing_column_names_those_that_are_there() {
-        assert_eq!(
-            error("lat,street\n"),
-            "t.csv, line 1: no column with the longitude (longitude, lon, lng, long, x); the \
-             columns are lat, street; rename one of them, or give its name in the settings"
-        );
-        assert!(error("40.7,-111.9\n").contains("put a line with the names"));
-    }
-
-    #[test]
-    fn a_name_that_is_given_has_to_be_there_once() {
-        let table = Table::open(b"a,b,B\n", Path::new("t.csv")).unwrap();
-        let find = |name| table.find(&Column::latitude(Some(name))).map_err(|e| e.to_string());
-        assert_eq!(find("A"), Ok(Some(0)));
-        assert!(find("lat").unwrap_err().contains("no column \"lat\" (given as latitude)"));
-        assert!(find("b").unwrap_err().contains("columns 2 and 3 are both named \"b\""));
-    }
-
-    #[test]
-    fn other_separators_and_decimal_commas_are_explained() {
-        assert!(error("lat;lon\n40,78;-111,9\n").contains("separated by semicolons"));
-        assert!(error("lat\tlon\n").contains("separated by tabs"));
-        let quoted = error("lat,lon\n\"40,78\",\"-111,9\"\n");
-        assert_eq!(
-            quoted,
-            "t.csv, line 2: column lat: \"40,78\" is no number; write numbers with a point and \
-             without thousands separators"
-        );
-        assert!(error("lat,lon\n40,78,-111,9\n").contains("line 2: 4 fields, but 2 columns"));
-    }
-
-    #[test]
-    fn what_is_no_number_is_refused_with_its_line() {
-        assert!(error("lat,lon\n1,2\nmany,2\n").starts_with("t.csv, line 3: column lat: \"many\""));
-        assert!(error("lat,lon\nNaN,2\n").contains("\"NaN\" is no number"));
-        assert!(error("lat,lon\n1,inf\n").contains("\"inf\" is no number"));
-        assert!(error("lat,lon\n1,\n").contains("column lon is empty"));
-    }
-
-    #[test]
-    fn swapped_and_projected_coordinates_are_recognised() {
-        assert!(error("lat,lon\n-111.9,40.78\n").contains("swap latitude and longitude"));
-        assert!(error("y,x\n4515000,421000\n").contains("looks projected"));
-    }
-
-    #[test]
-    fn an_empty_table_and_other_encodings_are_refused() {
-        assert!(error("").contains("empty; the first line has to name the columns"));
-        assert!(error("\n\n").contains("empty"));
-        assert!(places(b"lat,lon,n\n1,2,caf\xe9\n").unwrap_err().contains("line 2: not UTF-8"));
-        assert!(places(b"PK\x03\x04\x14").unwrap_err().contains("a ZIP archive; unpack it first"));
-        assert!(places(b"\xff\xfel\0a\0t\0").unwrap_err().contains("not UTF-8"));
-    }
-}
+mod tests;

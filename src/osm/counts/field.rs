@@ -2,6 +2,8 @@
 
 use geojson::JsonValue;
 
+use crate::osm::error::brief;
+
 /// What names of counts have in common.
 const AADT: &str = "aadt";
 
@@ -84,7 +86,7 @@ fn year(name: &str) -> Option<u32> {
 }
 
 fn listed(names: &[(&str, bool)]) -> String {
-    let shown: Vec<_> = names.iter().take(LISTED).map(|(name, _)| *name).collect();
+    let shown: Vec<_> = names.iter().take(LISTED).map(|(name, _)| brief(name)).collect();
     let more = if names.len() > LISTED { ", ..." } else { "" };
     if shown.is_empty() {
         "there is no name at all; export the counts with their attributes".to_owned()
