@@ -144,7 +144,7 @@ fn find_slip(
             let slip = (joins || is_inside(chain.end))
                 && length_m <= 2.0 * settings.slip_reach_m
                 && graph.all_allowed(&chain.steps)
-                && turns_off(graph, *step, last.reversed());
+                && turns_off(graph, *step, last.reversed(), joins);
             if slip {
                 return Some(Slip { steps: chain.steps, leaves: last.reversed() });
             }
@@ -154,11 +154,15 @@ fn find_slip(
 }
 
 /// Returns whether a street turns off at a fork while another goes on: it is a link and the other
-/// is none, or it turns more.
-fn turns_off(graph: &Graph<'_>, off: Step, on: Step) -> bool {
+/// is none, or it turns more. Where a ramp forks, all are links, and the one that passes the
+/// junction and `joins` an outbound leg turns off, even if it bends less.
+fn turns_off(graph: &Graph<'_>, off: Step, on: Step, joins: bool) -> bool {
     let is_link = |s: Step| graph.way(s).street.highway.is_link();
     if is_link(off) != is_link(on) {
         return is_link(off);
+    }
+    if is_link(off) && joins {
+        return true;
     }
     let fork = graph.source(off);
     let before = graph.steps(fork).iter().find(|s| ![off.piece, on.piece].contains(&s.piece));
