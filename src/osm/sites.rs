@@ -24,6 +24,10 @@ const OPPOSITE_DEG: f64 = 40.0;
 /// degrees.
 const ACROSS_DEG: f64 = 50.0;
 
+/// Smallest angle at which one street turns into another at a node where a third one is missing,
+/// degrees: a street that only changes its name goes on more or less straight.
+const CORNER_DEG: f64 = 45.0;
+
 /// Why a signal controls no junction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Uncontrolled {
@@ -56,10 +60,13 @@ pub fn sites(
     listed: &[u32],
 ) -> (Vec<Site>, Vec<(usize, Uncontrolled)>) {
     let mut anchors: BTreeMap<u32, Vec<usize>> = listed.iter().map(|n| (*n, vec![])).collect();
-    let mut left = Vec::new();
+    let (mut left, mut corners) = (Vec::new(), Vec::new());
     for (signal, index) in graph.extract.signals.iter().zip(0..) {
         match junction_of(graph, settings.signal_reach_m, signal) {
-            Ok(node) => anchors.entry(node).or_default().push(index),
+            Ok(node) => {
+                anchors.entry(node).or_default().push(index);
+                corners.extend(corner(graph, settings.join_m, signal, node).map(|c| (node, c)));
+            }
             Err(reason) => left.push((index, reason)),
         }
     }
@@ -75,7 +82,7 @@ pub fn sites(
             None => true,
         }
     });
-    let groups = group(graph, settings, &anchors);
+    let groups = group(graph, settings, &anchors, &corners);
     let sites = groups
         .into_iter()
         .map(|nodes| {
@@ -129,6 +136,20 @@ fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u
     })
 }
 
+/// Returns the node of a signal that is no junction only because a street is left out, such as the
+/// crossing with a carriageway that goes on as a motorway: two streets of different names meet there
+/// at an angle, next to the junction that the signal controls.
+fn corner(graph: &Graph<'_>, join_m: f64, signal: &SignalNode, junction: u32) -> Option<u32> {
+    let node = graph.extract.nodes.index(signal.id)? as u32;
+    let [a, b] = graph.steps(node) else { return None };
+    let name = |step: &Step| graph.way(*step).street.name.as_deref();
+    let heading = |step: &Step| bearing_deg(graph.place(node), graph.place(graph.target(*step)));
+    let bend = 180.0 - turn_degrees(heading(a), heading(b)).abs();
+    let named = name(a).is_some() && name(b).is_some() && name(a) != name(b);
+    let near = distance_m(graph.place(node), graph.place(junction)) <= join_m;
+    (named && near && bend >= CORNER_DEG).then_some(node)
+}
+
 /// Returns the junction that traffic has just left at a signal, such as one at the far side of a
 /// crossing.
 fn junction_behind(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Option<u32> {
@@ -173,6 +194,7 @@ fn group(
     graph: &Graph<'_>,
     settings: &IntersectionSettings,
     anchors: &BTreeMap<u32, Vec<usize>>,
+    corners: &[(u32, u32)],
 ) -> Vec<Vec<u32>> {
     let none = HashSet::new();
     let mut groups = Groups::new(graph, settings.max_extent_m, anchors.keys().copied());
@@ -198,6 +220,11 @@ fn group(
             if new && opposite(graph, a, b) && groups.add(a, b) {
                 queue.push(b);
             }
+        }
+    }
+    for (junction, corner) in corners {
+        if !groups.of.contains_key(corner) {
+            groups.add(*junction, *corner);
         }
     }
     groups.members()
