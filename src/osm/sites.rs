@@ -24,6 +24,10 @@ const OPPOSITE_DEG: f64 = 40.0;
 /// degrees.
 const ACROSS_DEG: f64 = 50.0;
 
+/// Shortest distance between two junctions at which a vehicle can wait between them, metres: half a
+/// street of four lanes (7 m) and a car (5 m).
+const ROOM_TO_WAIT_M: f64 = 12.0;
+
 /// Smallest angle at which one street turns into another at a node where a third one is missing,
 /// degrees: a street that only changes its name goes on more or less straight.
 const CORNER_DEG: f64 = 45.0;
@@ -222,12 +226,46 @@ fn group(
             }
         }
     }
+    let members: Vec<u32> = groups.of.keys().copied().collect();
+    for a in members {
+        for b in without_room(graph, settings.join_m, &groups, a) {
+            groups.add(a, b);
+        }
+    }
     for (junction, corner) in corners {
         if !groups.of.contains_key(corner) {
             groups.add(*junction, *corner);
         }
     }
     groups.members()
+}
+
+/// Returns the junctions without a signal next to a node of a group before which no vehicle can
+/// wait: they are too near, or two-way streets from two nodes of the group lead there, which encloses
+/// a triangle. Where links begin or end is no such junction.
+fn without_room(graph: &Graph<'_>, join_m: f64, groups: &Groups<'_, '_>, a: u32) -> Vec<u32> {
+    let none = HashSet::new();
+    let two_way = |from: u32| {
+        let chains = graph.steps(from).iter().map(|s| graph.chain(*s, &none, &|_| false));
+        chains.filter_map(|chain| {
+            let back: Vec<Step> = chain.steps.iter().map(|s| s.reversed()).collect();
+            let both = graph.all_allowed(&chain.steps) && graph.all_allowed(&back);
+            both.then(|| (chain.end, graph.length_m(&chain.steps)))
+        })
+    };
+    let group = groups.of[&a];
+    let found = two_way(a).filter(|(b, metres)| {
+        let link = |s: &Step| graph.way(*s).street.highway.is_link();
+        let leads_to_group = |(end, metres): &(u32, f64)| {
+            *end != a && *metres <= join_m && groups.of.get(end) == Some(&group)
+        };
+        *metres <= join_m
+            && !groups.of.contains_key(b)
+            && graph.is_junction(*b, &none)
+            && !graph.steps(*b).iter().any(link)
+            && (*metres <= ROOM_TO_WAIT_M || two_way(*b).any(|end| leads_to_group(&end)))
+    });
+    found.map(|(b, _)| b).collect()
 }
 
 /// Returns the nodes between the start of a search and a node.
