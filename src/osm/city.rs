@@ -52,7 +52,9 @@ impl City {
             let (inside, outside) =
                 found.intersections.into_iter().partition(|i| boundary.contains(i.centre));
             found.intersections = inside;
-            found.skipped.retain(|s| boundary.contains(s.place));
+            for skipped in found.skipped.iter_mut().filter(|s| !boundary.contains(s.place)) {
+                skipped.reason = Skip::OutsideBoundary;
+            }
             found.skipped.extend(Vec::into_iter(outside).map(|i| Skipped {
                 signals: i.signals,
                 place: i.centre,

@@ -46,6 +46,9 @@ pub struct ListMatch {
 /// Returns the junctions that a list names where the map has no signal: of each row the nearest
 /// junction within reach.
 pub fn unmapped(graph: &Graph<'_>, rows: &[ListedSignal], match_m: f64) -> Vec<u32> {
+    if rows.is_empty() {
+        return Vec::new();
+    }
     let extract = graph.extract;
     let none = HashSet::new();
     let on_street = extract.signals.iter().filter(|s| extract.nodes.index(s.id).is_some());

@@ -1,13 +1,13 @@
 //! The page: prepares every text and number, so that the template only places them.
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::{Environment, UndefinedBehavior, Value, context};
+use minijinja::{Value, context};
 
 use super::curves::{FEW_TRAININGS, SMOOTHED_OVER, common_points};
 use super::data::{MethodSummary, ReportData, ScoreRow};
 use super::figures::{Figure, label, level_shares};
 use super::headline::{headline, sentences};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
+use super::page::render;
 use super::training::{GRIDLOCK_SCORE, GRIDLOCK_SHARE, LearnerSummary};
 use super::{format, text};
 use crate::stats::bootstrap::RESAMPLES;
@@ -31,13 +31,7 @@ const PLACES: usize = 2;
 ///
 /// The template engine's message.
 pub(super) fn page(data: &ReportData, figures: &[Figure]) -> Result<String, String> {
-    let mut environment = Environment::new();
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(|e| e.to_string())?);
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.add_template("index.html", TEMPLATE).map_err(|e| e.to_string())?;
-    let template = environment.get_template("index.html").map_err(|e| e.to_string())?;
-    template.render(values(data, figures)).map_err(|e| format!("{e:#}"))
+    render("index.html", TEMPLATE, values(data, figures))
 }
 
 fn values(data: &ReportData, figures: &[Figure]) -> Value {

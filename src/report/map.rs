@@ -6,11 +6,11 @@
 use super::data::{MethodSummary, ReportData};
 use super::figures::{Figure, WIDTH};
 use super::level_of_service::{DELAY, LEVELS, level, range};
-use super::svg::{Anchor, Canvas, MUTED, TextStyle, nice_step};
+use super::svg::{Anchor, Canvas, INK, MUTED, TextStyle, nice_step};
 use super::{format, palette};
 
 /// Length of a degree of latitude, kilometres (mean radius of the Earth 6371 km).
-const KM_PER_DEGREE: f64 = 111.195;
+pub(super) const KM_PER_DEGREE: f64 = 111.195;
 
 /// Largest and smallest height of the map itself, pixels.
 const HEIGHT_PX: (f64, f64) = (240.0, 760.0);
@@ -60,7 +60,7 @@ pub(super) fn places(data: &ReportData) -> Option<Figure> {
         canvas.circle((x, y), 5.0, fill, Some(&p.tip));
     }
     legend(&mut canvas, data, places.iter().any(|p| p.class.is_none()));
-    scale_bar(&mut canvas, pixels, top + map_height + 32.0);
+    scale_bar(&mut canvas, pixels, (side, top + map_height + 32.0), "north is up");
     let counts: Vec<String> = (0..LEVELS.len())
         .map(|c| (c, places.iter().filter(|p| p.class == Some(c)).count()))
         .filter(|(_, n)| *n > 0)
@@ -135,14 +135,15 @@ fn legend(canvas: &mut Canvas, data: &ReportData, unknown: bool) {
     }
 }
 
-fn scale_bar(canvas: &mut Canvas, pixels_per_km: f64, y: f64) {
+/// Draws a scale bar from `x` on, and a note at the right end that says where north is.
+pub(super) fn scale_bar(canvas: &mut Canvas, pixels_per_km: f64, (x, y): (f64, f64), note: &str) {
     let km = nice_step(180.0 / pixels_per_km, 1.0);
-    let (from, to) = (MARGIN_PX.0, MARGIN_PX.0 + km * pixels_per_km);
-    canvas.line((from, y), (to, y), "#1a1a1a", 2.0, None);
-    for x in [from, to] {
-        canvas.line((x, y - 5.0), (x, y + 5.0), "#1a1a1a", 2.0, None);
+    let to = x + km * pixels_per_km;
+    canvas.line((x, y), (to, y), INK, 2.0, None);
+    for x in [x, to] {
+        canvas.line((x, y - 5.0), (x, y + 5.0), INK, 2.0, None);
     }
-    canvas.text(to + 10.0, y + 4.5, &format!("{km} km"), TextStyle::new(Anchor::Start));
-    let end = TextStyle::new(Anchor::End).color(MUTED);
-    canvas.text(WIDTH - 12.0, y + 4.5, "north is up", end);
+    let length = if km < 1.0 { format!("{} m", 1000.0 * km) } else { format!("{km} km") };
+    canvas.text(to + 10.0, y + 4.5, &length, TextStyle::new(Anchor::Start));
+    canvas.text(WIDTH - 12.0, y + 4.5, note, TextStyle::new(Anchor::End).color(MUTED));
 }

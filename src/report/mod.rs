@@ -13,6 +13,7 @@ mod headline;
 mod html;
 pub mod level_of_service;
 mod map;
+mod page;
 mod palette;
 mod points;
 pub mod quality;

@@ -1,5 +1,6 @@
 //! The quality of a family that was derived from a map, for people: one self-contained page.
 
+mod explain;
 mod figures;
 mod map;
 mod text;
@@ -7,15 +8,15 @@ mod text;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::{Environment, UndefinedBehavior, Value, context};
+use minijinja::{Value, context};
 
+use super::page::render;
 use super::{ReportError, format};
 use crate::files::write_atomically;
 use crate::osm::drawing::Drawing;
 use crate::osm::listing::ListMatch;
 use crate::osm::oddities::Oddity;
-use crate::osm::quality::{CountsSummary, Quality, SkipCount};
+use crate::osm::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
 use crate::stats::quantile::quantile;
 use text::{matched, percent, share};
 
@@ -48,17 +49,12 @@ pub fn write_quality(
 
 /// Returns the page, or the template engine's message.
 fn page(quality: &Quality, drawing: &Drawing) -> Result<String, String> {
-    let mut environment = Environment::new();
-    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
-    environment.set_syntax(syntax.map_err(|e| e.to_string())?);
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.add_template("quality.html", TEMPLATE).map_err(|e| e.to_string())?;
-    let template = environment.get_template("quality.html").map_err(|e| e.to_string())?;
-    template.render(values(quality, drawing)).map_err(|e| format!("{e:#}"))
+    render("quality.html", TEMPLATE, values(quality, drawing))
 }
 
 fn values(q: &Quality, drawing: &Drawing) -> Value {
     let explained: usize = q.skipped.iter().map(|s| s.signals).sum();
+    let elsewhere = q.signals.saturating_sub(q.signals_used + explained);
     let ignored = q.ignored.iter().map(|(reason, o)| oddity(reason, o));
     let inputs = q.inputs.iter().map(|f| {
         context! { role => f.role, name => f.name.as_str(), sha256 => f.sha256.as_str() }
@@ -73,7 +69,8 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         signals => q.signals,
         signals_used => q.signals_used,
         used_share => percent(share(q.signals_used, q.signals)),
-        not_looked_at => q.signals.saturating_sub(q.signals_used + explained),
+        not_looked_at => elsewhere,
+        not_looked_at_share => percent(share(elsewhere, q.signals)),
         skipped => q.skipped.iter().map(|s| skipped(q, s)).collect::<Vec<_>>(),
         ways => q.ways,
         intersections => q.intersections,
@@ -100,7 +97,7 @@ fn skipped(q: &Quality, s: &SkipCount) -> Value {
     let example = |id: &i64| context! { id, link => format!("{OPENSTREETMAP}/node/{id}") };
     context! {
         reason => s.text,
-        meaning => text::meaning(s.reason),
+        meaning => explain::meaning(s.reason),
         signals => s.signals,
         share => percent(share(s.signals, q.signals)),
         examples => s.examples.iter().map(example).collect::<Vec<_>>(),
@@ -108,18 +105,18 @@ fn skipped(q: &Quality, s: &SkipCount) -> Value {
 }
 
 fn provenance(q: &Quality) -> Vec<Value> {
-    let row = |p: &crate::osm::quality::Provenance| {
+    let row = |p: &Provenance| {
         context! {
             feature => p.feature.replace('_', " "),
             shares => [p.tagged, p.imputed, p.default].map(percent).to_vec(),
-            basis => text::basis(p.feature),
+            basis => explain::basis(p.feature),
         }
     };
     q.provenance.iter().map(row).collect()
 }
 
 fn features(q: &Quality) -> Vec<Value> {
-    let row = |d: &crate::osm::quality::Distribution| {
+    let row = |d: &Distribution| {
         let mut sorted = d.values.clone();
         sorted.sort_by(f64::total_cmp);
         let at = |share| match sorted.is_empty() {

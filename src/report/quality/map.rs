@@ -11,16 +11,17 @@ use crate::osm::drawing::{Drawing, DrawnStreet};
 use crate::osm::quality::{Quality, Spot};
 use crate::osm::tags::Highway;
 use crate::report::figures::WIDTH;
-use crate::report::svg::{Anchor, Canvas, INK, MUTED, TextStyle, nice_step};
+use crate::report::map::{KM_PER_DEGREE, scale_bar};
+use crate::report::svg::{Anchor, Canvas, MUTED, TextStyle};
 use crate::report::{format, palette};
 
 use super::text::percent;
 
-/// Length of a degree of latitude, kilometres (mean radius of the Earth 6371 km).
-const KM_PER_DEGREE: f64 = 111.195;
+/// Largest height of the map itself, with many and with few intersections, pixels.
+const HEIGHT_PX: (f64, f64) = (900.0, 480.0);
 
-/// Largest height of the map itself, pixels.
-const HEIGHT_PX: f64 = 900.0;
+/// Number of intersections up to which they are few.
+const FEW: usize = 12;
 
 /// Smallest height of the map itself, pixels.
 const MIN_HEIGHT_PX: f64 = 300.0;
@@ -48,7 +49,7 @@ const CLASSES: [&str; 6] = ["all", "67 to 99%", "50 to 66%", "33 to 49%", "1 to 
 
 /// Colour and width of streets by importance, minor ones first, pixels.
 const STREETS: [(&str, f64); 4] =
-    [("#dedede", 0.7), ("#cfcfcf", 1.0), ("#bdbdbd", 1.5), ("#a8a8a8", 2.2)];
+    [("#d4d4d4", 0.8), ("#c6c6c6", 1.1), ("#b4b4b4", 1.6), ("#a0a0a0", 2.4)];
 
 /// Draws the map; `None` when there is nothing to draw.
 pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
@@ -56,7 +57,7 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     if q.spots.is_empty() || south >= north || west >= east {
         return None;
     }
-    let view = View::new(drawing.frame);
+    let view = View::new(drawing.frame, q.spots.len());
     let (side, top, below) = MARGIN_PX;
     let (right, bottom) = (WIDTH - side, top + view.height);
     let mut canvas = Canvas::new(WIDTH, bottom + below);
@@ -98,7 +99,8 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     let corners = vec![(side, top), (right, top), (right, bottom), (side, bottom), (side, top)];
     canvas.polyline(corners, MUTED, 1.0, None);
     legend(&mut canvas, q, drawing);
-    scale_bar(&mut canvas, view.pixels_per_km, bottom + 18.0);
+    let note = "north is up; \u{a9} OpenStreetMap contributors, ODbL 1.0";
+    scale_bar(&mut canvas, view.pixels_per_km, (8.0, bottom + 18.0), note);
     let counts = counts(q);
     let of = |c: &usize| format!("{} known: {}", CLASSES[*c], counts[*c]);
     let description: Vec<String> =
@@ -116,11 +118,12 @@ struct View {
 }
 
 impl View {
-    fn new([south, west, north, east]: [f64; 4]) -> Self {
+    fn new([south, west, north, east]: [f64; 4], spots: usize) -> Self {
+        let highest = if spots > FEW { HEIGHT_PX.0 } else { HEIGHT_PX.1 };
         let middle = ((south + north) / 2.0, (west + east) / 2.0);
         let km_per_degree = (KM_PER_DEGREE, KM_PER_DEGREE * middle.0.to_radians().cos());
         let (high, wide) = ((north - south) * km_per_degree.0, (east - west) * km_per_degree.1);
-        let pixels_per_km = ((WIDTH - 2.0 * MARGIN_PX.0) / wide).min(HEIGHT_PX / high);
+        let pixels_per_km = ((WIDTH - 2.0 * MARGIN_PX.0) / wide).min(highest / high);
         let height = (high * pixels_per_km).max(MIN_HEIGHT_PX);
         Self { middle, km_per_degree, pixels_per_km, height }
     }
@@ -215,8 +218,7 @@ fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {
     if !drawing.skipped.is_empty() {
         let d = format!("M{} 40.5l9 9m0-9l-9 9", x + 1.5);
         canvas.path(d, CROSS, 1.8, None);
-        let text = format!("no intersection ({})", drawing.skipped.len());
-        canvas.text(x + 17.0, 49.5, &text, start);
+        canvas.text(x + 17.0, 49.5, "signal that is no intersection", start);
         x += 2.0 * slot;
     }
     for ((color, width), name) in
@@ -226,19 +228,6 @@ fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {
         canvas.text(x + 21.0, 49.5, name, start.color(MUTED));
         x += 0.72 * slot;
     }
-}
-
-fn scale_bar(canvas: &mut Canvas, pixels_per_km: f64, y: f64) {
-    let km = nice_step(180.0 / pixels_per_km, 1.0);
-    let (from, to) = (8.0, 8.0 + km * pixels_per_km);
-    canvas.line((from, y), (to, y), INK, 2.0, None);
-    for x in [from, to] {
-        canvas.line((x, y - 5.0), (x, y + 5.0), INK, 2.0, None);
-    }
-    let length = if km < 1.0 { format!("{} m", 1000.0 * km) } else { format!("{km} km") };
-    canvas.text(to + 10.0, y + 4.5, &length, TextStyle::new(Anchor::Start));
-    let note = "north is up; \u{a9} OpenStreetMap contributors, ODbL 1.0";
-    canvas.text(WIDTH - 8.0, y + 4.5, note, TextStyle::new(Anchor::End).color(MUTED));
 }
 
 #[cfg(test)]
@@ -252,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_street_is_one_line_and_what_is_outside_is_left_out() {
-        let view = View::new([0.0, 0.0, 1.0, 1.0]);
+        let view = View::new([0.0, 0.0, 1.0, 1.0], 100);
         let places = vec![(0.5, 0.5), (0.5, 0.6), (0.5, 0.7), (0.5, 3.0), (0.5, 4.0)];
         let street = DrawnStreet { highway: Highway::Primary, places };
         let d = path(std::iter::once(&street), &view);

@@ -54,15 +54,16 @@ pub(super) fn sentences(q: &Quality) -> Vec<String> {
     sentences.push(format!(
         "Of the lanes, turn lanes, speeds, lengths and inflows of {}, {} come from the data, {} \
          are taken from other streets of the same class and {} are defaults.",
-        count(q.approaches, "approach").replace("approachs", "approaches"),
+        approaches(q.approaches),
         mean(|p| p.tagged),
         mean(|p| p.imputed),
         mean(|p| p.default),
     ));
-    let weakest = q
-        .provenance
-        .iter()
-        .min_by(|a, b| a.tagged.total_cmp(&b.tagged).then_with(|| b.default.total_cmp(&a.default)));
+    // Of equally weak features the last, inflow, is the one that a user can mend at once.
+    let weakest =
+        q.provenance.iter().rev().min_by(|a, b| {
+            a.tagged.total_cmp(&b.tagged).then_with(|| b.default.total_cmp(&a.default))
+        });
     sentences.extend(weakest.map(|p| match p.tagged >= KNOWN {
         true => {
             format!("Every feature is known for at least {} of the approaches.", percent(KNOWN))
@@ -70,6 +71,10 @@ pub(super) fn sentences(q: &Quality) -> Vec<String> {
         false => advice(q, p),
     }));
     sentences
+}
+
+fn approaches(n: usize) -> String {
+    if n == 1 { "1 approach".to_owned() } else { format!("{n} approaches") }
 }
 
 fn used(q: &Quality) -> String {
@@ -200,46 +205,155 @@ fn chosen(reason: Skip) -> bool {
     matches!(reason, Skip::OutsideBoundary | Skip::NotListed)
 }
 
-/// Says what a reason means and what helps.
-pub(super) fn meaning(reason: Skip) -> &'static str {
-    match reason {
-        Skip::NotOnStreet => "On a railway, a path, a motorway or a service road.",
-        Skip::NoJunction => "Mostly pedestrian crossings in mid-block: right to leave out.",
-        Skip::Border => "The junction or one of its arms is cut off: give a larger extract.",
-        Skip::Roundabout => "Circulating traffic is no point MDP.",
-        Skip::FewArms => "A bend, or a junction with a path, a driveway or a service road.",
-        Skip::FewApproaches => "One-way streets leave only one stream to serve.",
-        Skip::ManyArms => "No network is built for it; look at the map for joined junctions.",
-        Skip::ManyLanes => "Mostly a mistake in the lanes of the map: correct it there.",
-        Skip::OutsideBoundary => "Left out as asked with --boundary.",
-        Skip::NotListed => "Left out as asked with --signals.",
-        Skip::NoNetwork => "Its arms allow no sound network; quality.json says what fails.",
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::osm::listing::ListMatch;
+    use crate::osm::quality::{CountsSummary, SkipCount};
 
-/// Says what the values of a feature rest on.
-pub(super) fn basis(feature: &str) -> &'static str {
-    match feature {
-        "lanes" => {
-            "Known: lanes of the street. From its class: the usual number in this extract. \
-             Default: streets.default_lanes."
+    fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
+        Provenance { feature, tagged, imputed, default: 1.0 - tagged - imputed }
+    }
+
+    /// Ten signals in eight intersections, everything known but the inflow.
+    fn city() -> Quality {
+        Quality {
+            name: "city".to_owned(),
+            version: "0.1.0",
+            inputs: Vec::new(),
+            ways: 30,
+            signals: 10,
+            signals_used: 10,
+            intersections: 8,
+            approaches: 32,
+            point_mdps: 3,
+            skipped: Vec::new(),
+            provenance: vec![
+                rests_on("lanes", 1.0, 0.0),
+                rests_on("length", 1.0, 0.0),
+                rests_on("inflow", 0.0, 0.0),
+            ],
+            cut_approaches: 0,
+            no_way_across: 0,
+            counts: None,
+            left_out: std::collections::BTreeMap::new(),
+            listed: Vec::new(),
+            ignored: crate::osm::oddities::Oddities::default(),
+            features: Vec::new(),
+            spots: Vec::new(),
         }
-        "turn_lanes" => {
-            "Known: turn:lanes of the street. Default: without marked turns no lane is for turns \
-             only."
+    }
+
+    fn counts(matched: usize) -> Option<CountsSummary> {
+        let field = "AADT2019".to_owned();
+        Some(CountsSummary { field, counts: 70, approaches: 32, matched, skipped: Vec::new() })
+    }
+
+    fn row(intersection: Option<&str>) -> ListMatch {
+        ListMatch {
+            id: "1".to_owned(),
+            line: 2,
+            latitude: 40.0,
+            longitude: -75.0,
+            intersection: intersection.map(str::to_owned),
+            distance_m: intersection.map(|_| 4.0),
+            on_map: false,
+            reason: intersection.is_none().then_some("roundabout"),
         }
-        "speed" => {
-            "Known: maxspeed of the street. From its class: the usual limit in this extract. \
-             Default: streets.default_speed_mph."
+    }
+
+    fn skip(reason: Skip, signals: usize) -> SkipCount {
+        SkipCount { reason, text: reason.reason(), signals, examples: Vec::new() }
+    }
+
+    fn warned(q: &Quality, part: &str) -> bool {
+        warnings(q).iter().any(|w| w.contains(part))
+    }
+
+    #[test]
+    fn without_counts_the_reader_is_asked_for_some() {
+        let q = city();
+        assert_eq!(headline(&q), "8 intersections and 3 point MDPs from 10 signals");
+        assert_eq!(
+            sentences(&q),
+            [
+                "10 of 10 signals in the extract (100%) belong to an intersection of the family.",
+                "Of the lanes, turn lanes, speeds, lengths and inflows of 32 approaches, 67% come \
+                 from the data, 0% are taken from other streets of the same class and 33% are \
+                 defaults.",
+                "The weakest feature is inflow: no counts were given, so all inflows are defaults \
+                 by class of street; give traffic counts with --aadt.",
+            ]
+        );
+        assert!(warned(&q, "Inflows are defaults on 100% of the approaches"));
+    }
+
+    #[test]
+    fn counts_that_match_nothing_are_of_another_area() {
+        let provenance = vec![rests_on("turn_lanes", 0.0, 0.0), rests_on("inflow", 0.0, 0.0)];
+        let q = Quality { counts: counts(0), provenance, ..city() };
+        assert!(sentences(&q)[2].contains("none of the 70 counts lies along an approach"));
+        assert!(warned(&q, "None of the 70 counts matches an approach"));
+    }
+
+    #[test]
+    fn few_counts_ask_for_more() {
+        let provenance = vec![rests_on("speed", 0.5, 0.5), rests_on("inflow", 0.25, 0.5)];
+        let q = Quality { counts: counts(8), provenance, ..city() };
+        assert!(sentences(&q)[2].contains("75% of the approaches have no count"));
+        assert_eq!(warnings(&q), [""; 0]);
+    }
+
+    #[test]
+    fn the_weakest_feature_is_the_one_with_the_fewest_known_values() {
+        for (feature, what) in [
+            ("speed", "96% of the approaches have no speed limit in the map"),
+            ("lanes", "96% of the approaches have none in the map"),
+            ("turn_lanes", "96% of the approaches have no turn:lanes"),
+            ("length", "the extract cuts 12 of 32 approaches"),
+        ] {
+            let provenance = vec![rests_on("inflow", 0.5, 0.5), rests_on(feature, 0.04, 0.5)];
+            let q = Quality { provenance, cut_approaches: 12, ..city() };
+            assert!(sentences(&q)[2].contains(what), "{}", sentences(&q)[2]);
         }
-        "length" => {
-            "Known: measured along the street to the next junction. Default: the extract ends \
-             before it, so the length is too small."
-        }
-        "inflow" => {
-            "Known: a traffic count along the street (--aadt). From its class: the mean of \
-             counted streets. Default: traffic.default_aadt_per_lane."
-        }
-        _ => "",
+    }
+
+    #[test]
+    fn a_family_that_is_known_needs_no_advice() {
+        let q = Quality { provenance: vec![rests_on("inflow", 0.96, 0.04)], ..city() };
+        assert_eq!(sentences(&q)[2], "Every feature is known for at least 95% of the approaches.");
+        assert_eq!(warnings(&q), [""; 0]);
+    }
+
+    #[test]
+    fn listed_signals_are_what_counts_when_there_is_a_list() {
+        let q = Quality { listed: vec![row(Some("a")), row(Some("b")), row(None)], ..city() };
+        assert_eq!(headline(&q), "8 intersections and 3 point MDPs from 3 listed signals");
+        let expected = "2 of 3 listed signals (67%) have an intersection in the extract; at 2 of \
+                        them the map has no signal.";
+        assert_eq!(sentences(&q)[0], expected);
+        assert!(warned(&q, "1 of 3 listed signals have no intersection (33%)"));
+    }
+
+    #[test]
+    fn signals_left_out_on_purpose_are_no_warning() {
+        let skipped = vec![skip(Skip::OutsideBoundary, 90), skip(Skip::Roundabout, 2)];
+        assert!(!warned(&Quality { skipped, ..city() }, "became no intersection"));
+        let skipped = vec![skip(Skip::OutsideBoundary, 90), skip(Skip::Border, 4)];
+        let q = Quality { skipped, ..city() };
+        assert!(warned(&q, "4 of 14 signals became no intersection (29%)"));
+    }
+
+    #[test]
+    fn a_cut_extract_and_a_single_point_mdp_are_warnings() {
+        let q = Quality { cut_approaches: 8, point_mdps: 1, ..city() };
+        assert!(warned(&q, "The extract cuts 8 of 32 approaches (25%)"));
+        assert!(warned(&q, "One point MDP is no family"));
+        assert!(!warned(&Quality { cut_approaches: 3, ..city() }, "cuts"));
+    }
+
+    #[test]
+    fn nearly_all_is_not_all() {
+        assert_eq!([0.0, 0.001, 0.996, 1.0].map(percent), ["0%", "<1%", ">99%", "100%"]);
     }
 }

@@ -1,0 +1,19 @@
+//! Renders a page from its template, in which everything that is missing is an error.
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value};
+
+/// Returns a page; its name ends in `.html`, so that values are escaped.
+///
+/// # Errors
+///
+/// The template engine's message.
+pub(super) fn render(name: &str, template: &str, values: Value) -> Result<String, String> {
+    let mut environment = Environment::new();
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.map_err(|e| e.to_string())?);
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_template(name, template).map_err(|e| e.to_string())?;
+    let template = environment.get_template(name).map_err(|e| e.to_string())?;
+    template.render(values).map_err(|e| format!("{e:#}"))
+}

@@ -1,0 +1,47 @@
+//! What the reasons and features on the page on quality mean, a sentence or two each.
+
+use crate::osm::intersections::Skip;
+
+/// Says what a reason means and what helps.
+pub(super) fn meaning(reason: Skip) -> &'static str {
+    match reason {
+        Skip::NotOnStreet => "Such as on a motorway, a service road or a path.",
+        Skip::NoJunction => "Such as at a pedestrian crossing in mid-block.",
+        Skip::Border => "The junction or one of its arms is cut off: give a larger extract.",
+        Skip::Roundabout => "It controls a roundabout, which no point MDP describes.",
+        Skip::FewArms => "Such as at a bend, or where a path or a service road meets a street.",
+        Skip::FewApproaches => "Only one stream arrives, so there is no green time to share.",
+        Skip::ManyArms => "No network is built for it: look whether several junctions were joined.",
+        Skip::ManyLanes => "Look whether the lanes in the map are right.",
+        Skip::OutsideBoundary => "Left out as asked with --boundary.",
+        Skip::NotListed => "Left out as asked with --signals.",
+        Skip::NoNetwork => "Its arms allow no sound network; quality.json says what fails.",
+    }
+}
+
+/// Says what the values of a feature rest on.
+pub(super) fn basis(feature: &str) -> &'static str {
+    match feature {
+        "lanes" => {
+            "Known: lanes of the street. From its class: the usual number in this extract. \
+             Default: streets.default_lanes."
+        }
+        "turn_lanes" => {
+            "Known: turn:lanes of the street. Default: without marked turns no lane is for turns \
+             only."
+        }
+        "speed" => {
+            "Known: maxspeed of the street. From its class: the usual limit in this extract. \
+             Default: streets.default_speed_mph."
+        }
+        "length" => {
+            "Known: measured along the street to the next junction. Default: the extract ends \
+             before it, so the length is too small."
+        }
+        "inflow" => {
+            "Known: a traffic count along the street (--aadt). From its class: the mean of \
+             counted streets. Default: traffic.default_aadt_per_lane."
+        }
+        _ => "",
+    }
+}
