@@ -85,24 +85,35 @@ impl<'a> Graph<'a> {
                 last = Some(node);
             }
         }
-        let mut offsets = vec![0_u32; extract.nodes.len() + 1];
-        for piece in &pieces {
-            offsets[piece.from as usize + 1] += 1;
-            offsets[piece.to as usize + 1] += 1;
+        let (offsets, steps) = index(&pieces, extract.nodes.len());
+        let mut graph = Self { extract, pieces, offsets, steps, cut };
+        let doubled = graph.doubled();
+        if !doubled.is_empty() {
+            let mut number = 0..;
+            graph.pieces.retain(|_| number.next().is_some_and(|piece| !doubled.contains(&piece)));
+            (graph.offsets, graph.steps) = index(&graph.pieces, extract.nodes.len());
         }
-        for i in 1..offsets.len() {
-            offsets[i] += offsets[i - 1];
-        }
-        let mut next = offsets.clone();
-        let none = Step { piece: 0, forward: true };
-        let mut steps = vec![none; 2 * pieces.len()];
-        for (piece, index) in pieces.iter().zip(0..) {
-            for (node, forward) in [(piece.from, true), (piece.to, false)] {
-                steps[next[node as usize] as usize] = Step { piece: index, forward };
-                next[node as usize] += 1;
+        graph
+    }
+
+    /// Returns the pieces between two nodes that another piece also joins for the same traffic: a
+    /// street that is mapped twice has its lanes once.
+    fn doubled(&self) -> HashSet<u32> {
+        let covers = |a: Step, b: Step| {
+            let back = (a.reversed(), b.reversed());
+            (self.allowed(a) || !self.allowed(b)) && (self.allowed(back.0) || !self.allowed(back.1))
+        };
+        let mut doubled = HashSet::new();
+        for node in 0..self.extract.nodes.len() as u32 {
+            let steps = self.steps(node);
+            for (a, b) in steps.iter().flat_map(|a| steps.iter().map(move |b| (*a, *b))) {
+                let one = a.piece != b.piece && self.target(a) == self.target(b);
+                if one && covers(a, b) && (a.piece < b.piece || !covers(b, a)) {
+                    doubled.insert(b.piece);
+                }
             }
         }
-        Self { extract, pieces, offsets, steps, cut }
+        doubled
     }
 
     /// Returns the steps that leave a node, whether or not traffic may go that way.
@@ -201,4 +212,26 @@ impl<'a> Graph<'a> {
     pub fn all_allowed(&self, steps: &[Step]) -> bool {
         steps.iter().all(|s| self.allowed(*s))
     }
+}
+
+/// Returns per node the end of its part of the steps, and the steps that leave each node.
+fn index(pieces: &[Piece], nodes: usize) -> (Vec<u32>, Vec<Step>) {
+    let mut offsets = vec![0_u32; nodes + 1];
+    for piece in pieces {
+        offsets[piece.from as usize + 1] += 1;
+        offsets[piece.to as usize + 1] += 1;
+    }
+    for i in 1..offsets.len() {
+        offsets[i] += offsets[i - 1];
+    }
+    let mut next = offsets.clone();
+    let none = Step { piece: 0, forward: true };
+    let mut steps = vec![none; 2 * pieces.len()];
+    for (piece, index) in pieces.iter().zip(0..) {
+        for (node, forward) in [(piece.from, true), (piece.to, false)] {
+            steps[next[node as usize] as usize] = Step { piece: index, forward };
+            next[node as usize] += 1;
+        }
+    }
+    (offsets, steps)
 }
