@@ -1,6 +1,6 @@
 //! OpenStreetMap to a family: from an extract to the approaches of its signalised intersections.
 //!
-//! Data flows one way: reading keeps the drivable ways, signals and turn restrictions of a file as
+//! Data flows one way: [`read`] keeps the drivable ways, signals and turn restrictions of a file as
 //! an [`extract::Extract`]; [`tags`] gives the values of tags their meaning. Nothing here knows of
 //! simulation.
 

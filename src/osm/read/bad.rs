@@ -302,6 +302,18 @@ fn xml_that_is_damaged_says_where() {
 }
 
 #[test]
+fn xml_elements_without_bounds_are_damage() {
+    let way = |parts: &str| message(xml(format!("<osm><way id='1'>{parts}").as_bytes()));
+    let nodes = way(&"<nd ref='1'/>".repeat(1_000_000));
+    assert!(nodes.contains("Way 1 is larger than it can be"), "{nodes}");
+    let text = way(&format!("<tag k='name' v='{}'/>", "x".repeat(17_000_000)));
+    assert!(text.contains("a tag or text of more than 16777216 bytes"), "{text}");
+    let attributes: String = (0..1_000_000).map(|i| format!(" a{i}=''")).collect();
+    let attributes = way(&format!("<tag{attributes}/>"));
+    assert!(attributes.contains("more than 100 attributes"), "{attributes}");
+}
+
+#[test]
 fn strange_elements_of_xml_are_skipped_and_counted() {
     let expected = xml(Town::small().xml().as_bytes()).unwrap();
     let strange = Town::small()

@@ -22,8 +22,12 @@ use crate::osm::oddities::Oddities;
 /// Most elements within each other; an extract has three.
 const MAX_DEPTH: usize = 64;
 
-/// Most tags, nodes and members of an element together; OpenStreetMap allows 32,000.
-const MAX_PARTS: usize = 1 << 20;
+/// Most attributes of an XML element, since each is compared with all before it; nodes have ten.
+const MAX_ATTRIBUTES: usize = 100;
+
+/// Most memory of an element with its tags, nodes and members, bytes; OpenStreetMap allows 32,000
+/// members, and 255 characters in a tag.
+const MAX_ELEMENT_BYTES: usize = 32 * 1024 * 1024;
 
 /// Encodings that are a part of UTF-8.
 const ENCODINGS: [&str; 3] = ["utf-8", "us-ascii", "ascii"];
@@ -40,6 +44,8 @@ pub(super) struct Element {
     pub(super) refs: Vec<i64>,
     tags: Vec<(String, String)>,
     members: Vec<(Kind, i64, String)>,
+    /// Memory that all this takes.
+    bytes: usize,
 }
 
 impl Element {
@@ -237,6 +243,7 @@ impl<'a> Elements<'a> {
             refs: Vec::new(),
             tags: Vec::new(),
             members: Vec::new(),
+            bytes: 0,
         }))
     }
 
@@ -247,9 +254,11 @@ impl<'a> Elements<'a> {
         name: &str,
         start: &BytesStart<'_>,
     ) -> Result<(), OsmError> {
-        if element.tags.len() + element.refs.len() + element.members.len() >= MAX_PARTS {
+        // The tag in the file bounds the texts; without texts a member is the largest part.
+        element.bytes += start.len() + size_of::<(Kind, i64, String)>();
+        if element.bytes > MAX_ELEMENT_BYTES {
             let (kind, id) = (element.kind, element.id);
-            return Err(self.damaged(format!("{kind:?} {id} has more parts than it can have")));
+            return Err(self.damaged(format!("{kind:?} {id} is larger than it can be")));
         }
         let id = element.id;
         match (name, element.kind) {
@@ -298,7 +307,10 @@ impl<'a> Elements<'a> {
         names: [&str; N],
     ) -> Result<[Option<Cow<'s, str>>; N], OsmError> {
         let mut values = [const { None }; N];
-        for attribute in start.attributes() {
+        for (count, attribute) in start.attributes().enumerate() {
+            if count == MAX_ATTRIBUTES {
+                return Err(self.damaged(format!("more than {MAX_ATTRIBUTES} attributes")));
+            }
             let attribute = attribute.map_err(|error: AttrError| self.garbled(error.into()))?;
             if let Some(i) = names.iter().position(|name| *name == attribute.key.as_ref()) {
                 let value = attribute.normalized_value(XmlVersion::Explicit1_0);
