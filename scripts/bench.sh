@@ -9,3 +9,4 @@ echo
 cargo bench --quiet --bench main_job
 cargo bench --quiet --bench training
 cargo bench --quiet --bench learners
+cargo bench --quiet --bench osm_read
