@@ -11,9 +11,12 @@ use super::streets::{Lanes, Source, Streets};
 use super::tags::Highway;
 use crate::units::{normalise_degrees, turn_degrees};
 
-/// Largest angle between the two carriageways of one street, degrees, by whether they have the
-/// same name.
-const CARRIAGEWAYS_DEG: [(bool, f64); 2] = [(true, 60.0), (false, 30.0)];
+/// Largest angle between the two carriageways of one street, degrees: of one name, where a name is
+/// missing, and where the name changes.
+const CARRIAGEWAYS_DEG: [f64; 3] = [60.0, 30.0, 15.0];
+
+/// Smallest angle between the bearings of two arms, degrees; nearer ones are one arm.
+const APART_DEG: f64 = 5.0;
 
 /// Largest angle between streets of one name that run side by side, such as frontage roads,
 /// degrees.
@@ -71,12 +74,28 @@ pub fn arms(
     around: &Surroundings,
     centre: Place,
 ) -> Vec<Arm> {
-    let mut arms: Vec<Arm> = join(graph, &around.legs)
-        .into_iter()
-        .map(|legs| arm(graph, streets, config, around, centre, legs))
-        .collect();
-    arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg).then_with(|| a.legs.cmp(&b.legs)));
-    arms
+    let mut groups = join(graph, &around.legs);
+    loop {
+        let mut arms: Vec<Arm> = groups
+            .into_iter()
+            .map(|legs| arm(graph, streets, config, around, centre, legs))
+            .collect();
+        arms.sort_by(|a, b| {
+            a.bearing_deg.total_cmp(&b.bearing_deg).then_with(|| a.legs.cmp(&b.legs))
+        });
+        let next = |i: usize| (i + 1) % arms.len();
+        let near = |i: &usize| {
+            turn_degrees(arms[*i].bearing_deg, arms[next(*i)].bearing_deg).abs() < APART_DEG
+        };
+        let Some(first) = (0..arms.len()).filter(|_| arms.len() > 1).find(near) else {
+            return arms;
+        };
+        let second = next(first);
+        let mut both = [&*arms[first].legs, &*arms[second].legs].concat();
+        both.sort_unstable();
+        let others = (0..arms.len()).filter(|i| ![first, second].contains(i));
+        groups = others.map(|i| arms[i].legs.clone()).chain([both]).collect();
+    }
 }
 
 /// Returns the legs that are one arm each.
@@ -100,13 +119,17 @@ fn join(graph: &Graph<'_>, legs: &[Leg]) -> Vec<Vec<usize>> {
                 let (inward, outward) = if a.inbound { (a, b) } else { (b, a) };
                 let flare =
                     inward.chain.end == outward.chain.end && graph.steps(a.chain.end).len() == 3;
-                let limit = CARRIAGEWAYS_DEG.iter().find(|(s, _)| *s == same_name);
+                let limit_deg = match (name, other) {
+                    _ if same_name => CARRIAGEWAYS_DEG[0],
+                    (Some(_), Some(_)) => CARRIAGEWAYS_DEG[2],
+                    _ => CARRIAGEWAYS_DEG[1],
+                };
                 // Seen outwards, traffic that keeps to the right leaves to the right.
                 let turn = turn_degrees(inward.direction_deg, outward.direction_deg);
                 let sides = same_name || turn > -SAME_DEG;
                 if flare {
                     merge(i, j);
-                } else if sides && limit.is_some_and(|(_, limit)| angle <= *limit) {
+                } else if sides && angle <= limit_deg {
                     carriageways.push((!same_name, angle, i, j));
                 }
             }
