@@ -192,7 +192,7 @@ pub enum NetworkError {
     },
     /// A network file that differs from the index.
     #[error(
-        "{}: {what} since INDEX.csv was written; run `tsc-family build-networks --force` to build \
+        "{}: {what} since INDEX.csv was written; repeat the `build-networks` command with --force to build \
          it again",
         .path.display()
     )]
@@ -203,7 +203,7 @@ pub enum NetworkError {
         what: &'static str,
     },
     /// The index itself is wrong.
-    #[error("{}: {reason}; run `tsc-family build-networks --force`", .path.display())]
+    #[error("{}: {reason}; repeat the `build-networks` command with --force", .path.display())]
     Index {
         /// The index.
         path: PathBuf,

@@ -212,3 +212,44 @@ fn wrong_settings_are_refused_by_name() {
         assert!(stderr(&output).contains(named), "{text}: {}", stderr(&output));
     }
 }
+
+#[test]
+fn tables_that_were_edited_are_not_overwritten_without_force() {
+    let (folder, _) = built("four_arms", "");
+    let approaches = folder.path().join("city/approaches.csv");
+    let own = fs::read_to_string(&approaches).unwrap().replace(",25.0,", ",30.0,");
+    fs::write(&approaches, &own).unwrap();
+    let output = build(folder.path(), "four_arms", "");
+    assert_eq!(output.status.code(), Some(2));
+    let message = stderr(&output);
+    assert!(message.contains("approaches.csv: not as this command wrote it"), "{message}");
+    assert_eq!(fs::read_to_string(&approaches).unwrap(), own);
+    assert!(build(folder.path(), "four_arms", "--force").status.success());
+    assert_ne!(fs::read_to_string(&approaches).unwrap(), own);
+}
+
+#[test]
+fn settings_that_the_command_decides_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, named) in [
+        ("[scenario.family]\ndetail = \"per-approach\"\n", "family.detail"),
+        ("[scenario.family]\napproaches = \"q.csv\"\n", "family.approaches"),
+        ("[scenario]\nname = \"other\"\n", "name"),
+        ("[scenario.family]\nfamiliy = 1\n", "familiy"),
+    ] {
+        fs::write(folder.path().join("own.toml"), text).unwrap();
+        let output = build(folder.path(), "four_arms", "--config own.toml");
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}: {message}");
+        assert!(message.contains("own.toml") && message.contains(named), "{message}");
+    }
+    let message = refused("four_arms", "--set family.detail=per-approach");
+    assert!(message.contains("--set") && message.contains("family.detail"), "{message}");
+}
+
+#[test]
+fn a_scenario_file_in_a_city_s_folder_uses_its_networks() {
+    let (folder, _) = built("four_arms", "");
+    let text = succeed(folder.path(), "build-networks city/scenario.toml");
+    assert!(text.contains("city/networks: 0 built, 1 up to date"), "{text}");
+}

@@ -72,6 +72,7 @@ fn plain() -> Quality {
         name: "made-up".to_owned(),
         version: "0.1.0",
         inputs: vec![file("extract", "a <b> & \"c\".osm.pbf")],
+        written: BTreeMap::new(),
         ways: 30,
         signals: 10,
         signals_used: 4,

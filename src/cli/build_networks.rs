@@ -13,6 +13,7 @@ use crate::family::load::{LoadedScenario, load_with};
 use crate::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::network::index::Index;
 use crate::network::intersection::{IntersectionSpec, intersections};
+use crate::osm::write::SCENARIO_FILE;
 
 /// Folder of a city's networks, beside its scenario.
 pub(super) const NETWORKS_FOLDER: &str = "networks";
@@ -43,13 +44,16 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-/// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder, as
-/// `--osm` writes it, else `networks/NAME`.
+/// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder or as
+/// the `scenario.toml` within it, as `--osm` writes it, else `networks/NAME`.
 pub(super) fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
-    let folder = Path::new(scenario);
-    match folder.is_dir() {
-        true => folder.join(NETWORKS_FOLDER),
-        false => Path::new("networks").join(&loaded.scenario.name),
+    let path = Path::new(scenario);
+    if path.is_dir() {
+        return path.join(NETWORKS_FOLDER);
+    }
+    match (path.file_name(), path.parent()) {
+        (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(NETWORKS_FOLDER),
+        _ => Path::new("networks").join(&loaded.scenario.name),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::exit;
 use crate::family::load::{LoadedScenario, from_text};
 use crate::family::scenario::Detail;
 use crate::files::write_atomically;
-use crate::hash::sha256_file;
+use crate::hash::{sha256, sha256_file};
 use crate::network::build::BuildOptions;
 use crate::network::intersection::intersections;
 use crate::osm::boundary::Boundary;
@@ -22,13 +22,15 @@ use crate::osm::config::OsmConfig;
 use crate::osm::counts::Counts;
 use crate::osm::drawing::Drawing;
 use crate::osm::extract::Extract;
+use crate::osm::intersections::Skip;
 use crate::osm::quality::{InputFile, Quality, quality};
 use crate::osm::signals::SignalList;
 use crate::osm::write::{
-    APPROACHES_FILE, SCENARIO_FILE, distributions, scenario_text, write_family, write_geojson,
+    APPROACHES_FILE, SCENARIO_FILE, ScenarioInputs, distributions, scenario_text, write_family,
+    write_geojson,
 };
 use crate::osm::{OsmError, read};
-use crate::report::quality::write_quality;
+use crate::report::quality::{QUALITY_FILE, write_quality};
 
 /// Options that only `--osm` understands.
 #[derive(Debug, clap::Args)]
@@ -57,6 +59,8 @@ pub struct OsmArgs {
 /// Everything that `--osm` reads.
 struct Input {
     config: OsmConfig,
+    /// Text of the scenario that is written.
+    scenario: String,
     signals: Option<SignalList>,
     counts: Option<Counts>,
     boundary: Option<Boundary>,
@@ -65,7 +69,8 @@ struct Input {
 
 pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
     let start = Instant::now();
-    let input = input(args, osm)?;
+    let out = args.out.clone().unwrap_or_else(|| Path::new("networks").join(stem(osm)));
+    let input = input(args, osm, &out)?;
     let read_in = start.elapsed();
     let inputs = Inputs {
         signals: input.signals.as_ref(),
@@ -77,49 +82,84 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         return Err(unmatched(path, counts).into());
     }
     let derived_in = start.elapsed() - read_in;
-    let files = input_files(args, osm)?;
-    let out = args.out.clone().unwrap_or_else(|| Path::new("networks").join(stem(osm)));
-    loop {
-        let (loaded, quality, page) = write(args, osm, &input, &city, &files, &out)?;
+    let folder = out.join(NETWORKS_FOLDER);
+    let mut built = 0;
+    // Networks come first: without them nothing else is written.
+    let (table, loaded) = loop {
+        let table = city.table(&input.config, &culprit(args, osm, &city))?;
+        let own = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
+        let file = out.join(SCENARIO_FILE).display().to_string();
+        let loaded = from_text(&input.scenario, &file, &[], &own)?;
         let specs = intersections(&loaded)?;
-        let folder = out.join(NETWORKS_FOLDER);
-        let start = Instant::now();
-        let options = BuildOptions { force: args.force, leave_out: true };
-        let built = build(&loaded, &specs, &folder, options, args.quiet)?;
-        if !built.failed.is_empty() {
-            // The family is derived again without them.
-            for (_, reason) in &built.failed {
-                note(format!("left out: {reason}"));
-            }
-            city.leave_out(members(&loaded, &built.failed));
-            continue;
+        let options = BuildOptions { force: args.force && built == 0, leave_out: true };
+        let summary = build(&loaded, &specs, &folder, options, args.quiet)?;
+        built += summary.built;
+        if summary.failed.is_empty() {
+            break (table, loaded);
         }
-        if !args.quiet {
-            for text in summary(&quality) {
-                line(text)?;
-            }
-            line(format!(
-                "{} networks in {}: {} built, {} up to date",
-                specs.len(),
-                folder.display(),
-                built.built,
-                built.up_to_date
-            ))?;
-            line(format!(
-                "read in {:.1} s, derived in {:.1} s, networks in {:.1} s",
-                read_in.as_secs_f64(),
-                derived_in.as_secs_f64(),
-                start.elapsed().as_secs_f64()
-            ))?;
-            line(format!("quality: {}", page.display()))?;
-            let name = &loaded.scenario.name;
-            line(format!(
-                "next: tsc-family run {} --budget 20 --out results/{name}",
-                out.display()
-            ))?;
+        // The family is derived again without them.
+        for (_, reason) in &summary.failed {
+            note(format!("left out: {reason}"));
         }
-        return Ok(exit::DONE);
+        city.leave_out(members(&loaded, &summary.failed));
+    };
+    let (quality, page) = write(input_files(args, osm)?, &input, &city, &table, &loaded, &out)?;
+    if !args.quiet {
+        for text in summary(&quality) {
+            line(text)?;
+        }
+        let points = loaded.family.points.len();
+        line(format!(
+            "{points} networks in {}: {built} built, {} up to date",
+            folder.display(),
+            points.saturating_sub(built)
+        ))?;
+        line(format!(
+            "read in {:.1} s, derived in {:.1} s, networks in {:.1} s",
+            read_in.as_secs_f64(),
+            derived_in.as_secs_f64(),
+            (start.elapsed() - read_in - derived_in).as_secs_f64()
+        ))?;
+        line(format!("quality: {}", page.display()))?;
+        let name = &loaded.scenario.name;
+        line(format!("next: tsc-family run {} --budget 20 --out results/{name}", quoted(&out)))?;
     }
+    Ok(exit::DONE)
+}
+
+/// Returns the file that is to blame when there is no intersection.
+fn culprit(args: &BuildNetworksArgs, osm: &Path, city: &City) -> PathBuf {
+    let from = &args.osm;
+    let file = match city.skips().first() {
+        Some((Skip::NotListed, _)) => from.signals.clone(),
+        Some((Skip::OutsideBoundary, _)) => from.boundary.as_ref().map(PathBuf::from),
+        _ => None,
+    };
+    file.unwrap_or_else(|| osm.to_path_buf())
+}
+
+/// Returns a path for a shell.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./".contains(c);
+    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
+/// Refuses to overwrite tables in a folder that this command did not write, or that were edited
+/// since.
+fn check_folder(out: &Path) -> Result<(), OsmError> {
+    let quality = std::fs::read(out.join(QUALITY_FILE)).unwrap_or_default();
+    let quality: serde_json::Value = serde_json::from_slice(&quality).unwrap_or_default();
+    for name in [APPROACHES_FILE, SCENARIO_FILE] {
+        let path = out.join(name);
+        if path.exists() && quality["written"][name] != sha256_file(&path)? {
+            let reason =
+                "not as this command wrote it; give another --out, or --force to replace it"
+                    .to_owned();
+            return Err(OsmError::Nothing { path, reason });
+        }
+    }
+    Ok(())
 }
 
 /// Returns the error for counts of which none lies along a street of an intersection.
@@ -149,44 +189,52 @@ fn members(loaded: &LoadedScenario, failed: &[(String, String)]) -> BTreeMap<Str
     members
 }
 
-/// Derives the family of a city and writes everything but its networks.
+/// Writes everything but the networks of a city.
 fn write(
-    args: &BuildNetworksArgs,
-    osm: &Path,
+    files: Vec<InputFile>,
     input: &Input,
     city: &City,
-    files: &[InputFile],
+    table: &[u8],
+    loaded: &LoadedScenario,
     out: &Path,
-) -> anyhow::Result<(LoadedScenario, Quality, PathBuf)> {
-    let table = city.table(&input.config, osm)?;
-    let name = scenario_name(out);
-    let stem = stem(osm);
-    let text = scenario_text(&name, &stem, args.osm.detail, &input.config, &args.scenario.set)?;
-    let file = out.join(SCENARIO_FILE);
-    let own = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
-    let loaded = from_text(&text, &file.display().to_string(), &[], &own)?;
-    std::fs::create_dir_all(out).map_err(FileError::at("create", out))?;
-    write_atomically(&out.join(APPROACHES_FILE), &table)?;
-    write_atomically(&file, text.as_bytes())?;
+) -> anyhow::Result<(Quality, PathBuf)> {
+    let tables = [(APPROACHES_FILE, table), (SCENARIO_FILE, input.scenario.as_bytes())];
+    for (name, bytes) in tables {
+        write_atomically(&out.join(name), bytes)?;
+    }
     write_family(out, &loaded.family)?;
+    let written = tables.map(|(name, bytes)| (name.to_owned(), sha256(bytes)));
     let quality = quality(
-        &name,
-        files.to_vec(),
+        &loaded.scenario.name,
+        (files, written.into()),
         &input.extract,
         city,
         input.counts.as_ref(),
-        distributions(&loaded),
+        distributions(loaded),
         loaded.family.points.len(),
     );
-    write_geojson(out, city, &quality, &loaded)?;
+    write_geojson(out, city, &quality, loaded)?;
     let page = write_quality(out, &quality, &Drawing::new(&input.extract, city))?;
-    Ok((loaded, quality, page))
+    Ok((quality, page))
 }
 
 /// Reads the small files first, so that a mistake in one is known before the extract is read.
-fn input(args: &BuildNetworksArgs, osm: &Path) -> Result<Input, OsmError> {
+fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmError> {
     let from = &args.osm;
+    if !args.force {
+        check_folder(out)?;
+    }
     let config = from.config.as_deref().map(OsmConfig::read).transpose()?.unwrap_or_default();
+    let source = from.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
+    let flags: String = args.scenario.set.iter().map(|o| format!(" {}", o.flag())).collect();
+    let scenario = scenario_text(&ScenarioInputs {
+        name: &scenario_name(out),
+        extract: &stem(osm),
+        detail: from.detail,
+        config: &config,
+        overrides: &args.scenario.set,
+        source: &format!("{source}{flags}"),
+    })?;
     let boundary = from.boundary.as_deref().map(Boundary::parse).transpose()?;
     let signals = from.signals.as_deref();
     let signals = signals.map(|p| SignalList::read(p, &config.signals)).transpose()?;
@@ -200,7 +248,7 @@ fn input(args: &BuildNetworksArgs, osm: &Path) -> Result<Input, OsmError> {
     if let Ok(Some(progress)) = progress.into_inner() {
         progress.finish();
     }
-    Ok(Input { config, signals, counts, boundary, extract: extract? })
+    Ok(Input { config, scenario, signals, counts, boundary, extract: extract? })
 }
 
 fn input_files(args: &BuildNetworksArgs, osm: &Path) -> Result<Vec<InputFile>, FileError> {
@@ -250,8 +298,10 @@ fn summary(quality: &Quality) -> Vec<String> {
 /// Returns the name of an extract without its endings.
 fn stem(osm: &Path) -> String {
     let name = osm.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let stem = name.split('.').next().unwrap_or_default();
-    if stem.is_empty() { "city".to_owned() } else { stem.to_owned() }
+    let endings = [".osm.pbf", ".osm.gz", ".pbf", ".osm", ".xml"];
+    let stem = endings.iter().find_map(|ending| name.strip_suffix(ending)).unwrap_or(&name);
+    let stem: String = stem.chars().map(|c| if c.is_control() { '-' } else { c }).collect();
+    if stem.is_empty() { "city".to_owned() } else { stem }
 }
 
 /// Returns the name of the scenario in a folder.
@@ -271,5 +321,13 @@ mod tests {
         assert_eq!(scenario_name(Path::new("networks/Salt Lake.City")), "Salt-Lake-City");
         assert_eq!(scenario_name(Path::new("..")), "city");
         assert_eq!(stem(Path::new("a/utah-latest.osm.pbf")), "utah-latest");
+        assert_eq!(stem(Path::new("city.north.osm")), "city.north");
+        assert_eq!(stem(Path::new("a\nb.osm")), "a-b");
+    }
+
+    #[test]
+    fn a_path_with_spaces_is_quoted_for_the_shell() {
+        assert_eq!(quoted(Path::new("networks/a-b")), "networks/a-b");
+        assert_eq!(quoted(Path::new("my city's")), "'my city'\\''s'");
     }
 }

@@ -113,7 +113,7 @@ fn put(table: &mut Table, key: &str, value: Value) {
 }
 
 /// Returns a message of the deserialiser in a user's words.
-fn readable(message: &str) -> String {
+pub fn readable(message: &str) -> String {
     let message =
         WORDS.iter().fold(message.trim().to_owned(), |text, (from, to)| text.replace(from, to));
     match message.split_once("expected struct ") {

@@ -268,7 +268,9 @@ mod tests {
     fn a_missing_index_says_what_to_do() {
         let folder = tempfile::tempdir().unwrap();
         let e = Index::load(folder.path()).unwrap_err().to_string();
-        assert!(e.ends_with("INDEX.csv: does not exist; run `tsc-family build-networks --force`"));
+        assert!(e.ends_with(
+            "INDEX.csv: does not exist; repeat the `build-networks` command with --force"
+        ));
     }
 
     #[test]

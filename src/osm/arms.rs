@@ -6,7 +6,7 @@ use super::config::OsmConfig;
 use super::extract::Place;
 use super::geometry::bearing_deg;
 use super::graph::{Chain, Graph, Step};
-use super::legs::{Leg, Slip, Surroundings};
+use super::legs::{Leg, Slip, SlipKind, Surroundings, heading};
 use super::streets::{Lanes, Source, Streets};
 use super::tags::Highway;
 use crate::units::{normalise_degrees, turn_degrees};
@@ -54,6 +54,8 @@ pub struct Arm {
     pub length_m: f64,
     /// Whether the extract ends before the next junction.
     pub cut: bool,
+    /// Whether the length is outside the settings' limits and is not used as it is.
+    pub clamped: bool,
     /// Class of the street.
     pub highway: Highway,
     /// Name of the street.
@@ -173,10 +175,13 @@ fn arm(
     let main = inward.iter().max_by_key(|(lanes, _)| lanes.lanes).map_or(legs[0], |(_, l)| *l);
     let toward = if main.inbound { main.first().reversed() } else { main.first() };
     let street = &graph.way(toward).street;
-    let (speed_mph, speed_source) = streets.speed_mph(street, toward.forward);
+    let (speed_mph, speed_source) = speed_mph(graph, streets, main);
     let (length_m, places, end) = extent(graph, &legs, main);
     let slips: Vec<usize> = (0..around.slips.len())
-        .filter(|s| legs.iter().any(|l| is_on(l, around.slips[*s].leaves)))
+        .filter(|s| match around.slips[*s].kind {
+            SlipKind::Before(leaves) => legs.iter().any(|l| is_on(l, leaves)),
+            SlipKind::Behind | SlipKind::UTurn => false,
+        })
         .collect();
     let sum = |f: &dyn Fn(&Lanes) -> u32| inward.iter().map(|(lanes, _)| f(lanes)).sum::<u32>();
     let (mut left, mut right) = (sum(&|l| l.left_only), sum(&|l| l.right_only));
@@ -209,6 +214,8 @@ fn arm(
         speed_source,
         length_m,
         cut: graph.is_cut(end),
+        clamped: !(config.intersections.min_length_m..=config.intersections.max_length_m)
+            .contains(&length_m),
         highway: street.highway,
         name: street.name.as_deref().map(str::to_owned),
         places,
@@ -217,8 +224,20 @@ fn arm(
     }
 }
 
-/// Returns the lanes of a leg: those of the first piece near the junction whose turns are marked,
-/// else of the first one with a tagged number, else of the very first.
+/// Returns the speed limit of a leg: that of the tagged piece nearest to the junction, or what the
+/// class of its first piece suggests.
+fn speed_mph(graph: &Graph<'_>, streets: &Streets, leg: &Leg) -> (f64, Source) {
+    let limit = |step: &Step| {
+        let travel = if leg.inbound { step.reversed() } else { *step };
+        streets.speed_mph(&graph.way(travel).street, travel.forward)
+    };
+    let mut limits = leg.chain.steps.iter().map(limit);
+    limits.find(|(_, source)| *source == Source::Tagged).unwrap_or(limit(&leg.first()))
+}
+
+/// Returns the lanes of a leg: of the pieces near the junction the first with marked turns, as long
+/// as it has the lanes of the very first piece or that one is untagged; else the first with a tagged
+/// number; else the very first.
 fn at_stop_line(
     graph: &Graph<'_>,
     streets: &Streets,
@@ -241,7 +260,8 @@ fn at_stop_line(
         near.push(lanes(step));
     }
     let first = lanes(&leg.chain.steps[0]);
-    let marked = near.iter().find(|l| l.marked && inwards && first.source != Source::Tagged);
+    let fits = |l: &&Lanes| first.source != Source::Tagged || l.lanes == first.lanes;
+    let marked = near.iter().filter(|l| l.marked && inwards).find(fits);
     let tagged = near.iter().find(|l| l.source == Source::Tagged);
     *marked.or(tagged).unwrap_or(&first)
 }
@@ -279,7 +299,7 @@ fn is_on(leg: &Leg, step: Step) -> bool {
 
 /// Returns whether a slip lane turns left from the street that it leaves.
 fn turns_left(graph: &Graph<'_>, slip: &Slip) -> bool {
-    let heading = |s: Step| bearing_deg(graph.place(graph.source(s)), graph.place(graph.target(s)));
+    let SlipKind::Before(leaves) = slip.kind else { return false };
     let last = slip.steps[slip.steps.len() - 1];
-    turn_degrees(heading(slip.leaves), heading(last)) < 0.0
+    turn_degrees(heading(graph, leaves), heading(graph, last)) < 0.0
 }

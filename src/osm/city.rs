@@ -97,6 +97,8 @@ impl City {
     /// Returns the table of approaches, one row per arm.
     pub fn approaches(&self, config: &OsmConfig) -> Vec<Approach> {
         let mut rows = Vec::new();
+        let (shortest_m, longest_m) =
+            (config.intersections.min_length_m, config.intersections.max_length_m);
         for (i, traffic) in self.found.intersections.iter().zip(&self.traffic) {
             for (index, ((arm, turns), traffic)) in
                 i.arms.iter().zip(&i.turns).zip(traffic).enumerate()
@@ -112,7 +114,7 @@ impl City {
                     left_turn_lanes: arm.left_turn_lanes,
                     right_turn_lanes: arm.right_turn_lanes,
                     speed_mph: rounded(arm.speed_mph, 10.0),
-                    length_m: rounded(arm.length_m.max(config.intersections.min_length_m), 10.0),
+                    length_m: rounded(arm.length_m.clamp(shortest_m, longest_m), 10.0),
                     aadt_veh_per_day_per_lane: traffic.aadt_per_lane.round(),
                     movements: turns.map_or_else(String::new, letters),
                 });
@@ -152,6 +154,10 @@ impl City {
             Skip::Border => "give an extract that reaches some hundred metres beyond the signals",
             Skip::OutsideBoundary => "give another --boundary",
             Skip::NotListed => "check the places in the signal list",
+            Skip::NoNetwork => "see the reasons above",
+            Skip::ManyArms | Skip::ManyLanes | Skip::FewArms | Skip::FewApproaches => {
+                "look at them on the map, and correct the map or [intersections] in the settings"
+            }
             _ => "see which nodes have highway=traffic_signals",
         };
         format!("no signalised intersection; signals: {}; {way_out}", reasons.join(", "))

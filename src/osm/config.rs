@@ -77,6 +77,8 @@ pub struct IntersectionSettings {
     pub bearing_at_m: f64,
     /// Shortest length that an approach is given, metres: a network needs room to stop in.
     pub min_length_m: f64,
+    /// Longest that an approach is made, metres: vehicles would only drive longer.
+    pub max_length_m: f64,
     /// Farthest that an intersection may be from its place in the signal list, metres.
     pub list_match_m: f64,
 }
@@ -91,6 +93,7 @@ impl Default for IntersectionSettings {
             slip_reach_m: 80.0,
             bearing_at_m: 40.0,
             min_length_m: 25.0,
+            max_length_m: 5000.0,
             list_match_m: 40.0,
         }
     }
@@ -176,6 +179,7 @@ impl OsmConfig {
             ("intersections.slip_reach_m", i.slip_reach_m, 0.0, 300.0),
             ("intersections.bearing_at_m", i.bearing_at_m, 1.0, 200.0),
             ("intersections.min_length_m", i.min_length_m, 10.0, 1000.0),
+            ("intersections.max_length_m", i.max_length_m, i.min_length_m, 20_000.0),
             ("intersections.list_match_m", i.list_match_m, 1.0, 500.0),
             ("traffic.directional_split", t.directional_split, 0.0, 1.0),
         ];

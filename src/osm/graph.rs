@@ -184,13 +184,34 @@ impl<'a> Graph<'a> {
     /// Walks from the start of a step to the next junction, to a node for which `stop` holds, to a
     /// dead end, or around a closed loop back to its start.
     pub fn chain(&self, first: Step, ignored: &HashSet<u32>, stop: &dyn Fn(u32) -> bool) -> Chain {
+        self.walk(first, ignored, stop, f64::INFINITY)
+    }
+
+    /// Walks as [`Self::chain`] does, with every street, but ends soon after a distance, metres.
+    pub fn chain_within(&self, first: Step, limit_m: f64) -> Chain {
+        self.walk(first, &HashSet::new(), &|_| false, limit_m)
+    }
+
+    fn walk(
+        &self,
+        first: Step,
+        ignored: &HashSet<u32>,
+        stop: &dyn Fn(u32) -> bool,
+        limit_m: f64,
+    ) -> Chain {
         let start = self.source(first);
         let mut steps = vec![first];
         let mut end = self.target(first);
+        let mut metres = 0.0;
         while end != start && !stop(end) && !self.is_junction(end, ignored) {
-            let came_from = self.source(steps[steps.len() - 1]);
+            let last = steps[steps.len() - 1];
+            if limit_m.is_finite() {
+                metres += self.step_m(last);
+            }
+            let came_from = self.source(last);
             let mut on = self.steps(end).iter().filter(|s| !ignored.contains(&s.piece));
-            let Some(next) = on.find(|s| self.target(**s) != came_from) else { break };
+            let next = on.find(|s| self.target(**s) != came_from);
+            let Some(next) = next.filter(|_| metres <= limit_m) else { break };
             steps.push(*next);
             end = self.target(*next);
         }

@@ -200,11 +200,14 @@ fn intersection(
     }
     let turns = turns(graph, restrictions, &around, &arms);
     for (arm, turns) in arms.iter_mut().zip(&turns) {
-        // A centre lane is there for left turns.
-        if turns.is_some_and(|t| !t.left) {
+        let Some(turns) = turns else { continue };
+        if !turns.left {
+            // A centre lane is there for left turns; other lanes turn where they can.
             arm.lanes_in -= arm.centre_lanes;
-            arm.left_turn_lanes -= arm.centre_lanes;
-            arm.centre_lanes = 0;
+            (arm.left_turn_lanes, arm.centre_lanes) = (0, 0);
+        }
+        if !turns.right {
+            arm.right_turn_lanes = 0;
         }
     }
     let first = signals.first().or(nodes.first()).copied().unwrap_or_default();

@@ -38,9 +38,24 @@ impl Leg {
 pub struct Slip {
     /// Its steps, as traffic goes.
     pub steps: Vec<Step>,
-    /// The step of the leg that it leaves, as traffic comes in.
-    pub leaves: Step,
+    /// What it connects.
+    pub kind: SlipKind,
 }
+
+/// What a slip lane connects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlipKind {
+    /// It leaves the street of this step, as traffic comes in, before the junction.
+    Before(Step),
+    /// It leaves from the junction itself and joins a street behind it.
+    Behind,
+    /// It only leads back to where traffic came from.
+    UTurn,
+}
+
+/// Largest angle between the carriageways of one street, degrees: a slip lane from one to the other
+/// only leads back.
+const SAME_STREET_DEG: f64 = 45.0;
 
 /// Everything around a site.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,11 +161,53 @@ fn find_slip(
                 && graph.all_allowed(&chain.steps)
                 && turns_off(graph, *step, last.reversed(), joins);
             if slip {
-                return Some(Slip { steps: chain.steps, leaves: last.reversed() });
+                let back = merges.get(&chain.end).is_some_and(|l| {
+                    joins
+                        && turn_degrees(leg.direction_deg, l.direction_deg).abs() < SAME_STREET_DEG
+                });
+                let kind = if back { SlipKind::UTurn } else { SlipKind::Before(last.reversed()) };
+                return Some(Slip { steps: chain.steps, kind });
+            }
+        }
+    }
+    find_connector(graph, site, settings, legs, ignored)
+}
+
+/// Returns a one-way street from the site to the end of another near outbound leg.
+fn find_connector(
+    graph: &Graph<'_>,
+    site: &Site,
+    settings: &IntersectionSettings,
+    legs: &[Leg],
+    ignored: &HashSet<u32>,
+) -> Option<Slip> {
+    let is_inside = |node: u32| site.nodes.binary_search(&node).is_ok();
+    let near = |l: &&Leg| l.outbound && l.length_m <= settings.slip_reach_m;
+    for (i, off) in legs.iter().enumerate().filter(|(_, l)| near(l) && !l.inbound) {
+        let merge = off.chain.end;
+        if is_inside(merge) || graph.neighbours(merge, ignored).len() != 3 {
+            continue;
+        }
+        let others = legs.iter().enumerate().filter(|(j, l)| *j != i && near(l));
+        for (_, on) in others.filter(|(_, l)| l.chain.end == merge) {
+            let last = |l: &Leg| l.chain.steps[l.chain.steps.len() - 1].reversed();
+            let link = |l: &Leg| graph.way(l.first()).street.highway.is_link();
+            let branches = graph.all_allowed(&off.chain.steps)
+                && match link(off) == link(on) {
+                    true => turns_off(graph, last(off), last(on), false),
+                    false => link(off),
+                };
+            if branches {
+                return Some(Slip { steps: off.chain.steps.clone(), kind: SlipKind::Behind });
             }
         }
     }
     None
+}
+
+/// Returns the direction of a step, degrees.
+pub(super) fn heading(graph: &Graph<'_>, step: Step) -> f64 {
+    bearing_deg(graph.place(graph.source(step)), graph.place(graph.target(step)))
 }
 
 /// Returns whether a street turns off at a fork while another goes on: it is a link and the other
@@ -167,7 +224,6 @@ fn turns_off(graph: &Graph<'_>, off: Step, on: Step, joins: bool) -> bool {
     let fork = graph.source(off);
     let before = graph.steps(fork).iter().find(|s| ![off.piece, on.piece].contains(&s.piece));
     let Some(before) = before else { return false };
-    let heading = |s: Step| bearing_deg(graph.place(graph.source(s)), graph.place(graph.target(s)));
-    let turn = |s: Step| turn_degrees(heading(before.reversed()), heading(s)).abs();
+    let turn = |s: Step| turn_degrees(heading(graph, before.reversed()), heading(graph, s)).abs();
     turn(off) > turn(on)
 }

@@ -118,6 +118,8 @@ pub struct Quality {
     pub version: &'static str,
     /// Files that went in.
     pub inputs: Vec<InputFile>,
+    /// Hashes of the tables that were written with it, so that edited ones are noticed.
+    pub written: BTreeMap<String, String>,
     /// Drivable ways.
     pub ways: usize,
     /// Signal nodes in the extract.
@@ -156,10 +158,11 @@ pub struct Quality {
 ///
 /// # Arguments
 ///
-/// * `features` — the six features and the number of point MDPs of the family.
+/// * `(inputs, written)` — files that went in, and hashes of those that come out.
+/// * `features` — the six features of the family.
 pub fn quality(
     name: &str,
-    inputs: Vec<InputFile>,
+    (inputs, written): (Vec<InputFile>, BTreeMap<String, String>),
     extract: &Extract,
     city: &City,
     counts: Option<&Counts>,
@@ -198,6 +201,7 @@ pub fn quality(
         name: name.to_owned(),
         version: env!("CARGO_PKG_VERSION"),
         inputs,
+        written,
         ways: extract.ways.len(),
         signals: extract.signals.len(),
         signals_used: city.found.intersections.iter().map(|i| i.signals.len()).sum(),
@@ -209,7 +213,7 @@ pub fn quality(
             share("lanes", &|arm, _| arm.lanes_source),
             share("turn_lanes", &|arm, _| marked(arm.marked)),
             share("speed", &|arm, _| arm.speed_source),
-            share("length", &|arm, _| marked(!arm.cut)),
+            share("length", &|arm, _| marked(!arm.cut && !arm.clamped)),
             share("inflow", &|_, traffic| traffic.source),
         ],
         cut_approaches: arms().filter(|((arm, _), _)| arm.cut).count(),

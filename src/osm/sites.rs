@@ -116,7 +116,7 @@ fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u
         return Ok(node);
     }
     let nearest = |steps: &mut dyn Iterator<Item = &Step>| {
-        let chains = steps.map(|s| graph.chain(*s, &none, &|_| false));
+        let chains = steps.map(|s| graph.chain_within(*s, reach_m));
         let ends = chains
             .filter(|c| graph.is_junction(c.end, &none))
             .map(|c| (graph.length_m(&c.steps), c.end))
@@ -129,7 +129,7 @@ fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u
     let found = nearest(&mut onwards().filter(faces)).or_else(|| nearest(&mut onwards()));
     found.ok_or_else(|| {
         let ends_at_border = graph.steps(node).iter().any(|s| {
-            let chain = graph.chain(*s, &none, &|_| false);
+            let chain = graph.chain_within(*s, reach_m);
             graph.is_cut(chain.end) && graph.length_m(&chain.steps) <= reach_m
         });
         if ends_at_border || graph.is_cut(node) {
@@ -158,8 +158,7 @@ fn corner(graph: &Graph<'_>, join_m: f64, signal: &SignalNode, junction: u32) ->
 /// crossing.
 fn junction_behind(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Option<u32> {
     let node = graph.extract.nodes.index(signal.id)? as u32;
-    let none = HashSet::new();
-    let chains = graph.steps(node).iter().map(|s| graph.chain(*s, &none, &|_| false));
+    let chains = graph.steps(node).iter().map(|s| graph.chain_within(*s, reach_m));
     let near = chains.map(|c| (graph.length_m(&c.steps), c.end)).filter(|c| c.0 <= reach_m);
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
 }

@@ -4,9 +4,8 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::arms::Arm;
 use super::extract::{Extract, Restriction, Via};
-use super::geometry::bearing_deg;
 use super::graph::{Graph, Step};
-use super::legs::Surroundings;
+use super::legs::{SlipKind, Surroundings, heading};
 use crate::units::turn_degrees;
 
 /// Most steps that a search for ways across one site takes.
@@ -35,8 +34,11 @@ impl<'a> Restrictions<'a> {
         let node = graph.extract.nodes.id(graph.source(next) as usize);
         let to = graph.way(next).id;
         let at_node = self.by_from.get(&graph.way(last).id).into_iter().flatten();
-        let by_node = at_node.filter(|r| r.via == Via::Node(node));
-        if by_node.into_iter().any(|r| (r.to == to) != r.only) {
+        let by_node: Vec<_> = at_node.filter(|r| r.via == Via::Node(node)).collect();
+        // Several `only_*` from one way allow each of their ways on.
+        let only = by_node.iter().any(|r| r.only);
+        let named = by_node.iter().any(|r| r.only && r.to == to);
+        if (only && !named) || by_node.iter().any(|r| !r.only && r.to == to) {
             return false;
         }
         let mut ways: Vec<i64> = path.iter().map(|s| graph.way(*s).id).collect();
@@ -67,11 +69,21 @@ pub fn crossings(
             exits.insert(leg.first(), index);
         }
     }
+    for slip in around.slips.iter().filter(|s| s.kind == SlipKind::Behind) {
+        let last = slip.steps[slip.steps.len() - 1];
+        if let Some(exit) = merged_into(graph, around, arms, graph.target(last)) {
+            exits.insert(slip.steps[0], exit);
+        }
+    }
     let mut found = BTreeSet::new();
     for (index, arm) in arms.iter().enumerate() {
         let legs = arm.legs.iter().map(|l| &around.legs[*l]).filter(|l| l.inbound);
         let mut entries: Vec<Step> = legs.map(|l| l.first().reversed()).collect();
         for slip in arm.slips.iter().map(|s| &around.slips[*s]) {
+            let SlipKind::Before(leaves) = slip.kind else { continue };
+            if !restrictions.allow(graph, &[leaves], slip.steps[0]) {
+                continue;
+            }
             let last = slip.steps[slip.steps.len() - 1];
             match merged_into(graph, around, arms, graph.target(last)) {
                 Some(exit) => found.extend([(index, exit)]),
@@ -126,10 +138,10 @@ impl Search<'_, '_> {
                 continue;
             }
             self.budget -= 1;
-            let turned_deg = turned_deg + turn_degrees(self.heading(last), self.heading(*next));
+            let turned_deg = turned_deg + turn_degrees(heading(graph, last), heading(graph, *next));
             match self.exits.get(next) {
                 Some(arm) => {
-                    let straight = turn_degrees(self.heading(path[0]), self.heading(*next));
+                    let straight = turn_degrees(heading(graph, path[0]), heading(graph, *next));
                     if (turned_deg - straight).abs() < 180.0 {
                         reached.insert(*arm);
                     }
@@ -141,10 +153,5 @@ impl Search<'_, '_> {
                 }
             }
         }
-    }
-
-    fn heading(&self, step: Step) -> f64 {
-        let place = |node| self.graph.place(node);
-        bearing_deg(place(self.graph.source(step)), place(self.graph.target(step)))
     }
 }

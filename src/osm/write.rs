@@ -11,11 +11,13 @@ use super::city::City;
 use super::config::OsmConfig;
 use super::extract::Place;
 use super::quality::{Distribution, Quality, Spot};
+use crate::error::FamilyError;
 use crate::family::MdpFamily;
+use crate::family::check::check;
 use crate::family::features::six_features;
 use crate::family::load::LoadedScenario;
-use crate::family::overrides::Override;
-use crate::family::scenario::{Detail, SixFeatures};
+use crate::family::overrides::{Override, readable};
+use crate::family::scenario::{Detail, Scenario, SixFeatures};
 use crate::files::write_atomically;
 
 /// Name of the scenario file within a city's folder.
@@ -27,26 +29,39 @@ pub const APPROACHES_FILE: &str = "approaches.csv";
 /// Digits after the point of a share.
 const SHARE_DIGITS: i32 = 4;
 
+/// What decides the scenario of a city.
+#[derive(Debug, Clone, Copy)]
+pub struct ScenarioInputs<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Name of the extract.
+    pub extract: &'a str,
+    /// Six features or real arms.
+    pub detail: Detail,
+    /// Settings of the derivation, which may hold some for the scenario.
+    pub config: &'a OsmConfig,
+    /// Settings from the command line.
+    pub overrides: &'a [Override],
+    /// What errors call the settings: a file, or the command line.
+    pub source: &'a str,
+}
+
 /// Returns the text of a scenario file for a table of approaches beside it.
 ///
 /// # Errors
 ///
-/// [`OsmError::Family`] for a setting from the command line that is no table's.
-pub fn scenario_text(
-    name: &str,
-    extract: &str,
-    detail: Detail,
-    config: &OsmConfig,
-    overrides: &[Override],
-) -> Result<String, OsmError> {
+/// [`OsmError::Family`] for a setting that does not exist, is out of range, or is decided by the
+/// command.
+pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
+    let ScenarioInputs { name, extract, detail, config, overrides, source } = *inputs;
     let mut table = Table::new();
     table.insert("name".to_owned(), name.into());
     let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
     table.insert("title".to_owned(), title.into());
     let mut family = Table::new();
     family.insert("approaches".to_owned(), APPROACHES_FILE.into());
-    let detail = Value::try_from(detail).expect("a detail is a word");
-    family.insert("detail".to_owned(), detail);
+    let word = Value::try_from(detail).expect("a detail is a word");
+    family.insert("detail".to_owned(), word);
     table.insert("family".to_owned(), family.into());
     for (key, value) in &config.scenario {
         match (table.get_mut(key), value) {
@@ -56,8 +71,35 @@ pub fn scenario_text(
             }
         }
     }
+    let wrong = |field: &str, value: String, expected: String| FamilyError::Setting {
+        file: source.to_owned(),
+        field: field.to_owned(),
+        value,
+        expected,
+    };
+    let own = table.clone().try_into::<Scenario>();
+    let mut scenario = own.map_err(|e: toml::de::Error| FamilyError::Toml {
+        file: format!("{source}, [scenario]"),
+        message: readable(e.message()),
+    })?;
     for setting in overrides {
+        scenario = setting.apply(&scenario)?;
         setting.put_into(&mut table)?;
+    }
+    check(&scenario, source)?;
+    let decided = [
+        ("name", scenario.name == name, "--out"),
+        ("family.detail", scenario.family.detail == detail, "--detail"),
+        ("family.points", scenario.family.points.is_none(), "the map"),
+        (
+            "family.approaches",
+            scenario.family.approaches.as_deref() == Some(APPROACHES_FILE),
+            "the map",
+        ),
+    ];
+    for (field, _, by) in decided.into_iter().filter(|(_, same, _)| !same) {
+        let expected = format!("with --osm {by} decides it; leave it out");
+        return Err(wrong(field, "another value".to_owned(), expected).into());
     }
     let settings = toml::to_string(&table).expect("settings are plain data");
     Ok(format!(

@@ -23,6 +23,9 @@ use text::{matched, percent, share};
 const TEMPLATE: &str = include_str!("templates/quality.html");
 const STYLE: &str = include_str!("templates/style.css");
 
+/// Name of the file with all figures.
+pub const QUALITY_FILE: &str = "quality.json";
+
 /// Where elements of the map can be looked at.
 const OPENSTREETMAP: &str = "https://www.openstreetmap.org";
 
@@ -41,7 +44,7 @@ pub fn write_quality(
 ) -> Result<PathBuf, ReportError> {
     let json = serde_json::to_vec_pretty(quality).expect("quality is plain data");
     let page = page(quality, drawing).map_err(ReportError::Template)?;
-    write_atomically(&folder.join("quality.json"), &json)?;
+    write_atomically(&folder.join(QUALITY_FILE), &json)?;
     let path = folder.join("quality.html");
     write_atomically(&path, page.as_bytes())?;
     Ok(path)

@@ -36,7 +36,7 @@ pub(super) fn basis(feature: &str) -> &'static str {
         }
         "length" => {
             "Known: measured along the street to the next junction. Default: the extract ends \
-             before it, so the length is too small."
+             before it, or the length is beyond min_length_m or max_length_m."
         }
         "inflow" => {
             "Known: a traffic count along the street (--aadt). From its class: the mean of \

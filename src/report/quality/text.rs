@@ -221,6 +221,7 @@ mod tests {
             name: "city".to_owned(),
             version: "0.1.0",
             inputs: Vec::new(),
+            written: std::collections::BTreeMap::new(),
             ways: 30,
             signals: 10,
             signals_used: 10,
