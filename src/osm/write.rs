@@ -97,7 +97,7 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
             "the map",
         ),
     ];
-    for (field, _, by) in decided.into_iter().filter(|(_, same, _)| !same) {
+    if let Some((field, _, by)) = decided.into_iter().find(|(_, same, _)| !same) {
         let expected = format!("with --osm {by} decides it; leave it out");
         return Err(wrong(field, "another value".to_owned(), expected).into());
     }
