@@ -55,6 +55,9 @@ const EAST: [[f64; 2]; 2] = [[-75.0, 40.0], [-74.998, 40.0]];
 const WEST: [[f64; 2]; 2] = [[-75.0, 40.0], [-75.003, 40.0]];
 const NORTH: [[f64; 2]; 2] = [[-75.0, 40.0], [-75.0, 40.002]];
 
+/// Metres per degree at the equator.
+const PER_DEG: f64 = 111_195.083;
+
 /// A signal of the map.
 const MAPPED: &str = "<tag k=\"highway\" v=\"traffic_signals\"/>";
 
@@ -107,6 +110,67 @@ fn a_list_names_junctions_that_the_map_has_no_signal_at() {
     assert!((matched.distance_m.unwrap() - 11.1).abs() < 0.1, "{matched:?}");
 }
 
+/// An east-west street that two streets cross 38 m apart; the western junction, node 10, has a
+/// signal of the map.
+fn two_crossings(signals: &[(i64, f64)]) -> Extract {
+    let mut nodes: Vec<(i64, f64, f64)> =
+        vec![(10, 0.0, 0.0), (20, 38.0, 0.0), (1, -200.0, 0.0), (2, 238.0, 0.0)];
+    nodes.extend([(11, 0.0, 200.0), (12, 0.0, -200.0), (21, 38.0, 200.0), (22, 38.0, -200.0)]);
+    nodes.extend(signals.iter().filter(|(id, _)| *id > 22).map(|(id, east)| (*id, *east, 0.0)));
+    let mut main: Vec<_> = nodes.iter().filter(|(.., north)| *north == 0.0).copied().collect();
+    main.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let main: Vec<i64> = main.iter().map(|(id, ..)| *id).collect();
+    let mut text = "<osm version=\"0.6\">\n".to_owned();
+    for (id, east, north) in nodes {
+        let tag = if signals.iter().any(|(s, _)| *s == id) { MAPPED } else { "" };
+        let (lat, lon) = (north / PER_DEG, east / PER_DEG);
+        text += &format!("<node id=\"{id}\" lat=\"{lat:.7}\" lon=\"{lon:.7}\">{tag}</node>\n");
+    }
+    for (id, refs) in [(1, &main[..]), (2, &[11, 10, 12]), (3, &[21, 20, 22])] {
+        let refs: String = refs.iter().map(|r| format!("<nd ref=\"{r}\"/>")).collect();
+        let name = format!("<tag k=\"name\" v=\"{id}\"/>");
+        text +=
+            &format!("<way id=\"{id}\">{refs}<tag k=\"highway\" v=\"secondary\"/>{name}</way>\n");
+    }
+    text += "</osm>\n";
+    let file = tempfile::Builder::new().suffix(".osm").tempfile().unwrap();
+    fs::write(file.path(), text).unwrap();
+    read(file.path(), &|_, _| {}).unwrap()
+}
+
+/// A row so many metres east of the western crossing.
+fn row(id: &str, east: f64) -> String {
+    format!("{id},0,{:.7}\n", east / PER_DEG)
+}
+
+#[test]
+fn a_listed_junction_beside_a_signal_of_the_map_is_an_intersection_of_its_own() {
+    let extract = two_crossings(&[(10, 0.0)]);
+    for rows in [[("a", 0.0), ("b", 38.0)], [("b", 36.0), ("a", 2.0)]] {
+        let signals = list(&rows.map(|(id, east)| row(id, east)).concat());
+        let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+        let city = City::new(&extract, &OsmConfig::default(), &inputs);
+        let nodes: Vec<_> =
+            city.found.intersections.iter().map(|i| (&*i.id, &i.nodes[..])).collect();
+        assert_eq!(nodes, [("a", &[10][..]), ("b", &[20])]);
+        assert_eq!(city.listed.iter().filter(|l| l.on_map).count(), 1);
+    }
+}
+
+#[test]
+fn a_row_beside_a_signal_at_a_stop_line_names_no_further_junction() {
+    // The signal stands 12 m west of the western crossing, the row 20 m west of it.
+    let extract = two_crossings(&[(30, -12.0)]);
+    let signals = list(&row("a", -20.0));
+    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+    let city = City::new(&extract, &OsmConfig::default(), &inputs);
+    assert_eq!(ids(&city), ["a"]);
+    assert_eq!(
+        (&city.found.intersections[0].signals[..], city.listed[0].on_map),
+        (&[30][..], true)
+    );
+}
+
 #[test]
 fn of_two_rows_at_one_intersection_the_nearer_one_is_matched() {
     let extract = four_arms(&[]);
@@ -137,6 +201,7 @@ fn an_id_that_is_no_file_name_is_not_taken_over() {
     let city = City::new(&four_arms(&[]), &OsmConfig::default(), &inputs);
     assert_eq!(ids(&city), ["n101"]);
     assert_eq!(city.listed[0].intersection.as_deref(), Some("n101"));
+    assert!(city.listed[0].reason.unwrap().starts_with("its id cannot name files"));
 }
 
 #[test]

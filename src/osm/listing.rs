@@ -7,10 +7,24 @@ use rstar::primitives::GeomWithData;
 use serde::Serialize;
 
 use super::extract::Place;
-use super::geometry::{EARTH_RADIUS_M, distance_m};
+use super::geometry::EARTH_RADIUS_M;
 use super::graph::Graph;
 use super::intersections::{Found, Skip, Skipped};
 use super::signals::ListedSignal;
+use crate::network::index::INDEX_FILE;
+
+/// Why a row has no intersection although one is within reach.
+const OF_ANOTHER_ROW: &str = "its intersection belongs to a nearer row";
+
+/// Why a row has no intersection where the map has nothing.
+const NOTHING_NEAR: &str = "no junction of streets within reach";
+
+/// Why an intersection does not have the id of its row.
+const NO_NAME: &str = "its id cannot name files or is that of another intersection, so the \
+                       intersection keeps that of the map";
+
+/// Most characters of an id that names files.
+const MAX_ID: usize = 100;
 
 /// A place on the sphere, metres from the centre of the earth: nearest along a chord is nearest on
 /// the ground.
@@ -39,12 +53,13 @@ pub struct ListMatch {
     pub distance_m: Option<f64>,
     /// Whether the map has a signal there as well.
     pub on_map: bool,
-    /// Why it has none.
+    /// Why it has none, or why its intersection is not called like it.
     pub reason: Option<&'static str>,
 }
 
-/// Returns the junctions that a list names where the map has no signal: of each row the nearest
-/// junction within reach.
+/// Returns the junctions that a list names: of each row the nearest junction within reach, unless a
+/// signal of the map is as near, such as one at the junction itself or at a stop line. That one
+/// decides which junction it controls.
 pub fn unmapped(graph: &Graph<'_>, rows: &[ListedSignal], match_m: f64) -> Vec<u32> {
     if rows.is_empty() {
         return Vec::new();
@@ -61,18 +76,26 @@ pub fn unmapped(graph: &Graph<'_>, rows: &[ListedSignal], match_m: f64) -> Vec<u
     let named: BTreeSet<u32> = rows
         .iter()
         .map(|row| chord(row.place))
-        .filter(|at| signals.locate_within_distance(*at, reach).next().is_none())
         .filter_map(|at| {
-            let near = junctions.nearest_neighbor_iter_with_distance_2(&at).next();
-            near.filter(|(_, squared)| *squared <= reach).map(|(junction, _)| junction.data)
+            let (junction, squared) = nearest(&junctions, at)?;
+            let mapped = nearest(&signals, at).is_some_and(|(_, signal)| signal <= squared);
+            (squared <= reach && !mapped).then_some(junction)
         })
         .collect();
     named.into_iter().collect()
 }
 
+/// Returns what is nearest to a place and the square of its distance.
+fn nearest<T: Copy>(tree: &RTree<Chord<T>>, at: [f64; 3]) -> Option<(T, f64)> {
+    tree.nearest_neighbor_iter_with_distance_2(&at)
+        .next()
+        .map(|(near, squared)| (near.data, squared))
+}
+
 /// Keeps the intersections that a list names, each under its id in the list, and says what became
 /// of every row. A row and an intersection are matched if they are within reach, nearest first, each
-/// once.
+/// once. An id that cannot name files, or that another intersection has by the map, is not taken
+/// over.
 pub fn keep_listed(found: &mut Found, rows: &[ListedSignal], match_m: f64) -> Vec<ListMatch> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     let centres = found.intersections.iter().enumerate();
@@ -98,17 +121,21 @@ pub fn keep_listed(found: &mut Found, rows: &[ListedSignal], match_m: f64) -> Ve
             matched.insert(*row, *i);
         }
     }
+    let near_any: HashSet<usize> = pairs.iter().map(|(_, row, _)| *row).collect();
+    let skipped = found.skipped.iter().map(|s| Chord::new(chord(s.place), s.reason));
+    let skipped = RTree::bulk_load(skipped.collect());
     let mut matches: Vec<ListMatch> = rows
         .iter()
         .enumerate()
         .map(|(row, listed)| {
             let i = matched.get(&row).map(|i| &found.intersections[*i]);
             let distance_m = matched.get(&row).map(|i| row_of[i].1);
-            let near_other = pairs.iter().any(|(_, r, _)| *r == row);
             let reason = match i {
                 Some(_) => None,
-                None if near_other => Some("its intersection belongs to a nearer row"),
-                None => Some(reason(&found.skipped, listed.place, match_m)),
+                None if near_any.contains(&row) => Some(OF_ANOTHER_ROW),
+                None => nearest(&skipped, chord(listed.place))
+                    .filter(|(_, squared)| *squared <= match_m * match_m)
+                    .map_or(Some(NOTHING_NEAR), |(skip, _)| Some(skip.reason())),
             };
             ListMatch {
                 id: listed.id.clone(),
@@ -123,11 +150,15 @@ pub fn keep_listed(found: &mut Found, rows: &[ListedSignal], match_m: f64) -> Ve
         })
         .collect();
     let all = std::mem::take(&mut found.intersections);
+    let of_map: HashSet<String> = all.iter().map(|i| i.id.clone()).collect();
     for (index, mut intersection) in all.into_iter().enumerate() {
         match row_of.get(&index) {
             Some((row, metres)) => {
-                if is_file_name(&rows[*row].id) {
-                    intersection.id.clone_from(&rows[*row].id);
+                let id = &rows[*row].id;
+                if is_file_name(id) && !of_map.contains(id) {
+                    intersection.id.clone_from(id);
+                } else if *id != intersection.id {
+                    matches[*row].reason = Some(NO_NAME);
                 }
                 intersection.list_distance_m = Some(*metres);
                 matches[*row].intersection = Some(intersection.id.clone());
@@ -143,16 +174,94 @@ pub fn keep_listed(found: &mut Found, rows: &[ListedSignal], match_m: f64) -> Ve
     matches
 }
 
-/// Returns whether an id may stand in the name of a folder, as an approaches table asks.
+/// Returns whether an id may stand in the names of files, as an approaches table asks; beside the
+/// networks lies their index.
 fn is_file_name(id: &str) -> bool {
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    (1..=100).contains(&id.len()) && id.chars().all(safe) && !id.starts_with('.')
+    let reserved = id.starts_with('.') || id.eq_ignore_ascii_case(INDEX_FILE);
+    (1..=MAX_ID).contains(&id.len()) && id.chars().all(safe) && !reserved
 }
 
-/// Returns why nothing near a place is an intersection.
-fn reason(skipped: &[Skipped], place: Place, match_m: f64) -> &'static str {
-    let near = skipped.iter().map(|s| (distance_m(s.place, place), s.reason));
-    let near = near.filter(|(metres, _)| *metres <= match_m);
-    let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.map_or("no junction of streets within reach", |(_, reason)| reason.reason())
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+    use crate::osm::intersections::Intersection;
+
+    /// Places on a grid of about 100 m, so many in a row.
+    const COLUMNS: usize = 200;
+
+    fn at(i: usize, north_deg: f64) -> Place {
+        let (y, x) = ((i / COLUMNS) as f64, (i % COLUMNS) as f64);
+        Place::from_degrees(y.mul_add(1e-3, north_deg), x * 1e-3).unwrap()
+    }
+
+    fn row(id: &str, place: Place) -> ListedSignal {
+        ListedSignal { id: id.into(), place, line: 2 }
+    }
+
+    fn intersection(i: usize) -> Intersection {
+        Intersection {
+            id: format!("n{i}"),
+            centre: at(i, 0.0),
+            nodes: vec![i as i64],
+            places: vec![at(i, 0.0)],
+            list_distance_m: None,
+            signals: vec![i as i64],
+            arms: vec![],
+            turns: vec![],
+        }
+    }
+
+    /// The ids of intersections of the map in the order of the listed ones, and the reasons.
+    fn named(ids: &[&str]) -> (Vec<String>, Vec<bool>) {
+        let rows: Vec<_> = ids.iter().enumerate().map(|(i, id)| row(id, at(i, 0.0))).collect();
+        let intersections = (0..ids.len()).map(intersection).collect();
+        let mut found = Found { intersections, skipped: vec![] };
+        let matches = keep_listed(&mut found, &rows, 40.0);
+        let ids = found.intersections.iter().map(|i| i.id.clone()).collect();
+        (ids, matches.iter().map(|m| m.reason == Some(NO_NAME)).collect())
+    }
+
+    #[test]
+    fn an_id_of_another_intersection_is_not_taken_over() {
+        let (ids, refused) = named(&["n1", "../a", "n2", "1001"]);
+        assert_eq!(ids, ["n0", "n1", "n2", "1001"]);
+        assert_eq!(refused, [true, true, false, false]);
+    }
+
+    #[test]
+    fn an_id_that_cannot_name_files_is_said_so() {
+        let long = "7".repeat(MAX_ID + 1);
+        for id in ["a/b", "Münster", &long, "", ".a", "INDEX.csv", "index.CSV"] {
+            assert_eq!(named(&[id]), (vec!["n0".to_owned()], vec![true]), "{id}");
+        }
+        let longest = &long[1..];
+        for id in [longest, "INDEX", "a-b_c.d"] {
+            assert_eq!(named(&[id]), (vec![id.to_owned()], vec![false]), "{id}");
+        }
+    }
+
+    #[test]
+    fn a_long_list_takes_no_time() {
+        const MANY: usize = 20_000;
+        let skipped = |i| Skipped { signals: vec![], place: at(i, 1.0), reason: Skip::Border };
+        let mut found = Found {
+            intersections: (0..MANY).map(intersection).collect(),
+            skipped: (0..MANY).map(skipped).collect(),
+        };
+        let near = (0..MANY).map(|i| row(&i.to_string(), at(i, 0.0)));
+        let second = (0..MANY).map(|i| row(&format!("b{i}"), at(i, 1e-4)));
+        let bad = (0..MANY).map(|i| row(&format!("c{i}"), at(i, 1.0 + 1e-4)));
+        let rows: Vec<_> = near.chain(second).chain(bad).collect();
+        let start = Instant::now();
+        let matches = keep_listed(&mut found, &rows, 40.0);
+        let took = start.elapsed();
+        assert!(took < Duration::from_secs(5), "{took:?}");
+        println!("{} rows in {took:?}", rows.len());
+        assert_eq!(found.intersections.len(), MANY);
+        assert_eq!(matches[MANY].reason, Some(OF_ANOTHER_ROW));
+        assert_eq!(matches[2 * MANY].reason, Some(Skip::Border.reason()));
+    }
 }
