@@ -1,5 +1,6 @@
 //! Reads a scenario, embedded or from a file, and derives its family.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::approaches::{self, Intersection};
@@ -173,14 +174,26 @@ fn derive(
             .enumerate()
             .map(|(i, intersection)| {
                 let features = six_features(intersection, &scenario.family);
-                let id = match intersection.id.parse::<u32>() {
-                    Ok(number) => format!("i{number:04}"),
-                    Err(_) => intersection.id.clone(),
-                };
-                (id, features, vec![i])
+                (id_of_point(&intersection.id), features, vec![i])
             })
             .collect(),
     };
+    let mut of_id: BTreeMap<&str, &[usize]> = BTreeMap::new();
+    for (id, _, members) in &groups {
+        if let Some(earlier) = of_id.insert(id, members) {
+            let name = |members: &[usize]| &intersections[members[0]].id;
+            return Err(FamilyError::Setting {
+                file: file.to_owned(),
+                field: "intersection".into(),
+                value: name(members).clone(),
+                expected: format!(
+                    "the point MDP would be called {id}, as that of intersection {}; rename one \
+                     of the two",
+                    name(earlier)
+                ),
+            });
+        }
+    }
     let columns = SixFeatures::COLUMNS
         .map(|(name, unit)| Feature { name: name.to_owned(), unit: unit.to_owned() })
         .to_vec();
@@ -197,13 +210,18 @@ fn derive(
     let members = family
         .points
         .iter()
-        .map(|p| {
-            let (_, _, members) =
-                groups.iter().find(|(id, ..)| *id == p.id).expect("points are made from groups");
-            members.clone()
-        })
+        .map(|p| of_id.get(&*p.id).expect("points are made from groups").to_vec())
         .collect();
     Ok((family, members))
+}
+
+/// Returns the id of the point MDP of an intersection: a number gets a letter and leading zeros, so
+/// that names sort as numbers do. `007` is no number but a name, as `7` is another one.
+fn id_of_point(intersection: &str) -> String {
+    match intersection.parse::<u32>() {
+        Ok(number) if number.to_string() == intersection => format!("i{number:04}"),
+        _ => intersection.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -239,6 +257,36 @@ mod tests {
         let loaded =
             from_text(&text, "t.toml", &[], &|_| Ok(EMBEDDED_TABLES[0].1.to_owned())).unwrap();
         assert_eq!(loaded.family.points.len(), 282);
+    }
+
+    /// The ids of a family of intersections with these ids, each with one arm.
+    fn per_approach(ids: &[&str]) -> Result<Vec<String>, String> {
+        let mut table = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,\
+            left_turn_lanes,right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,\
+            movements\n"
+            .to_owned();
+        for id in ids {
+            table += &format!("{id},A,40,-111,0,2,1,1,0,30,200,9000,\n");
+        }
+        let text = "name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"per-approach\"\n";
+        let loaded = from_text(text, "t.toml", &[], &|_| Ok(table.clone()));
+        let loaded = loaded.map_err(|e| e.to_string())?;
+        Ok(loaded.family.points.into_iter().map(|p| p.id).collect())
+    }
+
+    #[test]
+    fn only_plain_numbers_are_renamed_so_that_two_ids_stay_two() {
+        let ids = per_approach(&["7", "007", "12345", "99999999999", "n7"]).unwrap();
+        assert_eq!(ids, ["007", "99999999999", "i0007", "i12345", "n7"]);
+    }
+
+    #[test]
+    fn two_intersections_of_one_point_id_are_refused_by_name() {
+        assert_eq!(
+            per_approach(&["7", "i0007"]).unwrap_err(),
+            "a.csv: intersection = i0007: the point MDP would be called i0007, as that of \
+             intersection 7; rename one of the two"
+        );
     }
 
     #[test]
