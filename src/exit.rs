@@ -157,6 +157,7 @@ fn file(error: &FileError) -> u8 {
         | ErrorKind::AlreadyExists
         | ErrorKind::NotADirectory
         | ErrorKind::IsADirectory
+        | ErrorKind::InvalidInput
         | ErrorKind::ReadOnlyFilesystem => USAGE,
         _ => UNEXPECTED,
     }
@@ -176,6 +177,12 @@ mod tests {
     fn a_simulation_that_fails_in_training_is_no_wrong_usage() {
         let e = ControlError::Episode(Box::new(SimError::NotRunning));
         assert_eq!(code(&EvalError::Control(e)), UNEXPECTED);
+    }
+
+    #[test]
+    fn a_device_in_place_of_a_file_is_wrong_usage() {
+        let reason = std::io::Error::new(ErrorKind::InvalidInput, "it is a pipe or device");
+        assert_eq!(code(&FileError::at("read", "a".as_ref())(reason)), USAGE);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! Every error names the line, says what was found and gives the way out, because such tables
 //! come out of spreadsheets and portals in many shapes.
 
+use std::fs::{self, Metadata};
+use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -126,9 +128,10 @@ impl<'a> Table<'a> {
                 (Some(first), None) => return Ok(Some(first)),
                 (Some(first), Some(second)) => {
                     let reason = format!(
-                        "columns {} and {} are both named {name:?}; rename one of them",
+                        "columns {} and {} are both named {:?}; rename one of them",
                         first + 1,
-                        second + 1
+                        second + 1,
+                        brief(name)
                     );
                     return Err(self.error(1, reason));
                 }
@@ -138,7 +141,12 @@ impl<'a> Table<'a> {
         match column.given {
             Some(name) => Err(self.error(
                 1,
-                format!("no column {name:?} (given as {}); {}", column.what, self.columns()),
+                format!(
+                    "no column {:?} (given as {}); {}",
+                    brief(name),
+                    column.what,
+                    self.columns()
+                ),
             )),
             None => Ok(None),
         }
@@ -217,7 +225,7 @@ impl<'a> Table<'a> {
                 };
                 let reason = format!(
                     "column {}: {:?} is no number; {way_out}",
-                    &self.headers[at],
+                    brief(&self.headers[at]),
                     brief(text)
                 );
                 Err(self.error(row.line, reason))
@@ -232,8 +240,10 @@ impl<'a> Table<'a> {
     /// [`OsmError`] when the field is empty or no finite number.
     pub(super) fn number(&self, row: &Row, at: usize) -> Result<f64, OsmError> {
         self.optional_number(row, at)?.ok_or_else(|| {
-            let reason =
-                format!("column {} is empty; fill it in or remove the row", &self.headers[at]);
+            let reason = format!(
+                "column {} is empty; fill it in or remove the row",
+                brief(&self.headers[at])
+            );
             self.error(row.line, reason)
         })
     }
@@ -293,13 +303,32 @@ pub(super) fn utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, OsmError
     })
 }
 
-/// Returns the bytes of a file.
+/// Returns the bytes of a regular file.
 ///
 /// # Errors
 ///
 /// [`OsmError::Io`] with its name.
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, OsmError> {
-    Ok(std::fs::read(path).map_err(FileError::at("read", path))?)
+    regular(path)?;
+    Ok(fs::read(path).map_err(FileError::at("read", path))?)
+}
+
+/// Returns what is known of a regular file. Others are refused before they are opened: a pipe
+/// without a writer would block, and what a pipe holds can be read only once.
+///
+/// # Errors
+///
+/// [`FileError`] with its name and the way out.
+pub(super) fn regular(path: &Path) -> Result<Metadata, FileError> {
+    let about = fs::metadata(path).map_err(FileError::at("read", path))?;
+    let refused = |kind, reason| Err(FileError::at("read", path)(Error::new(kind, reason)));
+    if about.is_dir() {
+        return refused(ErrorKind::IsADirectory, "it is a folder; give a regular file");
+    }
+    if !about.is_file() {
+        return refused(ErrorKind::InvalidInput, "it is a pipe or device; give a regular file");
+    }
+    Ok(about)
 }
 
 fn malformed(path: &Path, line: u64, reason: String) -> OsmError {

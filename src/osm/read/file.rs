@@ -1,7 +1,7 @@
 //! Opening an extract by its name.
 
 use std::fs::File;
-use std::io::{self, Read, Seek};
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use super::format::{Format, HEAD_BYTES, agreed};
@@ -9,6 +9,7 @@ use super::{Progress, read_gz, read_pbf, read_xml};
 use crate::error::FileError;
 use crate::osm::OsmError;
 use crate::osm::extract::Extract;
+use crate::osm::table::regular;
 
 /// Reads what is needed of an extract: `.osm.pbf`, `.osm` or `.osm.gz`.
 ///
@@ -35,14 +36,6 @@ pub fn read(path: &Path, progress: Progress<'_>) -> Result<Extract, OsmError> {
 
 /// Opens a file that can be read twice and returns its size.
 fn open(path: &Path) -> Result<(File, u64), FileError> {
-    let open = || {
-        let file = File::open(path)?;
-        let about = file.metadata()?;
-        if !about.is_file() {
-            let reason = "it is no regular file, which reading twice takes";
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
-        }
-        Ok((file, about.len()))
-    };
-    open().map_err(FileError::at("read", path))
+    let about = regular(path)?;
+    Ok((File::open(path).map_err(FileError::at("read", path))?, about.len()))
 }

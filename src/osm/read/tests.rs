@@ -175,7 +175,7 @@ fn what_is_no_file_or_no_extract_is_an_error() {
     FOLDER/empty.osm.pbf: the file is empty; fetch it again
     FOLDER/town.osm.pbf: holds XML, but its name promises OpenStreetMap PBF; rename it to end in .osm
     FOLDER/web.osm: holds a web page, but its name promises OpenStreetMap XML; open it in a browser, it may say why no extract was sent
-    cannot read FOLDER: it is no regular file, which reading twice takes
+    cannot read FOLDER: it is a folder; give a regular file
     cannot read FOLDER/none.osm: No such file or directory (os error 2)
     ");
 }
