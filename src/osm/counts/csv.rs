@@ -6,7 +6,7 @@ use geojson::JsonValue;
 
 use super::field::{choose, count};
 use super::{Counted, Found, Shape};
-use crate::osm::error::OsmError;
+use crate::osm::error::{OsmError, brief};
 use crate::osm::oddities::Oddities;
 use crate::osm::table::{Column, Table};
 
@@ -29,7 +29,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
     let at = (table.need(&Column::latitude(None))?, table.need(&Column::longitude(None))?);
     let bearing = table.find(&Column { what: "bearing", given: None, usual: &BEARING })?;
     let id = table.find(&Column { what: "id", given: None, usual: &ID })?;
-    let names: Vec<_> = table.headers().map(|name| (name, true)).collect();
+    let names: Vec<_> = table.headers().map(|name| (name, None)).collect();
     let field = choose(&names, field).map_err(|reason| table.error(1, reason))?;
     let aadt = table.need(&Column { what: "count", given: Some(&field), usual: &[] })?;
     let mut oddities = Oddities::default();
@@ -45,7 +45,9 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
         }
         match count(Some(&JsonValue::from(text))) {
             Err(reason) => {
-                oddities.add(reason, || if id == line { id } else { format!("{line}, id {id}") });
+                oddities.add(reason, || {
+                    if id == line { id } else { format!("{line}, id {}", brief(&id)) }
+                });
             }
             Ok(aadt_veh_per_day) => {
                 let place = table.place(&row, at)?;

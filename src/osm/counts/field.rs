@@ -16,25 +16,33 @@ const YEARS: std::ops::RangeInclusive<u32> = 1950..=2099;
 /// Most names that a message lists.
 const LISTED: usize = 30;
 
-/// Returns the name of the counts among all names, those with usable values marked `true`.
+/// A name, and one of its values if none is usable.
+pub(super) type Name<'a> = (&'a str, Option<String>);
+
+/// Returns the name of the counts among all names.
 ///
 /// # Errors
 ///
 /// What is wrong, the names to choose from, and the way out.
-pub(super) fn choose(names: &[(&str, bool)], given: Option<&str>) -> Result<String, String> {
+pub(super) fn choose(names: &[Name<'_>], given: Option<&str>) -> Result<String, String> {
     if let Some(given) = given {
         let exact = names.iter().find(|(n, _)| *n == given);
         let mut alike = names.iter().filter(|(n, _)| n.eq_ignore_ascii_case(given));
         return match (exact, alike.next(), alike.next()) {
             (Some((name, _)), ..) | (None, Some((name, _)), None) => Ok((*name).to_owned()),
-            _ => Err(format!("nothing is named {given:?} (given as field); {}", listed(names))),
+            _ => {
+                let given = brief(given);
+                Err(format!("nothing is named {given:?} (given as field); {}", listed(names)))
+            }
         };
     }
     let is = |name: &str| {
         let lower = name.to_lowercase();
         lower.contains(AADT) && !WHEN.iter().any(|w| lower.contains(w))
     };
-    let named: Vec<_> = names.iter().filter(|(n, usable)| *usable && is(n)).map(|n| n.0).collect();
+    let (named, unusable): (Vec<_>, Vec<_>) =
+        names.iter().filter(|n| is(n.0)).partition(|(_, unusable)| unusable.is_none());
+    let named: Vec<_> = named.into_iter().map(|n| n.0).collect();
     let first: Vec<_> = named.iter().filter(|n| n.to_lowercase().starts_with(AADT)).collect();
     if let [only] = first[..] {
         return Ok((*only).to_owned());
@@ -45,9 +53,17 @@ pub(super) fn choose(names: &[(&str, bool)], given: Option<&str>) -> Result<Stri
     let mut best = of_latest.iter().filter(|n| n.to_lowercase().replace('_', "") == plain);
     match (&of_latest[..], best.next(), best.next()) {
         ([only], ..) | (_, Some(only), None) => Ok((**only).to_owned()),
-        ([], ..) => Err(format!("no name has AADT in it; {}", listed(names))),
+        ([], ..) => Err(match &unusable[..] {
+            [] => format!("no name has AADT in it; {}", listed(names)),
+            [(name, value), ..] => format!(
+                "{} has no usable value (such as {}); {}",
+                brief(name),
+                brief(value.as_deref().unwrap_or_default()),
+                listed(names)
+            ),
+        }),
         _ => {
-            let several: Vec<_> = of_latest.iter().map(|n| **n).collect();
+            let several: Vec<_> = of_latest.iter().take(LISTED).map(|n| brief(n)).collect();
             Err(format!(
                 "several names could be the count ({}); give one as `field`",
                 several.join(", ")
@@ -85,7 +101,7 @@ fn year(name: &str) -> Option<u32> {
         .rfind(|year| YEARS.contains(year))
 }
 
-fn listed(names: &[(&str, bool)]) -> String {
+fn listed(names: &[Name<'_>]) -> String {
     let shown: Vec<_> = names.iter().take(LISTED).map(|(name, _)| brief(name)).collect();
     let more = if names.len() > LISTED { ", ..." } else { "" };
     if shown.is_empty() {
@@ -102,7 +118,7 @@ mod tests {
     use super::*;
 
     fn chosen(names: &[&str]) -> Result<String, String> {
-        choose(&names.iter().map(|n| (*n, true)).collect::<Vec<_>>(), None)
+        choose(&names.iter().map(|n| (*n, None)).collect::<Vec<_>>(), None)
     }
 
     #[test]
@@ -137,12 +153,18 @@ mod tests {
 
     #[test]
     fn a_name_without_usable_values_is_no_candidate() {
-        assert_eq!(choose(&[("AADT2022", false), ("AADT2021", true)], None).unwrap(), "AADT2021");
+        let latest = ("AADT2022", Some("null".to_owned()));
+        assert_eq!(choose(&[latest.clone(), ("AADT2021", None)], None).unwrap(), "AADT2021");
+        assert_eq!(
+            choose(&[latest], None).unwrap_err(),
+            "AADT2022 has no usable value (such as null); the names are AADT2022; \
+             give that of the counts as `field`"
+        );
     }
 
     #[test]
     fn a_given_name_is_taken_whatever_its_case_unless_that_is_unclear() {
-        let names = [("Volume", true), ("vol", true), ("VOL", true)];
+        let names = [("Volume", None), ("vol", None), ("VOL", None)];
         assert_eq!(choose(&names, Some("VOLUME")).unwrap(), "Volume");
         assert_eq!(choose(&names, Some("vol")).unwrap(), "vol");
         assert!(choose(&names, Some("Vol")).unwrap_err().contains("nothing is named \"Vol\""));

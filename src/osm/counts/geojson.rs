@@ -6,9 +6,9 @@ use std::path::Path;
 use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
-use super::field::{choose, count};
+use super::field::{Name, choose, count};
 use super::{Counted, Found, Shape};
-use crate::osm::error::OsmError;
+use crate::osm::error::{OsmError, brief};
 use crate::osm::extract::Place;
 use crate::osm::features::{self, check_crs, malformed};
 use crate::osm::oddities::Oddities;
@@ -53,19 +53,22 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
                 continue;
             }
         };
-        oddities.add(skipped, || if id == place { id } else { format!("{place}, id {id}") });
+        oddities
+            .add(skipped, || if id == place { id } else { format!("{place}, id {}", brief(&id)) });
     }
     Ok(Found { counted, field, oddities })
 }
 
-/// Returns the names of all properties and whether any feature has a usable count of that name.
-fn names(features: &[Feature]) -> Vec<(&str, bool)> {
-    let mut names: BTreeMap<&str, bool> = BTreeMap::new();
+/// Returns the names of all properties, with a value if no feature has a usable count of that name.
+fn names(features: &[Feature]) -> Vec<Name<'_>> {
+    let mut names: BTreeMap<&str, Option<&JsonValue>> = BTreeMap::new();
     for (name, value) in features.iter().flat_map(|f| f.properties.iter().flatten()) {
-        let usable = names.entry(name).or_default();
-        *usable = *usable || count(Some(value)).is_ok();
+        let unusable = names.entry(name).or_insert(Some(value));
+        if count(Some(value)).is_ok() {
+            *unusable = None;
+        }
     }
-    names.into_iter().collect()
+    names.into_iter().map(|(name, value)| (name, value.map(JsonValue::to_string))).collect()
 }
 
 fn id(feature: &Feature) -> Option<String> {

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use geo::{
     BoundingRect, Coord, Distance, Euclidean, Line, LineLocatePoint, Point, Rect, Vector2DOps,
@@ -32,6 +33,9 @@ pub(super) struct Index {
     pieces: RTree<Piece>,
     stations: RTree<Station>,
     bounds: Rect<f64>,
+    /// Whether a count lay along a street whose lanes cannot carry it. Streets are joined in
+    /// parallel; what is set here does not depend on their order.
+    over_cap: Vec<AtomicBool>,
 }
 
 /// How a street lies to a counted line or station at one place.
@@ -41,8 +45,8 @@ struct Near {
     angle_deg: f64,
 }
 
-/// A match and how well it fits, from 0 to 1.
-type Scored = (f64, CountMatch);
+/// A match, how well it fits, from 0 to 1, and the position of its count.
+type Scored = (f64, CountMatch, usize);
 
 impl Index {
     /// Returns the index; `None` if nothing was counted.
@@ -66,7 +70,8 @@ impl Index {
         let places = ends.chain(stations.iter().map(|s| Coord::from(*s.geom())));
         let bounds = places.collect::<geo::LineString<_>>().bounding_rect()?;
         let (pieces, stations) = (RTree::bulk_load(pieces), RTree::bulk_load(stations));
-        Some(Self { counted, pieces, stations, bounds })
+        let over_cap = counted.iter().map(|_| AtomicBool::new(false)).collect();
+        Some(Self { counted, pieces, stations, bounds, over_cap })
     }
 
     /// Returns how many lines or stations there are.
@@ -90,10 +95,22 @@ impl Index {
         let flat = plane.street(street)?;
         let area = area(street, &plane, settings.match_m)?;
         let most = settings.max_veh_per_day_per_lane * f64::from(lanes.max(1));
-        let possible = |i: &usize| self.counted[*i].1 <= most;
-        let lines = self.lines(&plane, &flat, &area, &possible, settings);
-        let stations = self.stations(&plane, &flat, &area, &possible, settings);
-        lines.into_iter().chain(stations).max_by(worse).map(|(_, found)| found)
+        let lines = self.lines(&plane, &flat, &area, settings);
+        let stations = self.stations(&plane, &flat, &area, settings);
+        let possible = |(_, found, i): &Scored| {
+            let possible = found.aadt_veh_per_day <= most;
+            if !possible {
+                self.over_cap[*i].store(true, Relaxed);
+            }
+            possible
+        };
+        let best = lines.into_iter().chain(stations).filter(possible).max_by(worse);
+        best.map(|(_, found, _)| found)
+    }
+
+    /// Returns how many counts lay along streets whose lanes cannot carry them.
+    pub(super) fn over_cap(&self) -> usize {
+        self.over_cap.iter().filter(|over| over.load(Relaxed)).count()
     }
 
     /// Returns the counted lines beside a street.
@@ -102,15 +119,12 @@ impl Index {
         plane: &Plane,
         street: &Street,
         area: &AABB<Point<f64>>,
-        possible: &dyn Fn(&usize) -> bool,
         settings: &CountSettings,
     ) -> Vec<Scored> {
         let mut lines: BTreeMap<usize, Vec<Line<f64>>> = BTreeMap::new();
         for piece in self.pieces.locate_in_envelope_intersecting(area) {
-            if possible(&piece.data) {
-                let (start, end) = (plane.flat(piece.geom().start), plane.flat(piece.geom().end));
-                lines.entry(piece.data).or_default().push(Line::new(start, end));
-            }
+            let (start, end) = (plane.flat(piece.geom().start), plane.flat(piece.geom().end));
+            lines.entry(piece.data).or_default().push(Line::new(start, end));
         }
         let samples = street.samples();
         let scored = lines.into_iter().filter_map(|(i, pieces)| {
@@ -130,7 +144,6 @@ impl Index {
         plane: &Plane,
         street: &Street,
         area: &AABB<Point<f64>>,
-        possible: &dyn Fn(&usize) -> bool,
         settings: &CountSettings,
     ) -> Vec<Scored> {
         // A station before this is beside a street that this one meets.
@@ -145,8 +158,7 @@ impl Index {
             let beside = (margin_m..=street.length_m - margin_m).contains(&along_m)
                 && distance_m <= settings.match_m
                 && angle_deg <= settings.match_deg;
-            (beside && possible(&i))
-                .then(|| self.scored(i, &[Near { distance_m, angle_deg }], 1, settings))
+            beside.then(|| self.scored(i, &[Near { distance_m, angle_deg }], 1, settings))
         });
         scored.collect()
     }
@@ -162,13 +174,13 @@ impl Index {
             angle_deg: mean(|n| n.angle_deg),
             id: id.clone(),
         };
-        (closeness / of as f64, found)
+        (closeness / of as f64, found, i)
     }
 }
 
 /// Orders matches by how well they fit; ties by distance and angle, then by what does not depend
 /// on the order of the file.
-fn worse((a_fits, a): &Scored, (b_fits, b): &Scored) -> Ordering {
+fn worse((a_fits, a, _): &Scored, (b_fits, b, _): &Scored) -> Ordering {
     a_fits
         .total_cmp(b_fits)
         .then(b.distance_m.total_cmp(&a.distance_m))

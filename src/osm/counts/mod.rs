@@ -21,10 +21,14 @@ use geo::Rect;
 use serde::{Deserialize, Serialize};
 
 use self::index::Index;
-use super::error::OsmError;
+use super::error::{OsmError, brief};
 use super::extract::Place;
 use super::oddities::Oddities;
 use super::table;
+use crate::family::check::within;
+
+/// Ends of the names of files that hold GeoJSON, also if they are empty.
+const JSON: [&str; 2] = ["json", "geojson"];
 
 /// Which number is the count and when a count belongs to a street.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -68,16 +72,12 @@ impl CountSettings {
     ///
     /// The setting and what is wrong with it.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        for (name, value, most) in [
-            ("match_m", self.match_m, 1000.0),
-            ("match_deg", self.match_deg, 90.0),
-            ("max_veh_per_day_per_lane", self.max_veh_per_day_per_lane, f64::MAX),
+        for (name, value, low, high) in [
+            ("match_m", self.match_m, 1.0, 1000.0),
+            ("match_deg", self.match_deg, 1.0, 90.0),
+            ("max_veh_per_day_per_lane", self.max_veh_per_day_per_lane, 1.0, 1e6),
         ] {
-            if !(value > 0.0 && value <= most) {
-                let limit =
-                    if most < f64::MAX { format!(" and at most {most}") } else { String::new() };
-                return Err((name, format!("{value}: has to be more than 0{limit}")));
-            }
+            within(value, low, high).map_err(|expected| (name, format!("{value}: {expected}")))?;
         }
         Ok(())
     }
@@ -158,7 +158,10 @@ impl Counts {
             place: place.to_owned(),
             reason,
         })?;
-        let json = table::utf8(bytes, path)?.trim_start().starts_with(['{', '[', '<']);
+        let text = table::utf8(bytes, path)?.trim_start();
+        let ending =
+            path.extension().is_some_and(|e| JSON.iter().any(|j| e.eq_ignore_ascii_case(j)));
+        let json = text.starts_with(['{', '[', '<']) || (text.is_empty() && ending);
         let field = settings.field.as_deref();
         let Found { counted, field, oddities } =
             if json { geojson::read(bytes, path, field)? } else { csv::read(bytes, path, field)? };
@@ -169,8 +172,9 @@ impl Counts {
                 .collect();
             let skipped = if skipped.is_empty() { "none".to_owned() } else { skipped.join(", ") };
             let reason = format!(
-                "no usable count in {field}; skipped: {skipped}; give lines or stations with a \
-                 number of vehicles per day"
+                "no usable count in {}; skipped: {skipped}; give lines or stations with a \
+                 number of vehicles per day",
+                brief(&field)
             );
             OsmError::Nothing { path: PathBuf::from(path), reason }
         };
@@ -191,6 +195,13 @@ impl Counts {
     /// A station has to be beside the street and not where it meets others; the nearest one wins.
     pub fn along(&self, street: &[Place], lanes_both_directions: u32) -> Option<CountMatch> {
         self.index.along(street, lanes_both_directions, &self.settings)
+    }
+
+    /// Returns how many counts lay along a street that was asked for but are above what its lanes
+    /// can carry ([`CountSettings::max_veh_per_day_per_lane`]), each once. If they are many, the
+    /// setting is too small or the field is no daily traffic.
+    pub fn over_cap(&self) -> usize {
+        self.index.over_cap()
     }
 
     /// Returns how many lines or stations have a count.
@@ -315,6 +326,40 @@ mod tests {
     }
 
     #[test]
+    fn a_property_without_any_usable_value_is_named_with_an_example() {
+        for value in [json!(null), json!(-1), json!("n/a")] {
+            let features = [feature(json!({ "ROUTE": "x", "AADT": value }), line())];
+            let error = read(&collection(&features).to_string()).unwrap_err();
+            let expected = format!(
+                "c, properties: AADT has no usable value (such as {value}); the names \
+                 are AADT, ROUTE; give that of the counts as `field`"
+            );
+            assert_eq!(error, expected);
+        }
+    }
+
+    #[test]
+    fn an_empty_file_is_told_what_its_name_promises() {
+        let error = |name: &str| {
+            let counts = Counts::from_bytes(b" \n", Path::new(name), &CountSettings::default());
+            counts.unwrap_err().to_string()
+        };
+        assert!(error("c.GeoJSON").contains("line 1: empty; GeoJSON with"), "{}", error("c.json"));
+        assert!(error("c.csv").contains("empty; the first line has to name the columns"));
+    }
+
+    #[test]
+    fn counts_above_what_lanes_carry_are_known_each_once() {
+        let text = "id,lat,lon,AADT\nA,40.703,-111.9,90000\nB,40.704,-111.9,60000\n\
+                    far,41,-111.9,90000\n";
+        let counts = read(text).unwrap();
+        assert_eq!(counts.over_cap(), 0);
+        assert_eq!((counts.along(&street(), 2), counts.over_cap()), (None, 2));
+        assert_eq!((counts.along(&street(), 1), counts.over_cap()), (None, 2));
+        assert!(counts.along(&street(), 4).is_some());
+    }
+
+    #[test]
     fn a_page_of_several_is_noticed() {
         let mut page = collection(&[feature(json!({ "AADT": 5 }), line())]);
         page["properties"] = json!({ "exceededTransferLimit": true });
@@ -327,7 +372,7 @@ mod tests {
         for text in ["match_m = 0.0", "match_deg = 91.0", "max_veh_per_day_per_lane = nan"] {
             let settings: CountSettings = toml::from_str(text).unwrap();
             let error = Counts::from_bytes(b"", Path::new("c"), &settings).unwrap_err().to_string();
-            assert!(error.contains("has to be more than 0"), "{error}");
+            assert!(error.contains("expected a number from 1 to"), "{error}");
         }
         assert!(toml::from_str::<CountSettings>("factor = 2").is_err());
     }
