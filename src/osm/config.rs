@@ -7,10 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use super::OsmError;
 use super::counts::CountSettings;
+use super::error::shortened;
 use super::signals::SignalColumns;
+use super::table;
 use super::tags::Highway;
 use crate::family::check::within;
-use crate::files;
+
+/// Most characters of what the parser says, which quotes whole lines.
+const PARSER_CHARS: usize = 500;
 
 /// Everything that decides how an extract becomes a family.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -140,7 +144,7 @@ impl OsmConfig {
     ///
     /// [`OsmError::Io`] if it cannot be read, [`OsmError::Malformed`] naming line or field.
     pub fn read(path: &Path) -> Result<Self, OsmError> {
-        let bytes = std::fs::read(path).map_err(files::FileError::at("read", path))?;
+        let bytes = table::bytes(path)?;
         let at = |place: &str, reason: String| OsmError::Malformed {
             path: path.to_path_buf(),
             place: place.to_owned(),
@@ -148,8 +152,7 @@ impl OsmConfig {
         };
         let text = String::from_utf8(bytes)
             .map_err(|_| at("text", "not UTF-8; save the file as UTF-8".to_owned()))?;
-        let config: Self = toml::from_str(&text)
-            .map_err(|e| at("settings", e.to_string().trim_end().to_owned()))?;
+        let config: Self = toml::from_str(&text).map_err(|e| at("settings", parser_message(&e)))?;
         config.check().map_err(|(field, reason)| at(&field, reason))?;
         Ok(config.completed())
     }
@@ -197,6 +200,16 @@ impl OsmConfig {
     }
 }
 
+/// Returns what the parser says; without the line that it quotes if that is long.
+fn parser_message(error: &toml::de::Error) -> String {
+    let full = error.to_string();
+    if full.chars().nth(PARSER_CHARS).is_none() {
+        return full.trim_end().to_owned();
+    }
+    let place = full.lines().next().unwrap_or_default();
+    shortened(&format!("{place}: {}", error.message()), PARSER_CHARS)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,6 +237,32 @@ mod tests {
     fn a_value_out_of_range_is_named_with_its_range() {
         let error = config("[traffic]\ndirectional_split = nan\n").unwrap_err().to_string();
         assert!(error.contains("traffic.directional_split: NaN: expected a number from 0 to 1"));
+    }
+
+    #[test]
+    fn a_message_does_not_quote_lines_without_end() {
+        let long = "x".repeat(100_000);
+        for text in [
+            format!("[traffic]\ndirectional_split = \"{long}\"\n"),
+            format!("{long} = 3\n"),
+            format!("a = {long}\n"),
+        ] {
+            let error = config(&text).unwrap_err().to_string();
+            assert!(error.len() < 700 && error.contains("line "), "{error}");
+        }
+        let error = config("[traffic]\ndirectional_split = \"half\"\n").unwrap_err().to_string();
+        assert!(error.contains("2 | directional_split = \"half\""), "{error}");
+    }
+
+    #[test]
+    fn a_count_per_lane_without_end_is_refused_with_the_range() {
+        let error = config("[counts]\nmax_veh_per_day_per_lane = inf\n").unwrap_err().to_string();
+        assert!(
+            error.ends_with(
+                "counts.max_veh_per_day_per_lane: inf: expected a number from 1 to 1000000"
+            ),
+            "{error}"
+        );
     }
 
     #[test]

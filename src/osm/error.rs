@@ -61,7 +61,12 @@ const QUOTED: usize = 60;
 
 /// Returns a value from a file for a message: the start of it, if it is long.
 pub(super) fn brief(text: &str) -> String {
-    match text.char_indices().nth(QUOTED) {
+    shortened(text, QUOTED)
+}
+
+/// Returns a text, or the start of it with so many characters, if it is longer.
+pub(super) fn shortened(text: &str, chars: usize) -> String {
+    match text.char_indices().nth(chars) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),
     }

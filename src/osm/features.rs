@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use geojson::{JsonObject, JsonValue, Position};
 use serde::de::DeserializeOwned;
+use serde_json::Error;
 
-use super::error::OsmError;
+use super::error::{OsmError, brief, shortened};
 use super::extract::Place;
 use super::geometry::checked_place;
 use super::table;
@@ -16,6 +17,9 @@ use super::table;
 /// Names of reference systems whose coordinates are longitude and latitude in degrees. NAD 83 is
 /// within 2 m of WGS 84, less than streets are wide.
 const DEGREES: [&str; 4] = ["CRS84", "4326", "WGS84", "4269"];
+
+/// Most characters of what the parser says.
+const PARSER_CHARS: usize = 200;
 
 /// Members that Esri's own JSON has and GeoJSON has not.
 const ESRI: [&str; 3] = ["spatialReference", "geometryType", "displayFieldName"];
@@ -35,12 +39,17 @@ pub(super) fn read<T: DeserializeOwned>(
         if text.trim().is_empty() {
             return malformed(path, "line 1", format!("empty; {expected} is needed"));
         }
-        let place = format!("line {}, column {}", e.line().max(1), e.column());
-        let reason = match serde_json::from_str::<JsonObject>(text) {
-            Ok(object) => other_json(&object, &e, expected),
-            Err(_) => format!("no JSON object ({e}); {expected} is needed"),
-        };
-        malformed(path, place, reason)
+        let at = |e: &Error| format!("line {}, column {}", e.line().max(1), e.column());
+        match serde_json::from_str::<JsonValue>(text) {
+            Ok(JsonValue::Object(object)) => {
+                malformed(path, at(&e), other_json(&object, &parser_message(&e), expected))
+            }
+            Ok(_) => malformed(path, "line 1", format!("no JSON object; {expected} is needed")),
+            Err(e) => {
+                let reason = format!("no JSON ({}); {expected} is needed", parser_message(&e));
+                malformed(path, at(&e), reason)
+            }
+        }
     })
 }
 
@@ -58,7 +67,7 @@ pub(super) fn check_crs(members: Option<&JsonObject>, path: &Path) -> Result<(),
     if plain.is_some_and(|n| DEGREES.iter().any(|d| n.ends_with(d))) {
         return Ok(());
     }
-    let name = name.map_or_else(|| crs.to_string(), str::to_owned);
+    let name = brief(&name.map_or_else(|| crs.to_string(), str::to_owned));
     Err(malformed(path, "crs", format!("coordinates are in {name}; export as WGS 84 (EPSG:4326)")))
 }
 
@@ -83,9 +92,19 @@ pub(super) fn malformed(
     OsmError::Malformed { path: PathBuf::from(path), place: place.into(), reason: reason.into() }
 }
 
+/// Returns what the parser says, without the place, which stands before it, and without names of
+/// types of this program.
+fn parser_message(error: &Error) -> String {
+    let full = error.to_string();
+    let message = full.split(" at line ").next().unwrap_or_default();
+    let message = message.split(", expected struct ").next().unwrap_or_default();
+    shortened(message, PARSER_CHARS)
+}
+
 /// Says what JSON is that is not as expected.
-fn other_json(object: &JsonObject, error: &serde_json::Error, expected: &str) -> String {
+fn other_json(object: &JsonObject, error: &str, expected: &str) -> String {
     if let Some(message) = object.get("error") {
+        let message = brief(&message.to_string());
         return format!("the answer of a server that failed ({message}); fetch the file again");
     }
     if ESRI.iter().any(|member| object.contains_key(*member)) {
@@ -94,7 +113,9 @@ fn other_json(object: &JsonObject, error: &serde_json::Error, expected: &str) ->
     }
     match object.get("type").and_then(JsonValue::as_str) {
         Some("Topology") => "TopoJSON, not GeoJSON; export as GeoJSON".to_owned(),
-        Some(kind) => format!("a {kind} that cannot be used ({error}); {expected} is needed"),
+        Some(kind) => {
+            format!("a {} that cannot be used ({error}); {expected} is needed", brief(kind))
+        }
         None => format!("no GeoJSON ({error}); {expected} is needed"),
     }
 }
@@ -118,7 +139,18 @@ mod tests {
     #[test]
     fn other_kinds_of_json_are_recognised() {
         assert!(error("").contains("empty; a FeatureCollection is needed"));
-        assert!(error("<html>").contains("line 1, column 1: no JSON object"));
+        assert!(error("<html>").contains("line 1, column 1: no JSON (expected value)"));
+        for text in ["[]", "[{\"type\":\"Feature\"}]", "3"] {
+            assert_eq!(
+                error(text),
+                "f.geojson, line 1: no JSON object; a FeatureCollection is needed"
+            );
+        }
+        assert_eq!(
+            error("{\"type\":\"FeatureCollection\",\"features\":[7]}"),
+            "f.geojson, line 1, column 41: a FeatureCollection that cannot be used (invalid type: \
+             integer `7`); a FeatureCollection is needed"
+        );
         assert!(error("{\"type\":").contains("EOF"));
         assert!(error("{\"geometryType\":\"esriGeometryPolyline\"}").contains("f=geojson"));
         assert!(error("{\"type\":\"Topology\",\"arcs\":[]}").contains("TopoJSON"));
