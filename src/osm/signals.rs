@@ -6,9 +6,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use geo::{BoundingRect, Coord, LineString, Rect};
 use serde::{Deserialize, Serialize};
 
-use super::error::OsmError;
+use super::error::{OsmError, brief};
 use super::extract::Place;
 use super::table::{self, Column, Table};
 
@@ -88,6 +89,7 @@ impl SignalList {
                 Some(id) => id.to_owned(),
             };
             if let Some(first) = lines.insert(id.clone(), line) {
+                let id = brief(&id);
                 let reason = format!("signal {id} is on line {first} already; remove one of them");
                 return Err(table.error(line, reason));
             }
@@ -97,6 +99,14 @@ impl SignalList {
             return Err(table.nothing("no signal below the first line; give one row per signal"));
         }
         Ok(Self { signals })
+    }
+
+    /// Returns the smallest box around all signals: x is the longitude and y the latitude, degrees.
+    pub fn bounds(&self) -> Rect<f64> {
+        let at = |p: Place| Coord { x: p.longitude(), y: p.latitude() };
+        let places = self.signals.iter().map(|s| at(s.place));
+        let bounds = places.collect::<LineString<_>>().bounding_rect();
+        bounds.unwrap_or_else(|| Rect::new(Coord::zero(), Coord::zero()))
     }
 }
 
@@ -129,6 +139,19 @@ mod tests {
     fn an_id_that_comes_twice_names_both_lines() {
         let reason = read("id,y,x\n7,40,-111\n8,41,-111\n7,40,-111\n").unwrap_err();
         assert_eq!(reason, "s.csv, line 4: signal 7 is on line 2 already; remove one of them");
+        let long = "7".repeat(100_000);
+        let reason = read(&format!("id,y,x\n{long},40,-111\n{long},40,-111\n")).unwrap_err();
+        assert!(reason.len() < 200, "{reason}");
+    }
+
+    #[test]
+    fn bounds_are_those_of_all_signals() {
+        let text = "y,x\n40,-111\n41.5,-112\n40.5,-110\n";
+        let list =
+            SignalList::from_bytes(text.as_bytes(), Path::new("s"), &SignalColumns::default());
+        let bounds = list.unwrap().bounds();
+        assert_eq!(bounds.min(), Coord { x: -112.0, y: 40.0 });
+        assert_eq!(bounds.max(), Coord { x: -110.0, y: 41.5 });
     }
 
     #[test]
