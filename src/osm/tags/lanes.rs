@@ -1,6 +1,7 @@
 //! Numbers of lanes and the turns that lanes are marked for.
 
-use super::{Tags, tag};
+use super::{Direction, Tags, tag};
+use crate::osm::error::brief;
 use crate::osm::oddities::Oddities;
 
 /// Most lanes of a way that are believed, both directions together.
@@ -69,21 +70,51 @@ pub struct LaneTags {
 }
 
 impl LaneTags {
-    pub(super) fn parse(way: i64, tags: &Tags<'_>, oddities: &mut Oddities) -> Self {
+    pub(super) fn parse(
+        way: i64,
+        tags: &Tags<'_>,
+        direction: Direction,
+        oddities: &mut Oddities,
+    ) -> Self {
         let mut number = |key: &str, least: u8| {
             let text = tag(tags, key)?;
             let lanes = lanes(text).filter(|lanes| (least..=MAX_LANES).contains(lanes));
             if lanes.is_none() {
-                oddities.add("unusable number of lanes", || format!("way {way}, {key}={text}"));
+                oddities.add("unusable number of lanes", || {
+                    format!("way {way}, {key}={}", brief(text))
+                });
             }
             lanes
         };
-        Self {
+        let mut lanes = Self {
             total: number("lanes", 1),
             forward: number("lanes:forward", 1),
             backward: number("lanes:backward", 1),
             both_ways: number("lanes:both_ways", 0),
+        };
+        if lanes.leave_nothing(direction) {
+            oddities.add("lanes contradict", || {
+                let tags = [
+                    ("lanes", lanes.total),
+                    ("lanes:forward", lanes.forward),
+                    ("lanes:backward", lanes.backward),
+                ];
+                let tags = tags.iter().filter_map(|(key, n)| n.map(|n| format!(", {key}={n}")));
+                format!("way {way}{}", tags.collect::<String>())
+            });
+            (lanes.forward, lanes.backward) = (None, None);
         }
+        lanes
+    }
+
+    /// Returns whether one direction of a two-way street would have all lanes, so that nothing is
+    /// left for the other one, of which no tag speaks.
+    fn leave_nothing(self, direction: Direction) -> bool {
+        let one = match (self.forward, self.backward) {
+            (Some(one), None) | (None, Some(one)) => one,
+            _ => return false,
+        };
+        direction == Direction::Both && self.total.is_some_and(|total| total <= one && total > 1)
     }
 }
 
@@ -102,8 +133,6 @@ pub struct TurnTags {
     pub forward: Box<[TurnLane]>,
     /// `turn:lanes:backward`.
     pub backward: Box<[TurnLane]>,
-    /// `turn:lanes:both_ways`.
-    pub both_ways: Box<[TurnLane]>,
 }
 
 /// Tags that say lane by lane whether motor vehicles may use it.
@@ -117,23 +146,20 @@ impl TurnTags {
             match turn_lanes(text, closed(tags, suffix)) {
                 Some(lanes) => lanes,
                 None => {
-                    oddities.add("unusable turn lanes", || format!("way {way}, {key}={text}"));
+                    oddities
+                        .add("unusable turn lanes", || format!("way {way}, {key}={}", brief(text)));
                     Box::default()
                 }
             }
         };
-        let turns = Self {
-            plain: lanes(""),
-            forward: lanes(":forward"),
-            backward: lanes(":backward"),
-            both_ways: lanes(":both_ways"),
-        };
+        let turns =
+            Self { plain: lanes(""), forward: lanes(":forward"), backward: lanes(":backward") };
         (turns != Self::default()).then_some(turns)
     }
 
     /// Returns the memory beside the tags themselves, bytes.
     pub fn heap_bytes(&self) -> usize {
-        self.plain.len() + self.forward.len() + self.backward.len() + self.both_ways.len()
+        self.plain.len() + self.forward.len() + self.backward.len()
     }
 }
 
@@ -159,7 +185,7 @@ mod tests {
 
     fn lane_tags(tags: &Tags<'_>) -> (LaneTags, u64) {
         let mut oddities = Oddities::default();
-        let lanes = LaneTags::parse(1, tags, &mut oddities);
+        let lanes = LaneTags::parse(1, tags, Direction::Both, &mut oddities);
         (lanes, oddities.count("unusable number of lanes"))
     }
 
@@ -175,6 +201,38 @@ mod tests {
             assert_eq!(lane_tags(&[("lanes", text)]), (LaneTags::default(), 1), "{text:?}");
         }
         assert_eq!(lane_tags(&[("lanes:both_ways", "0")]).1, 0);
+    }
+
+    #[test]
+    fn a_direction_that_has_all_lanes_of_a_two_way_street_is_ignored_and_counted() {
+        let contradictions = |tags: &Tags<'_>, direction| {
+            let mut oddities = Oddities::default();
+            let lanes = LaneTags::parse(1, tags, direction, &mut oddities);
+            (lanes.forward.or(lanes.backward), oddities.count("lanes contradict"))
+        };
+        for key in ["lanes:forward", "lanes:backward"] {
+            for (total, own) in [("3", "3"), ("2", "4")] {
+                let tags = [("lanes", total), (key, own)];
+                assert_eq!(contradictions(&tags, Direction::Both), (None, 1), "{tags:?}");
+            }
+        }
+        let all = [("lanes", "3"), ("lanes:forward", "3")];
+        assert_eq!(contradictions(&all, Direction::Forward), (Some(3), 0));
+        let some = [("lanes", "3"), ("lanes:forward", "2")];
+        assert_eq!(contradictions(&some, Direction::Both), (Some(2), 0));
+        let both = [("lanes", "3"), ("lanes:forward", "3"), ("lanes:backward", "1")];
+        assert_eq!(contradictions(&both, Direction::Both), (Some(3), 0));
+    }
+
+    #[test]
+    fn an_example_of_an_unusable_tag_is_short() {
+        let mut oddities = Oddities::default();
+        let long = "9".repeat(100_000);
+        let tags = [("lanes", &*long), ("turn:lanes", &long)];
+        LaneTags::parse(1, &tags, Direction::Both, &mut oddities);
+        drop(TurnTags::parse(1, &tags, &mut oddities));
+        assert_eq!(oddities.iter().count(), 2);
+        assert!(oddities.iter().all(|(_, o)| o.example.len() < 100));
     }
 
     fn turns(text: &str) -> Option<Vec<TurnLane>> {

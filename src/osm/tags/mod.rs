@@ -172,11 +172,12 @@ impl Street {
         let highway = known.map_or(Highway::Other, |(class, _)| *class);
         let roundabout = matches!(tag(tags, "junction"), Some("roundabout" | "circular"));
         let name = tag(tags, "name").or_else(|| tag(tags, "ref")).filter(|n| !n.is_empty());
+        let direction = direction(tags);
         Some(Self {
             highway,
-            direction: direction(tags),
+            direction,
             roundabout,
-            lanes: LaneTags::parse(way, tags, oddities),
+            lanes: LaneTags::parse(way, tags, direction, oddities),
             turns: TurnTags::parse(way, tags, oddities).map(Box::new),
             speed: SpeedTags::parse(way, tags, oddities),
             name: name.map(Into::into),

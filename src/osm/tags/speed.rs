@@ -1,6 +1,7 @@
 //! Speed limits: numbers with and without units, lists, and words.
 
 use super::{Tags, tag};
+use crate::osm::error::brief;
 use crate::osm::oddities::Oddities;
 use crate::units::{kmh_to_mph, knots_to_mph};
 
@@ -27,7 +28,8 @@ impl SpeedTags {
             let text = tag(tags, key)?;
             let speed_mph = speed_mph(text).filter(|speed| RANGE_MPH.contains(speed));
             if speed_mph.is_none() && !NO_NUMBER.contains(&text) {
-                oddities.add("unusable speed limit", || format!("way {way}, {key}={text}"));
+                oddities
+                    .add("unusable speed limit", || format!("way {way}, {key}={}", brief(text)));
             }
             speed_mph
         };
