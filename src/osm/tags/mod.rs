@@ -3,6 +3,10 @@
 //!
 //! Drivable is what OSMnx's filter `drive` keeps, without motorways and motorway links, as the
 //! paper has it.
+//!
+//! Deviation: streets that are private to motor vehicles by another tag than `access`
+//! (`motor_vehicle=private`, `motorcar=private`, `vehicle=no` or `private`) are not drivable either.
+//! OSMnx keeps them, but private drives would end the approaches of public streets.
 
 pub mod lanes;
 pub mod speed;
@@ -118,6 +122,12 @@ const NOT_DRIVABLE: [&str; 29] = [
 const SERVICE: [&str; 6] =
     ["alley", "driveway", "emergency_access", "parking", "parking_aisle", "private"];
 
+/// Values of access tags that keep the public's motor vehicles out.
+const CLOSED: [&str; 2] = ["no", "private"];
+
+/// Values of access tags that let the public's motor vehicles in, whatever a more general tag says.
+const OPEN: [&str; 4] = ["yes", "designated", "permissive", "destination"];
+
 /// Which way traffic goes, relative to the order of a way's nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
@@ -197,8 +207,9 @@ pub fn drivable(tags: &Tags<'_>) -> bool {
     tag(tags, "highway").is_some_and(|h| !NOT_DRIVABLE.contains(&h))
         && !is("area", &["yes"])
         && !is("access", &["private"])
-        && !is("motor_vehicle", &["no"])
-        && !is("motorcar", &["no"])
+        && !is("motor_vehicle", &CLOSED)
+        && !is("motorcar", &CLOSED)
+        && (!is("vehicle", &CLOSED) || is("motor_vehicle", &OPEN) || is("motorcar", &OPEN))
         && !is("service", &SERVICE)
 }
 
@@ -275,11 +286,24 @@ mod tests {
             ("access", "private"),
             ("motor_vehicle", "no"),
             ("motorcar", "no"),
+            ("motor_vehicle", "private"),
+            ("motorcar", "private"),
+            ("vehicle", "no"),
+            ("vehicle", "private"),
             ("service", "alley"),
         ] {
             assert!(!drivable(&[("highway", "residential"), other]), "{other:?}");
         }
         assert!(!drivable(&[("building", "yes")]));
+    }
+
+    #[test]
+    fn a_tag_of_motor_vehicles_wins_over_that_of_all_vehicles() {
+        let with = |key, value| {
+            drivable(&[("highway", "residential"), ("vehicle", "private"), (key, value)])
+        };
+        assert!(with("motor_vehicle", "yes") && with("motorcar", "designated"));
+        assert!(!with("motor_vehicle", "delivery") && !with("bicycle", "yes"));
     }
 
     #[test]
