@@ -143,6 +143,12 @@ fn counts_of_another_city_are_refused() {
     assert_eq!(output.status.code(), Some(2));
     let message = stderr(&output);
     assert!(message.contains("aadt.csv: none of its 1 counts"), "{message}");
+    fs::write(folder.path().join("list.csv"), "lat,lon\n41.0,-75.0\n").unwrap();
+    let output = build(folder.path(), "four_arms", "--signals list.csv");
+    assert_eq!(output.status.code(), Some(2));
+    let message = stderr(&output);
+    assert!(message.contains("list.csv: none of its 1 signals"), "{message}");
+    assert!(message.contains("latitudes 41.000 to 41.000"), "{message}");
     fs::write(folder.path().join("list.csv"), "{\"type\": \"FeatureCollection\"}").unwrap();
     let output = build(folder.path(), "four_arms", "--signals list.csv");
     assert_eq!(output.status.code(), Some(2));

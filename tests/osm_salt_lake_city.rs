@@ -134,7 +134,7 @@ fn counts_are_joined_to_the_arms_whose_street_they_are_of() {
         println!("match_deg {match_deg}: {:.3} of arms", share(settings, 0.0));
     }
     let limit = CountSettings::default().max_veh_per_day_per_lane;
-    let unlimited = CountSettings { max_veh_per_day_per_lane: 1e9, ..CountSettings::default() };
+    let unlimited = CountSettings { max_veh_per_day_per_lane: 1e6, ..CountSettings::default() };
     let unlimited = read(unlimited);
     let of_arms: Vec<_> = arms(&city).filter_map(|a| Some((a, matched(&unlimited, a)?))).collect();
     let above =

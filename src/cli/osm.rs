@@ -81,6 +81,10 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
     if let (Some(path), Some(counts), false) = (&args.osm.aadt, inputs.counts, city.is_counted()) {
         return Err(unmatched(path, counts).into());
     }
+    let nowhere = city.found.intersections.is_empty() && !city.found.skipped.is_empty();
+    if let (Some(path), Some(list), true) = (&args.osm.signals, inputs.signals, nowhere) {
+        return Err(elsewhere(path, list).into());
+    }
     let derived_in = start.elapsed() - read_in;
     let folder = out.join(NETWORKS_FOLDER);
     let mut built = 0;
@@ -131,7 +135,6 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
 fn culprit(args: &BuildNetworksArgs, osm: &Path, city: &City) -> PathBuf {
     let from = &args.osm;
     let file = match city.skips().first() {
-        Some((Skip::NotListed, _)) => from.signals.clone(),
         Some((Skip::OutsideBoundary, _)) => from.boundary.as_ref().map(PathBuf::from),
         _ => None,
     };
@@ -162,17 +165,34 @@ fn check_folder(out: &Path) -> Result<(), OsmError> {
     Ok(())
 }
 
+/// Returns the error for a signal list that names no intersection of the extract.
+fn elsewhere(path: &Path, list: &SignalList) -> OsmError {
+    let reason = format!(
+        "none of its {} signals is at an intersection of the extract; they cover {}; give the list of \
+         this city, or leave out --signals",
+        list.signals.len(),
+        extent(list.bounds())
+    );
+    OsmError::Nothing { path: path.to_path_buf(), reason }
+}
+
+/// Says where something lies.
+fn extent(bounds: geo::Rect<f64>) -> String {
+    let (low, high) = (bounds.min(), bounds.max());
+    format!("longitudes {:.3} to {:.3} and latitudes {:.3} to {:.3}", low.x, high.x, low.y, high.y)
+}
+
 /// Returns the error for counts of which none lies along a street of an intersection.
 fn unmatched(path: &Path, counts: &Counts) -> OsmError {
-    let (low, high) = (counts.bounds().min(), counts.bounds().max());
+    let over = match counts.over_cap() {
+        0 => String::new(),
+        n => format!(" ({n} would, but exceed counts.max_veh_per_day_per_lane)"),
+    };
     let reason = format!(
-        "none of its {} counts lies along a street of an intersection; they cover longitudes {:.3} \
-         to {:.3} and latitudes {:.3} to {:.3}; give counts of this city, or leave out --aadt",
+        "none of its {} counts lies along a street of an intersection{over}; they cover {}; give \
+         counts of this city, or leave out --aadt",
         counts.len(),
-        low.x,
-        high.x,
-        low.y,
-        high.y
+        extent(counts.bounds())
     );
     OsmError::Nothing { path: path.to_path_buf(), reason }
 }
