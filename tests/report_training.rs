@@ -6,7 +6,7 @@ mod made_up;
 use std::fs;
 use std::path::Path;
 
-use made_up::{Ending, evaluations, manifest, well_formed, words};
+use made_up::{Ending, evaluations, manifest, well_formed, well_linked, words};
 use tsc_family::report::{self, ReportData, text};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
@@ -89,7 +89,9 @@ fn file_of(layout: &Layout, file: &str) -> String {
 #[test]
 fn the_words_about_training_are_these() {
     let dir = tempfile::tempdir().unwrap();
-    let page = words(&file_of(&two_learners(dir.path()), "index.html"));
+    let page = file_of(&two_learners(dir.path()), "index.html");
+    well_linked(&page);
+    let page = words(&page);
     let (_, section) = page.split_once("\nTraining\n[drawing]").unwrap();
     insta::assert_snapshot!(section.split_once("\nLevel of service\n").unwrap().0);
 }

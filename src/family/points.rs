@@ -17,6 +17,9 @@ const UNITS: [(&str, &str); 6] = [
     ("_lanes", "lanes per approach"),
 ];
 
+/// Name of a file that lies beside the folders of point MDPs.
+const RESERVED: &str = "INDEX.csv";
+
 /// Most characters in the id of a point MDP.
 const MAX_ID: usize = 100;
 
@@ -138,6 +141,9 @@ fn feature(name: &str) -> Feature {
 /// Checks that an id is safe as a file name.
 pub(super) fn check_id(what: &str, id: &str) -> Result<(), String> {
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if id.eq_ignore_ascii_case(RESERVED) {
+        return Err(format!("{what} {id:?}: the index of networks is called so; choose another"));
+    }
     if id.is_empty() || id.len() > MAX_ID || !id.chars().all(safe) || id.starts_with('.') {
         return Err(format!(
             "{what} {id:?}: expected 1 to {MAX_ID} letters, digits, `-`, `_` or `.`, not starting \
@@ -187,6 +193,11 @@ mod tests {
     #[test]
     fn an_id_that_leaves_the_folder_is_refused() {
         assert!(error("point,importance,x\n../a,1,1\n").contains("point \"../a\""));
+    }
+
+    #[test]
+    fn the_name_of_the_index_is_no_id() {
+        assert!(error("point,importance,x\nindex.csv,1,1\n").contains("point \"index.csv\""));
     }
 
     #[test]

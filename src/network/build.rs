@@ -1,16 +1,18 @@
 //! Builds the networks of a family into a folder, in parallel, and only those that are missing.
 //!
 //! A point MDP's files are made and checked in a temporary folder and moved into place one by one.
-//! Its row leaves the index before and enters it after, so that an interrupted build leaves files
-//! that the index does not list, which the next build makes again.
+//! Its row leaves the index before and enters it after, at the latest a second later, so that an
+//! interrupted build leaves files that the index does not list, which the next build makes again.
 //!
 //! A network is up to date if its files are as the index says and the hash of intersection and
 //! settings is the same. The version of netconvert is not part of that: networks that another one
 //! built stay as they are, and the index says which.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::Path;
 use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -31,6 +33,10 @@ const GENERATOR: u32 = 2;
 
 /// Seed of the vehicles in the `.rou.xml`.
 const ROUTES_SEED: u64 = 0;
+
+/// Time between two writings of the index while networks are built; a killed build repeats at most
+/// that much.
+const INDEX_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Start of the name of temporary folders.
 const TEMPORARY: &str = ".building-";
@@ -99,7 +105,8 @@ pub fn build_all(
             missing.push((spec, spec_sha256));
         }
     }
-    let wanted = |row: &&IndexRow| specs.iter().any(|s| s.point == row.point);
+    let points: BTreeSet<&str> = specs.iter().map(|s| s.point.as_str()).collect();
+    let wanted = |row: &&IndexRow| points.contains(row.point.as_str());
     let mut summary = BuildSummary {
         built: missing.len(),
         up_to_date: specs.len() - missing.len(),
@@ -119,9 +126,9 @@ pub fn build_all(
         index.remove(&spec.point);
     }
     index.write()?;
-    let index = Mutex::new(index);
+    let index = Mutex::new((index, Instant::now()));
     let failed = Mutex::new(Vec::new());
-    missing.par_iter().try_for_each(|(spec, spec_sha256)| {
+    let done = missing.par_iter().try_for_each(|(spec, spec_sha256)| {
         let mut row = match build_one(spec, network, demand, &netconvert, out) {
             Err(e) if options.leave_out && is_of_the_intersection(&e) => {
                 let mut failed = failed.lock().expect("no thread panics with the list");
@@ -132,12 +139,18 @@ pub fn build_all(
         };
         row.spec_sha256.clone_from(spec_sha256);
         let mut index = index.lock().expect("no thread panics with the index");
-        index.insert(row);
-        index.write()?;
+        index.0.insert(row);
+        // Writing all rows after every network would take longer than building many thousands.
+        if index.1.elapsed() >= INDEX_INTERVAL {
+            index.0.write()?;
+            index.1 = Instant::now();
+        }
         drop(index);
         progress(&spec.point);
         Ok::<_, NetworkError>(())
-    })?;
+    });
+    index.into_inner().expect("no thread panics with the index").0.write()?;
+    done?;
     summary.netconvert = Some(netconvert.version().to_owned());
     summary.failed = failed.into_inner().expect("no thread panics with the list");
     summary.failed.sort();

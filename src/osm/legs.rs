@@ -191,12 +191,8 @@ fn find_connector(
         let others = legs.iter().enumerate().filter(|(j, l)| *j != i && near(l));
         for (_, on) in others.filter(|(_, l)| l.chain.end == merge) {
             let last = |l: &Leg| l.chain.steps[l.chain.steps.len() - 1].reversed();
-            let link = |l: &Leg| graph.way(l.first()).street.highway.is_link();
-            let branches = graph.all_allowed(&off.chain.steps)
-                && match link(off) == link(on) {
-                    true => turns_off(graph, last(off), last(on), false),
-                    false => link(off),
-                };
+            let branches =
+                graph.all_allowed(&off.chain.steps) && turns_off(graph, last(off), last(on), false);
             if branches {
                 return Some(Slip { steps: off.chain.steps.clone(), kind: SlipKind::Behind });
             }

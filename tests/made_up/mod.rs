@@ -156,3 +156,20 @@ pub(crate) fn words(page: &str) -> String {
     let lines = text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>().join(" "));
     lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join("\n")
 }
+
+/// Checks that a page loads nothing from elsewhere and that its ids are unique and its links lead to
+/// them.
+pub(crate) fn well_linked(page: &str) {
+    for forbidden in ["src=", "<link", "<script", "@import", "url("] {
+        assert!(!page.contains(forbidden), "{forbidden}");
+    }
+    let mut ids: Vec<&str> =
+        page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+    let count = ids.len();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len(), count);
+    for link in page.split("href=\"#").skip(1).filter_map(|rest| rest.split('"').next()) {
+        assert!(ids.contains(&link), "{link}");
+    }
+}
