@@ -51,6 +51,7 @@ fn refused_file(name: &str, bytes: &[u8]) -> String {
 fn a_map_becomes_a_family_that_list_and_run_understand() {
     let (folder, text) = built("four_arms", "");
     assert!(text.contains("1 signals: 1 in 1 intersections, which are 1 point MDPs"), "{text}");
+    assert!(text.contains("next: tsc-family run city --budget all --out results/city"), "{text}");
     let city = folder.path().join("city");
     for file in [
         "approaches.csv",

@@ -32,6 +32,9 @@ use crate::osm::write::{
 use crate::osm::{OsmError, read};
 use crate::report::quality::{QUALITY_FILE, write_quality};
 
+/// Budget of the command that is suggested in the end.
+const EXAMPLE_BUDGET: usize = 20;
+
 /// Options that only `--osm` understands.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "From OpenStreetMap")]
@@ -126,7 +129,10 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         ))?;
         line(format!("quality: {}", page.display()))?;
         let name = &loaded.scenario.name;
-        line(format!("next: tsc-family run {} --budget 20 --out results/{name}", quoted(&out)))?;
+        let budget =
+            if points > EXAMPLE_BUDGET { EXAMPLE_BUDGET.to_string() } else { "all".into() };
+        let folder = quoted(&out);
+        line(format!("next: tsc-family run {folder} --budget {budget} --out results/{name}"))?;
     }
     Ok(exit::DONE)
 }
