@@ -13,7 +13,7 @@ use super::points::check_id;
 use crate::error::FamilyError;
 
 /// Most lanes per direction that an approach may have.
-const MAX_LANES: u32 = 12;
+pub const MAX_LANES: u32 = 12;
 
 /// One arm of a real intersection.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]

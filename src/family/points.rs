@@ -21,7 +21,7 @@ const UNITS: [(&str, &str); 6] = [
 const RESERVED: &str = "INDEX.csv";
 
 /// Most characters in the id of a point MDP.
-const MAX_ID: usize = 100;
+pub const MAX_ID: usize = 100;
 
 /// Reads a table of point MDPs.
 ///
@@ -139,7 +139,11 @@ fn feature(name: &str) -> Feature {
 }
 
 /// Checks that an id is safe as a file name.
-pub(super) fn check_id(what: &str, id: &str) -> Result<(), String> {
+///
+/// # Errors
+///
+/// What was expected, after what the id is of and the id itself.
+pub fn check_id(what: &str, id: &str) -> Result<(), String> {
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if id.eq_ignore_ascii_case(RESERVED) {
         return Err(format!("{what} {id:?}: the index of networks is called so; choose another"));

@@ -21,7 +21,7 @@ use crate::units::turn_degrees;
 pub const THROUGH_LIMIT_DEG: f64 = 45.0;
 
 /// Fewest and most arms that a network is built for.
-const ARMS: std::ops::RangeInclusive<usize> = 2..=6;
+pub const ARMS: std::ops::RangeInclusive<usize> = 2..=6;
 
 /// Category of a movement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

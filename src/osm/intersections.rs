@@ -13,15 +13,10 @@ use super::legs::{Surroundings, surroundings};
 use super::sites::{Site, Uncontrolled, sites};
 use super::streets::Streets;
 use super::turns::{Restrictions, crossings};
+use crate::family::approaches::MAX_LANES;
 use crate::network::intersection::{Arm as NetworkArm, IntersectionSpec, Turns};
-use crate::network::movements::{Turn, movements};
+use crate::network::movements::{ARMS, Turn, movements};
 use crate::units::mph_to_mps;
-
-/// Most arms of an intersection that a network is built for.
-const MAX_ARMS: usize = 6;
-
-/// Most lanes of one direction of an arm, as in an approaches table.
-const MAX_LANES: u32 = 12;
 
 /// Why a signal is no intersection of the family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -192,7 +187,7 @@ fn intersection(
     if arms.iter().filter(|a| a.lanes_in > 0).count() < 2 {
         return skip(Skip::FewApproaches);
     }
-    if arms.len() > MAX_ARMS {
+    if arms.len() > *ARMS.end() {
         return skip(Skip::ManyArms);
     }
     if arms.iter().any(|a| a.lanes_in.max(a.lanes_out) > MAX_LANES) {

@@ -66,8 +66,6 @@ pub struct Surroundings {
     pub slips: Vec<Slip>,
     /// Steps between its junctions, in both directions.
     pub inside: Vec<Step>,
-    /// Pieces of the slip lanes, which make no junction.
-    pub ignored: HashSet<u32>,
 }
 
 /// Returns the legs of a site, after setting its slip lanes aside.
@@ -81,7 +79,7 @@ pub fn surroundings(
     loop {
         let (legs, inside) = legs(graph, site, settings, &ignored);
         let Some(slip) = find_slip(graph, site, settings, &legs, &ignored) else {
-            return Surroundings { legs, slips, inside, ignored };
+            return Surroundings { legs, slips, inside };
         };
         ignored.extend(slip.steps.iter().map(|s| s.piece));
         slips.push(slip);

@@ -11,7 +11,7 @@ use super::geometry::EARTH_RADIUS_M;
 use super::graph::Graph;
 use super::intersections::{Found, Skip, Skipped};
 use super::signals::ListedSignal;
-use crate::network::index::INDEX_FILE;
+use crate::family::points::check_id;
 
 /// Why a row has no intersection although one is within reach.
 const OF_ANOTHER_ROW: &str = "its intersection belongs to a nearer row";
@@ -22,9 +22,6 @@ const NOTHING_NEAR: &str = "no junction of streets within reach";
 /// Why an intersection does not have the id of its row.
 const NO_NAME: &str = "its id cannot name files or is that of another intersection, so the \
                        intersection keeps that of the map";
-
-/// Most characters of an id that names files.
-const MAX_ID: usize = 100;
 
 /// A place on the sphere, metres from the centre of the earth: nearest along a chord is nearest on
 /// the ground.
@@ -155,7 +152,7 @@ pub fn keep_listed(found: &mut Found, rows: &[ListedSignal], match_m: f64) -> Ve
         match row_of.get(&index) {
             Some((row, metres)) => {
                 let id = &rows[*row].id;
-                if is_file_name(id) && !of_map.contains(id) {
+                if check_id("signal", id).is_ok() && !of_map.contains(id) {
                     intersection.id.clone_from(id);
                 } else if *id != intersection.id {
                     matches[*row].reason = Some(NO_NAME);
@@ -172,14 +169,6 @@ pub fn keep_listed(found: &mut Found, rows: &[ListedSignal], match_m: f64) -> Ve
         }
     }
     matches
-}
-
-/// Returns whether an id may stand in the names of files, as an approaches table asks; beside the
-/// networks lies their index.
-fn is_file_name(id: &str) -> bool {
-    let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    let reserved = id.starts_with('.') || id.eq_ignore_ascii_case(INDEX_FILE);
-    (1..=MAX_ID).contains(&id.len()) && id.chars().all(safe) && !reserved
 }
 
 #[cfg(test)]
@@ -233,7 +222,7 @@ mod tests {
 
     #[test]
     fn an_id_that_cannot_name_files_is_said_so() {
-        let long = "7".repeat(MAX_ID + 1);
+        let long = "7".repeat(crate::family::points::MAX_ID + 1);
         for id in ["a/b", "Münster", &long, "", ".a", "INDEX.csv", "index.CSV"] {
             assert_eq!(named(&[id]), (vec!["n0".to_owned()], vec![true]), "{id}");
         }
