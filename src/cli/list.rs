@@ -78,7 +78,18 @@ fn table(loaded: &LoadedScenario) -> String {
         family.name
     )
     .expect("writing to a string cannot fail");
+    text.push_str(&imputed(loaded));
     text
+}
+
+/// Says how many approaches have no count of their own, if there are any.
+fn imputed(loaded: &LoadedScenario) -> String {
+    let imputed: u32 = loaded.intersections.iter().map(|i| i.imputed).sum();
+    if imputed == 0 {
+        return String::new();
+    }
+    let arms = loaded.intersections.iter().flat_map(|i| &i.arms).filter(|a| a.lanes_in > 0).count();
+    format!("\n{imputed} of {arms} approaches have no traffic count; the mean of others stands for it")
 }
 
 /// Returns a number without needless digits.
@@ -117,6 +128,7 @@ fn features(loaded: &LoadedScenario) -> String {
              measured in EPSG:3395 (see length_scale).",
         );
     }
+    text.push_str(&imputed(loaded));
     text
 }
 

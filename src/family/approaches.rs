@@ -2,23 +2,25 @@
 //!
 //! Columns, in any order: `intersection, arm, latitude, longitude, bearing_deg, lanes_in,
 //! lanes_out, left_turn_lanes, right_turn_lanes, speed_mph, length_m,
-//! aadt_veh_per_day_per_lane, movements`. Rows of one intersection stand together.
+//! aadt_veh_per_day_per_lane, movements`. An empty `aadt_veh_per_day_per_lane` is a count that is
+//! missing and gets imputed; 0 is a count of no vehicle.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use super::check::within;
+use super::impute::impute;
 use super::points::check_id;
 use crate::error::FamilyError;
 
 /// Most lanes per direction that an approach may have.
 pub const MAX_LANES: u32 = 12;
 
-/// One arm of a real intersection.
+/// One arm of a real intersection; `Count` is an `Option` where counts may still be missing.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Approach {
+pub struct Approach<Count = f64> {
     /// Intersection that the arm belongs to.
     pub intersection: String,
     /// Name of the arm within its intersection.
@@ -41,8 +43,10 @@ pub struct Approach {
     pub speed_mph: f64,
     /// Length of the approach, metres.
     pub length_m: f64,
-    /// Annual average daily traffic per lane, vehicles per day.
-    pub aadt_veh_per_day_per_lane: f64,
+    /// Annual average daily traffic, vehicles per day and lane: times `lanes_in` it is the flow
+    /// towards the signal. Where counts are of both directions, as those of Salt Lake City are, it is
+    /// the count divided by the lanes of both directions.
+    pub aadt_veh_per_day_per_lane: Count,
     /// Turns that exist: `t` U-turn, `l` left, `s` straight, `r` right; empty when unknown.
     pub movements: String,
 }
@@ -58,65 +62,70 @@ pub struct Intersection {
     pub longitude: f64,
     /// Arms in the order of the table.
     pub arms: Vec<Approach>,
+    /// How many of the arms that lead to the signal have an imputed count.
+    pub imputed: u32,
 }
 
-/// Reads an approaches table.
+/// An intersection as it stands in the table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct RawIntersection {
+    /// Id in the table.
+    pub(super) id: String,
+    /// Line of the first arm.
+    pub(super) line: u64,
+    /// Arms in the order of the table, at least one of which leads to the signal.
+    pub(super) arms: Vec<Approach<Option<f64>>>,
+}
+
+/// Reads an approaches table and imputes the counts that are missing, see [`super::impute`].
 ///
 /// # Errors
 ///
-/// [`FamilyError::Csv`] with file and line for a malformed row or a value out of range,
-/// [`FamilyError::Empty`] for a table without rows.
+/// [`FamilyError::Csv`] with file and line for a malformed row, a value out of range or a table
+/// without any count, [`FamilyError::Empty`] for a table without rows.
 pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|e| csv_error(file, &e))?.clone();
-    let mut intersections: Vec<Intersection> = Vec::new();
+    let mut intersections: Vec<RawIntersection> = Vec::new();
     let mut position: BTreeMap<String, usize> = BTreeMap::new();
-    let mut first_lines: Vec<u64> = Vec::new();
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(|e| csv_error(file, &e))? {
         let line = record.position().map_or(0, csv::Position::line);
-        let row: Approach = record.deserialize(Some(&headers)).map_err(|e| FamilyError::Csv {
-            file: file.to_owned(),
-            line,
-            message: deserialize_message(&e, &headers),
-        })?;
-        check(&row).map_err(|message| FamilyError::Csv { file: file.to_owned(), line, message })?;
+        let fail = |message| FamilyError::Csv { file: file.to_owned(), line, message };
+        let row: Approach<Option<f64>> = record
+            .deserialize(Some(&headers))
+            .map_err(|e| fail(deserialize_message(&e, &headers)))?;
+        check(&row).map_err(fail)?;
         let index = *position.entry(row.intersection.clone()).or_insert_with(|| {
-            first_lines.push(line);
-            intersections.push(Intersection {
-                id: row.intersection.clone(),
-                latitude: row.latitude,
-                longitude: row.longitude,
-                arms: Vec::new(),
-            });
+            let id = row.intersection.clone();
+            intersections.push(RawIntersection { id, line, arms: Vec::new() });
             intersections.len() - 1
         });
         if intersections[index].arms.iter().any(|a| a.arm == row.arm) {
-            return Err(FamilyError::Csv {
-                file: file.to_owned(),
-                line,
-                message: format!(
-                    "intersection {} has arm {} twice; give each arm one row",
-                    row.intersection, row.arm
-                ),
-            });
+            return Err(fail(format!(
+                "intersection {} has arm {} twice; give each arm one row",
+                row.intersection, row.arm
+            )));
         }
         intersections[index].arms.push(row);
     }
     if intersections.is_empty() {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
-    for (intersection, line) in intersections.iter().zip(first_lines) {
-        if intersection.arms.iter().all(|a| a.lanes_in == 0) {
-            let message =
-                format!("intersection {} has no incoming lane; remove it", intersection.id);
-            return Err(FamilyError::Csv { file: file.to_owned(), line, message });
+    for RawIntersection { id, line, arms } in &intersections {
+        if arms.iter().all(|a| a.lanes_in == 0) {
+            let message = format!("intersection {id} has no incoming lane; remove it");
+            return Err(FamilyError::Csv { file: file.to_owned(), line: *line, message });
         }
     }
-    Ok(intersections)
+    impute(intersections).map_err(|message| FamilyError::Csv {
+        file: file.to_owned(),
+        line: 1,
+        message,
+    })
 }
 
-fn check(row: &Approach) -> Result<(), String> {
+fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
     let number = |name: &str, value: f64, low: f64, high: f64| {
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
     };
@@ -126,7 +135,9 @@ fn check(row: &Approach) -> Result<(), String> {
     number("bearing_deg", row.bearing_deg, 0.0, 360.0)?;
     number("speed_mph", row.speed_mph, 1.0, 100.0)?;
     number("length_m", row.length_m, 1.0, 100_000.0)?;
-    number("aadt_veh_per_day_per_lane", row.aadt_veh_per_day_per_lane, 0.0, 1e7)?;
+    if let Some(aadt) = row.aadt_veh_per_day_per_lane {
+        number("aadt_veh_per_day_per_lane", aadt, 0.0, 1e7)?;
+    }
     if row.lanes_in > MAX_LANES || row.lanes_out > MAX_LANES {
         return Err(format!("more than {MAX_LANES} lanes in one direction"));
     }
@@ -208,6 +219,26 @@ mod tests {
     fn nan_and_negative_values_are_refused() {
         assert!(error("7,A,40,-111,0,2,1,1,0,NaN,200,9000,lsr\n").contains("speed_mph = NaN"));
         assert!(error("7,A,40,-111,0,2,1,1,0,30,-5,9000,lsr\n").contains("length_m = -5"));
+    }
+
+    #[test]
+    fn an_empty_count_is_missing_and_a_count_of_0_is_a_count() {
+        let text = format!(
+            "{HEADER}7,A,40,-111,0,2,1,1,0,30,200,9000,lsr\n7,B,40,-111,90,2,1,1,0,30,200, ,\n\
+             7,C,40,-111,180,2,1,1,0,30,200,0,\n"
+        );
+        let read = read(&text, "a.csv").unwrap();
+        let counts: Vec<f64> = read[0].arms.iter().map(|a| a.aadt_veh_per_day_per_lane).collect();
+        assert_eq!((counts, read[0].imputed), (vec![9000.0, 4500.0, 0.0], 1));
+    }
+
+    #[test]
+    fn a_table_without_any_count_is_refused() {
+        assert_eq!(
+            error("7,A,40,-111,0,2,1,1,0,30,200,,lsr\n"),
+            "a.csv, line 1: aadt_veh_per_day_per_lane is empty on every approach that leads to a \
+             signal; give at least one count"
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! The paper says neither how its 345 intersections became 164 distinct ones nor how a feature
 //! of an intersection follows from its approaches. The rule here is this project's: each feature
 //! is the mean over the arms that lead to the signal, rounded **half to even** to a multiple of
-//! its bin. Rounding half up would give another family (184 instead of 163 point MDPs), because
+//! its bin. Rounding half up would give another family (186 instead of 164 point MDPs), because
 //! many values are exact ties.
 
 use std::collections::BTreeMap;
@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use super::approaches::{Approach, Intersection};
 use super::scenario::{FamilySettings, SixFeatures};
 
-/// Returns the arriving vehicles per hour of an approach: its AADT times the hourly share, capped
-/// per lane, times its lanes.
+/// Returns the arriving vehicles per hour of an approach: its AADT per lane times the hourly share,
+/// capped per lane, times the lanes that lead to the signal.
 pub fn inflow_vph(approach: &Approach, settings: &FamilySettings) -> f64 {
     (approach.aadt_veh_per_day_per_lane * settings.hourly_share)
         .min(settings.inflow_cap_vph_per_lane)
@@ -34,6 +34,25 @@ pub fn six_features(intersection: &Intersection, settings: &FamilySettings) -> S
         left_turn_lanes: mean(&|a| f64::from(a.left_turn_lanes)),
         right_turn_lanes: mean(&|a| f64::from(a.right_turn_lanes)),
     }
+}
+
+/// Returns the six features of an intersection that keeps its own arms: as [`six_features`], but with
+/// the inflow of every arm raised to the minimum, as it is simulated.
+pub fn per_approach_features(
+    intersection: &Intersection,
+    settings: &FamilySettings,
+) -> SixFeatures {
+    let inflows: Vec<f64> = (intersection.arms.iter().filter(|a| a.lanes_in > 0))
+        .map(|a| simulated_inflow_vph(a, settings))
+        .collect();
+    let inflow_vph = inflows.iter().sum::<f64>() / inflows.len() as f64;
+    SixFeatures { inflow_vph, ..six_features(intersection, settings) }
+}
+
+/// Returns the arriving vehicles per hour of an approach that is simulated as it is: at least the
+/// minimum.
+pub fn simulated_inflow_vph(approach: &Approach, settings: &FamilySettings) -> f64 {
+    inflow_vph(approach, settings).max(settings.min_inflow_vph)
 }
 
 /// Returns `value` as a whole number of bins, half to even.
@@ -108,7 +127,7 @@ mod tests {
     }
 
     fn intersection(arms: Vec<Approach>) -> Intersection {
-        Intersection { id: "1".into(), latitude: 0.0, longitude: 0.0, arms }
+        Intersection { id: "1".into(), latitude: 0.0, longitude: 0.0, arms, imputed: 0 }
     }
 
     #[test]
@@ -124,6 +143,14 @@ mod tests {
     #[test]
     fn inflow_is_capped_per_lane() {
         assert_eq!(inflow_vph(&arm(2, 0, 200_403.0), &FamilySettings::default()), 1800.0);
+    }
+
+    #[test]
+    fn an_intersection_with_its_own_arms_has_the_inflow_that_is_simulated() {
+        let (busy, quiet) = (arm(1, 1, 2400.0), arm(1, 1, 0.0));
+        let features =
+            per_approach_features(&intersection(vec![busy, quiet]), &FamilySettings::default());
+        assert_eq!(features.inflow_vph, 80.0);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::approaches::{self, Intersection};
 use super::check::check;
-use super::features::{group, point_id, six_features};
+use super::features::{group, per_approach_features, point_id};
 use super::overrides::Override;
 use super::points;
 use super::scenario::{Detail, Scenario, SixFeatures};
@@ -173,7 +173,7 @@ fn derive(
             .iter()
             .enumerate()
             .map(|(i, intersection)| {
-                let features = six_features(intersection, &scenario.family);
+                let features = per_approach_features(intersection, &scenario.family);
                 (id_of_point(&intersection.id), features, vec![i])
             })
             .collect(),
@@ -229,13 +229,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn salt_lake_city_has_163_point_mdps_of_282_intersections() {
+    fn salt_lake_city_has_164_point_mdps_of_282_intersections() {
         let loaded = load("salt-lake-city").unwrap();
         assert_eq!(loaded.intersections.len(), 282);
-        assert_eq!(loaded.family.points.len(), 163);
+        assert_eq!(loaded.family.points.len(), 164);
         assert_eq!(loaded.family.points[0].instances, 19);
         let single = loaded.family.points.iter().filter(|p| p.instances == 1).count();
-        assert_eq!(single, 119);
+        assert_eq!(single, 117);
+    }
+
+    #[test]
+    fn salt_lake_city_has_36_approaches_without_a_count_at_30_intersections() {
+        let loaded = load("salt-lake-city").unwrap();
+        let imputed: Vec<u32> =
+            loaded.intersections.iter().map(|i| i.imputed).filter(|n| *n > 0).collect();
+        assert_eq!((imputed.len(), imputed.iter().sum::<u32>()), (30, 36));
     }
 
     #[test]

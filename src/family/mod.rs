@@ -6,6 +6,7 @@
 pub mod approaches;
 pub mod check;
 pub mod features;
+mod impute;
 pub mod load;
 pub mod overrides;
 pub mod points;

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::error::NetworkError;
 use crate::family::approaches::{Approach, Intersection};
 use crate::family::check::within;
-use crate::family::features::inflow_vph;
+use crate::family::features::simulated_inflow_vph;
 use crate::family::load::LoadedScenario;
 use crate::family::scenario::{Detail, FamilySettings, SixFeatures};
 use crate::units::{mph_to_mps, normalise_degrees};
@@ -116,7 +116,7 @@ impl Arm {
             right_turn_lanes: approach.right_turn_lanes,
             speed_mps: mph_to_mps(approach.speed_mph),
             length_m: approach.length_m * settings.length_scale,
-            inflow_vph: inflow_vph(approach, settings).max(settings.min_inflow_vph),
+            inflow_vph: simulated_inflow_vph(approach, settings),
             turns,
         }
     }
