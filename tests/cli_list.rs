@@ -103,5 +103,9 @@ fn an_unknown_scenario_names_the_embedded_ones() {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "list atlantis");
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("salt-lake-city, smoke"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("salt-lake-city, salt-lake-city-peak, smoke"),
+        "{}",
+        stderr(&output)
+    );
 }

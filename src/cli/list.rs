@@ -89,7 +89,9 @@ fn imputed(loaded: &LoadedScenario) -> String {
         return String::new();
     }
     let arms = loaded.intersections.iter().flat_map(|i| &i.arms).filter(|a| a.lanes_in > 0).count();
-    format!("\n{imputed} of {arms} approaches have no traffic count; the mean of others stands for it")
+    format!(
+        "\n{imputed} of {arms} approaches have no traffic count; the mean of others stands for it"
+    )
 }
 
 /// Returns a number without needless digits.

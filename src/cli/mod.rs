@@ -71,7 +71,8 @@ pub enum Command {
 /// Scenario of a subcommand.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArg {
-    /// Path of a scenario, or the name of an embedded one: `salt-lake-city`, `smoke`
+    /// Path of a scenario, or the name of an embedded one: `salt-lake-city`,
+    /// `salt-lake-city-peak`, `smoke`
     #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
     pub scenario: String,
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)

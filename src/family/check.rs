@@ -36,6 +36,7 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
     let (f, n, d) = (&scenario.family, &scenario.network, &scenario.demand);
     let (t, a, b) = (&scenario.fixed_time, &scenario.actuated, &scenario.baseline);
     let ranges = [
+        ("version", f64::from(scenario.version), 1.0, 1e6),
         ("family.hourly_share", f.hourly_share, 1e-6, 1.0),
         ("family.inflow_cap_vph_per_lane", f.inflow_cap_vph_per_lane, 1.0, 3600.0),
         ("family.min_inflow_vph", f.min_inflow_vph, 1.0, 3600.0),

@@ -21,9 +21,8 @@ const MIN_COUNTED: usize = 3;
 ///
 /// What to do when a count is missing and no arm is counted.
 pub(super) fn impute(raw: Vec<RawIntersection>) -> Result<Vec<Intersection>, String> {
-    let counted = |arm: &Approach<Option<f64>>| {
-        arm.aadt_veh_per_day_per_lane.filter(|_| arm.lanes_in > 0)
-    };
+    let counted =
+        |arm: &Approach<Option<f64>>| arm.aadt_veh_per_day_per_lane.filter(|_| arm.lanes_in > 0);
     let mut all = Vec::new();
     let mut of_lanes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for arm in raw.iter().flat_map(|i| &i.arms) {

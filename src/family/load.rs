@@ -13,8 +13,9 @@ use super::{Feature, MdpFamily, PointMdp};
 use crate::error::{FamilyError, FileError};
 
 /// Scenarios that the binary carries, so that it works from any directory.
-pub const EMBEDDED: [(&str, &str); 2] = [
+pub const EMBEDDED: [(&str, &str); 3] = [
     ("salt-lake-city", include_str!("../../scenarios/salt-lake-city.toml")),
+    ("salt-lake-city-peak", include_str!("../../scenarios/salt-lake-city-peak.toml")),
     ("smoke", include_str!("../../scenarios/smoke.toml")),
 ];
 
@@ -236,6 +237,24 @@ mod tests {
         assert_eq!(loaded.family.points[0].instances, 19);
         let single = loaded.family.points.iter().filter(|p| p.instances == 1).count();
         assert_eq!(single, 117);
+    }
+
+    #[test]
+    fn the_design_hour_has_other_point_mdps_of_the_same_table() {
+        let (mean, peak) = (load("salt-lake-city").unwrap(), load("salt-lake-city-peak").unwrap());
+        assert_eq!((peak.intersections, peak.table), (mean.intersections, mean.table));
+        assert_eq!(peak.family.points.len(), 187);
+        let mut settings = peak.scenario;
+        (settings.name, settings.title) = (mean.scenario.name.clone(), mean.scenario.title.clone());
+        settings.version = mean.scenario.version;
+        settings.family.hourly_share = mean.scenario.family.hourly_share;
+        assert_eq!(settings, mean.scenario);
+    }
+
+    #[test]
+    fn a_scenario_without_a_version_has_the_first() {
+        assert_eq!(load("smoke").unwrap().scenario.version, 1);
+        assert_eq!(load("salt-lake-city").unwrap().scenario.version, 2);
     }
 
     #[test]

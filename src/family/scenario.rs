@@ -16,6 +16,9 @@ pub struct Scenario {
     /// One sentence for people.
     #[serde(default)]
     pub title: String,
+    /// Number of the family's definition; a change of data or rules that moves results raises it.
+    #[serde(default = "first_version")]
+    pub version: u32,
     /// Where the point MDPs come from.
     pub family: FamilySettings,
     /// How intersections become road networks.
@@ -62,6 +65,11 @@ pub struct Scenario {
     pub mplight_star_resco: mplight_star::Config,
 }
 
+/// Version of a scenario that says none.
+fn first_version() -> u32 {
+    1
+}
+
 /// Where the point MDPs come from: exactly one of `approaches` and `points`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -72,8 +80,8 @@ pub struct FamilySettings {
     pub points: Option<String>,
     /// Six features per intersection or its real arms; needs `approaches` for the latter.
     pub detail: Detail,
-    /// Share of the daily traffic that arrives in the simulated hour (the K factor); the paper's
-    /// AADT per hour is 1/24, a traffic engineer's design hour about 0.084.
+    /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
+    /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
     pub hourly_share: f64,
     /// Upper limit of the inflow, vehicles per hour and lane (IntersectionZoo's cap).
     pub inflow_cap_vph_per_lane: f64,
