@@ -46,6 +46,12 @@ pub fn training(task_seed: u64, k: u32) -> u64 {
     seed & SUMO_SEED_MAX & !EVALUATION_BIT
 }
 
+/// Returns the seed of one property (`purpose`) of the vehicles that start on an edge, in the episode
+/// of a seed: a stream of vehicles, and each of its properties, is independent of all others.
+pub fn vehicles(seed: u64, purpose: &str, edge: &str) -> u64 {
+    derive(seed, &["vehicles", purpose, edge])
+}
+
 /// Returns the seed of a task; it does not depend on the order of tasks or on the other methods.
 pub fn task(base: u64, method: &str, point: &str, replicate: u32) -> u64 {
     derive(base, &["task", method, point, &replicate.to_string()])

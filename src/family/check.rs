@@ -1,5 +1,6 @@
 //! Checks ranges that types cannot express: of a scenario's settings and of tables.
 
+use super::demand::{MAX_APPROACH_SPREAD, MIN_PEAK_HOUR_FACTOR};
 use super::scenario::{Detail, Scenario, SixFeatures};
 use crate::error::FamilyError;
 
@@ -46,6 +47,7 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         ("network.default_cycle_s", n.default_cycle_s, 20.0, 600.0),
         ("network.default_left_green_s", n.default_left_green_s, 1.0, 100.0),
         ("demand.horizon_s", d.horizon_s, 10.0, 86_400.0),
+        ("demand.approach_spread", d.approach_spread, 0.0, MAX_APPROACH_SPREAD),
         ("signal.delta_time_s", f64::from(scenario.signal.delta_time_s), 1.0, 300.0),
         ("signal.detection_m", scenario.signal.detection_m, 1.0, 10_000.0),
         ("simulation.time_to_teleport_s", scenario.simulation.time_to_teleport_s, -1.0, 86_400.0),
@@ -86,6 +88,10 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         let value = scenario.signal.yellow_time_s.to_string();
         return fail("signal.yellow_time_s", value, "expected less than signal.delta_time_s");
     }
+    if !(d.peak_hour_factor > MIN_PEAK_HOUR_FACTOR && d.peak_hour_factor <= 1.0) {
+        let expected = format!("expected a number above {MIN_PEAK_HOUR_FACTOR}, at most 1");
+        return fail("demand.peak_hour_factor", d.peak_hour_factor.to_string(), &expected);
+    }
     let shares = [d.turn_shares.left, d.turn_shares.through, d.turn_shares.right];
     if shares.iter().any(|s| !s.is_finite() || *s < 0.0) || shares.iter().sum::<f64>() <= 0.0 {
         let value = format!("{shares:?}");
@@ -124,6 +130,21 @@ mod tests {
             e.to_string(),
             "t.toml: demand.horizon_s = 0: expected a number from 10 to 86400"
         );
+    }
+
+    #[test]
+    fn how_unevenly_vehicles_come_has_limits() {
+        for (extra, expected) in [
+            ("demand.peak_hour_factor = 0.25", "above 0.25, at most 1"),
+            ("demand.peak_hour_factor = 1.01", "above 0.25, at most 1"),
+            ("demand.peak_hour_factor = nan", "above 0.25, at most 1"),
+            ("demand.approach_spread = 0.75", "from 0 to 0.745"),
+        ] {
+            let e = check(&scenario(extra), "t.toml").unwrap_err().to_string();
+            assert!(e.ends_with(&format!("expected a number {expected}")), "{e}");
+        }
+        check(&scenario("demand = {peak_hour_factor = 0.26, approach_spread = 0.745}"), "t")
+            .unwrap();
     }
 
     #[test]

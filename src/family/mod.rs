@@ -5,6 +5,7 @@
 
 pub mod approaches;
 pub mod check;
+mod demand;
 pub mod features;
 mod impute;
 pub mod load;

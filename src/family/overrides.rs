@@ -170,8 +170,8 @@ mod tests {
     fn an_unknown_setting_says_which_there_are() {
         assert_eq!(
             refused("demand.horizon=600"),
-            "--set demand.horizon=600: unknown setting `horizon`, expected `horizon_s` or \
-             `turn_shares`"
+            "--set demand.horizon=600: unknown setting `horizon`, expected one of `horizon_s`, \
+             `turn_shares`, `peak_hour_factor`, `approach_spread`"
         );
         let e = refused("learning_rate=1");
         assert!(e.contains("unknown setting `learning_rate`, expected one of `name`"), "{e}");

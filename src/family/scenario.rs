@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use super::demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
 use crate::control::{idqn, ippo, mplight, mplight_star};
 
 /// A scenario as written in TOML.
@@ -200,40 +201,6 @@ impl Default for NetworkSettings {
             default_cycle_s: 90.0,
             default_left_green_s: 6.0,
         }
-    }
-}
-
-/// Which vehicles arrive.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DemandSettings {
-    /// Simulated time, seconds; vehicles arrive during all of it.
-    pub horizon_s: f64,
-    /// How arriving vehicles turn; renormalised over the movements that exist.
-    pub turn_shares: TurnShares,
-}
-
-impl Default for DemandSettings {
-    fn default() -> Self {
-        Self { horizon_s: 3600.0, turn_shares: TurnShares::default() }
-    }
-}
-
-/// Shares of the vehicles of an approach.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TurnShares {
-    /// Left turns.
-    pub left: f64,
-    /// Straight on.
-    pub through: f64,
-    /// Right turns.
-    pub right: f64,
-}
-
-impl Default for TurnShares {
-    fn default() -> Self {
-        Self { left: 0.1, through: 0.8, right: 0.1 }
     }
 }
 

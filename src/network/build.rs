@@ -29,7 +29,7 @@ use crate::hash::sha256;
 
 /// Number of the rules by which networks are made; a change to them raises it, and all networks
 /// are built again.
-const GENERATOR: u32 = 2;
+const GENERATOR: u32 = 3;
 
 /// Seed of the vehicles in the `.rou.xml`.
 const ROUTES_SEED: u64 = 0;
@@ -276,6 +276,7 @@ mod tests {
             let network = NetworkSettings { phase_green_s: n, ..network.clone() };
             spec_hash(s, &network, &DemandSettings { horizon_s: d, ..demand.clone() })
         };
+        let peak = DemandSettings { horizon_s: 60.0, peak_hour_factor: 0.9, ..demand.clone() };
         let mut other = spec.clone();
         other.arms[3].inflow_vph += 1e-9;
         let hashes = [
@@ -283,8 +284,9 @@ mod tests {
             hash(&spec, 3.5, 60.0),
             hash(&spec, 3.0, 61.0),
             hash(&other, 3.0, 60.0),
+            spec_hash(&spec, &NetworkSettings { phase_green_s: 3.0, ..network.clone() }, &peak),
         ];
-        assert!((0..4).all(|i| (0..i).all(|j| hashes[i] != hashes[j])));
+        assert!((0..5).all(|i| (0..i).all(|j| hashes[i] != hashes[j])));
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! Choices where implementations differ:
 //! - **Randomness** of a stream comes from three generators of its own, for arrivals, turns and
-//!   drivers, whose seeds are hashes of the seed and a label. Changing one stream, or one of the
-//!   three, leaves all others alone, and a higher inflow only squeezes the same arrivals together.
+//!   drivers. Changing one stream, or one of the three, leaves all others alone. A higher inflow only
+//!   squeezes the same arrivals together, and a peak hour factor only moves them within the horizon.
 //! - **Drivers** get SUMO's default spread of desired speeds, but drawn here and written into the
 //!   file, so that SUMO's own random numbers, which depend on what the signal does, do not decide
 //!   who the vehicles are.
@@ -18,12 +18,13 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::intersection::IntersectionSpec;
 use super::movements::{Movement, Turn, incoming_edge, movements};
+use super::peak::peaked_s;
 use crate::error::{FileError, NetworkError};
 use crate::family::scenario::{DemandSettings, TurnShares};
+use crate::seed;
 use crate::units::SECONDS_PER_HOUR;
 
 /// Lane on which vehicles start: of those that lead to their exit, the one with the fewest
@@ -52,6 +53,8 @@ const SPEED_FACTOR: [f64; 4] = [1.0, 0.1, 0.2, 2.0];
 pub struct DemandSpec {
     /// Vehicles arrive from 0 to here, seconds.
     pub horizon_s: f64,
+    /// Vehicles of the horizon divided by four times those of its second quarter; 1 is an even flow.
+    pub peak_hour_factor: f64,
     /// Streams of vehicles, one per incoming edge.
     pub streams: Vec<Stream>,
 }
@@ -125,7 +128,9 @@ impl DemandSpec {
         };
         let inflows = spec.arms.iter().map(|a| a.inflow_vph).enumerate();
         let incoming = inflows.filter(|(i, _)| spec.arms[*i].lanes_in > 0);
-        Ok(Self { horizon_s: settings.horizon_s, streams: incoming.map(stream).collect() })
+        let streams = incoming.map(stream).collect();
+        let DemandSettings { horizon_s, peak_hour_factor, .. } = *settings;
+        Ok(Self { horizon_s, peak_hour_factor, streams })
     }
 
     /// Reads a `.demand.json`.
@@ -147,8 +152,7 @@ impl DemandSpec {
     /// Draws the vehicles of a seed, by departure and then by stream.
     pub fn vehicles(&self, seed: u64) -> Vec<Vehicle> {
         let streams = self.streams.iter().enumerate();
-        let mut all: Vec<_> =
-            streams.flat_map(|(i, s)| s.vehicles(i, self.horizon_s, seed)).collect();
+        let mut all: Vec<_> = streams.flat_map(|(i, s)| self.arrivals(i, s, seed)).collect();
         all.sort_by_key(|v| (v.depart_s, v.stream, v.number));
         all
     }
@@ -164,6 +168,29 @@ impl DemandSpec {
         let vehicles = self.vehicles(seed);
         fs::write(path, self.routes_xml(&vehicles)).map_err(FileError::at("write", path))?;
         Ok(vehicles.len() as u32)
+    }
+
+    /// Draws the vehicles of one stream.
+    fn arrivals(&self, index: usize, stream: &Stream, seed: u64) -> Vec<Vehicle> {
+        let [mut arrivals, mut turns, mut drivers] = ["arrivals", "turns", "drivers"]
+            .map(|purpose| ChaCha12Rng::seed_from_u64(seed::vehicles(seed, purpose, &stream.from)));
+        let mut vehicles = Vec::new();
+        let mut time_s = 0.0;
+        loop {
+            // 1 - u lies in (0, 1], whose logarithm is finite.
+            let unit_gap = -(1.0 - arrivals.random::<f64>()).ln();
+            time_s += unit_gap * SECONDS_PER_HOUR / stream.inflow_vph;
+            if time_s.is_nan() || time_s >= self.horizon_s {
+                return vehicles;
+            }
+            vehicles.push(Vehicle {
+                stream: index,
+                number: vehicles.len() as u32,
+                route: stream.route(turns.random()),
+                depart_s: peaked_s(time_s, self.horizon_s, self.peak_hour_factor) as u32,
+                speed_factor: speed_factor(&mut drivers),
+            });
+        }
     }
 
     fn routes_xml(&self, vehicles: &[Vehicle]) -> String {
@@ -194,28 +221,6 @@ impl DemandSpec {
 }
 
 impl Stream {
-    fn vehicles(&self, stream: usize, horizon_s: f64, seed: u64) -> Vec<Vehicle> {
-        let [mut arrivals, mut turns, mut drivers] = ["arrivals", "turns", "drivers"]
-            .map(|purpose| generator(seed, &format!("{purpose} of {}", self.from)));
-        let mut vehicles = Vec::new();
-        let mut time_s = 0.0;
-        loop {
-            // 1 - u lies in (0, 1], whose logarithm is finite.
-            let unit_gap = -(1.0 - arrivals.random::<f64>()).ln();
-            time_s += unit_gap * SECONDS_PER_HOUR / self.inflow_vph;
-            if time_s.is_nan() || time_s >= horizon_s {
-                return vehicles;
-            }
-            vehicles.push(Vehicle {
-                stream,
-                number: vehicles.len() as u32,
-                route: self.route(turns.random()),
-                depart_s: time_s as u32,
-                speed_factor: speed_factor(&mut drivers),
-            });
-        }
-    }
-
     /// Returns the route at a point of the cumulative distribution.
     fn route(&self, mut point: f64) -> usize {
         for (i, route) in self.routes.iter().enumerate() {
@@ -245,15 +250,6 @@ fn routes(movements: &[Movement], shares: &TurnShares) -> Vec<RouteShare> {
     let share =
         |(m, weight): (&Movement, f64)| RouteShare { to: m.to_edge(), share: weight / total };
     movements.iter().zip(weights).map(share).collect()
-}
-
-/// Returns the generator of one source of randomness.
-fn generator(seed: u64, label: &str) -> ChaCha12Rng {
-    let mut hash = Sha256::new();
-    hash.update(b"tsc-family demand\0");
-    hash.update(seed.to_le_bytes());
-    hash.update(label.as_bytes());
-    ChaCha12Rng::from_seed(hash.finalize().into())
 }
 
 /// Draws a desired speed; like SUMO, draws again outside the bounds.
@@ -359,6 +355,16 @@ mod tests {
         let (slow, fast) = (first(&demand), first(&other));
         assert!(slow.depart_s.abs_diff(2 * fast.depart_s) <= 1);
         assert_eq!((slow.route, slow.speed_factor), (fast.route, fast.speed_factor));
+    }
+
+    #[test]
+    fn a_peak_moves_the_same_vehicles_within_the_horizon() {
+        let identity = |v: &Vehicle| (v.stream, v.number, v.route, v.speed_factor.to_bits());
+        let of = [1.0, 0.92, 0.26].map(|peak_hour_factor| {
+            let vehicles = DemandSpec { peak_hour_factor, ..demand(&cross()) }.vehicles(3);
+            vehicles.iter().map(identity).collect::<std::collections::BTreeSet<_>>()
+        });
+        assert!(of[0] == of[1] && of[1] == of[2]);
     }
 
     #[test]

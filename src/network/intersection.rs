@@ -62,19 +62,25 @@ pub struct IntersectionSpec {
 /// Lanes of a direction that no turn lane uses up.
 const MIN_SHARED_LANES: u32 = 1;
 
+/// Bearings of the four arms that six features make, degrees, and how far their inflow lies from the
+/// mean, in units of `approach_spread / sqrt(5)`: evenly spaced, with deviation `approach_spread`.
+/// North and south are the major street, each street has unequal directions.
+const FOUR_ARMS: [(f64, f64); 4] = [(0.0, 3.0), (90.0, -1.0), (180.0, 1.0), (270.0, -3.0)];
+
 impl IntersectionSpec {
-    /// Returns the intersection of a six-feature point MDP: four equal arms.
+    /// Returns the intersection of a six-feature point MDP: four arms that differ in nothing but
+    /// their inflow, which varies around the feature by `approach_spread`.
     ///
     /// `lanes` counts both directions: incoming lanes are half of it rounded up, and at least the
     /// turn lanes plus one; the other lanes lead away, at least one.
     ///
     /// Source: this project's rule; the paper does not say how six features become a junction.
-    pub fn from_six_features(point: &str, features: &SixFeatures) -> Self {
+    pub fn from_six_features(point: &str, features: &SixFeatures, approach_spread: f64) -> Self {
         let whole = |value: f64| value.max(0.0).round() as u32;
         let lanes = whole(features.lanes);
         let (left, right) = (whole(features.left_turn_lanes), whole(features.right_turn_lanes));
         let lanes_in = lanes.div_ceil(2).max(left + right + MIN_SHARED_LANES);
-        let arm = |bearing_deg| Arm {
+        let arm = |(bearing_deg, steps): (f64, f64)| Arm {
             bearing_deg,
             lanes_in,
             lanes_out: (lanes / 2).max(1),
@@ -82,10 +88,10 @@ impl IntersectionSpec {
             right_turn_lanes: right,
             speed_mps: mph_to_mps(features.speed_mph),
             length_m: features.length_m,
-            inflow_vph: features.inflow_vph,
+            inflow_vph: features.inflow_vph * (1.0 + approach_spread * steps / 5.0_f64.sqrt()),
             turns: None,
         };
-        Self { point: point.to_owned(), arms: [0.0, 90.0, 180.0, 270.0].map(arm).to_vec() }
+        Self { point: point.to_owned(), arms: FOUR_ARMS.map(arm).to_vec() }
     }
 
     /// Returns a real intersection with its own arms.
@@ -156,7 +162,8 @@ pub fn intersections(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, N
         .map(|point| {
             let features = SixFeatures::from_array(columns.map(|c| point.features[c]));
             check_six(&point.id, &features)?;
-            Ok(IntersectionSpec::from_six_features(&point.id, &features))
+            let spread = loaded.scenario.demand.approach_spread;
+            Ok(IntersectionSpec::from_six_features(&point.id, &features, spread))
         })
         .collect()
 }
@@ -182,10 +189,38 @@ fn check_six(point: &str, features: &SixFeatures) -> Result<(), NetworkError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::family::scenario::MAX_APPROACH_SPREAD;
 
     fn six(lanes: f64, left: f64, right: f64) -> IntersectionSpec {
         let values = [lanes, 30.0, 300.0, 500.0, left, right];
-        IntersectionSpec::from_six_features("p", &SixFeatures::from_array(values))
+        IntersectionSpec::from_six_features("p", &SixFeatures::from_array(values), 0.0)
+    }
+
+    /// Inflows of a point MDP of 500 veh/h per approach: north, east, south, west.
+    fn inflows(approach_spread: f64) -> Vec<f64> {
+        let features = SixFeatures::from_array([4.0, 30.0, 300.0, 500.0, 0.0, 0.0]);
+        let spec = IntersectionSpec::from_six_features("p", &features, approach_spread);
+        spec.arms.iter().map(|a| a.inflow_vph).collect()
+    }
+
+    #[test]
+    fn inflows_without_spread_are_the_feature() {
+        assert_eq!(inflows(0.0), [500.0; 4]);
+    }
+
+    #[test]
+    fn inflows_vary_by_the_spread_around_the_feature() {
+        let inflows = inflows(0.4);
+        let mean = inflows.iter().sum::<f64>() / 4.0;
+        let variance = inflows.iter().map(|q| (q - mean).powi(2)).sum::<f64>() / 4.0;
+        assert!((mean - 500.0).abs() < 1e-9 && (variance.sqrt() / mean - 0.4).abs() < 1e-12);
+        let [north, east, south, west] = inflows[..] else { unreachable!() };
+        assert!(north > south && south > east && east > west && north + south > east + west);
+    }
+
+    #[test]
+    fn the_largest_spread_leaves_no_approach_without_vehicles() {
+        assert!(inflows(MAX_APPROACH_SPREAD).iter().all(|q| *q > 0.0));
     }
 
     #[test]

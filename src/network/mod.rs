@@ -13,6 +13,7 @@ pub mod lanes;
 pub mod movements;
 pub mod net_file;
 pub mod netconvert;
+mod peak;
 pub mod phases;
 pub mod plain;
 pub mod validate;
