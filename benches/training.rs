@@ -19,13 +19,13 @@ use tsc_family::control::registry::create;
 use tsc_family::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
-use tsc_family::env::signal::yellow;
 use tsc_family::env::{SignalEnv, World, run_episode};
 use tsc_family::eval::plan::control_settings;
 use tsc_family::family::load::load;
 use tsc_family::family::scenario::{SignalSettings, SimulationSettings};
 use tsc_family::sim::libsumo::SumoSim;
 use tsc_family::sim::tripinfo;
+use tsc_family::timing::yellow;
 
 /// Methods and RESCO's ratios to the plain binary with libsumo, on cologne1 and ingolstadt1.
 const METHODS: [(&str, &str); 5] = [
@@ -219,9 +219,8 @@ fn program(signal: &SignalSpec, phases: &[GreenPhase]) -> String {
     let mut current = GreenPhase(0);
     for next in phases {
         let (from, to) = (&signal.phases[current.0].state, &signal.phases[next.0].state);
-        let between = yellow(from, to);
-        let first = if current == *next { to } else { between.as_ref().unwrap_or(from) };
-        phase(first, settings.yellow_time_s);
+        let first = if current == *next { to.clone() } else { yellow(from, to) };
+        phase(&first, settings.yellow_time_s);
         phase(to, settings.delta_time_s - settings.yellow_time_s);
         current = *next;
     }

@@ -19,4 +19,5 @@ pub mod seed;
 pub mod sim;
 pub mod stats;
 pub mod store;
+pub mod timing;
 pub mod units;

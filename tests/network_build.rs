@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use tsc_family::error::NetworkError;
 use tsc_family::family::load::{self, LoadedScenario};
-use tsc_family::family::scenario::{DemandSettings, NetworkSettings};
+use tsc_family::family::scenario::{DemandSettings, NetworkSettings, SignalSettings};
 use tsc_family::network::build::{BuildOptions, BuildSummary, build_all};
 use tsc_family::network::demand::DemandSpec;
 use tsc_family::network::index::Index;
@@ -82,6 +82,7 @@ fn build(
         specs,
         &NetworkSettings::default(),
         &demand,
+        &SignalSettings::default(),
         out,
         BuildOptions { force, leave_out: false },
         &|_| (),
@@ -129,9 +130,9 @@ fn every_shape_builds_and_is_sound() {
     let done = Mutex::new(BTreeSet::new());
     let progress = |point: &str| assert!(done.lock().unwrap().insert(point.to_owned()));
     let (network, demand) = (NetworkSettings::default(), DemandSettings::default());
+    let (signal, options) = (SignalSettings::default(), BuildOptions::default());
     let summary =
-        build_all(&shapes(), &network, &demand, out.path(), BuildOptions::default(), &progress)
-            .unwrap();
+        build_all(&shapes(), &network, &demand, &signal, out.path(), options, &progress).unwrap();
     assert_eq!((summary.built, done.lock().unwrap().len()), (9, 9));
     let index = Index::load(out.path()).unwrap();
     let phases: Vec<_> = index.rows().map(|r| (r.point.as_str(), r.arms, r.phases)).collect();

@@ -30,6 +30,7 @@ pub(crate) fn network(folder: &Path, inflow_vph: f64) -> PathBuf {
         &[spec],
         &NetworkSettings::default(),
         &DemandSettings::default(),
+        &SignalSettings::default(),
         &out,
         BuildOptions::default(),
         &|_| {},

@@ -10,6 +10,7 @@ use super::osm;
 use super::output::{Progress, line};
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
+use crate::family::scenario::Preset;
 use crate::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::network::index::Index;
 use crate::network::intersection::{IntersectionSpec, intersections};
@@ -25,7 +26,7 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     if let Some(extract) = &args.osm.osm {
         return osm::run(args, extract);
     }
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     let specs = intersections(&loaded)?;
     let start = std::time::Instant::now();
@@ -45,15 +46,21 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
 }
 
 /// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder or as
-/// the `scenario.toml` within it, as `--osm` writes it, else `networks/NAME`.
+/// the `scenario.toml` within it, as `--osm` writes it, else `networks/NAME`; with another preset than
+/// the default in a folder of its own beside it, because the default programs differ.
 pub(super) fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
+    let preset = loaded.scenario.preset;
+    let named = |name: &str| match preset == Preset::default() {
+        true => name.to_owned(),
+        false => format!("{name}-{}", preset.name()),
+    };
     let path = Path::new(scenario);
     if path.is_dir() {
-        return path.join(NETWORKS_FOLDER);
+        return path.join(named(NETWORKS_FOLDER));
     }
     match (path.file_name(), path.parent()) {
-        (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(NETWORKS_FOLDER),
-        _ => Path::new("networks").join(&loaded.scenario.name),
+        (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(named(NETWORKS_FOLDER)),
+        _ => Path::new("networks").join(named(&loaded.scenario.name)),
     }
 }
 
@@ -87,7 +94,8 @@ pub(super) fn build(
     let progress = Mutex::new(Progress::new(specs.len() as u64, Some("networks"), quiet));
     let done = AtomicU64::new(0);
     let scenario = &loaded.scenario;
-    let result = build_all(specs, &scenario.network, &scenario.demand, out, options, &|point| {
+    let (network, demand, signal) = (&scenario.network, &scenario.demand, &scenario.signal);
+    let result = build_all(specs, network, demand, signal, out, options, &|point| {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(done, point);

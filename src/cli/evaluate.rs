@@ -35,9 +35,9 @@ const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
 ];
 
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let model = SavedModel::read(&args.model)?;
-    let scenario = model.scenario(&loaded.scenario, &args.scenario.set)?;
+    let scenario = model.scenario(&loaded.scenario, &args.scenario.settings())?;
     let place = place(args, &loaded)?;
     let seeds = evaluation_seeds(args.seed, args.eval_seeds.get());
     if !args.json {
@@ -74,7 +74,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
 fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> {
     if let Some(config) = &args.sumocfg {
         let world = World::from_sumocfg(config)?;
-        super::run::simulator(std::slice::from_ref(config))?;
+        super::run::simulator(std::slice::from_ref(config), &loaded.scenario.signal)?;
         return Ok(Place { point: imported_id(config), world, imported: true });
     }
     let point = args.point.clone().unwrap_or_default();
@@ -216,7 +216,7 @@ mod tests {
             |scenario| unknown_point("x", &load_with(scenario, &[]).unwrap(), scenario).to_string();
         assert_eq!(e("smoke"), "scenario smoke has no point MDP \"x\"; it has quiet, busy");
         assert!(
-            e("salt-lake-city").ends_with("160 more, which `tsc-family list salt-lake-city` shows")
+            e("salt-lake-city").ends_with("161 more, which `tsc-family list salt-lake-city` shows")
         );
     }
 }

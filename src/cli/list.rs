@@ -25,7 +25,7 @@ const PAPER: [(&str, &str); 6] = [
 ];
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     if args.json {
         for text in json_lines(&loaded.family) {
             line(text)?;

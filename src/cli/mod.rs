@@ -21,6 +21,7 @@ use clap::{Parser, Subcommand};
 use crate::eval::checkpoint::CHECKPOINT_EVERY_S;
 use crate::exit;
 use crate::family::overrides::Override;
+use crate::family::scenario::Preset;
 use crate::sample::Sampling;
 use osm::OsmArgs;
 
@@ -78,6 +79,17 @@ pub struct ScenarioArg {
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
+    /// Limits of timing and demand: `resco`, the literature's, or `field`, what a cabinet in the street
+    /// allows [default: the scenario's, else `resco`]
+    #[arg(long, value_name = "PRESET", value_enum)]
+    pub preset: Option<Preset>,
+}
+
+impl ScenarioArg {
+    /// Returns what replaces settings: the preset first, so that a setting counts more.
+    fn settings(&self) -> Vec<Override> {
+        self.preset.map(Override::preset).into_iter().chain(self.set.iter().cloned()).collect()
+    }
 }
 
 /// `tsc-family list`.

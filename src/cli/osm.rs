@@ -252,13 +252,14 @@ fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmE
     }
     let config = from.config.as_deref().map(OsmConfig::read).transpose()?.unwrap_or_default();
     let source = from.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
-    let flags: String = args.scenario.set.iter().map(|o| format!(" {}", o.flag())).collect();
+    let settings = args.scenario.settings();
+    let flags: String = settings.iter().map(|o| format!(" {}", o.flag())).collect();
     let scenario = scenario_text(&ScenarioInputs {
         name: &scenario_name(out),
         extract: &stem(osm),
         detail: from.detail,
         config: &config,
-        overrides: &args.scenario.set,
+        overrides: &settings,
         source: &format!("{source}{flags}"),
     })?;
     let boundary = from.boundary.as_deref().map(Boundary::parse).transpose()?;

@@ -21,6 +21,7 @@ use crate::eval::pool::Pool;
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::overrides::Override;
+use crate::family::scenario::SignalSettings;
 use crate::report::data::{JsonRow, ReportData};
 use crate::report::{self, text};
 use crate::sample::Sampling;
@@ -65,7 +66,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         .clone()
         .unwrap_or_else(|| default_folder(&args.scenario.scenario, &request.scenario));
     let hashes = networks_of(&request, &draft, &networks, args.quiet || args.json)?;
-    let simulator = simulator(&request.sumocfgs)?;
+    let signal = &request.scenario.scenario.signal;
+    let simulator = simulator(&request.sumocfgs, signal)?;
     let provenance = provenance(&networks);
     let (manifest, tasks) = complete(&request, &draft, &hashes, simulator, provenance)?;
 
@@ -85,7 +87,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
 /// Loads the scenario with the settings of `--episodes` and `--set`.
 fn scenario(args: &RunArgs) -> Result<LoadedScenario, FamilyError> {
     let episodes = args.episodes.map(|n| Override::episodes(n.get()));
-    let settings: Vec<Override> = episodes.iter().chain(&args.scenario.set).cloned().collect();
+    let settings: Vec<Override> =
+        episodes.clone().into_iter().chain(args.scenario.settings()).collect();
     let loaded = load_with(&args.scenario.scenario, &settings)?;
     let trained = loaded.scenario.training.episodes;
     match episodes {
@@ -206,7 +209,7 @@ fn networks_of(
 /// Returns the simulator's version after loading every imported scenario once, so that one that
 /// cannot be simulated is refused before anything is written.
 #[cfg(feature = "libsumo")]
-pub(super) fn simulator(sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
+pub(super) fn simulator(sumocfgs: &[PathBuf], settings: &SignalSettings) -> anyhow::Result<String> {
     use crate::env::derive::derive;
     use crate::sim::libsumo::SumoSim;
     use crate::sim::{Sim, StartOptions};
@@ -217,7 +220,7 @@ pub(super) fn simulator(sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
         let check = |sim: &mut SumoSim| -> Result<(), SimError> {
             let scene = sim.start(&options)?;
             sim.close()?;
-            scene.signals.iter().try_for_each(|signal| derive(&scene, signal, 0.0).map(drop))
+            scene.signals.iter().try_for_each(|signal| derive(&scene, signal, settings).map(drop))
         };
         check(&mut sim).map_err(|e| match e {
             SimError::Fatal { message, .. } => SimError::Config {
@@ -231,7 +234,10 @@ pub(super) fn simulator(sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
 }
 
 #[cfg(not(feature = "libsumo"))]
-pub(super) fn simulator(_sumocfgs: &[PathBuf]) -> anyhow::Result<String> {
+pub(super) fn simulator(
+    _sumocfgs: &[PathBuf],
+    _settings: &SignalSettings,
+) -> anyhow::Result<String> {
     Err(SimError::Unavailable("built without the feature `libsumo`".into()).into())
 }
 

@@ -11,7 +11,8 @@
 //! Choices:
 //! - **One plan per signal**; with several signals they are tuned one after the other, the others
 //!   keeping their best so far, and offsets are not coordinated.
-//! - **Greens are whole seconds.**
+//! - **Greens are whole seconds within the signal's limits**, and so is the cycle.
+//! - **The own program** of an imported network is a candidate as it is, whatever its limits.
 //!
 //! Source: Jayawardana et al. (NeurIPS 2022), section 4, "Fine-tuned Fixed time"; the paper does
 //! not say how it was tuned.
@@ -23,7 +24,7 @@ use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
 
 use super::phase_sets::covering;
-use super::webster::{Limits, greens, within};
+use super::webster::{Constants, greens, within};
 use super::{ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, SignalSpec, Trainer};
 
 /// Seed of the episodes that the search compares plans on.
@@ -63,7 +64,7 @@ impl Plan {
 /// Tuned fixed-time control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedTime {
-    limits: Limits,
+    constants: Constants,
     simulations: u32,
     signals: Vec<SignalSpec>,
     plans: Vec<Plan>,
@@ -75,8 +76,8 @@ impl FixedTime {
     pub const NAME: &'static str = "fixed-time";
 
     /// Returns a controller that tunes itself with at most `simulations` episodes.
-    pub fn new(limits: Limits, simulations: u32) -> Self {
-        Self { limits, simulations, signals: Vec::new(), plans: Vec::new(), used: 0 }
+    pub fn new(constants: Constants, simulations: u32) -> Self {
+        Self { constants, simulations, signals: Vec::new(), plans: Vec::new(), used: 0 }
     }
 }
 
@@ -140,7 +141,7 @@ impl FixedTime {
         let mut tried: Vec<(f64, Plan)> = Vec::new();
         let most_sets = (f64::from(search) * SETS_SHARE).ceil() as usize;
         for set in covering(&spec).into_iter().take(most_sets) {
-            let greens = greens(&spec, &set, flow_vph, spec.yellow_time_s, &self.limits);
+            let greens = greens(&spec, &set, flow_vph, &self.constants);
             let plan = Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect());
             let delay = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
             tried.push((delay, plan));
@@ -191,13 +192,12 @@ impl FixedTime {
             simplex.push(corner);
         }
         let problem = Search {
-            yellow_s: self.signals[signal].yellow_time_s * start.len() as f64,
-            limits: self.limits,
+            spec: self.signals[signal].clone(),
             state: RefCell::new(SearchState {
                 controller: self,
                 trainer,
                 signal,
-                phases: start.iter().map(|(phase, _)| *phase).collect(),
+                phases: start.iter().map(|(phase, _)| phase.0).collect(),
                 left: simulations,
                 tried,
                 failure: None,
@@ -249,7 +249,7 @@ struct SearchState<'a> {
     controller: &'a mut FixedTime,
     trainer: &'a mut dyn Trainer,
     signal: usize,
-    phases: Vec<GreenPhase>,
+    phases: Vec<usize>,
     left: u32,
     tried: Vec<(f64, Plan)>,
     failure: Option<ControlError>,
@@ -257,8 +257,7 @@ struct SearchState<'a> {
 
 /// The search problem: logarithms of greens to mean delay.
 struct Search<'a> {
-    yellow_s: f64,
-    limits: Limits,
+    spec: SignalSpec,
     state: RefCell<SearchState<'a>>,
 }
 
@@ -270,8 +269,9 @@ impl CostFunction for &Search<'_> {
         let mut guard = self.state.borrow_mut();
         let state = &mut *guard;
         let greens: Vec<f64> = logs.iter().map(|x| x.exp()).collect();
-        let greens = within(&greens, self.yellow_s, &self.limits);
-        let plan = Plan::Cycle(state.phases.iter().copied().zip(greens).collect());
+        let greens = within(&self.spec, &state.phases, &greens);
+        let phases = state.phases.iter().copied().map(GreenPhase);
+        let plan = Plan::Cycle(phases.zip(greens).collect());
         // Rounding to whole seconds makes the same plan come up again.
         if let Some((delay, _)) = state.tried.iter().find(|(_, p)| *p == plan) {
             return Ok(*delay);
@@ -299,7 +299,9 @@ fn describe(signal: &SignalSpec, plan: &Plan) -> String {
     match plan {
         Plan::Own => "the network's own program".to_owned(),
         Plan::Cycle(greens) => {
-            let cycle_s: f64 = greens.iter().map(|(_, g)| g + signal.yellow_time_s).sum();
+            let phases: Vec<usize> = greens.iter().map(|(phase, _)| phase.0).collect();
+            let cycle_s =
+                greens.iter().map(|(_, g)| g).sum::<f64>() + signal.limits.lost_s(&phases);
             let greens: Vec<_> = greens
                 .iter()
                 .map(|(phase, green)| format!("{} {green} s", signal.phases[phase.0].state))
@@ -314,13 +316,7 @@ mod tests {
     use super::super::testing::two_phase_signal;
     use super::*;
 
-    const LIMITS: Limits = Limits {
-        min_green_s: 5.0,
-        min_cycle_s: 20.0,
-        max_cycle_s: 120.0,
-        lost_time_s: 4.0,
-        saturation_flow_vph: 1900.0,
-    };
+    const CONSTANTS: Constants = Constants { lost_time_s: 4.0, saturation_flow_vph: 1900.0 };
 
     /// Delay is the distance to the greens 30 s and 12 s; the own program is far off.
     struct Valley {
@@ -359,7 +355,7 @@ mod tests {
 
     fn tuned(own: f64, simulations: u32) -> (FixedTime, u32) {
         let mut trainer = valley(own);
-        let mut controller = FixedTime::new(LIMITS, simulations);
+        let mut controller = FixedTime::new(CONSTANTS, simulations);
         controller.train(&mut trainer).unwrap();
         (controller, trainer.episodes)
     }
@@ -387,7 +383,7 @@ mod tests {
     fn a_training_episode_that_fails_is_an_error() {
         for fails_at in 0..20 {
             let mut trainer = Valley { fails_at, ..valley(1000.0) };
-            let e = FixedTime::new(LIMITS, 30).train(&mut trainer).unwrap_err();
+            let e = FixedTime::new(CONSTANTS, 30).train(&mut trainer).unwrap_err();
             assert!(e.to_string().contains("planned failure"), "{e}");
         }
     }

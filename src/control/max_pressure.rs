@@ -1,44 +1,72 @@
-//! Max-pressure control (Varaiya, 2013), as RESCO runs it.
+//! Max-pressure control (Varaiya, 2013).
 //!
-//! Serves the phase whose two movements have the largest *pressure*: vehicles queued upstream
-//! minus vehicles queued downstream. Needs no demand forecast and no training.
+//! At every decision, the phase with the largest sum, over the movements that it serves, of saturation
+//! flow times pressure: vehicles queued for the movement minus vehicles queued downstream of it. Needs
+//! no forecast of demand and no training.
 //!
-//! Choices where implementations differ (all RESCO's):
-//! - **Counts** vehicles that have halted within 200 m, not all vehicles on the lane.
-//! - **Two movements per phase** count, even if the phase also serves right turns or permissive
-//!   lefts.
-//! - **A lane that both movements share counts twice.** So without left-turn lanes a phase that
-//!   serves one approach alone outbids the pair of opposing approaches and halves the capacity.
-//!   On RESCO's own maps the movements of a pair have lanes of their own; over a family of
-//!   intersections this is what makes max pressure lose on narrow streets. The setting
-//!   `max_pressure.count_shared_lanes_once` takes each lane once.
-//! - **Ties** go to the first phase; an empty intersection gets phase 0.
-//! - **No hysteresis** and no minimum green beyond the decision interval.
+//! Choices where implementations differ:
+//! - **A vehicle counts once.** The queue of a lane is divided between the movements that share the
+//!   lane, by turning share. The shares are those of the demand where they are known, else those of the
+//!   vehicles seen so far in the episode.
+//! - **Saturation flow** is counted in lanes: a lane that movements share gives each its part of one,
+//!   and turns take the HCM's factors for protected turns. The flow of a lane itself is the same for
+//!   all and leaves the order of phases alone.
+//! - **Permissive left turns** have a share of it ([`Config::permissive_share`]), because they wait for
+//!   gaps. With their whole flow, a phase for left turns alone could never win against the through
+//!   phase in which they may turn as well.
+//! - **Queues** are the observation's: vehicles that have halted within the detection distance.
+//! - **Ties** keep the current phase, which saves yellow.
+//! - **No least green of its own**; the limits of the signal hold.
+//!
+//! Deviation: the queue downstream is that of all lanes that the movement leads to, not weighted by the
+//! turning shares there, which the next signal knows and this one does not.
 //!
 //! Source: P. Varaiya, "Max pressure control of a network of signalized intersections",
-//! Transportation Research Part C 36 (2013), 177-195; RESCO, agents/maxpressure.py.
+//! Transportation Research Part C 36 (2013), 177-195; HCM (6th ed.), chapter 19, adjustment factors.
 
-use super::{
-    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Phase, SignalSpec,
-};
+use serde::{Deserialize, Serialize};
+
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, Service, SignalSpec, Turn};
+
+/// Vehicles that a prior of equal shares per lane counts for, before vehicles have been seen.
+const PRIOR_VEH: f64 = 10.0;
+
+/// Saturation flow of a protected left turn, relative to a through lane (HCM).
+const LEFT_FACTOR: f64 = 0.95;
+
+/// Saturation flow of a protected right turn, relative to a through lane (HCM).
+const RIGHT_FACTOR: f64 = 0.85;
+
+/// Constants of max pressure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// Saturation flow of a left turn that has to wait for gaps, relative to one that has not; the
+    /// default is the inverse of the HCM's through-car equivalent at some 600 opposing vehicles per
+    /// hour (3.3).
+    pub permissive_share: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self { permissive_share: 0.3 }
+    }
+}
 
 /// Max-pressure control.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MaxPressure {
-    count_shared_lanes_once: bool,
+    config: Config,
     signals: Vec<SignalSpec>,
-    /// Movements whose lanes count, per signal and phase, merged where lanes are shared.
-    phases: Vec<Vec<Vec<Movement>>>,
 }
 
 impl MaxPressure {
     /// Name of the method.
     pub const NAME: &'static str = "max-pressure";
 
-    /// Returns a controller that counts a lane once or, as RESCO does, twice where both movements of
-    /// a phase share it.
-    pub fn new(count_shared_lanes_once: bool) -> Self {
-        Self { count_shared_lanes_once, ..Self::default() }
+    /// Returns a controller with these constants.
+    pub fn new(config: Config) -> Self {
+        Self { config, signals: Vec::new() }
     }
 }
 
@@ -50,94 +78,184 @@ impl Controller for MaxPressure {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         if self.signals != signals {
             self.signals = signals.to_vec();
-            let merge = self.count_shared_lanes_once;
-            let counted = |s: &SignalSpec| s.phases.iter().map(|p| counted(s, p, merge)).collect();
-            self.phases = signals.iter().map(counted).collect();
         }
         Ok(vec![Drive::Decisions; signals.len()])
     }
 
     fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
-        for ((candidates, observation), phase) in
-            self.phases.iter().zip(observations).zip(phases.iter_mut())
+        for ((signal, observation), phase) in
+            self.signals.iter().zip(observations).zip(phases.iter_mut())
         {
-            let mut best = f64::NEG_INFINITY;
-            for (i, counted) in candidates.iter().enumerate() {
-                let pressure: f64 = counted.iter().map(|m| observation.pressure(m)).sum();
-                if pressure > best {
-                    best = pressure;
-                    *phase = GreenPhase(i);
+            let weights = weights(signal, observation);
+            let pressure = |i: usize| -> f64 {
+                let service = signal.phases[i].service.iter().zip(&signal.movements).zip(&weights);
+                service
+                    .map(|((service, movement), weight)| match service {
+                        Service::None => 0.0,
+                        Service::Permissive if movement.turn == Turn::Left => {
+                            self.config.permissive_share * weight
+                        }
+                        _ => *weight,
+                    })
+                    .sum()
+            };
+            // The current phase stays unless another one has more.
+            let current = observation.phase.min(signal.phases.len().saturating_sub(1));
+            let mut best = (current, pressure(current));
+            for i in 0..signal.phases.len() {
+                let pressure = pressure(i);
+                if pressure > best.1 {
+                    best = (i, pressure);
                 }
             }
+            *phase = GreenPhase(best.0);
         }
     }
 }
 
-/// Returns the movements that count for a phase; with `merge` as one movement with every lane once.
-fn counted(signal: &SignalSpec, phase: &Phase, merge: bool) -> Vec<Movement> {
-    let mut movements: Vec<Movement> =
-        phase.pair.iter().map(|m| signal.movements[*m].clone()).collect();
-    if merge && let Some(mut first) = movements.pop() {
-        for other in movements.drain(..) {
-            first.lanes.extend(other.lanes);
-            first.downstream.extend(other.downstream);
-        }
-        for lanes in [&mut first.lanes, &mut first.downstream] {
-            lanes.sort_unstable();
-            lanes.dedup();
-        }
-        movements.push(first);
+/// Returns, per movement, its saturation flow in lanes times its pressure in vehicles.
+fn weights(signal: &SignalSpec, seen: &Observation) -> Vec<f64> {
+    let parts = lane_parts(signal, &shares(signal, seen));
+    signal
+        .movements
+        .iter()
+        .zip(&parts)
+        .map(|(movement, parts)| {
+            let factor = match movement.turn {
+                Turn::Left => LEFT_FACTOR,
+                Turn::Through => 1.0,
+                Turn::Right => RIGHT_FACTOR,
+            };
+            let flow: f64 = factor * parts.iter().sum::<f64>();
+            let upstream: f64 =
+                movement.lanes.iter().zip(parts).map(|(l, part)| part * seen.lanes[*l].queue).sum();
+            let downstream: f64 =
+                movement.downstream.iter().map(|l| seen.downstream_queue[*l]).sum();
+            flow * (upstream - downstream)
+        })
+        .collect()
+}
+
+/// Returns the turning share of every movement among those of its approach.
+fn shares(signal: &SignalSpec, seen: &Observation) -> Vec<f64> {
+    signal
+        .movements
+        .iter()
+        .enumerate()
+        .map(|(m, movement)| {
+            if let Some(share) = movement.share {
+                return share;
+            }
+            let (mut total, mut lanes) = (0.0, 0.0);
+            for (other, seen) in signal.movements.iter().zip(&seen.seen) {
+                if other.approach() == movement.approach() {
+                    total += seen;
+                    lanes += other.lanes.len() as f64;
+                }
+            }
+            let prior = PRIOR_VEH * movement.lanes.len() as f64 / lanes;
+            (seen.seen[m] + prior) / (total + PRIOR_VEH)
+        })
+        .collect()
+}
+
+/// Returns, per movement and lane of it, the part of the lane's vehicles that make the movement. A
+/// movement spreads evenly over its lanes; the parts of a lane sum to 1.
+fn lane_parts(signal: &SignalSpec, shares: &[f64]) -> Vec<Vec<f64>> {
+    // A movement that nobody makes still has a lane.
+    let density = |m: usize| shares[m].max(1e-9) / signal.movements[m].lanes.len() as f64;
+    let mut total = vec![0.0; signal.lanes.len()];
+    for (m, movement) in signal.movements.iter().enumerate() {
+        movement.lanes.iter().for_each(|l| total[*l] += density(m));
     }
-    movements
+    let parts =
+        |m: usize| signal.movements[m].lanes.iter().map(|l| density(m) / total[*l]).collect();
+    (0..signal.movements.len()).map(parts).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{observation, two_phase_signal};
-    use super::super::{LaneObservation, Service};
+    use super::super::LaneObservation;
+    use super::super::testing::{observation, signal_with, two_phase_signal};
     use super::*;
 
-    fn choice(queues: [f64; 2], downstream: [f64; 2]) -> GreenPhase {
+    use Service::{None as N, Permissive as g, Protected as G};
+
+    fn act(signal: &SignalSpec, seen: &Observation) -> usize {
         let mut controller = MaxPressure::default();
-        controller.begin(&[two_phase_signal()]).unwrap();
+        controller.begin(std::slice::from_ref(signal)).unwrap();
         let mut phases = [GreenPhase(9)];
-        controller.act(&[observation(queues, downstream)], &mut phases);
-        phases[0]
+        controller.act(std::slice::from_ref(seen), &mut phases);
+        phases[0].0
     }
 
-    #[test]
-    fn the_longer_queue_is_served() {
-        assert_eq!(choice([2.0, 3.0], [0.0, 0.0]), GreenPhase(1));
-    }
-
-    #[test]
-    fn a_long_queue_whose_exit_is_blocked_is_skipped() {
-        assert_eq!(choice([3.0, 9.0], [0.0, 9.0]), GreenPhase(0));
-    }
-
-    #[test]
-    fn a_shared_lane_counts_twice_unless_told_otherwise() {
-        // Phase 0 has two movements of one lane, phase 1 two movements with lanes of their own.
-        let mut signal = super::super::testing::signal_with(&[
-            [Service::Protected, Service::Protected, Service::None, Service::None],
-            [Service::None, Service::None, Service::Protected, Service::Protected],
-        ]);
-        signal.movements[1].lanes = vec![0];
-        let mut seen = observation([5.0, 0.0], [0.0, 0.0]);
-        let four = |queue| LaneObservation { queue, ..LaneObservation::default() };
-        seen.lanes.extend([four(4.0), four(3.0)]);
-        for (count_shared_lanes_once, expected) in [(false, 0), (true, 1)] {
-            let mut controller = MaxPressure::new(count_shared_lanes_once);
-            controller.begin(std::slice::from_ref(&signal)).unwrap();
-            let mut phases = [GreenPhase(9)];
-            controller.act(std::slice::from_ref(&seen), &mut phases);
-            assert_eq!(phases[0], GreenPhase(expected));
+    fn queues(phase: usize, queues: &[f64]) -> Observation {
+        let lane = |queue: &f64| LaneObservation { queue: *queue, ..LaneObservation::default() };
+        Observation {
+            phase,
+            lanes: queues.iter().map(lane).collect(),
+            seen: vec![0.0; 4],
+            ..Observation::default()
         }
     }
 
     #[test]
-    fn ties_and_an_empty_intersection_go_to_the_first_phase() {
-        assert_eq!(choice([0.0, 0.0], [0.0, 0.0]), GreenPhase(0));
-        assert_eq!(choice([4.0, 4.0], [0.0, 0.0]), GreenPhase(0));
+    fn the_longer_queue_is_served_unless_its_exit_is_blocked() {
+        let signal = two_phase_signal();
+        assert_eq!(act(&signal, &observation([2.0, 3.0], [0.0, 0.0])), 1);
+        assert_eq!(act(&signal, &observation([3.0, 9.0], [0.0, 9.0])), 0);
+    }
+
+    #[test]
+    fn ties_keep_the_current_phase() {
+        let signal = two_phase_signal();
+        for phase in [0, 1] {
+            let seen = Observation { phase, ..observation([4.0, 4.0], [0.0, 0.0]) };
+            assert_eq!(act(&signal, &seen), phase);
+        }
+    }
+
+    #[test]
+    fn a_vehicle_on_a_shared_lane_counts_once() {
+        // Phase 0 serves through and left of one shared lane, phase 1 two lanes of another approach.
+        let mut signal = signal_with(&[[G, G, N, N], [N, N, G, G]]);
+        signal.movements[1].lanes = vec![0];
+        signal.movements[1].index = 2;
+        let shares = shares(&signal, &queues(0, &[5.0, 0.0, 2.0, 2.0]));
+        let parts = lane_parts(&signal, &shares);
+        assert!((parts[0][0] + parts[1][0] - 1.0).abs() < 1e-12);
+        assert_eq!(parts[2], [1.0]);
+        // Five vehicles in one lane of halves against four in two lanes.
+        assert_eq!(act(&signal, &queues(0, &[5.0, 0.0, 2.0, 2.0])), 1);
+    }
+
+    #[test]
+    fn all_movements_of_a_phase_count_with_their_lanes() {
+        // Movement 0 has two lanes with 6 vehicles, movement 1 one lane with 8: 2 * 6 against 8.
+        let mut signal = signal_with(&[[G, N], [N, G]]);
+        signal.lanes.push(signal.lanes[0].clone());
+        signal.movements[0].lanes = vec![0, 2];
+        assert_eq!(act(&signal, &queues(1, &[3.0, 8.0, 3.0])), 0);
+    }
+
+    #[test]
+    fn a_left_turn_that_has_to_wait_for_gaps_counts_less() {
+        // Through and left with lanes of their own; phase 0 serves left permissively.
+        let mut signal = signal_with(&[[G, g], [N, G]]);
+        signal.movements[1].turn = Turn::Left;
+        assert_eq!(act(&signal, &queues(0, &[5.0, 4.0])), 0);
+        assert_eq!(act(&signal, &queues(0, &[5.0, 9.0])), 1);
+    }
+
+    #[test]
+    fn shares_follow_the_vehicles_seen_unless_the_demand_says_them() {
+        let mut signal = signal_with(&[[G, G]]);
+        signal.movements[1].index = 2;
+        let mut seen = queues(0, &[0.0, 0.0]);
+        assert_eq!(shares(&signal, &seen), [0.5, 0.5]);
+        seen.seen = vec![80.0, 10.0];
+        assert_eq!(shares(&signal, &seen), [0.85, 0.15]);
+        signal.movements[0].share = Some(0.8);
+        assert_eq!(shares(&signal, &seen)[0], 0.8);
     }
 }

@@ -9,6 +9,7 @@ pub mod fixed_time;
 pub mod idqn;
 pub mod ippo;
 pub mod max_pressure;
+pub mod max_pressure_resco;
 pub mod mplight;
 pub mod mplight_star;
 pub mod phase_sets;
@@ -40,7 +41,7 @@ pub enum Turn {
 }
 
 /// Vehicles that come from one approach and turn the same way.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Movement {
     /// RESCO's index: three times the slot of the approach, plus 0 right, 1 through, 2 left.
     /// Approaches of up to four arms take the slots of their headings S, W, N, E; with more arms
@@ -53,6 +54,8 @@ pub struct Movement {
     pub lanes: Vec<usize>,
     /// Indices into [`Observation::downstream_queue`] of the lanes it leads to at another signal.
     pub downstream: Vec<usize>,
+    /// Share of the approach's vehicles that make the movement, where the demand says so.
+    pub share: Option<f64>,
 }
 
 impl Movement {
@@ -105,8 +108,30 @@ pub struct SignalSpec {
     pub movements: Vec<Movement>,
     /// Green phases, the actions of the signal.
     pub phases: Vec<Phase>,
-    /// Time lost to yellow when the phase changes, seconds.
-    pub yellow_time_s: f64,
+    /// How long phases may and must be shown.
+    pub limits: Limits,
+}
+
+/// How long the phases of a signal may and must be shown, seconds; whole numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Limits {
+    /// Shortest green, per phase.
+    pub min_green_s: Vec<f64>,
+    /// Longest green, per phase; infinite where there is no limit.
+    pub max_green_s: Vec<f64>,
+    /// Yellow and all-red from one phase (row) to another (column); 0 where no green ends.
+    pub change_s: Vec<Vec<f64>>,
+    /// Shortest fixed cycle.
+    pub min_cycle_s: f64,
+    /// Longest fixed cycle, unless the shortest greens make it longer.
+    pub max_cycle_s: f64,
+}
+
+impl Limits {
+    /// Returns the yellow and all-red of a cycle of phases, each followed by the next, seconds.
+    pub fn lost_s(&self, phases: &[usize]) -> f64 {
+        (0..phases.len()).map(|i| self.change_s[phases[i]][phases[(i + 1) % phases.len()]]).sum()
+    }
 }
 
 impl SignalSpec {
@@ -149,6 +174,8 @@ pub struct Observation {
     pub lanes: Vec<LaneObservation>,
     /// Queues of the lanes that movements lead to at other signals.
     pub downstream_queue: Vec<f64>,
+    /// Vehicles seen so far in the episode, per movement.
+    pub seen: Vec<f64>,
 }
 
 impl Observation {
@@ -167,15 +194,11 @@ pub enum Drive {
     Decisions,
     /// The network's own program, untouched.
     OwnProgram,
-    /// The greens of the network's own program, each for the same time, seconds.
+    /// The greens of the network's own program, each for the same time, seconds, within the limits.
     OwnEqualSplit(f64),
-    /// The greens of the network's own program, prolonged by SUMO while vehicles follow closely.
-    OwnActuated {
-        /// Shortest green, seconds.
-        min_green_s: f64,
-        /// Longest green, seconds.
-        max_green_s: f64,
-    },
+    /// The greens of the network's own program, prolonged by SUMO while vehicles follow closely, up to
+    /// so many seconds, within the limits.
+    OwnActuated(f64),
     /// A cycle of green phases with their durations, seconds, without the yellows in between.
     Cycle(Vec<(GreenPhase, f64)>),
 }

@@ -8,11 +8,12 @@ use super::fixed_time::FixedTime;
 use super::idqn::Idqn;
 use super::ippo::Ippo;
 use super::max_pressure::MaxPressure;
+use super::max_pressure_resco::MaxPressureResco;
 use super::mplight::MpLight;
 use super::program::Program;
-use super::webster::Limits;
+use super::webster::Constants;
 use super::{ControlError, Controller};
-use super::{idqn, ippo, mplight, mplight_star};
+use super::{idqn, ippo, max_pressure, mplight, mplight_star};
 
 /// Settings of all controllers; the defaults are the scenario's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,22 +21,14 @@ use super::{idqn, ippo, mplight, mplight_star};
 pub struct ControlSettings {
     /// Green per phase of the baseline's equal split, seconds; `None` runs the own program.
     pub baseline_equal_split_green_s: Option<f64>,
-    /// Whether `max-pressure` counts a lane once that both movements of a phase share.
-    pub max_pressure_count_shared_lanes_once: bool,
+    /// Constants of `max-pressure`.
+    pub max_pressure: max_pressure::Config,
     /// Episodes that tuning of `fixed-time` may use.
     pub fixed_time_simulations: u32,
-    /// Shortest green of `fixed-time`, seconds.
-    pub fixed_time_min_green_s: f64,
-    /// Shortest cycle of `fixed-time`, seconds.
-    pub fixed_time_min_cycle_s: f64,
-    /// Longest cycle of `fixed-time`, seconds.
-    pub fixed_time_max_cycle_s: f64,
     /// Time lost per phase in Webster's formula, seconds.
     pub fixed_time_lost_time_s: f64,
     /// Saturation flow in Webster's formula, vehicles per hour and lane.
     pub fixed_time_saturation_flow_vph: f64,
-    /// Shortest green of `actuated`, seconds.
-    pub actuated_min_green_s: f64,
     /// Longest green of `actuated`, seconds.
     pub actuated_max_green_s: f64,
     /// Episodes that learners are trained for.
@@ -77,7 +70,7 @@ pub struct Method {
 }
 
 /// All methods, the baseline first.
-pub const METHODS: [Method; 10] = [
+pub const METHODS: [Method; 11] = [
     Method {
         name: Baseline::NAME,
         summary: "untuned fixed time, the denominator of every score",
@@ -92,9 +85,15 @@ pub const METHODS: [Method; 10] = [
     },
     Method {
         name: MaxPressure::NAME,
-        summary: "the phase with the most queued vehicles, every 10 s",
+        summary: "the phase that relieves the most pressure (Varaiya), at every decision",
         training: Training::None,
         default: true,
+    },
+    Method {
+        name: MaxPressureResco::NAME,
+        summary: "the phase whose two main movements have the longest queues (RESCO)",
+        training: Training::None,
+        default: false,
     },
     Method {
         name: Actuated::NAME,
@@ -161,20 +160,15 @@ pub fn create(
             Box::new(Baseline { equal_split_green_s: s.baseline_equal_split_green_s })
         }
         Program::NAME => Box::new(Program),
-        MaxPressure::NAME => Box::new(MaxPressure::new(s.max_pressure_count_shared_lanes_once)),
-        Actuated::NAME => Box::new(Actuated {
-            min_green_s: s.actuated_min_green_s,
-            max_green_s: s.actuated_max_green_s,
-        }),
+        MaxPressure::NAME => Box::new(MaxPressure::new(s.max_pressure)),
+        MaxPressureResco::NAME => Box::new(MaxPressureResco::default()),
+        Actuated::NAME => Box::new(Actuated { max_green_s: s.actuated_max_green_s }),
         FixedTime::NAME => {
-            let limits = Limits {
-                min_green_s: s.fixed_time_min_green_s,
-                min_cycle_s: s.fixed_time_min_cycle_s,
-                max_cycle_s: s.fixed_time_max_cycle_s,
+            let constants = Constants {
                 lost_time_s: s.fixed_time_lost_time_s,
                 saturation_flow_vph: s.fixed_time_saturation_flow_vph,
             };
-            Box::new(FixedTime::new(limits, s.fixed_time_simulations))
+            Box::new(FixedTime::new(constants, s.fixed_time_simulations))
         }
         Idqn::NAME => Box::new(Idqn::new(s.idqn.clone(), s.training_episodes, seed)),
         Ippo::NAME => Box::new(Ippo::new(s.ippo.clone(), s.training_episodes, seed)),

@@ -22,17 +22,16 @@ pub const LANE_WIDTH: usize = 5;
 /// Fewest lanes of [`lanes`]: the convolution takes two at a time.
 const MIN_LANES: usize = 2;
 
-/// Returns the number of rows of [`lanes`].
+/// Returns the number of rows of [`lanes`]: one per lane, and as many more as there are further phases.
 pub fn lane_rows(signal: &SignalSpec) -> usize {
-    signal.lanes.len().max(MIN_LANES)
+    signal.lanes.len().max(signal.phases.len()).max(MIN_LANES)
 }
 
 /// Writes a row per lane: whether the lane's number is that of the current phase, approaching
 /// vehicles, waiting time, queue, and speeds, all scaled. RESCO calls it `drq_norm`.
 ///
-/// The phase is marked along the lanes and lost when there are fewer lanes than phases, as in RESCO.
-///
-/// Deviation: a signal with a single lane gets an empty second one.
+/// Deviation: a signal with more phases than lanes gets empty rows that can only mark the phase; in RESCO
+/// the mark is lost there. So does one with a single lane get a second row.
 pub fn lanes(signal: &SignalSpec, seen: &Observation, state: &mut Vec<f32>) {
     state.clear();
     for (i, lane) in seen.lanes.iter().enumerate() {
@@ -45,6 +44,9 @@ pub fn lanes(signal: &SignalSpec, seen: &Observation, state: &mut Vec<f32>) {
         ]);
     }
     state.resize(lane_rows(signal) * LANE_WIDTH, 0.0);
+    if seen.phase >= seen.lanes.len() && seen.phase < lane_rows(signal) {
+        state[seen.phase * LANE_WIDTH] = 1.0;
+    }
 }
 
 /// Returns the reward for waiting: the waiting time of all lanes, scaled and cut. RESCO calls it
@@ -156,6 +158,7 @@ mod tests {
             phase: 1,
             lanes: vec![lane(2.0, 3.0, 56.0, 40.0), lane(7.0, 0.0, 700.0, 0.0)],
             downstream_queue: vec![1.0, 0.0],
+            seen: vec![0.0; 2],
         }
     }
 
@@ -168,10 +171,28 @@ mod tests {
     }
 
     #[test]
+    fn every_phase_is_marked_however_few_the_lanes() {
+        let mut signal = two_phase_signal();
+        while signal.phases.len() < 6 {
+            signal.phases.push(signal.phases[0].clone());
+        }
+        let mut states = Vec::new();
+        for phase in 0..6 {
+            let mut state = Vec::new();
+            lanes(&signal, &Observation { phase, ..seen() }, &mut state);
+            assert_eq!(state.len(), 6 * LANE_WIDTH);
+            let marks: Vec<f32> = state.iter().step_by(LANE_WIDTH).copied().collect();
+            assert_eq!((marks[phase], marks.iter().sum::<f32>()), (1.0, 1.0));
+            states.push(state);
+        }
+        assert!((0..6).all(|i| (0..i).all(|j| states[i] != states[j])));
+    }
+
+    #[test]
     fn a_single_lane_gets_an_empty_second_one() {
         let mut signal = two_phase_signal();
         signal.lanes.truncate(1);
-        let mut one = seen();
+        let mut one = Observation { phase: 0, ..seen() };
         one.lanes.truncate(1);
         let mut state = Vec::new();
         lanes(&signal, &one, &mut state);
@@ -197,6 +218,7 @@ mod tests {
             turn: Turn::Left,
             lanes: vec![1, 0],
             downstream: vec![],
+            share: None,
         });
         assert_eq!(movement_slots(&signal), 12);
         let mut demand = vec![0.0; 12];

@@ -17,8 +17,13 @@ pub(crate) fn two_phase_signal() -> SignalSpec {
 /// A signal whose movements have a lane each and are served as given, one row per phase.
 pub(crate) fn signal_with<const M: usize>(service: &[[Service; M]]) -> SignalSpec {
     let lane = |m: usize| LaneSpec { id: format!("l{m}_0"), length_m: 200.0 };
-    let movement =
-        |m| Movement { index: 3 * m + 1, turn: Turn::Through, lanes: vec![m], downstream: vec![] };
+    let movement = |m| Movement {
+        index: 3 * m + 1,
+        turn: Turn::Through,
+        lanes: vec![m],
+        downstream: vec![],
+        share: None,
+    };
     let phase = |row: &[Service; M]| Phase {
         state: row.iter().map(|s| ['r', 'g', 'G'][*s as usize]).collect(),
         pair: (0..M).filter(|m| row[*m] == Service::Protected).take(2).collect(),
@@ -29,14 +34,31 @@ pub(crate) fn signal_with<const M: usize>(service: &[[Service; M]]) -> SignalSpe
         lanes: (0..M).map(lane).collect(),
         movements: (0..M).map(movement).collect(),
         phases: service.iter().map(phase).collect(),
-        yellow_time_s: 3.0,
+        limits: limits(service.len()),
+    }
+}
+
+/// RESCO's limits for so many phases: 3 s of yellow between any two, 7 s of green.
+pub(crate) fn limits(phases: usize) -> Limits {
+    let change = |i, j| if i == j { 0.0 } else { 3.0 };
+    Limits {
+        min_green_s: vec![7.0; phases],
+        max_green_s: vec![f64::INFINITY; phases],
+        change_s: (0..phases).map(|i| (0..phases).map(|j| change(i, j)).collect()).collect(),
+        min_cycle_s: 20.0,
+        max_cycle_s: 120.0,
     }
 }
 
 /// An observation with these queues, upstream and downstream.
 pub(crate) fn observation(queues: [f64; 2], downstream: [f64; 2]) -> Observation {
     let lanes = queues.map(|queue| LaneObservation { queue, ..LaneObservation::default() });
-    Observation { phase: 0, lanes: lanes.to_vec(), downstream_queue: downstream.to_vec() }
+    Observation {
+        phase: 0,
+        lanes: lanes.to_vec(),
+        downstream_queue: downstream.to_vec(),
+        seen: vec![0.0; 2],
+    }
 }
 
 /// Signals whose lanes fill up and are emptied by their phase: serving the longest queue is best.
@@ -81,6 +103,7 @@ impl QueueWorld {
                 phase: phase.0,
                 lanes: queues.iter().map(lane).collect(),
                 downstream_queue: vec![0.0; queues.len()],
+                seen: vec![0.0; queues.len()],
             })
             .collect()
     }

@@ -8,6 +8,15 @@ use super::{Service, SignalSpec};
 /// longest that is allowed.
 const MAX_FLOW_RATIO: f64 = 0.95;
 
+/// Largest factor that greens are multiplied with to fill a cycle.
+const MAX_FACTOR: f64 = 1e6;
+
+/// Halvings in the search for that factor.
+const BISECTIONS: u32 = 100;
+
+/// What rounding errors may take from a whole second.
+const ROUNDING_S: f64 = 1e-6;
+
 /// Smallest flow ratio of a phase, so that a phase without counted vehicles gets some green.
 const MIN_FLOW_RATIO: f64 = 0.01;
 
@@ -17,15 +26,9 @@ const LOST_TIME_FACTOR: f64 = 1.5;
 /// Constant part of Webster's cycle, seconds.
 const CYCLE_OFFSET_S: f64 = 5.0;
 
-/// Limits and constants of the plans.
+/// Constants of the formula.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
-    /// Shortest green, seconds.
-    pub min_green_s: f64,
-    /// Shortest cycle, seconds.
-    pub min_cycle_s: f64,
-    /// Longest cycle, seconds.
-    pub max_cycle_s: f64,
+pub struct Constants {
     /// Time lost per phase, seconds.
     pub lost_time_s: f64,
     /// Saturation flow, vehicles per hour and lane.
@@ -45,39 +48,66 @@ pub fn greens(
     signal: &SignalSpec,
     phases: &[usize],
     flow_vph: &[f64],
-    yellow_s: f64,
-    limits: &Limits,
+    constants: &Constants,
 ) -> Vec<f64> {
     let shares: Vec<Vec<f64>> =
         (0..signal.lanes.len()).map(|lane| lane_shares(signal, phases, lane)).collect();
     let ratios: Vec<f64> = (0..phases.len())
         .map(|p| {
             (0..signal.lanes.len())
-                .map(|lane| shares[lane][p] * flow_vph[lane] / limits.saturation_flow_vph)
+                .map(|lane| shares[lane][p] * flow_vph[lane] / constants.saturation_flow_vph)
                 .fold(MIN_FLOW_RATIO, f64::max)
         })
         .collect();
     let total: f64 = ratios.iter().sum();
-    let lost_s = limits.lost_time_s * phases.len() as f64;
+    let lost_s = constants.lost_time_s * phases.len() as f64;
+    let limits = &signal.limits;
     let cycle_s = if total < MAX_FLOW_RATIO {
         (LOST_TIME_FACTOR * lost_s + CYCLE_OFFSET_S) / (1.0 - total)
     } else {
         limits.max_cycle_s
     };
-    let yellow_s = yellow_s * phases.len() as f64;
-    let cycle_s = cycle_s.clamp(limits.min_cycle_s, limits.max_cycle_s);
-    let green_s = (cycle_s - yellow_s).max(0.0);
+    let green_s = (cycle_s - limits.lost_s(phases)).max(0.0);
     let greens: Vec<f64> = ratios.iter().map(|r| green_s * r / total).collect();
-    within(&greens, yellow_s, limits)
+    within(signal, phases, &greens)
 }
 
-/// Returns greens in whole seconds that keep to the limits: none too short, and the cycle not too
-/// long unless the shortest greens alone make it so.
-pub fn within(greens: &[f64], yellow_s: f64, limits: &Limits) -> Vec<f64> {
-    let longest = (limits.max_cycle_s - yellow_s).max(0.0);
-    let total: f64 = greens.iter().sum();
-    let scale = if total > longest { longest / total } else { 1.0 };
-    greens.iter().map(|g| (g * scale).round().max(limits.min_green_s)).collect()
+/// Returns greens in whole seconds that keep to the limits of the signal: each within its own, and the
+/// cycle neither too short nor too long, as far as the greens allow. Their ratios stay where they can.
+pub fn within(signal: &SignalSpec, phases: &[usize], greens: &[f64]) -> Vec<f64> {
+    let limits = &signal.limits;
+    let low: Vec<f64> = phases.iter().map(|p| limits.min_green_s[*p]).collect();
+    let high: Vec<f64> = phases.iter().map(|p| limits.max_green_s[*p]).collect();
+    let (least, most) = (low.iter().sum::<f64>(), high.iter().sum::<f64>());
+    let lost_s = limits.lost_s(phases);
+    let longest = (limits.max_cycle_s - lost_s).clamp(least, most);
+    let shortest = (limits.min_cycle_s - lost_s).clamp(least, longest);
+    let wanted: f64 = greens.iter().zip(&low).zip(&high).map(|((g, l), h)| g.clamp(*l, *h)).sum();
+    let total = wanted.clamp(shortest, longest).round();
+    let scaled = |factor: f64| -> Vec<f64> {
+        greens.iter().zip(&low).zip(&high).map(|((g, l), h)| (g * factor).clamp(*l, *h)).collect()
+    };
+    // The sum grows with the factor, from that of the shortest greens to that of the longest.
+    let (mut below, mut above) = (0.0, MAX_FACTOR);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (below + above);
+        if scaled(middle).iter().sum::<f64>() < total { below = middle } else { above = middle }
+    }
+    whole(&scaled(above), &low, total)
+}
+
+/// Rounds greens to whole seconds with this sum, the largest fractions up; none below its least, which
+/// is a whole number.
+fn whole(greens: &[f64], low: &[f64], total: f64) -> Vec<f64> {
+    let mut rounded: Vec<f64> =
+        greens.iter().zip(low).map(|(g, l)| (g + ROUNDING_S).floor().max(*l)).collect();
+    let mut order: Vec<usize> = (0..greens.len()).collect();
+    order.sort_by(|a, b| (greens[*b] - rounded[*b]).total_cmp(&(greens[*a] - rounded[*a])));
+    let left = total - rounded.iter().sum::<f64>();
+    for i in order.into_iter().take(left.max(0.0) as usize) {
+        rounded[i] += 1.0;
+    }
+    rounded
 }
 
 fn lane_shares(signal: &SignalSpec, phases: &[usize], lane: usize) -> Vec<f64> {
@@ -105,30 +135,75 @@ mod tests {
     use super::super::testing::two_phase_signal;
     use super::*;
 
-    const LIMITS: Limits = Limits {
-        min_green_s: 5.0,
-        min_cycle_s: 20.0,
-        max_cycle_s: 120.0,
-        lost_time_s: 4.0,
-        saturation_flow_vph: 1800.0,
-    };
+    const CONSTANTS: Constants = Constants { lost_time_s: 4.0, saturation_flow_vph: 1800.0 };
 
     #[test]
     fn the_textbook_example_is_reproduced() {
         // Ratios 0.25 and 0.5: cycle (1.5 * 8 + 5) / 0.25 = 68 s, green 62 s, split 1 to 2.
-        let greens = greens(&two_phase_signal(), &[0, 1], &[450.0, 900.0], 3.0, &LIMITS);
+        let greens = greens(&two_phase_signal(), &[0, 1], &[450.0, 900.0], &CONSTANTS);
         assert_eq!(greens, [21.0, 41.0]);
     }
 
     #[test]
     fn an_oversaturated_signal_gets_the_longest_cycle() {
-        let greens = greens(&two_phase_signal(), &[0, 1], &[1800.0, 1800.0], 3.0, &LIMITS);
+        let greens = greens(&two_phase_signal(), &[0, 1], &[1800.0, 1800.0], &CONSTANTS);
         assert_eq!(greens, [57.0, 57.0]);
     }
 
     #[test]
     fn an_empty_signal_gets_the_shortest_cycle() {
-        let greens = greens(&two_phase_signal(), &[0, 1], &[0.0, 0.0], 3.0, &LIMITS);
+        let greens = greens(&two_phase_signal(), &[0, 1], &[0.0, 0.0], &CONSTANTS);
         assert_eq!(greens, [7.0, 7.0]);
+    }
+
+    fn limited(low: [f64; 2], high: [f64; 2], cycle: [f64; 2]) -> SignalSpec {
+        let mut signal = two_phase_signal();
+        signal.limits.min_green_s = low.to_vec();
+        signal.limits.max_green_s = high.to_vec();
+        [signal.limits.min_cycle_s, signal.limits.max_cycle_s] = cycle;
+        signal
+    }
+
+    #[test]
+    fn a_cycle_that_is_too_short_is_filled_in_proportion() {
+        let signal = limited([7.0, 7.0], [f64::INFINITY; 2], [60.0, 120.0]);
+        assert_eq!(within(&signal, &[0, 1], &[9.0, 18.0]), [18.0, 36.0]);
+        let signal = limited([7.0, 7.0], [30.0; 2], [60.0, 120.0]);
+        assert_eq!(within(&signal, &[0, 1], &[9.0, 18.0]), [24.0, 30.0]);
+        let signal = limited([7.0, 7.0], [20.0; 2], [60.0, 120.0]);
+        assert_eq!(within(&signal, &[0, 1], &[9.0, 18.0]), [20.0, 20.0]);
+    }
+
+    #[test]
+    fn the_shortest_greens_count_more_than_the_longest_cycle() {
+        let signal = limited([40.0, 5.0], [60.0; 2], [20.0, 45.0]);
+        assert_eq!(within(&signal, &[0, 1], &[10.0, 90.0]), [40.0, 5.0]);
+        let signal = limited([30.0, 5.0], [60.0; 2], [20.0, 45.0]);
+        assert_eq!(within(&signal, &[0, 1], &[10.0, 90.0]), [30.0, 9.0]);
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn greens_keep_to_the_limits(
+            a in 0.1f64..500.0,
+            b in 0.1f64..500.0,
+            low in [1u32..40, 1u32..40],
+            more in [0u32..60, 0u32..60],
+            short in 10u32..100,
+            longer in 0u32..100,
+        ) {
+            let low = low.map(f64::from);
+            let high = [low[0] + f64::from(more[0]), low[1] + f64::from(more[1])];
+            let cycle = [f64::from(short), f64::from(short + longer)];
+            let greens = within(&limited(low, high, cycle), &[0, 1], &[a, b]);
+            for i in 0..2 {
+                proptest::prop_assert!(low[i] <= greens[i] && greens[i] <= high[i], "{greens:?}");
+                proptest::prop_assert_eq!(greens[i].fract(), 0.0);
+            }
+            let total: f64 = greens.iter().sum::<f64>() + 6.0;
+            let (least, most) = (low.iter().sum::<f64>() + 6.0, high.iter().sum::<f64>() + 6.0);
+            proptest::prop_assert!(total >= cycle[0].min(most), "{greens:?}");
+            proptest::prop_assert!(total <= cycle[1].max(least), "{greens:?}");
+        }
     }
 }

@@ -8,9 +8,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::control::{LaneSpec, Movement, Phase, Service, SignalSpec, Turn};
+use crate::control::{LaneSpec, Limits, Movement, Phase, Service, SignalSpec, Turn};
 use crate::error::SimError;
-use crate::sim::{Direction, Program, Scene, SignalInfo};
+use crate::family::scenario::{Actions, SignalSettings};
+use crate::sim::{Direction, Link, Program, Scene, SignalInfo};
+use crate::timing::{Approach, Timing, Way};
 use crate::units::{normalise_degrees, turn_degrees};
 
 /// Program that generated networks carry beside netconvert's default one: the phases to choose
@@ -37,9 +39,14 @@ pub struct DerivedSignal {
     pub downstream: Vec<usize>,
     /// Greens of the program that runs by default, in its order.
     pub own_greens: Vec<String>,
+    /// How long greens may and must be shown.
+    pub timing: Timing,
 }
 
-/// Derives one signal of a scene.
+/// Derives one signal of a scene: its lanes, movements, phases and their limits.
+///
+/// The phases are the greens of the program that runs by default, or with [`Actions::AllPairs`] those
+/// of the program [`PHASES_PROGRAM`], where the network has it.
 ///
 /// # Errors
 ///
@@ -47,7 +54,7 @@ pub struct DerivedSignal {
 pub fn derive(
     scene: &Scene,
     signal: &SignalInfo,
-    yellow_time_s: f64,
+    settings: &SignalSettings,
 ) -> Result<DerivedSignal, SimError> {
     let fail = |reason: &str| SimError::Signal { signal: signal.id.clone(), reason: reason.into() };
     let slots = approach_slots(scene, signal);
@@ -72,16 +79,20 @@ pub fn derive(
             turn: [Turn::Right, Turn::Through, Turn::Left][index % 3],
             lanes: movement.lanes.iter().map(|l| position(&mut lanes, *l)).collect(),
             downstream: movement.downstream.iter().map(|l| position(&mut downstream, *l)).collect(),
+            share: None,
         });
     }
 
     let program = |id: &str| signal.programs.iter().find(|p| p.id == id);
     let own = program(&signal.active_program).or(signal.programs.first());
     let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
-    let states = greens(program(PHASES_PROGRAM).unwrap_or(own));
+    let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
+    let states = greens(pairs.unwrap_or(own));
     if states.is_empty() {
         return Err(fail("no phase of its program is green without yellow; check its tlLogic"));
     }
+    let timing = timing(scene, signal, settings);
+    let limits = limits(&timing, &states);
     let phases = states.into_iter().map(|state| phase(state, &raw, &movements)).collect();
     let spec = SignalSpec {
         id: signal.id.clone(),
@@ -94,9 +105,9 @@ pub fn derive(
             .collect(),
         movements,
         phases,
-        yellow_time_s,
+        limits,
     };
-    Ok(DerivedSignal { spec, lanes, downstream, own_greens: greens(own) })
+    Ok(DerivedSignal { spec, lanes, downstream, own_greens: greens(own), timing })
 }
 
 /// Returns the distinct green states of a program in their order: some link is green, none yellow.
@@ -111,6 +122,45 @@ pub fn greens(program: &Program) -> Vec<String> {
         }
     }
     states
+}
+
+/// Returns the limits of a signal: its approaches are its incoming edges.
+fn timing(scene: &Scene, signal: &SignalInfo, settings: &SignalSettings) -> Timing {
+    let mut edges: Vec<&str> = Vec::new();
+    let mut approaches: Vec<Approach> = Vec::new();
+    let mut way = |link: &Link| {
+        let lane = &scene.lanes[link.from_lane];
+        let approach = edges.iter().position(|e| *e == edge(&lane.id)).unwrap_or_else(|| {
+            edges.push(edge(&lane.id));
+            approaches.push(Approach {
+                heading_deg: lane.heading_deg,
+                width_m: lane.street_width_m,
+                speed_mps: lane.speed_mps,
+            });
+            edges.len() - 1
+        });
+        Way { approach, turn: turn_of(link.direction) }
+    };
+    let links = signal.links.iter().map(|links| links.iter().map(&mut way).collect()).collect();
+    Timing::new(settings, approaches, links)
+}
+
+/// Returns the limits of the phases as controllers see them.
+fn limits(timing: &Timing, greens: &[String]) -> Limits {
+    let seconds = |time: u32| f64::from(time);
+    let change = |from: &String, to: &String| {
+        timing.change(from, to).map_or(0.0, |change| seconds(change.total_s()))
+    };
+    let (min_cycle_s, max_cycle_s) = timing.cycle_s();
+    Limits {
+        min_green_s: greens.iter().map(|g| seconds(timing.min_green_s(g))).collect(),
+        max_green_s: (greens.iter())
+            .map(|g| timing.max_green_s(g).map_or(f64::INFINITY, seconds))
+            .collect(),
+        change_s: greens.iter().map(|a| greens.iter().map(|b| change(a, b)).collect()).collect(),
+        min_cycle_s: seconds(min_cycle_s),
+        max_cycle_s: seconds(max_cycle_s),
+    }
 }
 
 /// A movement in the simulator's terms.
@@ -278,6 +328,7 @@ mod tests {
             length_m: 100.0,
             speed_mps: 14.0,
             heading_deg: *heading_deg,
+            street_width_m: 12.8,
         };
         let phases = greens.iter().map(|g| ProgramPhase::fixed(*g, 30.0)).collect();
         let program = Program { id: "0".into(), kind: ProgramKind::Static, phases };
@@ -311,7 +362,7 @@ mod tests {
             ("south_2", 184.0, "s"),
         ];
         let scene = scene(&lanes, &["GGgGrGGG", "GGGrrrrr", "rrrGGGrr"]);
-        let derived = derive(&scene, &scene.signals[0], 3.0).unwrap();
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         assert_eq!(pairs(&derived), [[1, 7], [7, 8], [9, 11]]);
     }
 
@@ -319,7 +370,7 @@ mod tests {
     fn lanes_are_listed_in_the_order_of_the_movements() {
         let lanes = [("n_0", 0.0, "s"), ("s_0", 180.0, "rs"), ("s_1", 180.0, "l")];
         let scene = scene(&lanes, &["GGGG"]);
-        let derived = derive(&scene, &scene.signals[0], 3.0).unwrap();
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         let ids: Vec<_> = derived.spec.lanes.iter().map(|l| l.id.as_str()).collect();
         assert_eq!(ids, ["s_0", "s_1", "n_0"]);
         let indices: Vec<_> = derived.spec.movements.iter().map(|m| m.index).collect();
@@ -330,7 +381,7 @@ mod tests {
     fn a_permissive_left_does_not_name_a_phase() {
         let lanes = [("n_0", 0.0, "sl"), ("s_0", 180.0, "sl")];
         let scene = scene(&lanes, &["GgGg"]);
-        let derived = derive(&scene, &scene.signals[0], 3.0).unwrap();
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         assert_eq!(pairs(&derived), [[1, 7]]);
         assert_eq!(derived.spec.phases[0].service[1], Service::Permissive);
     }
@@ -345,7 +396,7 @@ mod tests {
             ("e_0", 108.0, "s"),
         ];
         let scene = scene(&lanes, &["Grrrr"]);
-        let derived = derive(&scene, &scene.signals[0], 3.0).unwrap();
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         let indices: Vec<_> = derived.spec.movements.iter().map(|m| m.index).collect();
         assert_eq!(indices, [1, 4, 7, 10, 13]);
         assert_eq!(derived.spec.lanes[4].id, "e_0");
@@ -354,8 +405,8 @@ mod tests {
     #[test]
     fn a_signal_without_lanes_or_greens_is_refused() {
         let empty = scene(&NO_LINKS, &["G"]);
-        assert!(derive(&empty, &empty.signals[0], 3.0).is_err());
+        assert!(derive(&empty, &empty.signals[0], &SignalSettings::default()).is_err());
         let red = scene(&[("n_0", 0.0, "s")], &["r", "y"]);
-        assert!(derive(&red, &red.signals[0], 3.0).is_err());
+        assert!(derive(&red, &red.signals[0], &SignalSettings::default()).is_err());
     }
 }

@@ -2,8 +2,9 @@
 //!
 //! Words are Gymnasium's: [`SignalEnv::reset`] with a seed, [`SignalEnv::step`] with an action per
 //! signal, `terminated`, `truncated`. Timing is RESCO's: a decision every `delta_time_s`, of which
-//! the first `yellow_time_s` are yellow where the phase changes.
+//! the first seconds are yellow and all-red where the phase changes; [`cabinet`] keeps to the limits.
 
+pub mod cabinet;
 pub mod derive;
 pub mod episode;
 pub mod observe;

@@ -111,6 +111,7 @@ impl Observer {
         observation.lanes.extend(signal.lanes.iter().map(|l| self.lanes[*l]));
         observation.downstream_queue.clear();
         observation.downstream_queue.extend(signal.downstream.iter().map(|l| self.lanes[*l].queue));
+        observation.seen.resize(signal.spec.movements.len(), 0.0);
     }
 
     /// Returns the vehicles that halt now on all incoming lanes, at any distance.
@@ -130,8 +131,13 @@ mod tests {
     use crate::sim::{Direction, Lane, Link, SignalInfo, VehicleState};
 
     fn observer() -> Observer {
-        let lane =
-            |id: &str| Lane { id: id.into(), length_m: 300.0, speed_mps: 14.0, heading_deg: 0.0 };
+        let lane = |id: &str| Lane {
+            id: id.into(),
+            length_m: 300.0,
+            speed_mps: 14.0,
+            heading_deg: 0.0,
+            street_width_m: 12.8,
+        };
         let scene = Scene { lanes: vec![lane("a_0"), lane("a_1")], signals: vec![] };
         Observer::new(&scene, 200.0, 10.0)
     }
@@ -172,8 +178,13 @@ mod tests {
 
     #[test]
     fn waiting_at_one_signal_is_nothing_to_the_next() {
-        let lane =
-            |id: &str| Lane { id: id.into(), length_m: 300.0, speed_mps: 14.0, heading_deg: 0.0 };
+        let lane = |id: &str| Lane {
+            id: id.into(),
+            length_m: 300.0,
+            speed_mps: 14.0,
+            heading_deg: 0.0,
+            street_width_m: 12.8,
+        };
         let signal = |from_lane| SignalInfo {
             links: vec![vec![Link {
                 from_lane,

@@ -3,6 +3,7 @@
 use crate::control::{Drive, GreenPhase};
 use crate::error::SimError;
 use crate::sim::{Program, ProgramKind, ProgramPhase};
+use crate::timing::Timing;
 
 use super::derive::DerivedSignal;
 
@@ -15,12 +16,20 @@ const INSTALLED: &str = "tsc-family";
 /// version keeps the network's own durations, so that a short green ends by itself.
 const UNTIL_DECISION_S: f64 = 100_000.0;
 
-/// A program with every green and every yellow between two greens, and where they stand in it.
+/// How the lights get from one green to another: phases of a [`DecisionProgram`] and how long each lasts,
+/// seconds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Transition {
+    /// Index of the yellow, and of the all-red after it if there is any.
+    pub phases: Vec<(u32, u32)>,
+}
+
+/// A program with every green and every change between two greens, and where they stand in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DecisionProgram {
-    /// Greens first, in the order of the signal's phases, then yellows.
+    /// Greens first, in the order of the signal's phases, then the changes.
     pub program: Program,
-    yellows: Vec<Vec<Option<u32>>>,
+    changes: Vec<Vec<Transition>>,
 }
 
 impl DecisionProgram {
@@ -29,41 +38,24 @@ impl DecisionProgram {
         let greens: Vec<&str> = signal.spec.phases.iter().map(|p| p.state.as_str()).collect();
         let mut phases: Vec<_> =
             greens.iter().map(|g| ProgramPhase::fixed(*g, UNTIL_DECISION_S)).collect();
-        let mut yellows = vec![vec![None; greens.len()]; greens.len()];
-        for (i, from) in greens.iter().enumerate() {
-            for (j, to) in greens.iter().enumerate() {
-                if let Some(state) = yellow(from, to) {
-                    yellows[i][j] = Some(phases.len() as u32);
-                    phases.push(ProgramPhase::fixed(state, UNTIL_DECISION_S));
-                }
+        let mut change = |from: &&str, to: &&str| {
+            let mut transition = Transition { phases: Vec::new() };
+            for (state, seconds) in signal.timing.between(from, to) {
+                transition.phases.push((phases.len() as u32, seconds));
+                phases.push(ProgramPhase::fixed(state, UNTIL_DECISION_S));
             }
-        }
+            transition
+        };
+        let changes =
+            greens.iter().map(|from| greens.iter().map(|to| change(from, to)).collect()).collect();
         let program = Program { id: INSTALLED.into(), kind: ProgramKind::Static, phases };
-        Self { program, yellows }
+        Self { program, changes }
     }
 
-    /// Returns the index of the yellow between two greens; `None` when no light turns red.
-    pub fn yellow(&self, from: GreenPhase, to: GreenPhase) -> Option<u32> {
-        self.yellows[from.0][to.0]
+    /// Returns the way from one green to another; without phases when no light turns red.
+    pub fn change(&self, from: GreenPhase, to: GreenPhase) -> &Transition {
+        &self.changes[from.0][to.0]
     }
-}
-
-/// Returns the yellow state between two greens: links that are green and will be red turn yellow,
-/// all others stay as they are. `None` when no link turns red.
-///
-/// Source: RESCO, traffic_signal.py, yellow phases.
-pub fn yellow(from: &str, to: &str) -> Option<String> {
-    let mut any = false;
-    let state = from
-        .chars()
-        .zip(to.chars())
-        .map(|(a, b)| {
-            let ends = matches!(a, 'G' | 'g') && matches!(b, 'r' | 's');
-            any |= ends;
-            if ends { 'y' } else { a }
-        })
-        .collect();
-    any.then_some(state)
 }
 
 /// Returns the program that a drive needs; `None` for the network's own.
@@ -72,23 +64,31 @@ pub fn yellow(from: &str, to: &str) -> Option<String> {
 ///
 /// [`SimError::Signal`] when the drive names a phase that the signal does not have.
 pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>, SimError> {
-    let own = |green: &dyn Fn(&str) -> ProgramPhase| {
-        let greens: Vec<_> = signal.own_greens.iter().map(|state| green(state)).collect();
-        cycle(&greens, signal.spec.yellow_time_s)
+    let timing = &signal.timing;
+    let own = |green: &dyn Fn(&str, f64, f64) -> ProgramPhase| {
+        let green = |state: &String| {
+            let least_s = f64::from(timing.min_green_s(state));
+            let most_s = timing.max_green_s(state).map_or(f64::INFINITY, f64::from);
+            green(state, least_s, most_s)
+        };
+        cycle(&signal.own_greens.iter().map(green).collect::<Vec<_>>(), timing)
     };
     let make = |kind, phases| Some(Program { id: INSTALLED.into(), kind, phases });
     Ok(match drive {
         Drive::OwnProgram => None,
         Drive::Decisions => Some(DecisionProgram::new(signal).program),
-        Drive::OwnEqualSplit(green_s) => {
-            make(ProgramKind::Static, own(&|state| ProgramPhase::fixed(state, *green_s)))
-        }
-        Drive::OwnActuated { min_green_s, max_green_s } => make(
+        Drive::OwnEqualSplit(green_s) => make(
+            ProgramKind::Static,
+            own(&|state, least_s, most_s| {
+                ProgramPhase::fixed(state, green_s.clamp(least_s, most_s))
+            }),
+        ),
+        Drive::OwnActuated(max_green_s) => make(
             ProgramKind::Actuated,
-            own(&|state| ProgramPhase {
-                duration_s: *min_green_s,
-                min_s: *min_green_s,
-                max_s: *max_green_s,
+            own(&|state, least_s, most_s| ProgramPhase {
+                duration_s: least_s,
+                min_s: least_s,
+                max_s: max_green_s.clamp(least_s, most_s),
                 state: state.to_owned(),
             }),
         ),
@@ -104,7 +104,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
                     Ok(ProgramPhase::fixed(&phase.state, *green_s))
                 })
                 .collect::<Result<Vec<_>, SimError>>()?;
-            make(ProgramKind::Static, cycle(&phases, signal.spec.yellow_time_s))
+            make(ProgramKind::Static, cycle(&phases, timing))
         }
     })
 }
@@ -129,28 +129,47 @@ pub fn aligned(program: &Program, time_s: f64) -> Option<(u32, f64)> {
     None
 }
 
-/// Returns greens with the yellows between them.
-fn cycle(greens: &[ProgramPhase], yellow_time_s: f64) -> Vec<ProgramPhase> {
-    let mut phases = Vec::with_capacity(2 * greens.len());
+/// Returns greens with the changes between them.
+fn cycle(greens: &[ProgramPhase], timing: &Timing) -> Vec<ProgramPhase> {
+    let mut phases = Vec::with_capacity(3 * greens.len());
     for (i, green) in greens.iter().enumerate() {
         phases.push(green.clone());
         let next = &greens[(i + 1) % greens.len()];
-        if let Some(state) = yellow(&green.state, &next.state) {
-            phases.push(ProgramPhase::fixed(state, yellow_time_s));
+        for (state, seconds) in timing.between(&green.state, &next.state) {
+            phases.push(ProgramPhase::fixed(state, f64::from(seconds)));
         }
     }
     phases
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
+pub(super) mod testing {
+    use super::super::derive::DerivedSignal;
+    use crate::control::Turn;
     use crate::control::testing::two_phase_signal;
+    use crate::family::scenario::SignalSettings;
+    use crate::timing::{Approach, Timing, Way};
 
-    fn signal() -> DerivedSignal {
+    /// Two crossing lanes with a phase each.
+    pub(in crate::env) fn signal(settings: &SignalSettings) -> DerivedSignal {
         let spec = two_phase_signal();
         let own_greens = vec!["Gr".to_owned(), "rG".to_owned()];
-        DerivedSignal { spec, lanes: vec![0, 1], downstream: vec![], own_greens }
+        let approach = |heading_deg| Approach { heading_deg, width_m: 12.8, speed_mps: 13.4 };
+        let way = |approach| vec![Way { approach, turn: Turn::Through }];
+        let approaches = vec![approach(180.0), approach(270.0)];
+        let timing = Timing::new(settings, approaches, vec![way(0), way(1)]);
+        DerivedSignal { spec, lanes: vec![0, 1], downstream: vec![], own_greens, timing }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::signal as limited;
+    use super::*;
+    use crate::family::scenario::SignalSettings;
+
+    fn signal() -> DerivedSignal {
+        limited(&SignalSettings::default())
     }
 
     fn states(program: &Program) -> Vec<(&str, f64)> {
@@ -158,18 +177,34 @@ mod tests {
     }
 
     #[test]
-    fn yellow_shows_only_where_green_ends() {
-        assert_eq!(yellow("GGgrr", "GrGrG").as_deref(), Some("Gygrr"));
-        assert_eq!(yellow("GGgrr", "GGGrr"), None);
+    fn the_change_between_two_greens_is_found_by_both() {
+        let table = DecisionProgram::new(&signal());
+        let change = |from, to| table.change(GreenPhase(from), GreenPhase(to)).phases.clone();
+        assert_eq!([change(0, 1), change(1, 0)], [vec![(2, 3)], vec![(3, 3)]]);
+        assert_eq!(change(1, 1), []);
+        assert_eq!(table.program.phases[3].state, "ry");
     }
 
     #[test]
-    fn the_yellow_between_two_greens_is_found_by_both() {
-        let table = DecisionProgram::new(&signal());
-        assert_eq!(table.yellow(GreenPhase(0), GreenPhase(1)), Some(2));
-        assert_eq!(table.yellow(GreenPhase(1), GreenPhase(0)), Some(3));
-        assert_eq!(table.yellow(GreenPhase(1), GreenPhase(1)), None);
-        assert_eq!(table.program.phases[3].state, "ry");
+    fn all_red_follows_yellow_where_there_is_any() {
+        let settings = SignalSettings { all_red_s: 2, ..SignalSettings::default() };
+        let table = DecisionProgram::new(&limited(&settings));
+        let change = table.change(GreenPhase(0), GreenPhase(1));
+        assert_eq!(change.phases, [(2, 3), (3, 2)]);
+        assert_eq!(table.program.phases[3].state, "rr");
+    }
+
+    #[test]
+    fn own_programs_keep_to_the_limits() {
+        let settings = SignalSettings { max_green_s: Some(30), ..SignalSettings::default() };
+        let signal = limited(&settings);
+        let greens = |drive: &Drive| {
+            let program = program(&signal, drive).unwrap().unwrap();
+            (program.phases[0].min_s, program.phases[0].max_s)
+        };
+        assert_eq!(greens(&Drive::OwnEqualSplit(35.0)), (30.0, 30.0));
+        assert_eq!(greens(&Drive::OwnEqualSplit(2.0)), (7.0, 7.0));
+        assert_eq!(greens(&Drive::OwnActuated(50.0)), (7.0, 30.0));
     }
 
     #[test]

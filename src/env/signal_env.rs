@@ -9,10 +9,11 @@ use crate::family::scenario::{SignalSettings, SimulationSettings};
 use crate::sim::{Scene, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
 use crate::units::SECONDS_PER_HOUR;
 
+use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
 use super::episode::EpisodeMetrics;
 use super::observe::Observer;
-use super::signal::{DecisionProgram, aligned, program};
+use super::signal::{aligned, program};
 use super::world::World;
 
 /// State of the decision process after a step.
@@ -35,8 +36,8 @@ pub struct SignalEnv<S> {
     scene: Scene,
     signals: Vec<DerivedSignal>,
     specs: Vec<SignalSpec>,
-    tables: Vec<Option<DecisionProgram>>,
-    current: Vec<GreenPhase>,
+    /// Of the signals that a controller decides.
+    cabinets: Vec<Option<Cabinet>>,
     observer: Observer,
     snapshot: Snapshot,
     observations: Vec<Observation>,
@@ -68,8 +69,7 @@ impl<S: Sim> SignalEnv<S> {
             scene: Scene::default(),
             signals: Vec::new(),
             specs: Vec::new(),
-            tables: Vec::new(),
-            current: Vec::new(),
+            cabinets: Vec::new(),
             observer: Observer::default(),
             snapshot: Snapshot::default(),
             observations: Vec::new(),
@@ -119,8 +119,7 @@ impl<S: Sim> SignalEnv<S> {
             self.signal_settings.detection_m,
             f64::from(self.signal_settings.delta_time_s),
         );
-        self.tables = vec![None; self.signals.len()];
-        self.current = vec![GreenPhase(0); self.signals.len()];
+        self.cabinets = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
@@ -128,11 +127,10 @@ impl<S: Sim> SignalEnv<S> {
     }
 
     fn describe(&mut self, scene: Scene) -> Result<(), SimError> {
-        let yellow_s = f64::from(self.signal_settings.yellow_time_s);
         self.signals = scene
             .signals
             .iter()
-            .map(|signal| derive(&scene, signal, yellow_s))
+            .map(|signal| derive(&scene, signal, &self.signal_settings))
             .collect::<Result<_, _>>()?;
         self.specs = self.signals.iter().map(|s| s.spec.clone()).collect();
         self.observations = vec![Observation::default(); self.signals.len()];
@@ -175,6 +173,9 @@ impl<S: Sim> SignalEnv<S> {
     /// [`SimError`] when SUMO rejects a program.
     pub fn drive(&mut self, drives: &[Drive]) -> Result<(), SimError> {
         for (i, (signal, drive)) in self.signals.iter().zip(drives).enumerate() {
+            if *drive == Drive::Decisions {
+                self.cabinets[i] = Some(Cabinet::new(signal, self.signal_settings.yellow_time_s));
+            }
             match program(signal, drive)? {
                 Some(installed) => {
                     self.sim.install(i, &installed)?;
@@ -184,35 +185,34 @@ impl<S: Sim> SignalEnv<S> {
                 }
                 None => self.sim.select(i, &self.scene.signals[i].active_program)?,
             }
-            self.tables[i] =
-                matches!(drive, Drive::Decisions).then(|| DecisionProgram::new(signal));
         }
         self.observe()
     }
 
-    /// Applies one green phase per signal for the next interval: yellow where the phase changes,
-    /// then green. Signals with a program of their own ignore their entry.
+    /// Asks for one green phase per signal for the next interval, and lets it go by: a signal that
+    /// changes shows yellow and all-red first. Signals keep to their limits, see [`Cabinet`]; those with
+    /// a program of their own ignore their entry.
     ///
     /// # Errors
     ///
     /// [`SimError`] when the simulation fails or a phase does not exist.
     pub fn step(&mut self, actions: &[GreenPhase]) -> Result<Step, SimError> {
-        let yellow_s = self.signal_settings.yellow_time_s;
-        let delta_s = self.signal_settings.delta_time_s;
-        if self.tables.iter().any(Option::is_some) {
-            for (i, (table, action)) in self.tables.iter().zip(actions).enumerate() {
-                self.request[i] = table.as_ref().and_then(|t| t.yellow(self.current[i], *action));
+        let mut left_s = self.signal_settings.delta_time_s;
+        for (cabinet, action) in self.cabinets.iter_mut().zip(actions) {
+            if let Some(cabinet) = cabinet {
+                cabinet.decide(*action, left_s)?;
+            }
+        }
+        while left_s > 0 {
+            for (request, cabinet) in self.request.iter_mut().zip(&mut self.cabinets) {
+                *request = cabinet.as_mut().and_then(Cabinet::due);
             }
             self.set_phases()?;
-            self.run(yellow_s)?;
-            for (i, (table, action)) in self.tables.iter().zip(actions).enumerate() {
-                self.request[i] = table.as_ref().map(|_| action.0 as u32);
-            }
-            self.set_phases()?;
-            self.current.copy_from_slice(actions);
-            self.run(delta_s - yellow_s)?;
-        } else {
-            self.run(delta_s)?;
+            let next = self.cabinets.iter().flatten().filter_map(Cabinet::next_s).min();
+            let seconds = next.map_or(left_s, |next| next.min(left_s));
+            self.run(seconds)?;
+            self.cabinets.iter_mut().flatten().for_each(|cabinet| cabinet.elapse(seconds));
+            left_s -= seconds;
         }
         self.observe()?;
         self.decisions += 1;
@@ -243,7 +243,10 @@ impl<S: Sim> SignalEnv<S> {
         self.sim.observe(&mut self.snapshot)?;
         self.observer.update(&self.snapshot);
         for (i, signal) in self.signals.iter().enumerate() {
-            let phase = self.snapshot.phases[i] as usize;
+            let phase = match &self.cabinets[i] {
+                Some(cabinet) => cabinet.phase().0,
+                None => self.snapshot.phases[i] as usize,
+            };
             self.observer.write(signal, phase, &mut self.observations[i]);
         }
         Ok(())

@@ -14,6 +14,7 @@ pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSi
         length_m: 100.0,
         speed_mps: 14.0,
         heading_deg,
+        street_width_m: 12.8,
     };
     let link = |from_lane| {
         vec![Link {

@@ -133,14 +133,10 @@ pub fn control_settings(scenario: &Scenario, imported: bool) -> ControlSettings 
     let (fixed, actuated) = (&scenario.fixed_time, &scenario.actuated);
     ControlSettings {
         baseline_equal_split_green_s: equal_split.then_some(scenario.baseline.green_s),
-        max_pressure_count_shared_lanes_once: scenario.max_pressure.count_shared_lanes_once,
+        max_pressure: scenario.max_pressure,
         fixed_time_simulations: fixed.simulations,
-        fixed_time_min_green_s: fixed.min_green_s,
-        fixed_time_min_cycle_s: fixed.min_cycle_s,
-        fixed_time_max_cycle_s: fixed.max_cycle_s,
         fixed_time_lost_time_s: fixed.lost_time_s,
         fixed_time_saturation_flow_vph: fixed.saturation_flow_vph,
-        actuated_min_green_s: actuated.min_green_s,
         actuated_max_green_s: actuated.max_green_s,
         training_episodes: scenario.training.episodes,
         idqn: scenario.idqn.clone(),
@@ -329,7 +325,7 @@ pub(super) mod tests {
         assert_eq!(
             e,
             "unknown method \"maxpressure\"; known are baseline, fixed-time, max-pressure, \
-             actuated, idqn, ippo, mplight, mplight-star, mplight-star-resco, program"
+             max-pressure-resco, actuated, idqn, ippo, mplight, mplight-star, mplight-star-resco, program"
         );
     }
 

@@ -4,6 +4,9 @@ use super::demand::{MAX_APPROACH_SPREAD, MIN_PEAK_HOUR_FACTOR};
 use super::scenario::{Detail, Scenario, SixFeatures};
 use crate::error::FamilyError;
 
+/// Longest green that can be asked for, seconds.
+const MAX_GREEN_S: f64 = 3600.0;
+
 /// Checks that a number lies within limits, both included; NaN does not.
 ///
 /// # Errors
@@ -36,6 +39,7 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
     }
     let (f, n, d) = (&scenario.family, &scenario.network, &scenario.demand);
     let (t, a, b) = (&scenario.fixed_time, &scenario.actuated, &scenario.baseline);
+    let s = &scenario.signal;
     let ranges = [
         ("version", f64::from(scenario.version), 1.0, 1e6),
         ("family.hourly_share", f.hourly_share, 1e-6, 1.0),
@@ -48,18 +52,22 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         ("network.default_left_green_s", n.default_left_green_s, 1.0, 100.0),
         ("demand.horizon_s", d.horizon_s, 10.0, 86_400.0),
         ("demand.approach_spread", d.approach_spread, 0.0, MAX_APPROACH_SPREAD),
-        ("signal.delta_time_s", f64::from(scenario.signal.delta_time_s), 1.0, 300.0),
-        ("signal.detection_m", scenario.signal.detection_m, 1.0, 10_000.0),
+        ("signal.delta_time_s", f64::from(s.delta_time_s), 1.0, 300.0),
+        ("signal.detection_m", s.detection_m, 1.0, 10_000.0),
+        ("signal.yellow_time_s", f64::from(s.yellow_time_s), 0.0, 10.0),
+        ("signal.all_red_s", f64::from(s.all_red_s), 0.0, 30.0),
+        ("signal.min_green_s", f64::from(s.min_green_s), 1.0, 100.0),
+        ("signal.min_left_green_s", f64::from(s.min_left_green_s), 1.0, 100.0),
+        ("signal.max_green_s", s.max_green_s.map_or(MAX_GREEN_S, f64::from), 1.0, MAX_GREEN_S),
+        ("signal.min_cycle_s", f64::from(s.min_cycle_s), 1.0, 600.0),
+        ("signal.max_cycle_s", f64::from(s.max_cycle_s), 10.0, 600.0),
         ("simulation.time_to_teleport_s", scenario.simulation.time_to_teleport_s, -1.0, 86_400.0),
         ("baseline.green_s", b.green_s, 1.0, 300.0),
         ("fixed_time.simulations", f64::from(t.simulations), 1.0, 10_000.0),
-        ("fixed_time.min_green_s", t.min_green_s, 1.0, 100.0),
-        ("fixed_time.min_cycle_s", t.min_cycle_s, 10.0, t.max_cycle_s),
-        ("fixed_time.max_cycle_s", t.max_cycle_s, 10.0, 600.0),
         ("fixed_time.lost_time_s", t.lost_time_s, 0.0, 30.0),
         ("fixed_time.saturation_flow_vph", t.saturation_flow_vph, 100.0, 5000.0),
-        ("actuated.min_green_s", a.min_green_s, 1.0, a.max_green_s),
         ("actuated.max_green_s", a.max_green_s, 1.0, 600.0),
+        ("max_pressure.permissive_share", scenario.max_pressure.permissive_share, 0.0, 1.0),
         ("training.episodes", f64::from(scenario.training.episodes), 1.0, 1e6),
     ];
     let learners = [
@@ -84,9 +92,8 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
             return fail(&field, shortest(value), &expected);
         }
     }
-    if scenario.signal.yellow_time_s >= scenario.signal.delta_time_s {
-        let value = scenario.signal.yellow_time_s.to_string();
-        return fail("signal.yellow_time_s", value, "expected less than signal.delta_time_s");
+    if let Err((field, value, expected)) = s.check() {
+        return fail(field, value, expected);
     }
     if !(d.peak_hour_factor > MIN_PEAK_HOUR_FACTOR && d.peak_hour_factor <= 1.0) {
         let expected = format!("expected a number above {MIN_PEAK_HOUR_FACTOR}, at most 1");
@@ -171,9 +178,12 @@ mod tests {
     }
 
     #[test]
-    fn yellow_must_be_shorter_than_the_decision_interval() {
-        let e = check(&scenario("signal.yellow_time_s = 10"), "t.toml").unwrap_err();
-        assert!(e.to_string().contains("signal.yellow_time_s = 10"));
+    fn limits_of_timing_that_contradict_each_other_are_refused() {
+        let e = check(&scenario("signal.min_cycle_s = 200"), "t.toml").unwrap_err();
+        let expected = "t.toml: signal.min_cycle_s = 200: expected at most signal.max_cycle_s";
+        assert_eq!(e.to_string(), expected);
+        let e = check(&scenario("signal.max_green_s = 10"), "t.toml").unwrap_err();
+        assert!(e.to_string().starts_with("t.toml: signal.max_green_s = 10: expected"), "{e}");
     }
 
     #[test]

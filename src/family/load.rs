@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use toml::Table;
+
 use super::approaches::{self, Intersection};
 use super::check::check;
 use super::features::{group, per_approach_features, point_id};
-use super::overrides::Override;
+use super::overrides::{Override, overlay};
 use super::points;
-use super::scenario::{Detail, Scenario, SixFeatures};
+use super::scenario::{Detail, Preset, Scenario, SixFeatures};
 use super::{Feature, MdpFamily, PointMdp};
 use crate::error::{FamilyError, FileError};
 
@@ -85,6 +87,26 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
     from_text(&text, &path.display().to_string(), overrides, &table)
 }
 
+/// Returns a scenario whose text stands on a preset's, with settings replaced.
+fn with_preset(
+    text: &str,
+    preset: Preset,
+    overrides: &[Override],
+    file: &str,
+) -> Result<Scenario, FamilyError> {
+    let table = |text: &str| -> Table { text.parse().expect("it has been read before") };
+    let mut settings = table(preset.text());
+    overlay(&mut settings, table(text));
+    let mut scenario: Scenario = settings.try_into().map_err(|e: toml::de::Error| {
+        let message = format!("with the preset {}: {}", preset.name(), e.message());
+        FamilyError::Toml { file: file.to_owned(), message }
+    })?;
+    for setting in overrides {
+        scenario = setting.apply(&scenario)?;
+    }
+    Ok(scenario)
+}
+
 fn read_text(path: &Path) -> Result<String, FamilyError> {
     let bytes = std::fs::read(path).map_err(FileError::at("read", path))?;
     String::from_utf8(bytes).map_err(|e| FamilyError::Csv {
@@ -113,8 +135,14 @@ pub fn from_text(
         file: file.to_owned(),
         message: e.to_string().trim_end().to_owned(),
     })?;
+    // Which preset counts is the last word of the scenario and of what replaces its settings.
+    let mut preset = scenario.preset;
     for setting in overrides {
         scenario = setting.apply(&scenario)?;
+        preset = scenario.preset;
+    }
+    if preset != Preset::default() {
+        scenario = with_preset(text, preset, overrides, file)?;
     }
     let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
     let file = &if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") };

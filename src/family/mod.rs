@@ -12,6 +12,7 @@ pub mod load;
 pub mod overrides;
 pub mod points;
 pub mod scenario;
+pub mod signal;
 
 use serde::Serialize;
 

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use toml::{Table, Value};
 
-use super::scenario::Scenario;
+use super::scenario::{Preset, Scenario};
 use crate::error::FamilyError;
 
 /// Rust's words in messages of the deserialiser, and what a user calls them.
@@ -34,6 +34,15 @@ impl Override {
             flag: format!("--episodes {episodes}"),
             path: vec!["training".to_owned(), "episodes".to_owned()],
             value: Value::Integer(episodes.into()),
+        }
+    }
+
+    /// Returns a preset, as `--preset` says it.
+    pub fn preset(preset: Preset) -> Self {
+        Self {
+            flag: format!("--preset {}", preset.name()),
+            path: vec!["preset".to_owned()],
+            value: Value::String(preset.name().to_owned()),
         }
     }
 
@@ -98,14 +107,17 @@ impl FromStr for Override {
     }
 }
 
+/// Puts the settings of a table over those of another.
+pub fn overlay(settings: &mut Table, over: Table) {
+    for (key, value) in over {
+        put(settings, &key, value);
+    }
+}
+
 /// Puts a value into a table; of a table, the settings that it names.
 fn put(table: &mut Table, key: &str, value: Value) {
     match (table.get_mut(key), value) {
-        (Some(Value::Table(old)), Value::Table(new)) => {
-            for (key, value) in new {
-                put(old, &key, value);
-            }
-        }
+        (Some(Value::Table(old)), Value::Table(new)) => overlay(old, new),
         (_, value) => {
             table.insert(key.to_owned(), value);
         }

@@ -5,8 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::control::{idqn, ippo, max_pressure, mplight, mplight_star};
+
 pub use super::demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
-use crate::control::{idqn, ippo, mplight, mplight_star};
+pub use super::signal::{Actions, ChangeInterval, Preset, SignalSettings};
 
 /// A scenario as written in TOML.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,6 +22,9 @@ pub struct Scenario {
     /// Number of the family's definition; a change of data or rules that moves results raises it.
     #[serde(default = "first_version")]
     pub version: u32,
+    /// Limits of timing and demand that other defaults than the plain ones come from.
+    #[serde(default)]
+    pub preset: Preset,
     /// Where the point MDPs come from.
     pub family: FamilySettings,
     /// How intersections become road networks.
@@ -40,9 +45,9 @@ pub struct Scenario {
     /// The tuned fixed-time controller.
     #[serde(default)]
     pub fixed_time: FixedTimeSettings,
-    /// Max pressure.
+    /// Max pressure as Varaiya defines it.
     #[serde(default)]
-    pub max_pressure: MaxPressureSettings,
+    pub max_pressure: max_pressure::Config,
     /// SUMO's gap-based control.
     #[serde(default)]
     pub actuated: ActuatedSettings,
@@ -204,28 +209,6 @@ impl Default for NetworkSettings {
     }
 }
 
-/// How signals are timed and what controllers see.
-///
-/// Source: RESCO's settings for single intersections (decision every 10 s, 3 s of yellow, 200 m).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SignalSettings {
-    /// Time between decisions, seconds.
-    pub delta_time_s: u32,
-    /// Yellow between two greens, seconds: at the start of the interval when a decision changes the
-    /// phase, and in the cycles of `fixed-time` and `actuated`. Networks' own programs, the baseline
-    /// among them, keep their own yellow; netconvert's is 3 s and longer on fast roads.
-    pub yellow_time_s: u32,
-    /// Distance to the signal within which vehicles are detected, metres.
-    pub detection_m: f64,
-}
-
-impl Default for SignalSettings {
-    fn default() -> Self {
-        Self { delta_time_s: 10, yellow_time_s: 3, detection_m: 200.0 }
-    }
-}
-
 /// How SUMO is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -275,12 +258,6 @@ pub enum BaselineProgram {
 pub struct FixedTimeSettings {
     /// Simulated episodes that tuning may use.
     pub simulations: u32,
-    /// Shortest green, seconds.
-    pub min_green_s: f64,
-    /// Shortest cycle, seconds.
-    pub min_cycle_s: f64,
-    /// Longest cycle, seconds.
-    pub max_cycle_s: f64,
     /// Time lost per phase change in Webster's formula, seconds.
     pub lost_time_s: f64,
     /// Saturation flow in Webster's formula, vehicles per hour and lane (HCM base 1900).
@@ -289,38 +266,21 @@ pub struct FixedTimeSettings {
 
 impl Default for FixedTimeSettings {
     fn default() -> Self {
-        Self {
-            simulations: 24,
-            min_green_s: 5.0,
-            min_cycle_s: 20.0,
-            max_cycle_s: 150.0,
-            lost_time_s: 4.0,
-            saturation_flow_vph: 1900.0,
-        }
+        Self { simulations: 24, lost_time_s: 4.0, saturation_flow_vph: 1900.0 }
     }
-}
-
-/// Max pressure.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MaxPressureSettings {
-    /// Whether a lane counts once that both movements of a phase share; RESCO counts it twice.
-    pub count_shared_lanes_once: bool,
 }
 
 /// SUMO's gap-based control.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActuatedSettings {
-    /// Shortest green, seconds (SUMO's default).
-    pub min_green_s: f64,
-    /// Longest green, seconds (SUMO's default).
+    /// Longest green, seconds (SUMO's default), within the limits of `[signal]`.
     pub max_green_s: f64,
 }
 
 impl Default for ActuatedSettings {
     fn default() -> Self {
-        Self { min_green_s: 5.0, max_green_s: 50.0 }
+        Self { max_green_s: 50.0 }
     }
 }
 

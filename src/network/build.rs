@@ -24,7 +24,7 @@ use super::net_file::NetFile;
 use super::netconvert::Netconvert;
 use super::validate::validate;
 use crate::error::{FileError, NetworkError};
-use crate::family::scenario::{DemandSettings, NetworkSettings};
+use crate::family::scenario::{Actions, DemandSettings, NetworkSettings, SignalSettings};
 use crate::hash::sha256;
 
 /// Number of the rules by which networks are made; a change to them raises it, and all networks
@@ -82,6 +82,7 @@ pub fn build_all(
     specs: &[IntersectionSpec],
     network: &NetworkSettings,
     demand: &DemandSettings,
+    signal: &SignalSettings,
     out: &Path,
     options: BuildOptions,
     progress: &(dyn Fn(&str) + Sync),
@@ -96,7 +97,7 @@ pub fn build_all(
     };
     let mut missing = Vec::new();
     for spec in specs {
-        let spec_sha256 = spec_hash(spec, network, demand);
+        let spec_sha256 = spec_hash(spec, network, demand, signal);
         let same = index.row(&spec.point).is_some_and(|row| row.spec_sha256 == spec_sha256);
         if index.row(&spec.point).is_some() && !options.force {
             index.verify(&spec.point)?;
@@ -129,7 +130,7 @@ pub fn build_all(
     let index = Mutex::new((index, Instant::now()));
     let failed = Mutex::new(Vec::new());
     let done = missing.par_iter().try_for_each(|(spec, spec_sha256)| {
-        let mut row = match build_one(spec, network, demand, &netconvert, out) {
+        let mut row = match build_one(spec, network, demand, signal, &netconvert, out) {
             Err(e) if options.leave_out && is_of_the_intersection(&e) => {
                 let mut failed = failed.lock().expect("no thread panics with the list");
                 failed.push((spec.point.clone(), e.to_string()));
@@ -173,6 +174,7 @@ fn build_one(
     spec: &IntersectionSpec,
     network: &NetworkSettings,
     demand: &DemandSettings,
+    signal: &SignalSettings,
     netconvert: &Netconvert,
     out: &Path,
 ) -> Result<IndexRow, NetworkError> {
@@ -181,7 +183,7 @@ fn build_one(
         .tempdir_in(out)
         .map_err(FileError::at("create a folder in", out))?;
     let point = &spec.point;
-    let built = netconvert.build(spec, network, temporary.path())?;
+    let built = netconvert.build(spec, network, signal, temporary.path())?;
     let net = NetFile::parse(&built.text)
         .map_err(|reason| NetworkError::Unsound { point: point.clone(), reason })?;
     validate(spec, &net, network.exit_length_m)?;
@@ -251,6 +253,7 @@ fn spec_hash(
     spec: &IntersectionSpec,
     network: &NetworkSettings,
     demand: &DemandSettings,
+    signal: &SignalSettings,
 ) -> String {
     #[derive(Serialize)]
     struct Inputs<'a> {
@@ -258,8 +261,16 @@ fn spec_hash(
         spec: &'a IntersectionSpec,
         network: &'a NetworkSettings,
         demand: &'a DemandSettings,
+        signal: SignalSettings,
     }
-    let inputs = Inputs { generator: GENERATOR, spec, network, demand };
+    // What does not time the default program does not change the network.
+    let signal = SignalSettings {
+        actions: Actions::OwnGreens,
+        delta_time_s: 0,
+        detection_m: 0.0,
+        ..signal.clone()
+    };
+    let inputs = Inputs { generator: GENERATOR, spec, network, demand, signal };
     sha256(&serde_json::to_vec(&inputs).expect("a spec is plain data"))
 }
 
@@ -274,7 +285,8 @@ mod tests {
             (cross(), NetworkSettings::default(), DemandSettings::default());
         let hash = |s: &IntersectionSpec, n: f64, d: f64| {
             let network = NetworkSettings { phase_green_s: n, ..network.clone() };
-            spec_hash(s, &network, &DemandSettings { horizon_s: d, ..demand.clone() })
+            let demand = DemandSettings { horizon_s: d, ..demand.clone() };
+            spec_hash(s, &network, &demand, &SignalSettings::default())
         };
         let peak = DemandSettings { horizon_s: 60.0, peak_hour_factor: 0.9, ..demand.clone() };
         let mut other = spec.clone();
@@ -284,9 +296,26 @@ mod tests {
             hash(&spec, 3.5, 60.0),
             hash(&spec, 3.0, 61.0),
             hash(&other, 3.0, 60.0),
-            spec_hash(&spec, &NetworkSettings { phase_green_s: 3.0, ..network.clone() }, &peak),
+            spec_hash(
+                &spec,
+                &NetworkSettings { phase_green_s: 3.0, ..network.clone() },
+                &peak,
+                &SignalSettings::default(),
+            ),
         ];
         assert!((0..5).all(|i| (0..i).all(|j| hashes[i] != hashes[j])));
+    }
+
+    #[test]
+    fn the_hash_of_a_spec_depends_on_what_times_the_default_program_alone() {
+        let hash = |signal: &SignalSettings| {
+            spec_hash(&cross(), &NetworkSettings::default(), &DemandSettings::default(), signal)
+        };
+        let signal = SignalSettings::default();
+        let faster = SignalSettings { delta_time_s: 5, ..signal.clone() };
+        let longer = SignalSettings { yellow_time_s: 4, ..signal.clone() };
+        assert_eq!(hash(&signal), hash(&faster));
+        assert_ne!(hash(&signal), hash(&longer));
     }
 
     #[test]

@@ -16,4 +16,5 @@ pub mod netconvert;
 mod peak;
 pub mod phases;
 pub mod plain;
+pub mod retime;
 pub mod validate;

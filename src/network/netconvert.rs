@@ -4,9 +4,10 @@
 //! second a network with both programs. Only a network that knows the permissive greens of both
 //! has room to wait for them within the junction.
 //!
-//! netconvert's own program keeps netconvert's own yellow, which grows with the speed limit, and
-//! its all-red, because it is the baseline and should be what any user of netconvert gets; cycle
-//! and left green come from the settings, whose defaults are netconvert's.
+//! The default program has netconvert's greens in netconvert's order. Cycle and left green come from the
+//! settings, whose defaults are netconvert's; yellow, all-red and shortest greens are those that hold for
+//! every method, see [`retime`](super::retime). With 3 s of yellow the program is what any user of
+//! netconvert gets for streets of up to 30 mph; netconvert itself would give faster ones more.
 
 use std::env;
 use std::fs;
@@ -19,8 +20,9 @@ use super::movements::{Movement, Turn};
 use super::net_file::NetFile;
 use super::phases::{Conflicts, PHASES_PROGRAM, Phase, Relation, phases, program};
 use super::plain::{self, DEFAULT_PROGRAM};
+use super::retime::{retime, timing};
 use crate::error::{FileError, NetworkError};
-use crate::family::scenario::NetworkSettings;
+use crate::family::scenario::{NetworkSettings, SignalSettings};
 
 /// Options of every run: no downloads of schemas, right-hand traffic, no U-turns.
 const OPTIONS: [&str; 8] =
@@ -111,6 +113,7 @@ impl Netconvert {
         &self,
         spec: &IntersectionSpec,
         settings: &NetworkSettings,
+        signal: &SignalSettings,
         folder: &Path,
     ) -> Result<BuiltNet, NetworkError> {
         let unsound = |reason: String| NetworkError::Unsound { point: spec.point.clone(), reason };
@@ -147,7 +150,9 @@ impl Netconvert {
             movement_of_link[*link] = movement.expect("connections belong to movements");
         }
         let ours = program(&phases, &movement_of_link, settings);
-        let programs = [(DEFAULT_PROGRAM, own), (PHASES_PROGRAM, ours.as_slice())];
+        let timing = timing(spec, &layout, &movement_of_link, signal);
+        let own = retime(own, &timing, settings);
+        let programs = [(DEFAULT_PROGRAM, own.as_slice()), (PHASES_PROGRAM, ours.as_slice())];
         write(folder, "p.tll.xml", &plain::signals(&layout, &links, programs))?;
 
         let second = self.run(spec, settings, folder, &["-i", "p.tll.xml"], "second.net.xml")?;
@@ -308,7 +313,9 @@ mod tests {
         let mut spec = cross();
         spec.arms[0].speed_mps = -1.0;
         let netconvert = Netconvert::find().unwrap();
-        let e = netconvert.build(&spec, &NetworkSettings::default(), folder.path()).unwrap_err();
+        let e = netconvert
+            .build(&spec, &NetworkSettings::default(), &SignalSettings::default(), folder.path())
+            .unwrap_err();
         assert!(e.to_string().starts_with("p: netconvert failed: Error: "), "{e}");
     }
 }

@@ -2,8 +2,10 @@
 //!
 //! For every pair of opposing approaches, those whose through movements lead to each other: both
 //! through, both left if both have left-only lanes, then each of the two alone if it has a through
-//! and a left movement. An approach without an opposite is always served alone. For four equal
-//! arms this gives RESCO's eight pairs in RESCO's order, and six without left-only lanes.
+//! and a left movement and no lane that both share. (Where they share lanes, through and left go
+//! together anyway, and a phase for one approach alone would waste half of the junction.) An approach
+//! without an opposite is always served alone. For four equal arms with left-only lanes this gives
+//! RESCO's eight pairs in RESCO's order, and two without.
 //!
 //! Choices where implementations differ:
 //! - **Left turns** are also green in their own through phase, and yield there where they conflict
@@ -16,7 +18,7 @@
 //! Source: RESCO (Ault and Sharon, NeurIPS 2021), eight phase pairs of its full four-way signals.
 
 use super::intersection::IntersectionSpec;
-use super::lanes::Layout;
+use super::lanes::{Connection, Layout};
 use super::movements::{Movement, Turn};
 use crate::family::scenario::NetworkSettings;
 use crate::units::normalise_degrees;
@@ -123,9 +125,8 @@ pub fn phases(spec: &IntersectionSpec, layout: &Layout, conflicts: &Conflicts) -
                         |i: usize| normalise_degrees(spec.arms[i].bearing_deg - WEST_DEG);
                     from_west(*a).total_cmp(&from_west(*b))
                 });
-                let turns_left = |i: &usize| of(all, *i, Turn::Left).next().is_some();
-                phases
-                    .extend(order.into_iter().filter(turns_left).map(|i| alone(all, conflicts, i)));
+                let apart = |i: &usize| turns_left_from_its_own_lanes(layout, *i);
+                phases.extend(order.into_iter().filter(apart).map(|i| alone(all, conflicts, i)));
             }
             None if all.iter().any(|m| m.from == arm) => phases.push(alone(all, conflicts, arm)),
             None => {}
@@ -148,6 +149,16 @@ pub fn phases(spec: &IntersectionSpec, layout: &Layout, conflicts: &Conflicts) -
 fn opposite(all: &[Movement], arm: usize) -> Option<usize> {
     let ahead = |from: usize| of(all, from, Turn::Through).next().map(|m| all[m].to);
     ahead(arm).filter(|&other| ahead(other) == Some(arm))
+}
+
+/// Whether an approach turns left, and from no lane that goes through as well.
+fn turns_left_from_its_own_lanes(layout: &Layout, arm: usize) -> bool {
+    let lanes = |turn| {
+        let own = move |c: &&Connection| c.movement.from == arm && c.movement.turn == turn;
+        layout.connections.iter().filter(own).map(|c| c.from_lane)
+    };
+    let mut left = lanes(Turn::Left).peekable();
+    left.peek().is_some() && left.all(|lane| lanes(Turn::Through).all(|other| other != lane))
 }
 
 /// Returns the indices of one approach's movements of one category.
@@ -261,8 +272,8 @@ mod tests {
     }
 
     #[test]
-    fn without_left_lanes_there_is_no_left_phase() {
-        assert_eq!(states(&cross()).len(), 6);
+    fn where_left_and_through_share_lanes_opposing_approaches_go_together() {
+        assert_eq!(states(&cross()), ["gGGrrrgGGrrr", "rrrgGGrrrgGG"]);
     }
 
     #[test]
@@ -282,7 +293,8 @@ mod tests {
         let mut conflicts = Conflicts::of(&layout.movements);
         conflicts.set(0, 7, Relation::Blocks);
         let phases = phases(&s, &layout, &conflicts);
-        assert_eq!((phases[0][0], phases[1][0]), (Light::Red, Light::Protected));
+        let lights: Vec<_> = phases.iter().map(|p| p[0]).collect();
+        assert_eq!(lights, [Light::Red, Light::Red, Light::Protected]);
     }
 
     #[test]
@@ -298,7 +310,8 @@ mod tests {
     fn left_lanes_on_one_side_only_make_no_left_phase() {
         let mut s = with_left_lanes();
         s.arms[2].left_turn_lanes = 0;
-        assert_eq!(states(&s).len(), 7);
+        // Nor does the arm without one have a phase alone.
+        assert_eq!(states(&s).len(), 6);
     }
 
     #[test]
@@ -309,10 +322,13 @@ mod tests {
     }
 
     #[test]
-    fn a_t_serves_both_through_then_the_one_that_turns_left_then_the_stem() {
+    fn a_t_serves_both_through_then_the_stem_and_between_them_a_left_that_has_its_own_lane() {
         // From the north: left and through; the stem: left and right; from the south: through and
         // right.
-        assert_eq!(states(&tee()), ["gGrrGG", "GGrGrr", "rrGGrG"]);
+        assert_eq!(states(&tee()), ["gGrrGG", "rrGGrG"]);
+        let mut s = tee();
+        s.arms[0].left_turn_lanes = 1;
+        assert_eq!(states(&s), ["gGrrGG", "GGrGrr", "rrGGrG"]);
     }
 
     #[test]
@@ -327,20 +343,20 @@ mod tests {
 
     #[test]
     fn six_equal_arms_have_three_opposing_pairs() {
-        assert_eq!(states(&star(6)).len(), 9);
+        assert_eq!(states(&star(6)).len(), 3);
     }
 
     #[test]
     fn an_arm_without_an_opposite_is_served_alone() {
         let s = spec(&[0.0, 45.0, 90.0, 180.0, 270.0]);
-        assert_eq!(states(&s).len(), 7);
+        assert_eq!(states(&s).len(), 3);
     }
 
     #[test]
     fn one_way_arms_that_lead_away_have_no_phase() {
         let mut s = cross();
         s.arms[1].lanes_in = 0;
-        assert_eq!(states(&s).len(), 4);
+        assert_eq!(states(&s).len(), 2);
     }
 
     #[test]
@@ -365,7 +381,7 @@ mod tests {
         let links: Vec<_> = (0..6).collect();
         let program = program(&phases, &links, &NetworkSettings::default());
         let states: Vec<_> = program.iter().map(|p| p.state.as_str()).collect();
-        assert_eq!(states, ["gGrrGG", "gGrryy", "GGrGrr", "yyrGrr", "rrGGrG", "rryyrG"]);
+        assert_eq!(states, ["gGrrGG", "yyrryG", "rrGGrG", "rryyrG"]);
         assert_eq!((program[0].duration_s, program[1].duration_s), (30.0, 3.0));
     }
 

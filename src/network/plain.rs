@@ -26,7 +26,7 @@ pub const SIGNAL: &str = "c";
 pub const DEFAULT_PROGRAM: &str = "program";
 
 /// Width of a lane, metres (SUMO's default).
-const LANE_WIDTH_M: f64 = 3.2;
+pub const LANE_WIDTH_M: f64 = 3.2;
 
 /// Returns the nodes file.
 ///

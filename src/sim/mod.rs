@@ -74,6 +74,8 @@ pub struct Lane {
     pub speed_mps: f64,
     /// Direction of travel at the stop line, degrees clockwise from north.
     pub heading_deg: f64,
+    /// Width of the street there, the lanes of both directions, metres.
+    pub street_width_m: f64,
 }
 
 /// A signal program as SUMO stores it.

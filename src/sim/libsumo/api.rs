@@ -158,6 +158,7 @@ impl Api {
             length_m: raw.length_m,
             speed_mps: raw.speed_mps,
             heading_deg: normalise_degrees(east_m.atan2(north_m).to_degrees()),
+            street_width_m: 0.0,
         })
     }
 

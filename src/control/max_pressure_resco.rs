@@ -1,0 +1,107 @@
+//! Max pressure as RESCO computes it.
+//!
+//! Every `delta_time_s`, the phase whose pair of movements has the largest pressure: vehicles queued on
+//! their lanes minus vehicles queued on the lanes that they lead to.
+//!
+//! Choices where implementations differ, all of them RESCO's:
+//! - **Only the pair counts**, even if the phase serves more movements.
+//! - **A lane that both movements of the pair share counts twice**, which happens in three of RESCO's
+//!   scenarios: where a phase serves one approach alone, from a lane for through and left, it looks
+//!   twice as urgent as it is.
+//! - **Queues are not weighted** by saturation flow or turning share; compare
+//!   [`max_pressure`](super::max_pressure).
+//! - **Ties** go to the first phase; an empty intersection gets phase 0.
+//! - **No hysteresis** and no least green of its own; the limits of the signal hold.
+//!
+//! Source: RESCO, agents/maxpressure.py.
+
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec};
+
+/// Max pressure with RESCO's rule.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MaxPressureResco {
+    signals: Vec<SignalSpec>,
+}
+
+impl MaxPressureResco {
+    /// Name of the method.
+    pub const NAME: &'static str = "max-pressure-resco";
+}
+
+impl Controller for MaxPressureResco {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        if self.signals != signals {
+            self.signals = signals.to_vec();
+        }
+        Ok(vec![Drive::Decisions; signals.len()])
+    }
+
+    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+        for ((signal, observation), phase) in
+            self.signals.iter().zip(observations).zip(phases.iter_mut())
+        {
+            let mut best = f64::NEG_INFINITY;
+            for (i, candidate) in signal.phases.iter().enumerate() {
+                let movements = candidate.pair.iter().map(|m| &signal.movements[*m]);
+                let pressure: f64 = movements.map(|m| observation.pressure(m)).sum();
+                if pressure > best {
+                    best = pressure;
+                    *phase = GreenPhase(i);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{observation, signal_with, two_phase_signal};
+    use super::super::{LaneObservation, Service};
+    use super::*;
+
+    fn choice(queues: [f64; 2], downstream: [f64; 2]) -> GreenPhase {
+        let mut controller = MaxPressureResco::default();
+        controller.begin(&[two_phase_signal()]).unwrap();
+        let mut phases = [GreenPhase(9)];
+        controller.act(&[observation(queues, downstream)], &mut phases);
+        phases[0]
+    }
+
+    #[test]
+    fn the_longer_queue_is_served() {
+        assert_eq!(choice([2.0, 3.0], [0.0, 0.0]), GreenPhase(1));
+    }
+
+    #[test]
+    fn a_long_queue_whose_exit_is_blocked_is_skipped() {
+        assert_eq!(choice([3.0, 9.0], [0.0, 9.0]), GreenPhase(0));
+    }
+
+    #[test]
+    fn a_shared_lane_counts_twice() {
+        // Phase 0 has two movements of one lane, phase 1 two movements with lanes of their own.
+        let mut signal = signal_with(&[
+            [Service::Protected, Service::Protected, Service::None, Service::None],
+            [Service::None, Service::None, Service::Protected, Service::Protected],
+        ]);
+        signal.movements[1].lanes = vec![0];
+        let mut seen = observation([5.0, 0.0], [0.0, 0.0]);
+        let lane = |queue| LaneObservation { queue, ..LaneObservation::default() };
+        seen.lanes.extend([lane(4.0), lane(3.0)]);
+        let mut controller = MaxPressureResco::default();
+        controller.begin(std::slice::from_ref(&signal)).unwrap();
+        let mut phases = [GreenPhase(9)];
+        controller.act(std::slice::from_ref(&seen), &mut phases);
+        assert_eq!(phases[0], GreenPhase(0), "10 against 7");
+    }
+
+    #[test]
+    fn ties_and_an_empty_intersection_go_to_the_first_phase() {
+        assert_eq!(choice([0.0, 0.0], [0.0, 0.0]), GreenPhase(0));
+        assert_eq!(choice([4.0, 4.0], [0.0, 0.0]), GreenPhase(0));
+    }
+}
