@@ -154,8 +154,7 @@ mod tests {
         let choice = |mut controller: MpLight, queue: [f64; 4]| {
             controller.begin(std::slice::from_ref(&signal)).unwrap();
             let lane = |queue| LaneObservation { queue, ..LaneObservation::default() };
-            let seen =
-                Observation { phase: 0, lanes: queue.map(lane).to_vec(), downstream_queue: vec![] };
+            let seen = Observation { lanes: queue.map(lane).to_vec(), ..Observation::default() };
             controller.values(&seen)
         };
         let [few, many] = [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 9.0, 0.0]];

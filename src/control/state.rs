@@ -156,6 +156,7 @@ mod tests {
             phase: 1,
             lanes: vec![lane(2.0, 3.0, 56.0, 40.0), lane(7.0, 0.0, 700.0, 0.0)],
             downstream_queue: vec![1.0, 0.0],
+            seen: vec![],
         }
     }
 

@@ -36,7 +36,8 @@ pub(crate) fn signal_with<const M: usize>(service: &[[Service; M]]) -> SignalSpe
 /// An observation with these queues, upstream and downstream.
 pub(crate) fn observation(queues: [f64; 2], downstream: [f64; 2]) -> Observation {
     let lanes = queues.map(|queue| LaneObservation { queue, ..LaneObservation::default() });
-    Observation { phase: 0, lanes: lanes.to_vec(), downstream_queue: downstream.to_vec() }
+    let downstream_queue = downstream.to_vec();
+    Observation { lanes: lanes.to_vec(), downstream_queue, ..Observation::default() }
 }
 
 /// Signals whose lanes fill up and are emptied by their phase: serving the longest queue is best.
@@ -81,6 +82,7 @@ impl QueueWorld {
                 phase: phase.0,
                 lanes: queues.iter().map(lane).collect(),
                 downstream_queue: vec![0.0; queues.len()],
+                seen: vec![],
             })
             .collect()
     }

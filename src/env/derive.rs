@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 use crate::control::{LaneSpec, Movement, Phase, Service, SignalSpec, Turn};
 use crate::error::SimError;
+use crate::sim::topology::edge;
 use crate::sim::{Direction, Program, Scene, SignalInfo};
 use crate::units::{normalise_degrees, turn_degrees};
 
@@ -33,8 +34,11 @@ pub struct DerivedSignal {
     /// Index in [`Scene::lanes`] per entry of the downstream queues.
     ///
     /// Deviation: RESCO subtracts the queues of all lanes that lead to the neighbour from the same
-    /// side; here only of the lanes that a link leads to directly.
+    /// side; here only of the lanes to which a link leads, through nodes without a signal and within
+    /// the detection distance.
     pub downstream: Vec<usize>,
+    /// Link indices of every movement of the spec.
+    pub movement_links: Vec<Vec<usize>>,
     /// Greens of the program that runs by default, in its order.
     pub own_greens: Vec<String>,
 }
@@ -96,7 +100,8 @@ pub fn derive(
         phases,
         yellow_time_s,
     };
-    Ok(DerivedSignal { spec, lanes, downstream, own_greens: greens(own) })
+    let movement_links = raw.into_values().map(|movement| movement.links).collect();
+    Ok(DerivedSignal { spec, lanes, downstream, movement_links, own_greens: greens(own) })
 }
 
 /// Returns the distinct green states of a program in their order: some link is green, none yellow.
@@ -122,10 +127,6 @@ struct RawMovement {
     downstream: Vec<usize>,
     /// Link indices of the signal.
     links: Vec<usize>,
-}
-
-fn edge(lane_id: &str) -> &str {
-    lane_id.rsplit_once('_').map_or(lane_id, |(edge, _)| edge)
 }
 
 /// Returns the slot of every approach, by the id of its edge.
@@ -191,8 +192,8 @@ fn raw_movements(
             };
             add(&mut movement.lanes, link.from_lane);
             add(&mut movement.links, index);
-            if let Some(lane) = link.downstream {
-                add(&mut movement.downstream, lane);
+            for lane in &link.downstream {
+                add(&mut movement.downstream, *lane);
             }
         }
     }
@@ -265,12 +266,7 @@ mod tests {
         for (index, (_, _, directions)) in lanes.iter().enumerate() {
             for letter in directions.chars() {
                 let direction = Direction::from_letter(letter).unwrap();
-                links.push(vec![Link {
-                    from_lane: index,
-                    to_lane: "x_0".into(),
-                    downstream: None,
-                    direction,
-                }]);
+                links.push(vec![Link::new(index, "x_0", direction)]);
             }
         }
         let lane = |(id, heading_deg, _): &(&str, f64, &str)| Lane {
@@ -278,6 +274,7 @@ mod tests {
             length_m: 100.0,
             speed_mps: 14.0,
             heading_deg: *heading_deg,
+            ..Lane::default()
         };
         let phases = greens.iter().map(|g| ProgramPhase::fixed(*g, 30.0)).collect();
         let program = Program { id: "0".into(), kind: ProgramKind::Static, phases };

@@ -150,7 +150,13 @@ mod tests {
     fn signal() -> DerivedSignal {
         let spec = two_phase_signal();
         let own_greens = vec!["Gr".to_owned(), "rG".to_owned()];
-        DerivedSignal { spec, lanes: vec![0, 1], downstream: vec![], own_greens }
+        DerivedSignal {
+            spec,
+            lanes: vec![0, 1],
+            downstream: vec![],
+            movement_links: vec![vec![0], vec![1]],
+            own_greens,
+        }
     }
 
     fn states(program: &Program) -> Vec<(&str, f64)> {

@@ -108,14 +108,16 @@ impl<S: Sim> SignalEnv<S> {
         }
         let config = self.world.config.clone();
         let tripinfo = self.scratch.join("tripinfo.xml");
+        let trace_m = self.signal_settings.detection_m;
         let start = Instant::now();
-        let scene = self.sim.start(&StartOptions { config, args, tripinfo })?;
+        let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
         self.simulator += start.elapsed();
         if scene != self.scene {
             self.describe(scene)?;
         }
         self.observer = Observer::new(
             &self.scene,
+            &self.signals,
             self.signal_settings.detection_m,
             f64::from(self.signal_settings.delta_time_s),
         );
@@ -244,7 +246,7 @@ impl<S: Sim> SignalEnv<S> {
         self.observer.update(&self.snapshot);
         for (i, signal) in self.signals.iter().enumerate() {
             let phase = self.snapshot.phases[i] as usize;
-            self.observer.write(signal, phase, &mut self.observations[i]);
+            self.observer.write(i, signal, phase, &mut self.observations[i]);
         }
         Ok(())
     }
