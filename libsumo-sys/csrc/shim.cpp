@@ -9,8 +9,10 @@
 #include <exception>
 #include <limits>
 #include <memory>
+#include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include <libsumo/Lane.h>
@@ -38,11 +40,15 @@ struct Seen {
     uint64_t call = 0;
     // Distance from the end of the lane to the next signal on the route.
     double beyond_lane_m = 0.0;
+    // That signal and the vehicle's connection there, as in SumoVehicle.
+    int32_t signal = -1;
+    int32_t link = -1;
 };
 
 // What holds for one simulation only.
 struct Episode {
     std::vector<std::string> signals;
+    std::unordered_map<std::string, int32_t> signal_index;
     std::vector<std::string> lanes;
     std::unordered_map<std::string, Seen> vehicles;
     uint64_t calls = 0;
@@ -152,14 +158,87 @@ SignalStore describe(const std::string &signal) {
     return store;
 }
 
-// The distance from the end of the vehicle's lane to the next signal on its route.
-double beyond_lane(const std::string &vehicle, double remaining_m) {
+// Remembers the next signal on the vehicle's route and how far it is from the end of its lane.
+void look_ahead(const std::string &vehicle, double remaining_m, Seen &seen) {
     const auto signals = Vehicle::getNextTLS(vehicle);
     if (signals.empty()) {
-        return std::numeric_limits<double>::infinity();
+        seen.beyond_lane_m = std::numeric_limits<double>::infinity();
+        seen.signal = seen.link = -1;
+        return;
     }
-    const double beyond_m = signals.front().dist - remaining_m;
-    return std::abs(beyond_m) < SAME_DISTANCE_M ? 0.0 : beyond_m;
+    const auto &next = signals.front();
+    const double beyond_m = next.dist - remaining_m;
+    seen.beyond_lane_m = std::abs(beyond_m) < SAME_DISTANCE_M ? 0.0 : beyond_m;
+    const auto index = episode.signal_index.find(next.id);
+    seen.signal = index == episode.signal_index.end() ? -1 : index->second;
+    seen.link = next.tlIndex;
+}
+
+// Backs the pointers of a SumoTopology.
+struct TopologyStore {
+    std::vector<std::string> names;
+    std::vector<std::vector<SumoPoint>> shapes;
+    std::vector<SumoStreetLane> lanes;
+    std::vector<SumoWay> ways;
+    std::vector<uint32_t> inner;
+};
+
+uint32_t flags(const std::string &lane) {
+    const auto allowed = Lane::getAllowed(lane);
+    const bool foot = allowed.size() == 1 && allowed.front() == "pedestrian";
+    return (allows_cars(lane) ? SUMO_LANE_CARS : 0) | (foot ? SUMO_LANE_FOOT : 0) |
+           (is_internal(lane) ? SUMO_LANE_INNER : 0);
+}
+
+TopologyStore topology() {
+    TopologyStore store;
+    store.names = Lane::getIDList();
+    std::unordered_map<std::string, uint32_t> index;
+    for (const auto &name : store.names) {
+        index.emplace(name, static_cast<uint32_t>(index.size()));
+        auto &shape = store.shapes.emplace_back();
+        for (const auto &point : Lane::getShape(name).value) {
+            shape.push_back({point.x, point.y});
+        }
+        store.lanes.push_back({name.c_str(), Lane::getLength(name), Lane::getWidth(name),
+                               flags(name), shape.data(), shape.size()});
+    }
+    std::set<std::pair<std::string, std::string>> controlled;
+    for (const auto &signal : TrafficLight::getIDList()) {
+        for (const auto &links : TrafficLight::getControlledLinks(signal)) {
+            for (const auto &link : links) {
+                controlled.emplace(link.fromLane, link.viaLane.empty() ? link.toLane : link.viaLane);
+            }
+        }
+    }
+    const auto is_for_cars = [&](const std::string &name) {
+        return !is_internal(name) && (store.lanes[index.at(name)].flags & SUMO_LANE_CARS) != 0;
+    };
+    for (const auto &from : store.names) {
+        if (!is_for_cars(from)) {
+            continue;
+        }
+        for (const auto &connection : Lane::getLinks(from)) {
+            const std::string &to = connection.approachedLane;
+            if (to.empty() || !is_for_cars(to)) {
+                continue;
+            }
+            std::string inner = connection.approachedInternal;
+            const bool by_signal = controlled.count({from, inner.empty() ? to : inner}) != 0;
+            const auto first = static_cast<uint32_t>(store.inner.size());
+            // A lane within a junction has one way on: another such lane or the street's.
+            while (!inner.empty()) {
+                store.inner.push_back(index.at(inner));
+                const auto next = Lane::getLinks(inner);
+                inner = next.empty() ? std::string() : next.front().approachedInternal;
+            }
+            const auto count = static_cast<uint32_t>(store.inner.size()) - first;
+            const auto &letter = connection.direction;
+            store.ways.push_back({index.at(from), index.at(to), first, count,
+                                  letter.size() == 1 ? letter[0] : '-', by_signal});
+        }
+    }
+    return store;
 }
 
 } // namespace
@@ -262,6 +341,15 @@ int32_t sumo_lane(const char *lane, SumoLane *description) {
     });
 }
 
+int32_t sumo_topology(SumoTopology *description) {
+    return protect_running([&] {
+        static TopologyStore store;
+        store = topology();
+        *description = {store.lanes.data(), store.lanes.size(), store.ways.data(),
+                        store.ways.size(),  store.inner.data(), store.inner.size()};
+    });
+}
+
 int32_t sumo_install(const char *signal, const char *program, int32_t type,
                      const SumoPhase *phases, size_t phase_count) {
     return protect_running([&] {
@@ -300,6 +388,10 @@ int32_t sumo_watch(const char *const *signals, size_t signal_count, const char *
                    size_t lane_count) {
     return protect_running([&] {
         episode.signals = copied(signals, signal_count);
+        episode.signal_index.clear();
+        for (size_t i = 0; i < signal_count; ++i) {
+            episode.signal_index.emplace(signals[i], static_cast<int32_t>(i));
+        }
         episode.lanes = copied(lanes, lane_count);
     });
 }
@@ -349,7 +441,7 @@ int32_t sumo_observe(SumoVehicle *vehicles, size_t capacity, size_t *count, int3
                 const double remaining_m = length_m - position_m;
                 // A vehicle that was away may have come back on another part of its route.
                 if (seen.lane != lane || seen.call + 1 < episode.calls) {
-                    seen.beyond_lane_m = beyond_lane(id, remaining_m);
+                    look_ahead(id, remaining_m, seen);
                     seen.lane = lane;
                 }
                 seen.call = episode.calls;
@@ -359,7 +451,9 @@ int32_t sumo_observe(SumoVehicle *vehicles, size_t capacity, size_t *count, int3
                                         position_m,
                                         Vehicle::getSpeed(id),
                                         Vehicle::getWaitingTime(id),
-                                        remaining_m + seen.beyond_lane_m};
+                                        remaining_m + seen.beyond_lane_m,
+                                        seen.signal,
+                                        seen.link};
                 }
                 ++*count;
             }

@@ -7,6 +7,7 @@
 #ifndef TSC_FAMILY_SHIM_H
 #define TSC_FAMILY_SHIM_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -74,6 +75,55 @@ typedef struct {
     double to_y_m;
 } SumoLane;
 
+/// A point of a shape.
+typedef struct {
+    double x_m;
+    double y_m;
+} SumoPoint;
+
+/// Set in SumoStreetLane when passenger cars may use the lane.
+#define SUMO_LANE_CARS 1
+/// Set in SumoStreetLane when the lane is for pedestrians alone.
+#define SUMO_LANE_FOOT 2
+/// Set in SumoStreetLane when the lane lies within a junction.
+#define SUMO_LANE_INNER 4
+
+/// A lane of the network.
+typedef struct {
+    const char *id;
+    double length_m;
+    double width_m;
+    /// Sum of SUMO_LANE_*.
+    uint32_t flags;
+    const SumoPoint *shape;
+    size_t shape_count;
+} SumoStreetLane;
+
+/// A way through a junction that passenger cars may use, from lane to lane.
+typedef struct {
+    /// Indices in the list of lanes.
+    uint32_t from;
+    uint32_t to;
+    /// Where its lanes within the junction begin in the list of inner lanes, and how many it has.
+    uint32_t inner_first;
+    uint32_t inner_count;
+    /// SUMO's letter for the direction; '-' when it has none.
+    char direction;
+    /// Whether some signal controls it.
+    bool controlled;
+} SumoWay;
+
+/// The lanes of the network and how cars get from one to the next.
+typedef struct {
+    const SumoStreetLane *lanes;
+    size_t lane_count;
+    const SumoWay *ways;
+    size_t way_count;
+    /// Indices in the list of lanes.
+    const uint32_t *inner;
+    size_t inner_count;
+} SumoTopology;
+
 /// Sums over the steps of one call.
 typedef struct {
     uint32_t arrived;
@@ -93,6 +143,10 @@ typedef struct {
     double waiting_s;
     /// Distance to the next signal on the route, infinite if there is none.
     double distance_m;
+    /// Index of that signal in the list given to sumo_watch(); -1 if there is none or it is another.
+    int32_t signal;
+    /// Position of the letter of the vehicle's connection at that signal; -1 if there is none.
+    int32_t link;
 } SumoVehicle;
 
 /// Returns the text that belongs to the last code other than SUMO_OK.
@@ -121,6 +175,9 @@ int32_t sumo_signal(const char *signal, SumoSignal *description);
 
 /// Returns one lane.
 int32_t sumo_lane(const char *lane, SumoLane *description);
+
+/// Returns the lanes of the whole network and their connections.
+int32_t sumo_topology(SumoTopology *description);
 
 /// Installs a program and runs it from its first phase; `type` is one of TRAFFICLIGHT_TYPE_*.
 int32_t sumo_install(const char *signal, const char *program, int32_t type,

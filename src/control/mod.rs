@@ -174,7 +174,9 @@ pub struct Observation {
     pub lanes: Vec<LaneObservation>,
     /// Queues of the lanes that movements lead to at other signals.
     pub downstream_queue: Vec<f64>,
-    /// Vehicles seen so far in the episode, per movement.
+    /// Vehicles that have come to the signal so far in the episode, per movement, in the order of
+    /// [`SignalSpec::movements`]; a vehicle counts once, as soon as it is on a lane of the signal or
+    /// traced to one.
     pub seen: Vec<f64>,
 }
 

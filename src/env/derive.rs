@@ -8,12 +8,15 @@
 
 use std::collections::BTreeMap;
 
-use crate::control::{LaneSpec, Limits, Movement, Phase, Service, SignalSpec, Turn};
+use crate::control::{LaneSpec, Movement, Phase, Service, SignalSpec, Turn};
 use crate::error::SimError;
 use crate::family::scenario::{Actions, SignalSettings};
-use crate::sim::{Direction, Link, Program, Scene, SignalInfo};
-use crate::timing::{Approach, Timing, Way};
+use crate::sim::topology::edge;
+use crate::sim::{Direction, Program, Scene, SignalInfo};
+use crate::timing::Timing;
 use crate::units::{normalise_degrees, turn_degrees};
+
+use super::limits::{limits, timing};
 
 /// Program that generated networks carry beside netconvert's default one: the phases to choose
 /// from.
@@ -35,8 +38,11 @@ pub struct DerivedSignal {
     /// Index in [`Scene::lanes`] per entry of the downstream queues.
     ///
     /// Deviation: RESCO subtracts the queues of all lanes that lead to the neighbour from the same
-    /// side; here only of the lanes that a link leads to directly.
+    /// side; here only of the lanes to which a link leads, through nodes without a signal and within
+    /// the detection distance.
     pub downstream: Vec<usize>,
+    /// Link indices of every movement of the spec.
+    pub movement_links: Vec<Vec<usize>>,
     /// Greens of the program that runs by default, in its order.
     pub own_greens: Vec<String>,
     /// How long greens may and must be shown.
@@ -107,7 +113,8 @@ pub fn derive(
         phases,
         limits,
     };
-    Ok(DerivedSignal { spec, lanes, downstream, own_greens: greens(own), timing })
+    let movement_links = raw.into_values().map(|movement| movement.links).collect();
+    Ok(DerivedSignal { spec, lanes, downstream, movement_links, own_greens: greens(own), timing })
 }
 
 /// Returns the distinct green states of a program in their order: some link is green, none yellow.
@@ -124,45 +131,6 @@ pub fn greens(program: &Program) -> Vec<String> {
     states
 }
 
-/// Returns the limits of a signal: its approaches are its incoming edges.
-fn timing(scene: &Scene, signal: &SignalInfo, settings: &SignalSettings) -> Timing {
-    let mut edges: Vec<&str> = Vec::new();
-    let mut approaches: Vec<Approach> = Vec::new();
-    let mut way = |link: &Link| {
-        let lane = &scene.lanes[link.from_lane];
-        let approach = edges.iter().position(|e| *e == edge(&lane.id)).unwrap_or_else(|| {
-            edges.push(edge(&lane.id));
-            approaches.push(Approach {
-                heading_deg: lane.heading_deg,
-                width_m: lane.street_width_m,
-                speed_mps: lane.speed_mps,
-            });
-            edges.len() - 1
-        });
-        Way { approach, turn: turn_of(link.direction) }
-    };
-    let links = signal.links.iter().map(|links| links.iter().map(&mut way).collect()).collect();
-    Timing::new(settings, approaches, links)
-}
-
-/// Returns the limits of the phases as controllers see them.
-fn limits(timing: &Timing, greens: &[String]) -> Limits {
-    let seconds = |time: u32| f64::from(time);
-    let change = |from: &String, to: &String| {
-        timing.change(from, to).map_or(0.0, |change| seconds(change.total_s()))
-    };
-    let (min_cycle_s, max_cycle_s) = timing.cycle_s();
-    Limits {
-        min_green_s: greens.iter().map(|g| seconds(timing.min_green_s(g))).collect(),
-        max_green_s: (greens.iter())
-            .map(|g| timing.max_green_s(g).map_or(f64::INFINITY, seconds))
-            .collect(),
-        change_s: greens.iter().map(|a| greens.iter().map(|b| change(a, b)).collect()).collect(),
-        min_cycle_s: seconds(min_cycle_s),
-        max_cycle_s: seconds(max_cycle_s),
-    }
-}
-
 /// A movement in the simulator's terms.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct RawMovement {
@@ -172,10 +140,6 @@ struct RawMovement {
     downstream: Vec<usize>,
     /// Link indices of the signal.
     links: Vec<usize>,
-}
-
-fn edge(lane_id: &str) -> &str {
-    lane_id.rsplit_once('_').map_or(lane_id, |(edge, _)| edge)
 }
 
 /// Returns the slot of every approach, by the id of its edge.
@@ -215,7 +179,7 @@ fn cardinal_slots(headings: &[f64]) -> Vec<usize> {
     search(headings, 0).1
 }
 
-fn turn_of(direction: Direction) -> Turn {
+pub(super) fn turn_of(direction: Direction) -> Turn {
     match direction {
         Direction::Right | Direction::PartRight => Turn::Right,
         Direction::Straight => Turn::Through,
@@ -241,8 +205,8 @@ fn raw_movements(
             };
             add(&mut movement.lanes, link.from_lane);
             add(&mut movement.links, index);
-            if let Some(lane) = link.downstream {
-                add(&mut movement.downstream, lane);
+            for lane in &link.downstream {
+                add(&mut movement.downstream, *lane);
             }
         }
     }
@@ -315,12 +279,7 @@ mod tests {
         for (index, (_, _, directions)) in lanes.iter().enumerate() {
             for letter in directions.chars() {
                 let direction = Direction::from_letter(letter).unwrap();
-                links.push(vec![Link {
-                    from_lane: index,
-                    to_lane: "x_0".into(),
-                    downstream: None,
-                    direction,
-                }]);
+                links.push(vec![Link::new(index, "x_0", direction)]);
             }
         }
         let lane = |(id, heading_deg, _): &(&str, f64, &str)| Lane {
@@ -328,7 +287,7 @@ mod tests {
             length_m: 100.0,
             speed_mps: 14.0,
             heading_deg: *heading_deg,
-            street_width_m: 12.8,
+            ..Lane::default()
         };
         let phases = greens.iter().map(|g| ProgramPhase::fixed(*g, 30.0)).collect();
         let program = Program { id: "0".into(), kind: ProgramKind::Static, phases };

@@ -7,6 +7,7 @@
 pub mod cabinet;
 pub mod derive;
 pub mod episode;
+mod limits;
 pub mod observe;
 pub mod signal;
 pub mod signal_env;

@@ -5,6 +5,8 @@
 //! `delta_time_s` with every observation, **even if the vehicle moves again**, until it leaves the
 //! zone. So a "queue" counts vehicles that have halted at least once.
 //!
+//! Vehicles on pieces of street upstream of a lane belong to it, see [`crate::sim::trace`].
+//!
 //! Source: RESCO, traffic_signal.py. Deviation: arrivals and departures as corrected on RESCO's main
 //! branch; the version behind the published figures had them swapped.
 
@@ -27,6 +29,8 @@ struct Memory {
     counted_on: u32,
     /// Signal in whose zone it was.
     signal: u32,
+    /// Movement in which it was last counted, plus one.
+    moved_in: u32,
 }
 
 /// Turns snapshots into observations and keeps the memory that they need.
@@ -41,18 +45,42 @@ pub struct Observer {
     signals: Vec<u32>,
     halting: u32,
     counts: Vec<u32>,
+    /// Number of the movement by signal and link index; those of all signals are numbered in a row.
+    movements: Vec<Vec<Option<u32>>>,
+    /// Where the movements of each signal begin.
+    first_movement: Vec<usize>,
+    seen: Vec<f64>,
 }
 
 impl Observer {
-    /// Returns an observer for a scene, with an empty memory.
-    pub fn new(scene: &Scene, detection_m: f64, delta_time_s: f64) -> Self {
+    /// Returns an observer for a scene and what was derived of its signals, with an empty memory.
+    pub fn new(
+        scene: &Scene,
+        derived: &[DerivedSignal],
+        detection_m: f64,
+        delta_time_s: f64,
+    ) -> Self {
         let lanes = scene.lanes.len();
         let mut signals = vec![0; lanes];
         for (number, signal) in (0..).zip(&scene.signals) {
             signal.links.iter().flatten().for_each(|link| signals[link.from_lane] = number);
         }
+        let mut movements: Vec<Vec<Option<u32>>> =
+            scene.signals.iter().map(|s| vec![None; s.links.len()]).collect();
+        let mut first_movement = Vec::new();
+        let mut count = 0;
+        for (signal, of_link) in derived.iter().zip(&mut movements) {
+            first_movement.push(count as usize);
+            for links in &signal.movement_links {
+                links.iter().for_each(|link| of_link[*link] = Some(count));
+                count += 1;
+            }
+        }
         Self {
             signals,
+            movements,
+            first_movement,
+            seen: vec![0.0; count as usize],
             detection_m,
             delta_time_s,
             lanes: vec![LaneObservation::default(); lanes],
@@ -77,11 +105,17 @@ impl Observer {
                 memory.counted_on = vehicle.lane + 1;
                 self.counts[vehicle.lane as usize] += 1;
             }
+            let signal = self.signals[vehicle.lane as usize];
+            let of_link = self.movements.get(signal as usize).zip(vehicle.link);
+            let movement = of_link.and_then(|(movements, link)| movements[link as usize]);
+            if let Some(movement) = movement.filter(|m| memory.moved_in != m + 1) {
+                memory.moved_in = movement + 1;
+                self.seen[movement as usize] += 1.0;
+            }
             if vehicle.distance_m > self.detection_m {
                 continue;
             }
             // Every signal remembers for itself: at the next one the vehicle is new.
-            let signal = self.signals[vehicle.lane as usize];
             if memory.seen + 1 != self.round || memory.signal != signal {
                 memory.wait_s = 0.0;
             }
@@ -104,14 +138,22 @@ impl Observer {
         }
     }
 
-    /// Writes what a signal's detectors see into `observation`.
-    pub fn write(&self, signal: &DerivedSignal, phase: usize, observation: &mut Observation) {
+    /// Writes what the detectors of the signal with this index see into `observation`.
+    pub fn write(
+        &self,
+        index: usize,
+        signal: &DerivedSignal,
+        phase: usize,
+        observation: &mut Observation,
+    ) {
         observation.phase = phase;
         observation.lanes.clear();
         observation.lanes.extend(signal.lanes.iter().map(|l| self.lanes[*l]));
         observation.downstream_queue.clear();
         observation.downstream_queue.extend(signal.downstream.iter().map(|l| self.lanes[*l].queue));
-        observation.seen.resize(signal.spec.movements.len(), 0.0);
+        let seen = &self.seen[self.first_movement[index]..][..signal.movement_links.len()];
+        observation.seen.clear();
+        observation.seen.extend(seen);
     }
 
     /// Returns the vehicles that halt now on all incoming lanes, at any distance.
@@ -119,7 +161,8 @@ impl Observer {
         self.halting
     }
 
-    /// Returns how many vehicles have been seen on each lane of the scene so far.
+    /// Returns how many vehicles have been seen so far on each lane of the scene, its pieces upstream
+    /// included.
     pub fn counts(&self) -> &[u32] {
         &self.counts
     }
@@ -128,23 +171,21 @@ impl Observer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::env::signal::testing::signal;
+    use crate::family::scenario::SignalSettings;
     use crate::sim::{Direction, Lane, Link, SignalInfo, VehicleState};
 
     fn observer() -> Observer {
-        let lane = |id: &str| Lane {
-            id: id.into(),
-            length_m: 300.0,
-            speed_mps: 14.0,
-            heading_deg: 0.0,
-            street_width_m: 12.8,
-        };
+        let lane =
+            |id: &str| Lane { id: id.into(), length_m: 300.0, speed_mps: 14.0, ..Lane::default() };
         let scene = Scene { lanes: vec![lane("a_0"), lane("a_1")], signals: vec![] };
-        Observer::new(&scene, 200.0, 10.0)
+        Observer::new(&scene, &[], 200.0, 10.0)
     }
 
     fn at(vehicle: u32, distance_m: f64, speed_mps: f64, waiting_s: f64) -> VehicleState {
         VehicleState {
             lane: 0,
+            link: Some(0),
             vehicle,
             position_m: 300.0 - distance_m,
             speed_mps,
@@ -178,27 +219,17 @@ mod tests {
 
     #[test]
     fn waiting_at_one_signal_is_nothing_to_the_next() {
-        let lane = |id: &str| Lane {
-            id: id.into(),
-            length_m: 300.0,
-            speed_mps: 14.0,
-            heading_deg: 0.0,
-            street_width_m: 12.8,
-        };
+        let lane =
+            |id: &str| Lane { id: id.into(), length_m: 300.0, speed_mps: 14.0, ..Lane::default() };
         let signal = |from_lane| SignalInfo {
-            links: vec![vec![Link {
-                from_lane,
-                to_lane: "x_0".into(),
-                downstream: None,
-                direction: Direction::Straight,
-            }]],
+            links: vec![vec![Link::new(from_lane, "x_0", Direction::Straight)]],
             id: String::new(),
             programs: vec![],
             active_program: String::new(),
         };
         let scene =
             Scene { lanes: vec![lane("a_0"), lane("b_0")], signals: vec![signal(0), signal(1)] };
-        let mut observer = Observer::new(&scene, 200.0, 10.0);
+        let mut observer = Observer::new(&scene, &[], 200.0, 10.0);
         update(&mut observer, &[at(0, 20.0, 0.0, 20.0)]);
         let moved_on = VehicleState { lane: 1, ..at(0, 90.0, 13.0, 0.0) };
         update(&mut observer, &[moved_on]);
@@ -226,5 +257,29 @@ mod tests {
         update(&mut observer, &[at(0, 90.0, 9.0, 0.0)]);
         update(&mut observer, &[at(0, 50.0, 9.0, 0.0), at(1, 90.0, 9.0, 0.0)]);
         assert_eq!(observer.counts(), [2, 0]);
+    }
+
+    #[test]
+    fn a_vehicle_is_seen_once_in_its_movement() {
+        let derived = DerivedSignal {
+            lanes: vec![0],
+            movement_links: vec![vec![1], vec![0, 2]],
+            ..signal(&SignalSettings::default())
+        };
+        let lane = Lane { id: "a_0".into(), ..Lane::default() };
+        let info = SignalInfo {
+            links: vec![vec![]; 3],
+            id: String::new(),
+            programs: vec![],
+            active_program: String::new(),
+        };
+        let scene = Scene { lanes: vec![lane], signals: vec![info] };
+        let mut observer = Observer::new(&scene, std::slice::from_ref(&derived), 200.0, 10.0);
+        let turning = |vehicle, link| VehicleState { link, ..at(vehicle, 250.0, 9.0, 0.0) };
+        update(&mut observer, &[turning(0, Some(2)), turning(1, None)]);
+        update(&mut observer, &[turning(0, Some(0)), turning(2, Some(1)), turning(3, Some(2))]);
+        let mut observation = Observation::default();
+        observer.write(0, &derived, 0, &mut observation);
+        assert_eq!(observation.seen, [1.0, 2.0]);
     }
 }

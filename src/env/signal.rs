@@ -158,7 +158,14 @@ pub(super) mod testing {
         let way = |approach| vec![Way { approach, turn: Turn::Through }];
         let approaches = vec![approach(180.0), approach(270.0)];
         let timing = Timing::new(settings, approaches, vec![way(0), way(1)]);
-        DerivedSignal { spec, lanes: vec![0, 1], downstream: vec![], own_greens, timing }
+        DerivedSignal {
+            spec,
+            lanes: vec![0, 1],
+            downstream: vec![],
+            movement_links: vec![vec![0], vec![1]],
+            own_greens,
+            timing,
+        }
     }
 }
 

@@ -12,6 +12,7 @@ use crate::units::SECONDS_PER_HOUR;
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
 use super::episode::EpisodeMetrics;
+use super::limits::share_turns;
 use super::observe::Observer;
 use super::signal::{aligned, program};
 use super::world::World;
@@ -108,14 +109,16 @@ impl<S: Sim> SignalEnv<S> {
         }
         let config = self.world.config.clone();
         let tripinfo = self.scratch.join("tripinfo.xml");
+        let trace_m = self.signal_settings.detection_m;
         let start = Instant::now();
-        let scene = self.sim.start(&StartOptions { config, args, tripinfo })?;
+        let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
         self.simulator += start.elapsed();
         if scene != self.scene {
             self.describe(scene)?;
         }
         self.observer = Observer::new(
             &self.scene,
+            &self.signals,
             self.signal_settings.detection_m,
             f64::from(self.signal_settings.delta_time_s),
         );
@@ -132,11 +135,20 @@ impl<S: Sim> SignalEnv<S> {
             .iter()
             .map(|signal| derive(&scene, signal, &self.signal_settings))
             .collect::<Result<_, _>>()?;
+        for (signal, info) in self.signals.iter_mut().zip(&scene.signals) {
+            let DerivedSignal { spec, movement_links, .. } = signal;
+            share_turns(spec, movement_links, (&scene, info), &self.world.turn_shares);
+        }
         self.specs = self.signals.iter().map(|s| s.spec.clone()).collect();
         self.observations = vec![Observation::default(); self.signals.len()];
         self.request = vec![None; self.signals.len()];
         self.scene = scene;
         Ok(())
+    }
+
+    #[cfg(test)]
+    pub(super) fn world_mut(&mut self) -> &mut World {
+        &mut self.world
     }
 
     /// Returns the simulator.
@@ -247,7 +259,7 @@ impl<S: Sim> SignalEnv<S> {
                 Some(cabinet) => cabinet.phase().0,
                 None => self.snapshot.phases[i] as usize,
             };
-            self.observer.write(signal, phase, &mut self.observations[i]);
+            self.observer.write(i, signal, phase, &mut self.observations[i]);
         }
         Ok(())
     }

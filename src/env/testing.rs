@@ -14,16 +14,9 @@ pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSi
         length_m: 100.0,
         speed_mps: 14.0,
         heading_deg,
-        street_width_m: 12.8,
+        ..Lane::default()
     };
-    let link = |from_lane| {
-        vec![Link {
-            from_lane,
-            to_lane: "x_0".into(),
-            downstream: None,
-            direction: Direction::Straight,
-        }]
-    };
+    let link = |from_lane| vec![Link::new(from_lane, "x_0", Direction::Straight)];
     let phases = vec![
         ProgramPhase::fixed("Gr", 20.0),
         ProgramPhase::fixed("yr", 3.0),
@@ -39,7 +32,8 @@ pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSi
             active_program: "0".into(),
         }],
     };
-    let world = World { config: "m".into(), begin_s: 0.0, end_s: 60.0, routes: None };
+    let world =
+        World { config: "m".into(), begin_s: 0.0, end_s: 60.0, routes: None, turn_shares: vec![] };
     SignalEnv::new(
         MockSim::new(scene, arrivals),
         world,

@@ -22,6 +22,19 @@ pub struct World {
     pub end_s: f64,
     /// Makes the vehicles of an episode; `None` keeps the configuration's own.
     pub routes: Option<RouteWriter>,
+    /// How vehicles turn, where the demand says so.
+    pub turn_shares: Vec<TurnShare>,
+}
+
+/// Share of the vehicles of one edge that go to another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TurnShare {
+    /// SUMO's id of the edge that leads to a signal.
+    pub from: String,
+    /// SUMO's id of the edge behind it.
+    pub to: String,
+    /// Share; those of one edge sum to 1.
+    pub share: f64,
 }
 
 impl fmt::Debug for World {
@@ -51,7 +64,13 @@ impl World {
         if settings.begin_s >= end_s {
             return Err(fail("the end is not after the begin"));
         }
-        Ok(Self { config: config.to_path_buf(), begin_s: settings.begin_s, end_s, routes: None })
+        Ok(Self {
+            config: config.to_path_buf(),
+            begin_s: settings.begin_s,
+            end_s,
+            routes: None,
+            turn_shares: Vec::new(),
+        })
     }
 }
 

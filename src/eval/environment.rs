@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::env::world::TurnShare;
 use crate::env::{SignalEnv, World};
 use crate::error::EvalError;
 use crate::family::scenario::Scenario;
@@ -33,6 +34,17 @@ pub fn environment<S: Sim>(
 pub fn generated_world(networks: &Path, point: &str) -> Result<World, EvalError> {
     let demand = DemandSpec::read(&file(networks, point, "demand.json"))?;
     let mut world = World::from_sumocfg(&file(networks, point, "sumocfg"))?;
+    world.turn_shares = demand
+        .streams
+        .iter()
+        .flat_map(|stream| {
+            stream.routes.iter().map(|route| TurnShare {
+                from: stream.from.clone(),
+                to: route.to.clone(),
+                share: route.share,
+            })
+        })
+        .collect();
     world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
     Ok(world)
 }

@@ -5,6 +5,8 @@
 //!   [`SumoSim`] is created, so that everything but simulating works without SUMO.
 //! - **One call per decision.** [`Sim::observe`] reads all vehicles and phases at once; ids cross
 //!   the boundary only when an episode starts or a program is changed.
+//! - **Traced once.** The lanes of the whole network are read when a scenario is started for the first
+//!   time; as long as its signals stay the same, so do the pieces upstream of them.
 //! - **SUMO's reasons are on standard error.** Under 1.15 a failed start says only
 //!   `Process Error` here; whoever runs a worker keeps its standard error.
 
@@ -13,12 +15,14 @@ mod api;
 use std::collections::HashMap;
 use std::ffi::{CStr, CString};
 use std::marker::PhantomData;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use libsumo_sys::{SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED, TRAFFICLIGHT_TYPE_STATIC};
 
 use self::api::Api;
+use super::topology::Topology;
+use super::trace::Tracing;
 use super::{
     Program, ProgramKind, Scene, Sim, SimError, Snapshot, StartOptions, StepCounts, VehicleState,
 };
@@ -39,11 +43,22 @@ const DEFAULTS: [(&str, &str); 4] = [
 /// Whether some [`SumoSim`] of this process has an episode.
 static RUNNING: AtomicBool = AtomicBool::new(false);
 
+/// A scene that was traced, and what it was traced from.
+#[derive(Debug, Clone)]
+struct Traced {
+    config: PathBuf,
+    trace_m: f64,
+    plain: Scene,
+    scene: Scene,
+    tracing: Tracing,
+}
+
 /// A simulation by SUMO; at most one per process runs at a time.
 #[derive(Debug)]
 pub struct SumoSim {
     api: Api,
     running: bool,
+    traced: Option<Traced>,
     signals: Vec<CString>,
     vehicles: Vec<SumoVehicle>,
     phases: Vec<i32>,
@@ -61,6 +76,7 @@ impl SumoSim {
         Ok(Self {
             api: Api::load()?,
             running: false,
+            traced: None,
             signals: Vec::new(),
             vehicles: Vec::new(),
             phases: Vec::new(),
@@ -68,8 +84,40 @@ impl SumoSim {
         })
     }
 
+    /// Returns the lanes of the network that is simulated.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when nothing runs.
+    pub fn topology(&mut self) -> Result<Topology, SimError> {
+        self.api.topology()
+    }
+
     /// Reads the scene and tells the shim which signals and lanes matter.
-    fn describe(&mut self, config: &Path) -> Result<Scene, SimError> {
+    fn describe(&mut self, options: &StartOptions) -> Result<Scene, SimError> {
+        let (plain, mut lanes) = self.plain_scene(&options.config)?;
+        let known = |t: &Traced| {
+            t.config == options.config && t.trace_m == options.trace_m && t.plain == plain
+        };
+        let traced = match self.traced.take().filter(known) {
+            Some(traced) => traced,
+            None => {
+                let (config, trace_m) = (options.config.clone(), options.trace_m);
+                let mut scene = plain.clone();
+                let tracing = Tracing::new(&mut scene, &self.api.topology()?, trace_m);
+                Traced { config, trace_m, plain, scene, tracing }
+            }
+        };
+        for piece in traced.tracing.pieces() {
+            lanes.push(text(piece.as_str())?);
+        }
+        self.phases.resize(self.signals.len(), 0);
+        self.api.watch(&self.signals, &lanes)?;
+        Ok(self.traced.insert(traced).scene.clone())
+    }
+
+    /// Reads the scene without what tracing adds, and the ids of its lanes.
+    fn plain_scene(&mut self, config: &Path) -> Result<(Scene, Vec<CString>), SimError> {
         let mut ids = self.api.signals()?;
         ids.sort_unstable();
         let first = ids.first().ok_or_else(|| SimError::NoSignals(config.to_path_buf()))?.clone();
@@ -106,12 +154,7 @@ impl SumoSim {
                 .to_owned();
             return Err(SimError::Signal { signal: first, reason });
         }
-        for link in scene.signals.iter_mut().flat_map(|s| s.links.iter_mut().flatten()) {
-            link.downstream = index_of.get(&link.to_lane).copied();
-        }
-        self.phases.resize(self.signals.len(), 0);
-        self.api.watch(&self.signals, &lanes)?;
-        Ok(scene)
+        Ok((scene, lanes))
     }
 
     fn signal(&self, signal: usize) -> Result<&CStr, SimError> {
@@ -135,7 +178,7 @@ impl Sim for SumoSim {
             return Err(SimError::AlreadyRunning);
         }
         self.running = true;
-        let scene = self.api.start(&argv).and_then(|()| self.describe(&options.config));
+        let scene = self.api.start(&argv).and_then(|()| self.describe(options));
         if scene.is_err() {
             // The first error is the one that explains.
             let _ = self.close();
@@ -184,14 +227,20 @@ impl Sim for SumoSim {
 
     fn observe(&mut self, snapshot: &mut Snapshot) -> Result<(), SimError> {
         let count = self.api.observe(&mut self.vehicles, &mut self.phases)?;
+        let traced = self.traced.as_ref().ok_or(SimError::NotRunning)?;
         snapshot.vehicles.clear();
-        snapshot.vehicles.extend(self.vehicles[..count].iter().map(|v| VehicleState {
-            lane: v.lane,
-            vehicle: v.vehicle,
-            position_m: v.position_m,
-            speed_mps: v.speed_mps,
-            waiting_s: v.waiting_s,
-            distance_m: v.distance_m,
+        snapshot.vehicles.extend(self.vehicles[..count].iter().filter_map(|v| {
+            let next = u32::try_from(v.signal).ok().zip(u32::try_from(v.link).ok());
+            let (lane, link) = traced.tracing.attribute(v.lane, next)?;
+            Some(VehicleState {
+                lane,
+                link,
+                vehicle: v.vehicle,
+                position_m: v.position_m,
+                speed_mps: v.speed_mps,
+                waiting_s: v.waiting_s,
+                distance_m: v.distance_m,
+            })
         }));
         snapshot.phases.clear();
         snapshot.phases.extend(self.phases.iter().map(|phase| phase.cast_unsigned()));

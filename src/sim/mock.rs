@@ -7,7 +7,8 @@
 use std::fs;
 
 use super::{
-    Program, ProgramKind, Scene, Sim, SimError, Snapshot, StartOptions, StepCounts, VehicleState,
+    Link, Program, ProgramKind, Scene, Sim, SimError, Snapshot, StartOptions, StepCounts,
+    VehicleState,
 };
 use crate::error::FileError;
 
@@ -52,6 +53,12 @@ impl MockSim {
                 matches!(letter, 'G' | 'g') && links.iter().any(|l| l.from_lane as u32 == lane)
             })
         })
+    }
+
+    /// Returns the first link of a lane at its signal.
+    fn link(&self, lane: u32) -> Option<u32> {
+        let starts = |links: &Vec<Link>| links.iter().any(|l| l.from_lane as u32 == lane);
+        self.scene.signals.iter().find_map(|s| s.links.iter().position(starts)).map(|l| l as u32)
     }
 
     fn ensure_running(&self) -> Result<(), SimError> {
@@ -179,6 +186,7 @@ impl Sim for MockSim {
                 if vehicle.lane == lane && vehicle.left_s.is_none() {
                     snapshot.vehicles.push(VehicleState {
                         lane,
+                        link: self.link(lane),
                         vehicle: number as u32,
                         position_m: self.scene.lanes[lane as usize].length_m,
                         speed_mps: 0.0,

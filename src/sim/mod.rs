@@ -9,6 +9,8 @@
 #[cfg(feature = "libsumo")]
 pub mod libsumo;
 pub mod mock;
+pub mod topology;
+pub mod trace;
 pub mod tripinfo;
 
 use std::path::PathBuf;
@@ -56,15 +58,24 @@ pub struct Link {
     pub from_lane: usize,
     /// SUMO's id of the outgoing lane.
     pub to_lane: String,
-    /// Index of the outgoing lane in [`Scene::lanes`] when it is itself an incoming lane of some
-    /// signal of the scenario: the downstream queue.
-    pub downstream: Option<usize>,
+    /// Length of the way through the junction, metres.
+    pub length_m: f64,
+    /// Indices in [`Scene::lanes`] of the incoming lanes of signals to which the outgoing lane leads,
+    /// or which it is itself: the downstream queues.
+    pub downstream: Vec<usize>,
     /// SUMO's direction of the turn.
     pub direction: Direction,
 }
 
+impl Link {
+    /// Returns a link of which nothing else is known.
+    pub fn new(from_lane: usize, to_lane: impl Into<String>, direction: Direction) -> Self {
+        Self { from_lane, to_lane: to_lane.into(), length_m: 0.0, downstream: vec![], direction }
+    }
+}
+
 /// An incoming lane of a signal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Lane {
     /// SUMO's lane id, `EDGE_INDEX`; index 0 is the rightmost.
     pub id: String,
@@ -74,8 +85,22 @@ pub struct Lane {
     pub speed_mps: f64,
     /// Direction of travel at the stop line, degrees clockwise from north.
     pub heading_deg: f64,
-    /// Width of the street there, the lanes of both directions, metres.
+    /// Width of the street at the stop line, both directions together, metres; see
+    /// [`topology::Topology::street_width_m`].
     pub street_width_m: f64,
+    /// Lanes upstream that belong to it, the nearest first; see [`topology`].
+    pub pieces: Vec<Piece>,
+}
+
+/// A lane from which vehicles come to a signal's lane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// SUMO's lane id.
+    pub id: String,
+    /// Length, metres.
+    pub length_m: f64,
+    /// Shortest way from its end to the stop line, metres.
+    pub beyond_m: f64,
 }
 
 /// A signal program as SUMO stores it.
@@ -144,14 +169,17 @@ pub struct Scene {
     pub signals: Vec<SignalInfo>,
 }
 
-/// A vehicle on an incoming lane.
+/// A vehicle on an incoming lane or upstream of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VehicleState {
-    /// Index of the lane in [`Scene::lanes`].
+    /// Index in [`Scene::lanes`] of the lane that it is on or comes to; see [`trace`].
     pub lane: u32,
-    /// Number of the vehicle: dense, in order of first sight, the same for the whole episode.
+    /// Link index at the signal of that lane that the vehicle will use; `None` when the next signal on
+    /// its route is another.
+    pub link: Option<u32>,
+    /// Number of the vehicle: in order of first sight, the same for the whole episode.
     pub vehicle: u32,
-    /// Front bumper's distance from the start of the lane, metres.
+    /// Front bumper's distance from the start of the lane or piece that it is on, metres.
     pub position_m: f64,
     /// Speed, metres per second.
     pub speed_mps: f64,
@@ -162,10 +190,11 @@ pub struct VehicleState {
     pub distance_m: f64,
 }
 
-/// All vehicles on incoming lanes and the phase of every signal; the buffers are reused.
+/// All vehicles that come to signals and the phase of every signal; the buffers are reused.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Snapshot {
-    /// Vehicles ordered by lane, then as SUMO lists them (from the start of the lane).
+    /// Vehicles on incoming lanes ordered by lane, then as SUMO lists them (from the start of the
+    /// lane); after them those on pieces upstream.
     pub vehicles: Vec<VehicleState>,
     /// SUMO's phase index per signal, the one that governed the last step: SUMO switches at the
     /// beginning of a step.
@@ -192,12 +221,15 @@ impl std::ops::AddAssign for StepCounts {
 }
 
 /// What a simulation is started with.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct StartOptions {
     /// SUMO's configuration file.
     pub config: PathBuf,
     /// Further command-line options; they override the configuration.
     pub args: Vec<String>,
+    /// How far lanes are traced upstream and downstream of signals, metres; with 0 not beyond their
+    /// edges.
+    pub trace_m: f64,
     /// File that SUMO writes one row per vehicle to when the simulation is closed.
     pub tripinfo: PathBuf,
 }
@@ -254,7 +286,7 @@ pub trait Sim {
     /// [`SimError`] when SUMO rejects a phase or the slice has another length than the signals.
     fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError>;
 
-    /// Reads all vehicles on incoming lanes and all phases into `snapshot`.
+    /// Reads all vehicles that come to signals and all phases into `snapshot`.
     ///
     /// # Errors
     ///

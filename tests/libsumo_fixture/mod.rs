@@ -82,7 +82,7 @@ impl Scenario {
             </input></configuration>"#
         );
         fs::write(&config, text).expect("writable");
-        StartOptions { config, args: Vec::new(), tripinfo: PathBuf::new() }
+        StartOptions { config, ..StartOptions::default() }
     }
 
     /// Returns a file of the scenario, `NAME.ENDING.xml`.

@@ -16,11 +16,13 @@ use std::slice;
 use std::sync::OnceLock;
 
 use libsumo_sys::{
-    LIBRARY, SHIM, SUMO_NOT_RUNNING, SUMO_OK, SUMO_REJECTED, SUMO_TOO_SMALL, Shim, SumoCounts,
-    SumoLane, SumoPhase, SumoProgram, SumoSignal, SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED,
+    LIBRARY, SHIM, SUMO_LANE_CARS, SUMO_LANE_FOOT, SUMO_LANE_INNER, SUMO_NOT_RUNNING, SUMO_OK,
+    SUMO_REJECTED, SUMO_TOO_SMALL, Shim, SumoCounts, SumoLane, SumoPhase, SumoProgram, SumoSignal,
+    SumoStreetLane, SumoTopology, SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED,
     TRAFFICLIGHT_TYPE_STATIC,
 };
 
+use crate::sim::topology::{StreetLane, Topology, Way};
 use crate::sim::{
     Direction, Lane, Link, Program, ProgramKind, ProgramPhase, SignalInfo, SimError, StepCounts,
 };
@@ -130,12 +132,7 @@ impl Api {
                      the network's <connection dir=...>"
                 ),
             })?;
-            links[link.index as usize].push(Link {
-                from_lane: 0,
-                to_lane,
-                downstream: None,
-                direction,
-            });
+            links[link.index as usize].push(Link::new(0, to_lane, direction));
             from_lanes.push(from);
         }
         // SAFETY: the call above succeeded and set an array of the shim.
@@ -158,8 +155,33 @@ impl Api {
             length_m: raw.length_m,
             speed_mps: raw.speed_mps,
             heading_deg: normalise_degrees(east_m.atan2(north_m).to_degrees()),
-            street_width_m: 0.0,
+            ..Lane::default()
         })
+    }
+
+    /// Returns the lanes of the whole network.
+    pub(super) fn topology(self) -> Result<Topology, SimError> {
+        let mut raw = SumoTopology::default();
+        // SAFETY: `raw` is writable.
+        self.check("sumo_topology", unsafe { self.0.sumo_topology(&raw mut raw) })?;
+        // SAFETY: the call above succeeded and set an array of the shim.
+        let lanes = unsafe { array(raw.lanes, raw.lane_count) };
+        // SAFETY: each element is a lane of the shim.
+        let mut lanes: Vec<_> = lanes.iter().map(|lane| unsafe { owned_lane(lane) }).collect();
+        // SAFETY: as for the lanes.
+        let inner = unsafe { array(raw.inner, raw.inner_count) };
+        // SAFETY: as for the lanes.
+        for way in unsafe { array(raw.ways, raw.way_count) } {
+            let first = way.inner_first as usize;
+            let inner = &inner[first..first + way.inner_count as usize];
+            lanes[way.from as usize].ways.push(Way {
+                to: way.to as usize,
+                inner: inner.iter().map(|lane| *lane as usize).collect(),
+                direction: Direction::from_letter(char::from(way.direction.cast_unsigned())),
+                controlled: way.controlled,
+            });
+        }
+        Ok(Topology::new(lanes))
     }
 
     pub(super) fn install(
@@ -307,6 +329,28 @@ unsafe fn array<'a, T>(first: *const T, count: usize) -> &'a [T] {
     }
     // SAFETY: the caller vouches for it.
     unsafe { slice::from_raw_parts(first, count) }
+}
+
+/// Copies a lane of the shim's topology, without its ways.
+///
+/// # Safety
+///
+/// The lane must be one that the shim returned and that is still valid.
+unsafe fn owned_lane(lane: &SumoStreetLane) -> StreetLane {
+    let has = |flag: i32| lane.flags & flag.cast_unsigned() != 0;
+    // SAFETY: part of a lane of the shim.
+    let shape = unsafe { array(lane.shape, lane.shape_count) };
+    StreetLane {
+        // SAFETY: part of a lane of the shim.
+        id: unsafe { owned(lane.id) },
+        length_m: lane.length_m,
+        width_m: lane.width_m,
+        cars: has(SUMO_LANE_CARS),
+        foot: has(SUMO_LANE_FOOT),
+        inner: has(SUMO_LANE_INNER),
+        shape: shape.iter().map(|point| [point.x_m, point.y_m]).collect(),
+        ways: Vec::new(),
+    }
 }
 
 /// Copies a program of the shim.
