@@ -10,10 +10,11 @@ use super::build_networks::{default_folder, prepare};
 use super::output::{Progress, line, note};
 use crate::env::World;
 use crate::error::EvalError;
+use crate::eval::content;
 use crate::eval::contest::{Place, Standing};
 use crate::eval::environment::generated_world;
 use crate::eval::model::SavedModel;
-use crate::eval::plan::{evaluation_seeds, imported_id};
+use crate::eval::plan::imported_id;
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::scenario::Scenario;
@@ -39,7 +40,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let model = SavedModel::read(&args.model)?;
     let scenario = model.scenario(&loaded.scenario, &args.scenario.set)?;
     let place = place(args, &loaded)?;
-    let seeds = evaluation_seeds(args.seed, args.eval_seeds.get());
+    let seeds = place.evaluation_seeds(args.seed, args.eval_seeds.get());
     if !args.json {
         let card = &model.card;
         note(format!(
@@ -75,19 +76,22 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
     if let Some(config) = &args.sumocfg {
         let world = World::from_sumocfg(config)?;
         super::run::simulator(std::slice::from_ref(config))?;
-        return Ok(Place { point: imported_id(config), world, imported: true });
+        let (point, content) = (imported_id(config), content::of_imported(config)?);
+        return Ok(Place { point, content, world, imported: true });
     }
     let point = args.point.clone().unwrap_or_default();
-    if loaded.family.position(&point).is_none() {
+    let Some(index) = loaded.family.position(&point) else {
         return Err(unknown_point(&point, loaded, &args.scenario.scenario).into());
-    }
+    };
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
     prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
-    Ok(Place { world: generated_world(&networks, &point)?, point, imported: false })
+    let (world, content) = (generated_world(&networks, &point)?, content::of_point(loaded, index));
+    Ok(Place { point, content, world, imported: false })
 }
 
-fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
+/// Returns the error for a point MDP that a scenario does not have.
+pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
     let points = &loaded.family.points;
     let named: Vec<&str> = points.iter().take(NAMED_POINTS).map(|p| p.id.as_str()).collect();
     let mut some = named.join(", ");
@@ -216,7 +220,7 @@ mod tests {
             |scenario| unknown_point("x", &load_with(scenario, &[]).unwrap(), scenario).to_string();
         assert_eq!(e("smoke"), "scenario smoke has no point MDP \"x\"; it has quiet, busy");
         assert!(
-            e("salt-lake-city").ends_with("160 more, which `tsc-family list salt-lake-city` shows")
+            e("salt-lake-city").ends_with("161 more, which `tsc-family list salt-lake-city` shows")
         );
     }
 }

@@ -9,6 +9,16 @@ use crate::sim::{Direction, Lane, Link, Program, ProgramKind, ProgramPhase, Scen
 
 /// Two crossing one-lane roads; `arrivals` are `(second, lane)`.
 pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSim> {
+    let world = World { config: "m".into(), begin_s: 0.0, end_s: 60.0, routes: None };
+    env_of(world, arrivals, scratch)
+}
+
+/// The same in another world.
+pub(crate) fn env_of(
+    world: World,
+    arrivals: Vec<(f64, u32)>,
+    scratch: &Path,
+) -> SignalEnv<MockSim> {
     let lane = |id: &str, heading_deg| Lane {
         id: id.into(),
         length_m: 100.0,
@@ -38,7 +48,6 @@ pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSi
             active_program: "0".into(),
         }],
     };
-    let world = World { config: "m".into(), begin_s: 0.0, end_s: 60.0, routes: None };
     SignalEnv::new(
         MockSim::new(scene, arrivals),
         world,

@@ -54,6 +54,10 @@ pub struct PointRow {
     /// Latitude and longitude, degrees, of the real instances; empty when unknown.
     #[serde(default)]
     pub places: Vec<[f64; 2]>,
+    /// sha256 of what the point MDP is, whatever it is called: its seeds follow from it. Empty in
+    /// manifests from before it, where they follow from the id.
+    #[serde(default)]
+    pub content: String,
     /// Where its environment comes from: for traffic the folder's network files or a sumocfg.
     pub environment: String,
     /// sha256 of every file that defines its environment, by file name.
@@ -94,8 +98,22 @@ pub struct Identity {
     pub replicated: Vec<String>,
     /// Seed from which all others are derived.
     pub base_seed: u64,
-    /// Seeds of the evaluation episodes, shared by all methods.
+    /// Seeds of the evaluation episodes, shared by all methods, before the point MDP is mixed in; the
+    /// rows of the records have the seeds that vehicles and simulator got, see
+    /// [`PointRow::evaluation_seeds`].
     pub evaluation_seeds: Vec<u64>,
+}
+
+impl PointRow {
+    /// Returns what the seeds of the point MDP follow from.
+    fn seed_label(&self) -> &str {
+        if self.content.is_empty() { &self.point } else { &self.content }
+    }
+
+    /// Returns the seeds that a run's evaluation episodes have here, which vehicles and simulator get.
+    pub fn evaluation_seeds(&self, seeds: &[u64]) -> Vec<u64> {
+        seeds.iter().map(|seed| seed::at_point(*seed, self.seed_label())).collect()
+    }
 }
 
 /// What helps to understand a run but does not decide its records.
@@ -222,7 +240,7 @@ impl Identity {
                         method: method.clone(),
                         point: point.point.clone(),
                         replicate,
-                        seed: seed::task(self.base_seed, method, &point.point, replicate),
+                        seed: seed::task(self.base_seed, method, point.seed_label(), replicate),
                     });
                 }
             }
