@@ -56,7 +56,7 @@ pub struct PointRow {
     pub places: Vec<[f64; 2]>,
     /// sha256 of what the point MDP is, whatever it is called: its seeds follow from it. Empty in
     /// manifests from before it, where they follow from the id.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub content: String,
     /// Where its environment comes from: for traffic the folder's network files or a sumocfg.
     pub environment: String,
@@ -279,4 +279,17 @@ fn read_rows(path: &Path) -> Result<Vec<Task>, StoreError> {
         tasks.push(task);
     }
     Ok(tasks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_mdp_from_before_contents_has_the_seeds_of_its_time() {
+        let json = r#"{"point":"p","importance":1.0,"instances":1,"features":[],"places":[],"environment":"network","sha256":{}}"#;
+        let old: PointRow = serde_json::from_str(json).unwrap();
+        assert_eq!(old.evaluation_seeds(&[7]), [seed::at_point(7, "p")]);
+        assert_eq!(serde_json::to_string(&old).unwrap(), json, "the hash of a manifest stays");
+    }
 }
