@@ -25,22 +25,27 @@ pub fn derive(base: u64, labels: &[&str]) -> u64 {
     u64::from_le_bytes(bytes) >> 11
 }
 
-/// Returns the seed of the `k`-th evaluation episode: the same for every method, so that methods
-/// meet the same vehicles.
+/// Returns the seed of the `k`-th evaluation episode before [`at_point`]: the same for every method,
+/// so that methods meet the same vehicles.
 pub fn evaluation(base: u64, k: u32) -> u64 {
     let seed = derive(base, &["evaluation", &k.to_string()]);
     (seed & SUMO_SEED_MAX) | EVALUATION_BIT
 }
 
-/// Returns the seed that an episode has on a point MDP: the same for every method there, another on
-/// every other point MDP, so that their noise is independent and averages out over the family.
-/// An evaluation seed stays one, and a training seed too.
-pub fn at_point(seed: u64, point: &str) -> u64 {
-    let here = derive(seed, &["point", point]) & SUMO_SEED_MAX & !EVALUATION_BIT;
+/// Returns the seed that an evaluation episode has on a point MDP, which vehicles and simulator get:
+/// the same for every method there, another on every other point MDP, so that their noise is
+/// independent and averages out over the family. An evaluation seed stays one.
+///
+/// # Arguments
+///
+/// * `content` — what the point MDP is, whatever it is called.
+pub fn at_point(seed: u64, content: &str) -> u64 {
+    let here = derive(seed, &["point", content]) & SUMO_SEED_MAX & !EVALUATION_BIT;
     here | (seed & EVALUATION_BIT)
 }
 
-/// Returns the seed of the `k`-th training episode of a task; never an evaluation seed.
+/// Returns the seed of the `k`-th training episode of a task, which vehicles and simulator get; never
+/// an evaluation seed.
 pub fn training(task_seed: u64, k: u32) -> u64 {
     let seed = derive(task_seed, &["training", &k.to_string()]);
     seed & SUMO_SEED_MAX & !EVALUATION_BIT
@@ -53,8 +58,12 @@ pub fn vehicles(seed: u64, purpose: &str, edge: &str) -> u64 {
 }
 
 /// Returns the seed of a task; it does not depend on the order of tasks or on the other methods.
-pub fn task(base: u64, method: &str, point: &str, replicate: u32) -> u64 {
-    derive(base, &["task", method, point, &replicate.to_string()])
+///
+/// # Arguments
+///
+/// * `content` — what the point MDP is, whatever it is called.
+pub fn task(base: u64, method: &str, content: &str, replicate: u32) -> u64 {
+    derive(base, &["task", method, content, &replicate.to_string()])
 }
 
 #[cfg(test)]
@@ -70,12 +79,13 @@ mod tests {
 
         #[test]
         fn seeds_at_a_point_never_meet_either(base: u64, task: u64, j: u32, k: u32) {
-            prop_assert_ne!(at_point(evaluation(base, j), "p"), at_point(training(task, k), "p"));
+            prop_assert_ne!(at_point(evaluation(base, j), "p"), training(task, k));
         }
 
         #[test]
         fn sumo_accepts_every_seed(base: u64, k: u32) {
-            prop_assert!(evaluation(base, k) <= SUMO_SEED_MAX && training(base, k) <= SUMO_SEED_MAX);
+            let at_point = at_point(evaluation(base, k), "p");
+            prop_assert!(at_point <= SUMO_SEED_MAX && training(base, k) <= SUMO_SEED_MAX);
         }
     }
 

@@ -10,10 +10,11 @@ use super::build_networks::{default_folder, prepare};
 use super::output::{Progress, line, note};
 use crate::env::World;
 use crate::error::EvalError;
+use crate::eval::content;
 use crate::eval::contest::{Place, Standing};
 use crate::eval::environment::generated_world;
 use crate::eval::model::SavedModel;
-use crate::eval::plan::{evaluation_seeds, imported_id};
+use crate::eval::plan::imported_id;
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::scenario::Scenario;
@@ -35,11 +36,13 @@ const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
 ];
 
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
+    let mut loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let model = SavedModel::read(&args.model)?;
     let scenario = model.scenario(&loaded.scenario, &args.scenario.settings())?;
+    // The baseline is timed as the model is.
+    loaded.scenario.signal = scenario.signal.clone();
     let place = place(args, &loaded)?;
-    let seeds = evaluation_seeds(args.seed, args.eval_seeds.get());
+    let seeds = place.evaluation_seeds(args.seed, args.eval_seeds.get());
     if !args.json {
         let card = &model.card;
         note(format!(
@@ -75,19 +78,22 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
     if let Some(config) = &args.sumocfg {
         let world = World::from_sumocfg(config)?;
         super::run::simulator(std::slice::from_ref(config), &loaded.scenario.signal)?;
-        return Ok(Place { point: imported_id(config), world, imported: true });
+        let (point, content) = (imported_id(config), content::of_imported(config)?);
+        return Ok(Place { point, content, world, imported: true });
     }
     let point = args.point.clone().unwrap_or_default();
-    if loaded.family.position(&point).is_none() {
+    let Some(index) = loaded.family.position(&point) else {
         return Err(unknown_point(&point, loaded, &args.scenario.scenario).into());
-    }
+    };
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
     prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
-    Ok(Place { world: generated_world(&networks, &point)?, point, imported: false })
+    let (world, content) = (generated_world(&networks, &point)?, content::of_point(loaded, index));
+    Ok(Place { point, content, world, imported: false })
 }
 
-fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
+/// Returns the error for a point MDP that a scenario does not have.
+pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
     let points = &loaded.family.points;
     let named: Vec<&str> = points.iter().take(NAMED_POINTS).map(|p| p.id.as_str()).collect();
     let mut some = named.join(", ");

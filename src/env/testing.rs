@@ -9,6 +9,16 @@ use crate::sim::{Direction, Lane, Link, Program, ProgramKind, ProgramPhase, Scen
 
 /// Two crossing one-lane roads; `arrivals` are `(second, lane)`.
 pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSim> {
+    let world = World { config: "m".into(), end_s: 60.0, ..World::default() };
+    env_of(world, arrivals, scratch)
+}
+
+/// The same in another world.
+pub(crate) fn env_of(
+    world: World,
+    arrivals: Vec<(f64, u32)>,
+    scratch: &Path,
+) -> SignalEnv<MockSim> {
     let lane = |id: &str, heading_deg| Lane {
         id: id.into(),
         length_m: 100.0,
@@ -32,8 +42,6 @@ pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSi
             active_program: "0".into(),
         }],
     };
-    let world =
-        World { config: "m".into(), begin_s: 0.0, end_s: 60.0, routes: None, turn_shares: vec![] };
     SignalEnv::new(
         MockSim::new(scene, arrivals),
         world,

@@ -13,6 +13,7 @@ use crate::error::{FileError, SimError};
 pub type RouteWriter = Box<dyn Fn(u64, &Path) -> Result<(), FileError>>;
 
 /// What an episode simulates.
+#[derive(Default)]
 pub struct World {
     /// SUMO's configuration file.
     pub config: PathBuf,
@@ -68,8 +69,7 @@ impl World {
             config: config.to_path_buf(),
             begin_s: settings.begin_s,
             end_s,
-            routes: None,
-            turn_shares: Vec::new(),
+            ..Self::default()
         })
     }
 }

@@ -7,23 +7,34 @@ use crate::control::registry::create;
 use crate::env::World;
 use crate::error::EvalError;
 use crate::family::scenario::Scenario;
+use crate::seed;
 use crate::sim::Sim;
 use crate::store::record::{Metrics, Row, mean_metrics};
 
 use super::environment::environment;
 use super::lab::held_out;
 use super::model::SavedModel;
-use super::plan::control_settings;
+use super::plan::{control_settings, evaluation_seeds};
 
 /// Where a model is evaluated.
 #[derive(Debug)]
 pub struct Place {
     /// Id of the point MDP.
     pub point: String,
+    /// Hash of what it is, see [`super::content`].
+    pub content: String,
     /// What is simulated.
     pub world: World,
     /// Whether it is somebody's SUMO scenario, whose baseline is another.
     pub imported: bool,
+}
+
+impl Place {
+    /// Returns the seeds that so many evaluation episodes of a run have here.
+    pub fn evaluation_seeds(&self, base: u64, count: u32) -> Vec<u64> {
+        let seeds = evaluation_seeds(base, count);
+        seeds.into_iter().map(|seed| seed::at_point(seed, &self.content)).collect()
+    }
 }
 
 /// What came of a method.
@@ -42,7 +53,7 @@ pub struct Standing {
 /// # Arguments
 ///
 /// * `scenario` — with the model's settings, see [`SavedModel::scenario`].
-/// * `seeds` — of the evaluation episodes, before they are mixed with the point MDP's id.
+/// * `seeds` — of the evaluation episodes, as vehicles and simulator get them.
 /// * `scratch` — a folder for the files of the running episode.
 /// * `done` — called with the row of every episode.
 ///
@@ -63,9 +74,9 @@ pub fn contest<S: Sim>(
         create(Baseline::NAME, &control_settings(scenario, place.imported), model.card.seed)?;
     let mut env = environment(sim, place.world, scenario, scratch);
     // The model first: if it does not fit, nobody waits for the baseline.
-    let rows = held_out(&mut env, learned.as_mut(), &place.point, seeds, done)
+    let rows = held_out(&mut env, learned.as_mut(), seeds, done)
         .map_err(|e| model.explain(e, &place.point))?;
-    let yardstick = held_out(&mut env, baseline.as_mut(), &place.point, seeds, done)?;
+    let yardstick = held_out(&mut env, baseline.as_mut(), seeds, done)?;
     let delay = |metrics: &Metrics| metrics.get("delay_s").copied().unwrap_or_default();
     let yardstick = mean_metrics(&yardstick);
     let denominator = delay(&yardstick);

@@ -73,7 +73,7 @@ impl<'a, S: Sim> Lab<'a, S> {
         let before = self.rows.len();
         let news = &mut *self.news;
         let mut done = 0;
-        let rows = held_out(&mut self.env, controller, &self.task.point, seeds, &mut |row| {
+        let rows = held_out(&mut self.env, controller, seeds, &mut |row| {
             done += 1;
             news(News::Episode(progress(before + done, row)));
         })?;
@@ -91,7 +91,7 @@ impl<'a, S: Sim> Lab<'a, S> {
         controller: &mut dyn Controller,
         seeds: &[u64],
     ) -> Result<f64, EvalError> {
-        let rows = held_out(&mut self.env, controller, &self.task.point, seeds, &mut |_| {})?;
+        let rows = held_out(&mut self.env, controller, seeds, &mut |_| {})?;
         Ok(mean_metrics(&rows).get("delay_s").copied().unwrap_or_default())
     }
 
@@ -113,8 +113,7 @@ impl<S: Sim> Trainer for Lab<'_, S> {
     ) -> Result<EpisodeOutcome, ControlError> {
         let episode = self.rows.len() as u32;
         let seed = seed::training(self.task.seed, seed);
-        let at_point = seed::at_point(seed, &self.task.point);
-        let metrics = run_episode(&mut self.env, controller, at_point).map_err(|e| match e {
+        let metrics = run_episode(&mut self.env, controller, seed).map_err(|e| match e {
             EpisodeError::Control(e) => e,
             sim @ EpisodeError::Sim(_) => ControlError::Episode(Box::new(sim)),
         })?;
@@ -163,10 +162,11 @@ impl<S: Sim> Trainer for Lab<'_, S> {
     }
 }
 
-/// Runs one evaluation episode per seed on a point MDP and returns a row of each.
+/// Runs one evaluation episode per seed and returns a row of each.
 ///
 /// # Arguments
 ///
+/// * `seeds` — as vehicles and simulator get them.
 /// * `done` — called with the row of every episode.
 ///
 /// # Errors
@@ -175,13 +175,12 @@ impl<S: Sim> Trainer for Lab<'_, S> {
 pub fn held_out<S: Sim>(
     env: &mut SignalEnv<S>,
     controller: &mut dyn Controller,
-    point: &str,
     seeds: &[u64],
     done: &mut dyn FnMut(&Row),
 ) -> Result<Vec<Row>, EvalError> {
     let mut rows = Vec::with_capacity(seeds.len());
     for (k, &seed) in seeds.iter().enumerate() {
-        let metrics = run_episode(env, controller, seed::at_point(seed, point))?;
+        let metrics = run_episode(env, controller, seed)?;
         let row =
             Row { kind: RowKind::Evaluation, episode: k as u32, seed, metrics: named(&metrics) };
         done(&row);
@@ -213,4 +212,44 @@ fn named(metrics: &EpisodeMetrics) -> Metrics {
     .into_iter()
     .map(|(name, value)| (name.to_owned(), value))
     .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::env::World;
+    use crate::env::testing::env_of;
+    use crate::eval::plan::tests::planned;
+    use crate::eval::testing::Learner;
+    use crate::store::Layout;
+
+    #[test]
+    fn a_row_has_the_seed_that_its_vehicles_had() {
+        let dir = tempfile::tempdir().unwrap();
+        let got = Rc::new(RefCell::new(Vec::new()));
+        let writer = Rc::clone(&got);
+        let routes = Box::new(move |seed, _: &std::path::Path| {
+            writer.borrow_mut().push(seed);
+            Ok(())
+        });
+        let routes = Some(routes);
+        let world = World { config: "m".into(), end_s: 60.0, routes, ..World::default() };
+        let (manifest, tasks) = planned(&["fixed-time"]);
+        let point = &manifest.identity.points[0];
+        let layout = Layout::new(dir.path());
+        let keeper = Keeper::new(&layout, "", &tasks[1], Duration::MAX);
+        let (env, mut news) = (env_of(world, vec![(1.0, 0)], dir.path()), |_| {});
+        let mut lab = Lab::new(env, &tasks[1], 1, keeper, &mut news);
+        let mut learner = Learner::of(2);
+        learner.train(&mut lab).unwrap();
+        let seeds = point.evaluation_seeds(&manifest.identity.evaluation_seeds);
+        lab.evaluate(&mut learner, &seeds).unwrap();
+        let rows: Vec<u64> = lab.rows.iter().map(|r| r.seed).collect();
+        assert_eq!((rows.len(), &rows), (4, &*got.borrow()));
+        assert_eq!(rows[2..], seeds);
+    }
 }

@@ -1,6 +1,7 @@
 //! From a scenario to records: plan, worker processes, tasks.
 
 pub mod checkpoint;
+pub mod content;
 pub mod contest;
 pub mod environment;
 pub mod lab;

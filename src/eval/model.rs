@@ -63,7 +63,7 @@ pub struct ModelCard {
 /// How good a model is where it was trained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// Seeds of the episodes, before they are mixed with the point MDP's id.
+    /// Seeds of the episodes, as vehicles and simulator got them.
     pub seeds: Vec<u64>,
     /// Mean delay, seconds.
     pub delay_s: f64,
@@ -113,7 +113,7 @@ pub(super) fn write(
         git: env!("TSC_FAMILY_GIT").to_owned(),
         simulator: identity.simulator.clone(),
         evaluation: Evaluation {
-            seeds: identity.evaluation_seeds.clone(),
+            seeds: record.evaluations().map(|row| row.seed).collect(),
             delay_s,
             score: (baseline_s > 0.0).then(|| delay_s / baseline_s),
         },

@@ -17,6 +17,8 @@ use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::{Layout, SCHEMA_VERSION};
 
+use super::content;
+
 /// Environment of a point MDP whose network lies in the networks folder.
 pub const GENERATED: &str = "network";
 
@@ -111,7 +113,7 @@ fn imported_family(
     Ok((family, imported))
 }
 
-/// Returns the seeds of so many evaluation episodes.
+/// Returns the seeds of so many evaluation episodes, before a point MDP is mixed in.
 pub fn evaluation_seeds(base: u64, count: u32) -> Vec<u64> {
     (0..count).map(|k| seed::evaluation(base, k)).collect()
 }
@@ -170,11 +172,17 @@ pub fn complete(
         if !chosen.contains(point.id.as_str()) {
             continue;
         }
-        let (environment, sha256) = match draft.imported.get(&point.id) {
-            Some(config) => (config.display().to_string(), hash_scenario(config)?),
-            None => (GENERATED.to_owned(), hashes.get(&point.id).cloned().unwrap_or_default()),
-        };
         let loaded = &request.scenario;
+        let (environment, sha256, content) = match draft.imported.get(&point.id) {
+            Some(config) => {
+                let environment = config.display().to_string();
+                (environment, hash_scenario(config)?, content::of_imported(config)?)
+            }
+            None => {
+                let sha256 = hashes.get(&point.id).cloned().unwrap_or_default();
+                (GENERATED.to_owned(), sha256, content::of_point(loaded, i))
+            }
+        };
         let members = if draft.imported.is_empty() { loaded.members[i].as_slice() } else { &[] };
         let place = |m: &usize| {
             let intersection = &loaded.intersections[*m];
@@ -186,6 +194,7 @@ pub fn complete(
             instances: point.instances,
             features: point.features.clone(),
             places: members.iter().map(place).collect(),
+            content,
             environment,
             sha256,
         });

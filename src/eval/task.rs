@@ -13,7 +13,7 @@ use crate::family::scenario::Scenario;
 use crate::nn::archive::Archive;
 use crate::sim::Sim;
 use crate::store::Layout;
-use crate::store::manifest::{Manifest, Task};
+use crate::store::manifest::{Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult};
 
 use super::checkpoint::Keeper;
@@ -63,10 +63,7 @@ pub fn perform<S: Sim>(
     let scenario: Scenario = serde_json::from_value(identity.settings.clone()).map_err(|e| {
         StoreError::Malformed { path: "manifest.json".into(), reason: format!("settings: {e}") }
     })?;
-    let point = identity.points.iter().find(|p| p.point == task.point).ok_or_else(|| {
-        let reason = format!("task {} is on {}, which it does not have", task.task, task.point);
-        StoreError::Malformed { path: "manifest.json".into(), reason }
-    })?;
+    let point = point_of(manifest, task)?;
     let imported = point.environment != GENERATED;
     let world = planned_world(point, &workplace.networks)?;
     let env = environment(sim, world, &scenario, &workplace.scratch);
@@ -74,6 +71,14 @@ pub fn perform<S: Sim>(
     let mut controller = create(&task.method, &settings, task.seed)?;
     let mut baseline = create(&identity.baseline, &settings, task.seed)?;
     settle(env, controller.as_mut(), baseline.as_mut(), manifest, task, workplace, news)
+}
+
+/// Returns the point MDP of a task.
+fn point_of<'a>(manifest: &'a Manifest, task: &Task) -> Result<&'a PointRow, StoreError> {
+    manifest.identity.points.iter().find(|p| p.point == task.point).ok_or_else(|| {
+        let reason = format!("task {} is on {}, which it does not have", task.task, task.point);
+        StoreError::Malformed { path: "manifest.json".into(), reason }
+    })
 }
 
 /// Trains and evaluates a controller, writes its model and commits its record. The baseline beside it
@@ -90,7 +95,8 @@ fn settle<S: Sim>(
     let (layout, sha256) = (&workplace.layout, manifest.sha256());
     let keeper = Keeper::new(layout, &sha256, task, workplace.checkpoint_every);
     let mut lab = Lab::new(env, task, workplace.attempt, keeper, news);
-    let record = match study(&mut lab, controller, &manifest.identity.evaluation_seeds) {
+    let seeds = point_of(manifest, task)?.evaluation_seeds(&manifest.identity.evaluation_seeds);
+    let record = match study(&mut lab, controller, &seeds) {
         Ok((result, model)) => {
             let record = Record::finished(task, &sha256, result);
             if let Some(model) = model {
@@ -98,7 +104,7 @@ fn settle<S: Sim>(
                 // The baseline's record, if there is one, says the same as its episodes.
                 let baseline_s = match model::baseline_delay(layout, identity, task, &sha256) {
                     Some(delay_s) => delay_s,
-                    None => lab.delay_of(baseline, &identity.evaluation_seeds)?,
+                    None => lab.delay_of(baseline, &seeds)?,
                 };
                 model::write(layout, identity, task, &record, baseline_s, model)?;
             }
@@ -373,7 +379,8 @@ mod tests {
         let delay_s = record.summary.metrics["delay_s"];
         assert_eq!(card.evaluation.delay_s, delay_s);
         assert_eq!(card.evaluation.score, Some(delay_s / 8.0));
-        assert_eq!(card.evaluation.seeds, place.manifest.identity.evaluation_seeds);
+        let seeds: Vec<u64> = record.evaluations().map(|r| r.seed).collect();
+        assert_eq!(card.evaluation.seeds, seeds);
     }
 
     #[test]

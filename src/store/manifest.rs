@@ -54,6 +54,10 @@ pub struct PointRow {
     /// Latitude and longitude, degrees, of the real instances; empty when unknown.
     #[serde(default)]
     pub places: Vec<[f64; 2]>,
+    /// sha256 of what the point MDP is, whatever it is called: its seeds follow from it. Empty in
+    /// manifests from before it, where they follow from the id.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub content: String,
     /// Where its environment comes from: for traffic the folder's network files or a sumocfg.
     pub environment: String,
     /// sha256 of every file that defines its environment, by file name.
@@ -94,8 +98,22 @@ pub struct Identity {
     pub replicated: Vec<String>,
     /// Seed from which all others are derived.
     pub base_seed: u64,
-    /// Seeds of the evaluation episodes, shared by all methods.
+    /// Seeds of the evaluation episodes, shared by all methods, before the point MDP is mixed in; the
+    /// rows of the records have the seeds that vehicles and simulator got, see
+    /// [`PointRow::evaluation_seeds`].
     pub evaluation_seeds: Vec<u64>,
+}
+
+impl PointRow {
+    /// Returns what the seeds of the point MDP follow from.
+    fn seed_label(&self) -> &str {
+        if self.content.is_empty() { &self.point } else { &self.content }
+    }
+
+    /// Returns the seeds that a run's evaluation episodes have here, which vehicles and simulator get.
+    pub fn evaluation_seeds(&self, seeds: &[u64]) -> Vec<u64> {
+        seeds.iter().map(|seed| seed::at_point(*seed, self.seed_label())).collect()
+    }
 }
 
 /// What helps to understand a run but does not decide its records.
@@ -222,7 +240,7 @@ impl Identity {
                         method: method.clone(),
                         point: point.point.clone(),
                         replicate,
-                        seed: seed::task(self.base_seed, method, &point.point, replicate),
+                        seed: seed::task(self.base_seed, method, point.seed_label(), replicate),
                     });
                 }
             }
@@ -261,4 +279,17 @@ fn read_rows(path: &Path) -> Result<Vec<Task>, StoreError> {
         tasks.push(task);
     }
     Ok(tasks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_mdp_from_before_contents_has_the_seeds_of_its_time() {
+        let json = r#"{"point":"p","importance":1.0,"instances":1,"features":[],"places":[],"environment":"network","sha256":{}}"#;
+        let old: PointRow = serde_json::from_str(json).unwrap();
+        assert_eq!(old.evaluation_seeds(&[7]), [seed::at_point(7, "p")]);
+        assert_eq!(serde_json::to_string(&old).unwrap(), json, "the hash of a manifest stays");
+    }
 }

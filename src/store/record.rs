@@ -45,7 +45,7 @@ pub struct Row {
     pub kind: RowKind,
     /// Number within its kind, from 0.
     pub episode: u32,
-    /// Seed of the episode.
+    /// Seed of the episode, as vehicles and simulator got it.
     pub seed: u64,
     /// What was measured.
     pub metrics: Metrics,

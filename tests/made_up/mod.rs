@@ -21,6 +21,7 @@ fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
         instances: 3,
         features: vec![2.0, inflow_vph],
         places: vec![[40.76, -111.89]],
+        content: String::new(),
         environment: format!("networks/{id}"),
         sha256: BTreeMap::from([("net.xml.gz".to_owned(), "ab".repeat(32))]),
     }
