@@ -236,8 +236,8 @@ mod tests {
             writer.borrow_mut().push(seed);
             Ok(())
         });
-        let routes = Some(routes);
-        let world = World { config: "m".into(), end_s: 60.0, routes, ..World::default() };
+        let world =
+            World { config: "m".into(), end_s: 60.0, routes: Some(routes), ..World::default() };
         let (manifest, tasks) = planned(&["fixed-time"]);
         let point = &manifest.identity.points[0];
         let layout = Layout::new(dir.path());

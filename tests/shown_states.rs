@@ -1,0 +1,220 @@
+//! What SUMO really shows keeps to the limits, whatever the method, the preset and the action set.
+#![cfg(feature = "libsumo")]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic and print")]
+
+mod shown;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use shown::{Limits, states, violations};
+use tsc_family::control::registry::{METHODS, create};
+use tsc_family::control::{
+    ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
+};
+use tsc_family::env::{SignalEnv, run_episode};
+use tsc_family::eval::environment::{environment, generated_world};
+use tsc_family::eval::plan::control_settings;
+use tsc_family::family::load::load_with;
+use tsc_family::family::overrides::Override;
+use tsc_family::family::scenario::{Scenario, SixFeatures};
+use tsc_family::network::build::{BuildOptions, build_all};
+use tsc_family::network::intersection::IntersectionSpec;
+use tsc_family::sim::libsumo::SumoSim;
+
+const RESCO: Limits =
+    Limits { yellow: 3, all_red: 0, min_through: 7, min_left: 7, max_green: usize::MAX };
+
+/// Point MDPs with their limits under `field`, computed by hand:
+/// yellow 1 + v / 6.1, all-red (w + 6.1) / v, together rounded up; walk 7 + w / 1.067.
+const POINTS: [(&str, [f64; 6], Limits); 3] = [
+    // 8.94 m/s, 6.4 m: 2.47 + 1.40 s; 13.0 s.
+    ("slow", [2.0, 20.0, 200.0, 200.0, 0.0, 0.0], field(3, 1, 13)),
+    // 13.41 m/s, 12.8 m: 3.20 + 1.41 s; 19.0 s.
+    ("narrow", [4.0, 30.0, 300.0, 400.0, 0.0, 0.0], field(4, 1, 19)),
+    // 20.12 m/s, 19.2 m: 4.30 + 1.26 s; 25.0 s.
+    ("wide", [6.0, 45.0, 400.0, 700.0, 1.0, 1.0], field(5, 1, 25)),
+];
+
+const fn field(yellow: usize, all_red: usize, min_through: usize) -> Limits {
+    Limits { yellow, all_red, min_through, min_left: 5, max_green: 60 }
+}
+
+/// Runs episodes and checks the states of each.
+struct Watch {
+    env: SignalEnv<SumoSim>,
+    states: PathBuf,
+    limits: Limits,
+    seconds: usize,
+    wrong: Vec<String>,
+}
+
+impl Watch {
+    fn new(scenario: &Scenario, features: [f64; 6], limits: Limits, folder: &Path) -> Self {
+        let networks = folder.join("networks");
+        let Scenario { network, demand, signal, .. } = scenario;
+        let features = SixFeatures::from_array(features);
+        let spec = IntersectionSpec::from_six_features("p", &features, demand.approach_spread);
+        let options = BuildOptions { force: true, leave_out: false };
+        build_all(&[spec], network, demand, signal, &networks, options, &|_| ()).unwrap();
+        let mut world = generated_world(&networks, "p").unwrap();
+        let states = folder.join("states.xml");
+        let event = format!(
+            "<additional><timedEvent type=\"SaveTLSStates\" source=\"c\" dest=\"{}\"/></additional>",
+            states.display()
+        );
+        fs::write(folder.join("p.add.xml"), event).unwrap();
+        let config = fs::read_to_string(&world.config).unwrap();
+        let config = config
+            .replace("\"p.", &format!("\"{}/p/p.", networks.display()))
+            .replace("</input>", "<additional-files value=\"p.add.xml\"/></input>");
+        world.config = folder.join("watched.sumocfg");
+        fs::write(&world.config, config).unwrap();
+        let env = environment(SumoSim::new().unwrap(), world, scenario, folder);
+        Self { env, states, limits, seconds: 0, wrong: Vec::new() }
+    }
+
+    fn check(&mut self) {
+        let states = states(&self.states);
+        assert!(states.len() >= 599, "only {} states were saved", states.len());
+        self.seconds += states.len();
+        self.wrong.extend(violations(&states, &through_links(states[0].len()), &self.limits));
+    }
+}
+
+/// Through links of four equal arms: SUMO counts per arm from the right turn to the left turn, and both
+/// turns have one link.
+fn through_links(links: usize) -> Vec<usize> {
+    let per_arm = links / 4;
+    (0..links).filter(|i| i % per_arm != 0 && i % per_arm != per_arm - 1).collect()
+}
+
+impl Trainer for Watch {
+    fn episode(
+        &mut self,
+        controller: &mut dyn Controller,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError> {
+        let metrics = run_episode(&mut self.env, controller, u64::from(seed)).unwrap();
+        self.check();
+        Ok(metrics.outcome())
+    }
+
+    fn decisions_per_episode(&self) -> u32 {
+        self.env.decisions_per_episode()
+    }
+}
+
+/// Asks for another phase at every decision, as untrained learners do.
+struct Restless(u64);
+
+impl Controller for Restless {
+    fn name(&self) -> &'static str {
+        "restless"
+    }
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        self.0 = signals[0].phases.len() as u64;
+        Ok(vec![Drive::Decisions; signals.len()])
+    }
+    fn act(&mut self, seen: &[Observation], phases: &mut [GreenPhase]) {
+        phases[0] = GreenPhase((seen[0].phase + 1) % self.0 as usize);
+    }
+}
+
+/// Asks for the first phase for ever.
+struct Stubborn;
+
+impl Controller for Stubborn {
+    fn name(&self) -> &'static str {
+        "stubborn"
+    }
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        Ok(vec![Drive::Decisions; signals.len()])
+    }
+    fn act(&mut self, _: &[Observation], phases: &mut [GreenPhase]) {
+        phases[0] = GreenPhase(0);
+    }
+}
+
+fn scenario(preset: &str, actions: &str) -> Scenario {
+    let settings = [
+        format!("preset={preset}"),
+        format!("signal.actions={actions}"),
+        "fixed_time.simulations=12".to_owned(),
+        "training.episodes=2".to_owned(),
+    ];
+    let settings: Vec<Override> = settings.iter().map(|s| s.parse().unwrap()).collect();
+    load_with("smoke", &settings).unwrap().scenario
+}
+
+/// One test, because there is one simulation per process.
+#[test]
+fn every_method_keeps_to_the_limits() {
+    lights_of_other_limits_are_found_out();
+    let mut seconds = 0;
+    for (preset, actions) in [
+        ("resco", "own-greens"),
+        ("resco", "all-pairs"),
+        ("field", "own-greens"),
+        ("field", "all-pairs"),
+    ] {
+        let scenario = scenario(preset, actions);
+        for (name, features, field) in POINTS {
+            let folder = tempfile::tempdir().unwrap();
+            let limits = if preset == "field" { field } else { RESCO };
+            let mut watch = Watch::new(&scenario, features, limits, folder.path());
+            let mut controllers: Vec<Box<dyn Controller>> =
+                vec![Box::new(Restless(0)), Box::new(Stubborn)];
+            for method in METHODS {
+                let settings = control_settings(&scenario, false);
+                controllers.push(create(method.name, &settings, 1).unwrap());
+            }
+            for mut controller in controllers {
+                controller.train(&mut watch).unwrap();
+                watch.episode(controller.as_mut(), 99).unwrap();
+                let wrong = std::mem::take(&mut watch.wrong);
+                let method = controller.name();
+                assert!(wrong.is_empty(), "{method}, {preset}, {actions}, {name}: {wrong:#?}");
+            }
+            seconds += watch.seconds;
+        }
+    }
+    println!("{} methods, {seconds} s checked, 0 violations", METHODS.len() + 2);
+}
+
+/// Lights that keep to `resco` do not keep to `field`, and the check says so.
+fn lights_of_other_limits_are_found_out() {
+    let scenario = scenario("resco", "own-greens");
+    for (_, features, field) in POINTS {
+        let folder = tempfile::tempdir().unwrap();
+        let mut watch = Watch::new(&scenario, features, field, folder.path());
+        watch.episode(&mut Restless(0), 1).unwrap();
+        let wrong = watch.wrong.join("\n");
+        assert!(wrong.contains("after the last yellow"), "{wrong}");
+        assert!(wrong.contains(" lasts 7 s, not "), "{wrong}");
+        watch.wrong.clear();
+        watch.episode(&mut Stubborn, 1).unwrap();
+        assert!(watch.wrong.is_empty(), "it never changes");
+    }
+}
+
+#[test]
+fn planted_violations_are_found() {
+    let limits = Limits { yellow: 3, all_red: 1, min_through: 7, min_left: 5, max_green: 20 };
+    let play = |script: &[(&str, usize)]| -> Vec<String> {
+        let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
+        violations(&script.iter().flat_map(second).collect::<Vec<_>>(), &[0], &limits)
+    };
+    let first = ("Gr", 9);
+    assert_eq!(play(&[first, ("yr", 3), ("rr", 1), ("rG", 5), ("ry", 3), ("rr", 2)]), [""; 0]);
+    let found = |script: &[(&str, usize)], what: &str| {
+        let wrong = play(script);
+        assert!(wrong.iter().any(|w| w.contains(what)), "{wrong:?}");
+    };
+    found(&[first, ("yr", 2), ("rr", 1), ("rG", 9)], "2 s of yellow");
+    found(&[first, ("rr", 1), ("rG", 9)], "0 s of yellow");
+    found(&[first, ("yr", 3), ("rG", 9)], "green 0 s after");
+    found(&[first, ("yr", 3), ("rr", 1), ("rG", 4), ("ry", 3), ("rr", 1)], "lasts 4 s, not 5");
+    found(&[("Gr", 21), ("yr", 3), ("rr", 1), ("rG", 9)], "lasts 21 s");
+    found(&[first, ("yr", 3), ("Gr", 9)], "from yellow to green");
+}
