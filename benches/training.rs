@@ -170,10 +170,11 @@ impl Trainer for Bench {
         let plain = sumo(&self.config, &args, u64::from(seed), self.span, &self.folder);
         let trips = tripinfo::read(&self.folder.join("plain.xml")).unwrap();
         let replayed = trips.delay_s / f64::from(trips.vehicles);
-        let difference = (replayed - metrics.delay_s()).abs() / replayed;
-        assert!(difference < SAME_DELAY, "{replayed} {}", metrics.delay_s());
+        let outcome = metrics.outcome().unwrap();
+        let difference = (replayed - outcome.delay_s).abs() / replayed;
+        assert!(difference < SAME_DELAY, "{replayed} {}", outcome.delay_s);
         self.costs.push(Cost { ours, steps, plain });
-        Ok(metrics.outcome())
+        Ok(outcome)
     }
 
     fn decisions_per_episode(&self) -> u32 {

@@ -1,22 +1,64 @@
 #!/usr/bin/env bash
-# Trains every learner on the whole family of Salt Lake City, going on from what is committed under
-# results/salt-lake-city/learners, and packs the result so that it can be committed again.
-# Arguments go to `tsc-family run`; Ctrl-C stops it, and the same command continues.
+# Computes what is published of Salt Lake City, one run after the other, each going on from what is
+# committed under results/salt-lake-city/NAME, and packs it so that it can be committed again.
+#
+#   scripts/family.sh                 all runs, in their order
+#   scripts/family.sh resco field     these only
+#   scripts/family.sh --list          their names
+#
+# Ctrl-C stops it, and the same command continues. JOBS is the number of workers, BINARY a program to
+# use instead of building one: a copy that later builds leave alone.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-out=results/salt-lake-city/learners
-methods=baseline,fixed-time,max-pressure,actuated,idqn,ippo,mplight,mplight-star,mplight-star-resco
+untrained=baseline,fixed-time,max-pressure,max-pressure-resco,actuated
+learners=baseline,idqn,ippo,mplight,mplight-star
+# Name, then the arguments of `tsc-family run`.
+runs=(
+    "resco --preset resco --methods $untrained"
+    "field --preset field --methods $untrained"
+    "resco-all-pairs --preset resco --set signal.actions=all-pairs --methods $untrained"
+    "field-all-pairs --preset field --set signal.actions=all-pairs --methods $untrained"
+    "intersections-resco --preset resco --set family.detail=per-approach --methods $untrained"
+    "intersections-field --preset field --set family.detail=per-approach --methods $untrained"
+    "resco-0084 --preset resco --set family.hourly_share=0.084 --methods $untrained"
+    "resco-0055 --preset resco --set family.hourly_share=0.055 --methods $untrained"
+    "learners --preset resco --methods $learners"
+    "learners-budget-20 --preset resco --budget 20 --replicates 3 --methods $learners,mplight-star-resco"
+    "ippo-budget-4 --preset resco --budget 4 --episodes 1400 --methods baseline,ippo"
+)
 
-if [ ! -d "$out/done" ] && [ -e "$out/records.tar.xz" ]; then
-    tar -xJf "$out/records.tar.xz" -C "$out"
-    gunzip -kf "$out/plan.jsonl.gz"
+if [ "${1:-}" = --list ]; then
+    printf '%s\n' "${runs[@]}"
+    exit
 fi
-cargo build --release --quiet
-code=0
-"${CARGO_TARGET_DIR:-target}/release/tsc-family" run --methods "$methods" --out "$out" "$@" || code=$?
-"${CARGO_TARGET_DIR:-target}/release/tsc-family" report "$out" >/dev/null
-tar -C "$out" --sort=name --mtime=@0 --owner=0 --group=0 -cJf "$out/records.tar.xz" done
-gzip -nkf "$out/plan.jsonl"
-echo "$(find "$out/done" -name '*.jsonl' | wc -l) of $(wc -l <"$out/plan.jsonl") tasks are packed" >&2
-exit "$code"
+if [ -z "${BINARY:-}" ]; then
+    cargo build --release --quiet
+    BINARY=${CARGO_TARGET_DIR:-target}/release/tsc-family
+fi
+
+# Packs the records of a run, as far as they are there.
+pack() {
+    tar -C "$1" --sort=name --mtime=@0 --owner=0 --group=0 -cJf "$1/records.tar.xz" done
+    gzip -nkf "$1/plan.jsonl"
+    echo "$1: $(find "$1/done" -name '*.jsonl' | wc -l) of $(wc -l <"$1/plan.jsonl") tasks" >&2
+}
+
+for run in "${runs[@]}"; do
+    name=${run%% *}
+    if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then
+        continue
+    fi
+    out=results/salt-lake-city/$name
+    if [ ! -d "$out/done" ] && [ -e "$out/records.tar.xz" ]; then
+        tar -xJf "$out/records.tar.xz" -C "$out"
+        gunzip -kf "$out/plan.jsonl.gz"
+    fi
+    code=0
+    # shellcheck disable=SC2086 # the arguments of a run are words
+    "$BINARY" run salt-lake-city ${run#* } --eval-seeds 5 --networks "networks/family/$name" \
+        --out "$out" ${JOBS:+--jobs "$JOBS"} || code=$?
+    [ -d "$out/done" ] && pack "$out"
+    # 3: some tasks failed, which the report says.
+    [ "$code" -eq 0 ] || [ "$code" -eq 3 ] || exit "$code"
+done

@@ -73,6 +73,12 @@ pub enum SimError {
         /// What is wrong with it.
         reason: String,
     },
+    /// An episode whose delay is undefined.
+    #[error(
+        "no vehicle is to depart in the episode of seed {0}, so that it has no delay; let more \
+         vehicles arrive, or see that those of an imported scenario depart between begin and end"
+    )]
+    NoVehicles(u64),
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),

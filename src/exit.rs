@@ -130,6 +130,7 @@ fn sim(error: &SimError) -> u8 {
         SimError::Io(e) => file(e),
         SimError::NoSignals(_)
         | SimError::Signal { .. }
+        | SimError::NoVehicles(_)
         | SimError::Config { .. }
         | SimError::NoConfig(_)
         | SimError::Missing(_) => USAGE,

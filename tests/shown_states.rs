@@ -97,7 +97,7 @@ impl Trainer for Watch {
     ) -> Result<EpisodeOutcome, ControlError> {
         let metrics = run_episode(&mut self.env, controller, u64::from(seed)).unwrap();
         self.check();
-        Ok(metrics.outcome())
+        Ok(metrics.outcome().unwrap())
     }
 
     fn decisions_per_episode(&self) -> u32 {

@@ -291,7 +291,7 @@ impl Controller for Idqn {
     }
 
     fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(&self.signals)
+        training::remarks(Self::NAME, &self.training, &self.signals)
     }
 
     fn figures(&self) -> BTreeMap<String, f64> {

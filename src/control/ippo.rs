@@ -295,7 +295,7 @@ impl Controller for Ippo {
     }
 
     fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(&self.signals)
+        training::remarks(Self::NAME, &self.training, &self.signals)
     }
 
     fn figures(&self) -> BTreeMap<String, f64> {

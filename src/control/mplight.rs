@@ -305,7 +305,7 @@ impl Controller for MpLight {
     }
 
     fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(&self.signals)
+        training::remarks(self.name(), &self.training, &self.signals)
     }
 
     fn figures(&self) -> BTreeMap<String, f64> {

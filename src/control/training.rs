@@ -35,6 +35,8 @@ pub(super) struct Training {
     pub(super) episodes: u32,
     /// Episodes done.
     pub(super) done: u32,
+    /// Whether what has been learned is more than what it began with.
+    updated: bool,
     /// Whether this is a training episode.
     pub(super) active: bool,
     /// Decisions per episode.
@@ -116,6 +118,7 @@ pub(super) fn train(
     learner.training().decisions = trainer.decisions_per_episode();
     if let Some(archive) = trainer.saved() {
         learner.training().done = archive.get("episodes")?;
+        learner.training().updated = archive.get("updated")?;
         learner.training().pending = Some(archive);
     }
     learner.training().active = true;
@@ -127,18 +130,22 @@ pub(super) fn train(
             break;
         }
         learner.training().done += 1;
-        let loss = learner.training().curve.loss.unwrap_or_default();
-        if !loss.is_finite() || !learner.is_finite() {
-            let what = if loss.is_finite() { "a parameter" } else { "the loss" };
+        // An episode without an update has no loss.
+        let loss = learner.training().curve.loss;
+        let finite = loss.is_none_or(f64::is_finite);
+        if !finite || !learner.is_finite() {
+            let what = if finite { "a parameter" } else { "the loss" };
             return Err(ControlError::Diverged { episode, what });
         }
-        let done = learner.training().done;
+        learner.training().updated |= loss.is_some();
+        let Training { done, updated, .. } = *learner.training();
         let learner = &*learner;
         trainer.checkpoint(&|| {
             let mut archive = Archive::default();
             archive.put("kind", CHECKPOINT);
             archive.put("method", learner.name());
             archive.put("episodes", done);
+            archive.put("updated", updated);
             learner.save(&mut archive);
             archive
         })?;
@@ -211,9 +218,22 @@ pub(super) fn decides(signal: &SignalSpec) -> bool {
     signal.phases.len() >= MIN_PHASES
 }
 
-/// Returns what to know of the signals: those without a choice, and lanes that no phase serves.
-pub(super) fn remarks(signals: &[SignalSpec]) -> BTreeMap<String, String> {
+/// Returns what to know of a training and its signals: that it was too short to learn anything, signals
+/// without a choice, and lanes that no phase serves.
+pub(super) fn remarks(
+    method: &str,
+    training: &Training,
+    signals: &[SignalSpec],
+) -> BTreeMap<String, String> {
     let mut remarks = BTreeMap::new();
+    if training.done > 0 && !training.updated {
+        let text = format!(
+            "too short for one update ({} episodes of {} decisions), so the model is as it began; \
+             train for more episodes",
+            training.done, training.decisions
+        );
+        remarks.insert(format!("training of {method}"), text);
+    }
     for signal in signals {
         if !decides(signal) {
             let text = "one phase, so nothing to control: it is always green";
@@ -250,6 +270,29 @@ mod tests {
             assert_eq!(terminals[count - 1], expected);
             assert!(terminals[..count - 1].iter().all(|t| *t == 0));
         }
+    }
+
+    #[test]
+    fn a_training_too_short_for_one_update_says_so_also_when_it_was_continued() {
+        let config = Config { learning_starts: 3 * QueueWorld::DECISIONS as usize, ..small() };
+        let remark = |episodes| {
+            let mut world = QueueWorld::new(vec![two_phase_signal()]);
+            let mut learner = Idqn::new(config.clone(), episodes, 7);
+            learner.train(&mut world).unwrap();
+            world.saved = world.kept.borrow_mut().pop();
+            let mut continued = Idqn::new(config.clone(), episodes, 7);
+            continued.train(&mut world).unwrap();
+            let [whole, continued] =
+                [learner, continued].map(|l| l.details().get("training of idqn").cloned());
+            assert_eq!(whole, continued);
+            whole
+        };
+        let expected = format!(
+            "too short for one update (2 episodes of {} decisions), so the model is as it began; \
+             train for more episodes",
+            QueueWorld::DECISIONS
+        );
+        assert_eq!((remark(2), remark(3)), (Some(expected), None));
     }
 
     #[test]

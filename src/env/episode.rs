@@ -23,27 +23,26 @@ pub struct EpisodeMetrics {
 }
 
 impl EpisodeMetrics {
-    /// Mean delay per vehicle, seconds; 0 without vehicles.
+    /// Mean delay per vehicle, seconds; `None` without vehicles, where 0 would be the best delay.
     ///
     /// Source: RESCO, utils/readXML.py: time loss plus departure delay over all vehicles.
-    pub fn delay_s(&self) -> f64 {
+    pub fn delay_s(&self) -> Option<f64> {
         self.per_vehicle(self.trips.delay_s)
     }
 
-    /// Mean waiting time per vehicle, seconds; 0 without vehicles.
-    pub fn waiting_s(&self) -> f64 {
+    /// Mean waiting time per vehicle, seconds; `None` without vehicles.
+    pub fn waiting_s(&self) -> Option<f64> {
         self.per_vehicle(self.trips.waiting_s)
     }
 
-    fn per_vehicle(&self, sum: f64) -> f64 {
-        if self.trips.vehicles == 0 { 0.0 } else { sum / f64::from(self.trips.vehicles) }
+    fn per_vehicle(&self, sum: f64) -> Option<f64> {
+        (self.trips.vehicles > 0).then(|| sum / f64::from(self.trips.vehicles))
     }
-}
 
-impl EpisodeMetrics {
-    /// Returns what training may use of the episode.
-    pub fn outcome(&self) -> EpisodeOutcome {
-        EpisodeOutcome { delay_s: self.delay_s(), lane_flow_vph: self.lane_flow_vph.clone() }
+    /// Returns what training may use of the episode; `None` without vehicles.
+    pub fn outcome(&self) -> Option<EpisodeOutcome> {
+        let lane_flow_vph = self.lane_flow_vph.clone();
+        Some(EpisodeOutcome { delay_s: self.delay_s()?, lane_flow_vph })
     }
 }
 
@@ -143,10 +142,18 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let mut env = env(vec![(10.0, 1), (20.0, 1)], dir.path());
         let metrics = run_episode(&mut env, &mut Script(vec![0], 0), 1).unwrap();
-        assert_eq!(metrics.delay_s(), 45.0);
+        assert_eq!(metrics.delay_s(), Some(45.0));
         assert_eq!((metrics.trips.arrived, metrics.trips.running), (0, 2));
         assert_eq!(metrics.max_queue_veh, 2.0);
         assert_eq!(metrics.lane_flow_vph, [[0.0, 120.0]]);
+    }
+
+    #[test]
+    fn without_vehicles_there_is_no_delay() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut env = env(vec![], dir.path());
+        let metrics = run_episode(&mut env, &mut Script(vec![0], 0), 1).unwrap();
+        assert_eq!((metrics.delay_s(), metrics.waiting_s(), metrics.outcome()), (None, None, None));
     }
 
     #[test]

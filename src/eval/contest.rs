@@ -44,7 +44,7 @@ pub struct Standing {
     pub method: String,
     /// Means over the episodes.
     pub metrics: Metrics,
-    /// Mean delay divided by the baseline's; `None` when the baseline's is 0.
+    /// Mean delay divided by the baseline's; `None` when the baseline's is 0, and without seeds.
     pub score: Option<f64>,
 }
 
@@ -77,12 +77,12 @@ pub fn contest<S: Sim>(
     let rows = held_out(&mut env, learned.as_mut(), seeds, done)
         .map_err(|e| model.explain(e, &place.point))?;
     let yardstick = held_out(&mut env, baseline.as_mut(), seeds, done)?;
-    let delay = |metrics: &Metrics| metrics.get("delay_s").copied().unwrap_or_default();
+    let delay = |metrics: &Metrics| metrics.get("delay_s").copied();
     let yardstick = mean_metrics(&yardstick);
-    let denominator = delay(&yardstick);
+    let denominator = delay(&yardstick).filter(|d| *d > 0.0);
     let standing = |method: &str, metrics: Metrics| Standing {
         method: method.to_owned(),
-        score: (denominator > 0.0).then(|| delay(&metrics) / denominator),
+        score: delay(&metrics).zip(denominator).map(|(delay, baseline)| delay / baseline),
         metrics,
     };
     Ok([standing(Baseline::NAME, yardstick), standing(&model.card.method, mean_metrics(&rows))])

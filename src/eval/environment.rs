@@ -1,18 +1,31 @@
 //! The environment of a point MDP: its files, checked, and the signals they describe.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::env::world::TurnShare;
+use crate::env::world::{SumoConfig, TurnShare};
 use crate::env::{SignalEnv, World};
-use crate::error::EvalError;
+use crate::error::{EvalError, SimError, StoreError};
 use crate::family::scenario::Scenario;
 use crate::hash::sha256_file;
 use crate::network::demand::DemandSpec;
-use crate::network::index::file;
+use crate::network::index::{FILE_ENDINGS, file, file_name};
 use crate::sim::Sim;
-use crate::store::manifest::PointRow;
+use crate::store::manifest::{Identity, PointRow};
 
-use super::plan::{GENERATED, scenario_files};
+use super::plan::GENERATED;
+
+/// Returns the scenario of a run.
+///
+/// # Errors
+///
+/// [`StoreError::Malformed`] when the manifest's settings are not those of a scenario.
+pub fn scenario(identity: &Identity) -> Result<Scenario, StoreError> {
+    serde_json::from_value(identity.settings.clone()).map_err(|e| {
+        let reason = format!("settings: {e}");
+        StoreError::Malformed { path: "manifest.json".into(), reason }
+    })
+}
 
 /// Returns the environment of a world with a scenario's settings; `scratch` is a folder for the
 /// files of the running episode.
@@ -63,11 +76,33 @@ pub fn planned_world(point: &PointRow, networks: &Path) -> Result<World, EvalErr
         }
         return Ok(world);
     }
-    let folder = networks.join(&point.point);
-    for (name, sha256) in &point.sha256 {
-        check(&folder.join(name), Some(sha256))?;
+    for ending in FILE_ENDINGS {
+        let sha256 = point.sha256.get(&file_name(&point.point, ending));
+        check(&file(networks, &point.point, ending), sha256)?;
     }
     generated_world(networks, &point.point)
+}
+
+/// Returns a SUMO configuration and every file that it names: name as written, path.
+///
+/// # Errors
+///
+/// [`SimError`] when it cannot be read.
+fn scenario_files(config: &Path) -> Result<Vec<(String, PathBuf)>, SimError> {
+    let name = config.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut files = SumoConfig::read(config)?.files;
+    files.push((name, config.to_path_buf()));
+    Ok(files)
+}
+
+/// Returns the sha256 of a SUMO configuration and of every file it names.
+///
+/// # Errors
+///
+/// [`EvalError`] when one cannot be read.
+pub(super) fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, EvalError> {
+    let hash = |(name, file): (String, PathBuf)| Ok((name, sha256_file(&file)?));
+    scenario_files(config)?.into_iter().map(hash).collect()
 }
 
 fn check(path: &Path, sha256: Option<&String>) -> Result<(), EvalError> {
@@ -83,6 +118,26 @@ fn check(path: &Path, sha256: Option<&String>) -> Result<(), EvalError> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_file_whose_hash_the_plan_lacks_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("p")).unwrap();
+        let json = r#"{"point":"p","importance":1.0,"instances":1,"features":[],"environment":"network","sha256":{}}"#;
+        let mut point: PointRow = serde_json::from_str(json).unwrap();
+        for ending in FILE_ENDINGS {
+            let path = file(folder.path(), "p", ending);
+            fs::write(&path, ending).unwrap();
+            point.sha256.insert(file_name("p", ending), sha256_file(&path).unwrap());
+        }
+        point.sha256.remove("p.demand.json");
+        let e = planned_world(&point, folder.path()).unwrap_err();
+        assert!(matches!(&e, EvalError::Altered { path, .. } if path.ends_with("p.demand.json")));
+    }
+
     #[test]
     fn networks_are_built_with_the_program_that_environments_look_for() {
         assert_eq!(crate::network::phases::PHASES_PROGRAM, crate::env::derive::PHASES_PROGRAM);

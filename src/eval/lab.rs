@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::control::{ControlError, Controller, EpisodeOutcome, Trainer};
 use crate::env::SignalEnv;
 use crate::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
-use crate::error::{EvalError, FileError};
+use crate::error::{EvalError, FileError, SimError};
 use crate::nn::archive::Archive;
 use crate::seed;
 use crate::sim::Sim;
@@ -75,13 +75,14 @@ impl<'a, S: Sim> Lab<'a, S> {
         let mut done = 0;
         let rows = held_out(&mut self.env, controller, seeds, &mut |row| {
             done += 1;
-            news(News::Episode(progress(before + done, row)));
+            progress(before + done, row).into_iter().for_each(&mut *news);
         })?;
         self.rows.extend(rows);
         Ok(())
     }
 
-    /// Returns the mean delay of another controller on these seeds, seconds, of which no row is kept.
+    /// Returns the mean delay of another controller on these seeds, seconds, of which no row is kept;
+    /// `None` without seeds.
     ///
     /// # Errors
     ///
@@ -90,9 +91,9 @@ impl<'a, S: Sim> Lab<'a, S> {
         &mut self,
         controller: &mut dyn Controller,
         seeds: &[u64],
-    ) -> Result<f64, EvalError> {
+    ) -> Result<Option<f64>, EvalError> {
         let rows = held_out(&mut self.env, controller, seeds, &mut |_| {})?;
-        Ok(mean_metrics(&rows).get("delay_s").copied().unwrap_or_default())
+        Ok(mean_metrics(&rows).get("delay_s").copied())
     }
 
     /// Returns the time that the task has taken so far.
@@ -117,14 +118,17 @@ impl<S: Sim> Trainer for Lab<'_, S> {
             EpisodeError::Control(e) => e,
             sim @ EpisodeError::Sim(_) => ControlError::Episode(Box::new(sim)),
         })?;
-        let mut row = Row { kind: RowKind::Training, episode, seed, metrics: named(&metrics) };
+        let failed = |e: SimError| ControlError::Episode(Box::new(EpisodeError::Sim(e)));
+        let outcome = metrics.outcome().ok_or_else(|| failed(SimError::NoVehicles(seed)))?;
+        let metrics = named(&metrics, seed).map_err(failed)?;
+        let mut row = Row { kind: RowKind::Training, episode, seed, metrics };
         // JSON has no infinities; a figure that is no number is left out.
         for (name, value) in controller.figures().into_iter().filter(|(_, v)| v.is_finite()) {
             row.metrics.entry(name).or_insert(value);
         }
-        (self.news)(News::Episode(progress(self.rows.len() + 1, &row)));
+        progress(self.rows.len() + 1, &row).into_iter().for_each(&mut *self.news);
         self.rows.push(row);
-        Ok(metrics.outcome())
+        Ok(outcome)
     }
 
     fn decisions_per_episode(&self) -> u32 {
@@ -141,9 +145,8 @@ impl<S: Sim> Trainer for Lab<'_, S> {
                 self.resumed = true;
                 let episodes = self.rows.len();
                 (self.news)(News::Note(format!("training goes on after episode {episodes}")));
-                if let Some(last) = self.rows.last() {
-                    (self.news)(News::Episode(progress(episodes, last)));
-                }
+                let last = self.rows.last().and_then(|row| progress(episodes, row));
+                last.into_iter().for_each(&mut *self.news);
                 Some(state)
             }
             Err(reason) => {
@@ -181,25 +184,34 @@ pub fn held_out<S: Sim>(
     let mut rows = Vec::with_capacity(seeds.len());
     for (k, &seed) in seeds.iter().enumerate() {
         let metrics = run_episode(env, controller, seed)?;
-        let row =
-            Row { kind: RowKind::Evaluation, episode: k as u32, seed, metrics: named(&metrics) };
+        let metrics = named(&metrics, seed)?;
+        let row = Row { kind: RowKind::Evaluation, episode: k as u32, seed, metrics };
         done(&row);
         rows.push(row);
     }
     Ok(rows)
 }
 
-fn progress(episodes: usize, row: &Row) -> Progress {
-    let delay_s = row.metrics.get("delay_s").copied().unwrap_or_default();
-    Progress { episodes: episodes as u32, delay_s }
+/// Returns the news of an episode; a row from a checkpoint might lack its delay.
+fn progress(episodes: usize, row: &Row) -> Option<News> {
+    let delay_s = row.metrics.get("delay_s").copied()?;
+    Some(News::Episode(Progress { episodes: episodes as u32, delay_s }))
 }
 
-/// Returns the metrics of an episode by name.
-fn named(metrics: &EpisodeMetrics) -> Metrics {
+/// Returns the metrics of the episode of a seed by name.
+///
+/// # Errors
+///
+/// [`SimError::NoVehicles`]: without vehicles there is nothing to judge, and a delay of 0 would be the
+/// best one.
+fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
     let trips = &metrics.trips;
-    [
-        ("delay_s", metrics.delay_s()),
-        ("waiting_s", metrics.waiting_s()),
+    let (Some(delay_s), Some(waiting_s)) = (metrics.delay_s(), metrics.waiting_s()) else {
+        return Err(SimError::NoVehicles(seed));
+    };
+    let named = [
+        ("delay_s", delay_s),
+        ("waiting_s", waiting_s),
         ("queue_veh", metrics.queue_veh),
         ("max_queue_veh", metrics.max_queue_veh),
         ("vehicles_veh", f64::from(trips.vehicles)),
@@ -208,10 +220,8 @@ fn named(metrics: &EpisodeMetrics) -> Metrics {
         ("undeparted_veh", f64::from(trips.undeparted)),
         ("teleports", f64::from(metrics.counts.teleports)),
         ("collisions", f64::from(metrics.counts.collisions)),
-    ]
-    .into_iter()
-    .map(|(name, value)| (name.to_owned(), value))
-    .collect()
+    ];
+    Ok(named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
 }
 
 #[cfg(test)]
@@ -222,10 +232,18 @@ mod tests {
 
     use super::*;
     use crate::env::World;
-    use crate::env::testing::env_of;
+    use crate::env::testing::{env, env_of};
     use crate::eval::plan::tests::planned;
     use crate::eval::testing::Learner;
     use crate::store::Layout;
+
+    #[test]
+    fn an_episode_without_vehicles_is_an_error_and_no_delay_of_0() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut env = env(vec![], dir.path());
+        let e = held_out(&mut env, &mut Learner::of(0), &[7], &mut |_| {}).unwrap_err();
+        assert!(e.to_string().starts_with("no vehicle is to depart in the episode of seed 7, so"));
+    }
 
     #[test]
     fn a_row_has_the_seed_that_its_vehicles_had() {

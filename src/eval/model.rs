@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::control::registry::create;
 use crate::control::{ControlError, Controller};
-use crate::error::{EvalError, FileError};
+use crate::error::EvalError;
 use crate::family::check::check;
 use crate::family::overrides::Override;
 use crate::family::scenario::{Scenario, SignalSettings};
@@ -82,23 +82,31 @@ fn section(method: &str) -> String {
 /// # Arguments
 ///
 /// * `record` — the task's record, which is not committed yet.
+/// * `scenario` — the run's.
 /// * `baseline_s` — the baseline's mean delay on the evaluation seeds, seconds.
 /// * `model` — what the learner says it has learned.
 ///
 /// # Errors
 ///
-/// [`FileError`] when the results directory cannot be written.
+/// [`EvalError::Model`] when something is missing that the card has to say, [`EvalError::Io`] when the
+/// results directory cannot be written.
 pub(super) fn write(
     layout: &Layout,
     identity: &Identity,
+    scenario: &Scenario,
     task: &Task,
     record: &Record,
-    baseline_s: f64,
+    baseline_s: Option<f64>,
     mut model: Archive,
-) -> Result<(), FileError> {
-    let settings = &identity.settings;
-    let signal = settings.get("signal").cloned().unwrap_or_default();
-    let delay_s = record.summary.metrics.get("delay_s").copied().unwrap_or_default();
+) -> Result<(), EvalError> {
+    let path = layout.model(task.task);
+    let missing = |what: String| EvalError::Model { path: path.clone(), reason: what };
+    let all = serde_json::to_value(scenario).expect("a scenario is plain data");
+    let settings = all.get(section(&task.method)).cloned().ok_or_else(|| {
+        missing(format!("the scenario has no settings of {}, which the card needs", task.method))
+    })?;
+    let delay_s = record.summary.metrics.get("delay_s").copied();
+    let delay_s = delay_s.ok_or_else(|| missing("its evaluation has no delay".to_owned()))?;
     let card = ModelCard {
         kind: MODEL.to_owned(),
         format_version: FORMAT_VERSION,
@@ -107,15 +115,15 @@ pub(super) fn write(
         replicate: task.replicate,
         seed: task.seed,
         training_episodes: record.rows.iter().filter(|r| r.kind == RowKind::Training).count(),
-        settings: settings.get(section(&task.method)).cloned().unwrap_or_default(),
-        signal: serde_json::from_value(signal).unwrap_or_default(),
+        settings,
+        signal: scenario.signal.clone(),
         tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
         git: env!("TSC_FAMILY_GIT").to_owned(),
         simulator: identity.simulator.clone(),
         evaluation: Evaluation {
             seeds: record.evaluations().map(|row| row.seed).collect(),
             delay_s,
-            score: (baseline_s > 0.0).then(|| delay_s / baseline_s),
+            score: baseline_s.filter(|b| *b > 0.0).map(|baseline_s| delay_s / baseline_s),
         },
     };
     let own = std::mem::take(&mut model.card);
@@ -124,7 +132,7 @@ pub(super) fn write(
     };
     model.card = card;
     model.put(LEARNER, own);
-    replace(&layout.model(task.task), &layout.tmp(), &model.to_bytes())
+    Ok(replace(&path, &layout.tmp(), &model.to_bytes())?)
 }
 
 /// Returns the baseline's mean delay on the point MDP of a task, if it has been recorded; a record

@@ -5,19 +5,20 @@ use std::path::{Path, PathBuf};
 
 use crate::control::baseline::Baseline;
 use crate::control::registry::{ControlSettings, Training, create, training};
-use crate::env::world::{SumoConfig, World};
-use crate::error::{EvalError, SimError, StoreError};
+use crate::env::World;
+use crate::error::{EvalError, NetworkError, StoreError};
 use crate::family::load::LoadedScenario;
 use crate::family::scenario::{BaselineProgram, Scenario};
 use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::files::write_atomically;
-use crate::hash::sha256_file;
+use crate::network::index::INDEX_FILE;
 use crate::sample::{SamplePlan, Sampling, choose};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::{Layout, SCHEMA_VERSION};
 
 use super::content;
+use super::environment::hash_scenario;
 
 /// Environment of a point MDP whose network lies in the networks folder.
 pub const GENERATED: &str = "network";
@@ -158,7 +159,7 @@ pub fn control_settings(scenario: &Scenario, imported: bool) -> ControlSettings 
 ///
 /// # Errors
 ///
-/// [`EvalError`] when a file of an imported scenario cannot be read.
+/// [`EvalError`] when a network has no hashes or a file of an imported scenario cannot be read.
 pub fn complete(
     request: &Request,
     draft: &Draft,
@@ -179,8 +180,11 @@ pub fn complete(
                 (environment, hash_scenario(config)?, content::of_imported(config)?)
             }
             None => {
-                let sha256 = hashes.get(&point.id).cloned().unwrap_or_default();
-                (GENERATED.to_owned(), sha256, content::of_point(loaded, i))
+                let sha256 = hashes.get(&point.id).ok_or_else(|| NetworkError::Index {
+                    path: Path::new(&provenance.networks).join(INDEX_FILE),
+                    reason: format!("point {} is not listed", point.id),
+                })?;
+                (GENERATED.to_owned(), sha256.clone(), content::of_point(loaded, i))
             }
         };
         let members = if draft.imported.is_empty() { loaded.members[i].as_slice() } else { &[] };
@@ -220,24 +224,6 @@ pub fn complete(
     };
     let tasks = identity.tasks();
     Ok((Manifest { identity, provenance }, tasks))
-}
-
-/// Returns a SUMO configuration and every file that it names: name as written, path.
-///
-/// # Errors
-///
-/// [`SimError`] when it cannot be read.
-pub fn scenario_files(config: &Path) -> Result<Vec<(String, PathBuf)>, SimError> {
-    let name = config.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut files = SumoConfig::read(config)?.files;
-    files.push((name, config.to_path_buf()));
-    Ok(files)
-}
-
-/// Returns the sha256 of a SUMO configuration and of every file it names.
-fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, EvalError> {
-    let hash = |(name, file): (String, PathBuf)| Ok((name, sha256_file(&file)?));
-    scenario_files(config)?.into_iter().map(hash).collect()
 }
 
 /// Writes plan and manifest into a new results directory, or checks that an existing one holds
@@ -309,7 +295,9 @@ pub(super) mod tests {
             started: String::new(),
             networks: String::new(),
         };
-        complete(request, &draft, &BTreeMap::new(), "mock".into(), provenance).unwrap()
+        let points = draft.family.points.iter();
+        let hashes = points.map(|p| (p.id.clone(), BTreeMap::new())).collect();
+        complete(request, &draft, &hashes, "mock".into(), provenance).unwrap()
     }
 
     #[test]
@@ -326,6 +314,15 @@ pub(super) mod tests {
                 ("busy", "max-pressure")
             ]
         );
+    }
+
+    #[test]
+    fn a_network_without_hashes_is_refused_because_it_could_not_be_checked() {
+        let request = request(&[], None);
+        let (draft, manifest) = (draft(&request).unwrap(), completed(&request).0);
+        let (hashes, provenance) = (BTreeMap::new(), manifest.provenance);
+        let e = complete(&request, &draft, &hashes, "mock".into(), provenance).unwrap_err();
+        assert!(e.to_string().contains("INDEX.csv: point quiet is not listed"), "{e}");
     }
 
     #[test]

@@ -9,7 +9,6 @@ use crate::control::{ControlError, Controller};
 use crate::env::SignalEnv;
 use crate::env::episode::EpisodeError;
 use crate::error::{EvalError, FileError, SimError, StoreError};
-use crate::family::scenario::Scenario;
 use crate::nn::archive::Archive;
 use crate::sim::Sim;
 use crate::store::Layout;
@@ -17,7 +16,7 @@ use crate::store::manifest::{Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult};
 
 use super::checkpoint::Keeper;
-use super::environment::{environment, planned_world};
+use super::environment::{environment, planned_world, scenario};
 use super::lab::{Lab, News};
 use super::model;
 use super::plan::{GENERATED, control_settings};
@@ -60,9 +59,7 @@ pub fn perform<S: Sim>(
     news: &mut dyn FnMut(News),
 ) -> Result<Record, EvalError> {
     let identity = &manifest.identity;
-    let scenario: Scenario = serde_json::from_value(identity.settings.clone()).map_err(|e| {
-        StoreError::Malformed { path: "manifest.json".into(), reason: format!("settings: {e}") }
-    })?;
+    let scenario = scenario(identity)?;
     let point = point_of(manifest, task)?;
     let imported = point.environment != GENERATED;
     let world = planned_world(point, &workplace.networks)?;
@@ -101,12 +98,13 @@ fn settle<S: Sim>(
             let record = Record::finished(task, &sha256, result);
             if let Some(model) = model {
                 let identity = &manifest.identity;
+                let scenario = scenario(identity)?;
                 // The baseline's record, if there is one, says the same as its episodes.
                 let baseline_s = match model::baseline_delay(layout, identity, task, &sha256) {
-                    Some(delay_s) => delay_s,
+                    Some(delay_s) => Some(delay_s),
                     None => lab.delay_of(baseline, &seeds)?,
                 };
-                model::write(layout, identity, task, &record, baseline_s, model)?;
+                model::write(layout, identity, &scenario, task, &record, baseline_s, model)?;
             }
             record
         }
