@@ -10,7 +10,7 @@ const MAX_LINES: usize = 400;
 
 /// Modules that each module may use, besides `error`, `files`, `hash`, `units` and itself. `error` wraps the errors
 /// of the modules whose failures it passes on.
-const ARROWS: [(&str, &[&str]); 20] = [
+const ARROWS: [(&str, &[&str]); 21] = [
     ("stats", &[]),
     ("seed", &[]),
     ("units", &[]),
@@ -23,9 +23,10 @@ const ARROWS: [(&str, &[&str]); 20] = [
     ("rl", &["nn", "seed"]),
     ("control", &["nn", "rl", "seed"]),
     ("sim", &[]),
-    ("network", &["family", "seed"]),
+    ("timing", &["control", "family"]),
+    ("network", &["control", "family", "seed", "timing"]),
     ("osm", &["family", "network"]),
-    ("env", &["sim", "control", "family"]),
+    ("env", &["sim", "control", "family", "timing"]),
     ("store", &["family", "sample", "seed"]),
     (
         "eval",
