@@ -192,7 +192,7 @@ fn luck(data: &ReportData) -> Vec<String> {
     let reference = &data.reference.name;
     if data.trained.contains(reference) {
         sentences.push(format!(
-            "That {reference}, which all are divided by, could have come out otherwise is in no interval."
+            "No interval covers that {reference}, which all are divided by, could have come out otherwise."
         ));
     }
     sentences
