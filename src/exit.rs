@@ -81,6 +81,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     match error.downcast_ref::<ReportError>() {
         Some(ReportError::Store(e)) => return Some(store(e)),
         Some(ReportError::Io(e)) => return Some(file(e)),
+        Some(ReportError::NotInRun { .. } | ReportError::Incomplete { .. }) => return Some(USAGE),
         _ => {}
     }
     if let Some(e) = error.downcast_ref::<FileError>() {

@@ -42,8 +42,11 @@ fn a_run_prints_a_line_per_task_and_per_method_and_resumes_to_nothing() {
     assert_eq!((of("task"), of("method"), lines.len()), (6, 3, 9));
     let baseline = lines.iter().find(|l| l["method"] == "baseline" && l["event"] == "method");
     assert_eq!(baseline.unwrap()["overall"], 1.0);
-    for field in ["method", "overall", "overall_low", "overall_high", "delay_s", "points", "failed"]
-    {
+    let documented =
+        ["method", "overall", "overall_low", "overall_high", "delay_s", "points", "failed"];
+    let further = ["against", "ratio_of_means", "median", "geometric_mean", "up_to_e", "at_f"];
+    let of_episodes = ["unfinished_share", "gridlock_share", "episode_median", "episode_worst"];
+    for field in documented.iter().chain(&further).chain(&of_episodes) {
         assert!(baseline.unwrap().get(field).is_some(), "{field}");
     }
     let again = succeed(folder.path(), &format!("{SMOKE} --json --out out"));
@@ -54,9 +57,31 @@ fn a_run_prints_a_line_per_task_and_per_method_and_resumes_to_nothing() {
         scores.lines().next().unwrap(),
         "method,point,importance,replicate,delay_s,baseline_delay_s,score,waiting_s,queue_veh,\
          throughput_veh,unfinished_veh,teleports,level_of_service,lanes,speed_mph,length_m,\
-         inflow_vph,left_turn_lanes,right_turn_lanes,weight"
+         inflow_vph,left_turn_lanes,right_turn_lanes,weight,against"
     );
     assert_eq!(scores.lines().count(), 7);
+}
+
+#[test]
+fn a_run_against_another_method_writes_a_second_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = succeed(folder.path(), &format!("{SMOKE} --against actuated --out out"));
+    assert!(text.contains("Scores against actuated, not against the baseline:"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    let summary =
+        |file: &str| fs::read_to_string(folder.path().join("out/report").join(file)).unwrap();
+    assert!(summary("summary.csv").contains(",baseline,"));
+    assert!(!summary("against-actuated/summary.csv").contains(",baseline,"));
+    for command in
+        ["report out --against idqn".to_owned(), format!("{SMOKE} --against idqn --out no")]
+    {
+        let output = run(folder.path(), &command);
+        assert_eq!(output.status.code(), Some(2), "{command}");
+        let expected = "error: no scores against `idqn`, which is not in the run; its methods are \
+                        baseline, max-pressure, actuated";
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+    assert!(!folder.path().join("no").exists());
 }
 
 #[test]

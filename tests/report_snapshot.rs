@@ -49,23 +49,35 @@ fn the_table_ranks_the_methods() {
     let dir = tempfile::tempdir().unwrap();
     let data = ReportData::new(&Results::load(&three_methods(dir.path())).unwrap());
     insta::assert_snapshot!(text::table(&data), @r#"
- rank   method                          score    95% interval   delay (s)   worst point MDP (score)   points   failed
-----------------------------------------------------------------------------------------------------------------------
-    1   max-pressure                     0.59    0.54 to 0.64        17.0   busy (0.70)                  2/2        0
-    2   fixed-time-untuned (baseline)    1.00   by definition        27.5   -                            2/2        0
-    -   idqn                             0.85               -        17.0   quiet (0.85)                 1/2        1
+ rank   method                          score    95% interval   delay (s)   worst   points   failed
+----------------------------------------------------------------------------------------------------
+    1   max-pressure                     0.59    0.54 to 0.64        17.0    0.70      2/2        0
+    2   fixed-time-untuned (baseline)    1.00   by definition        27.5       -      2/2        0
+    -   idqn                             0.85               -        17.0    0.85      1/2        1
+
+ratio of mean delays, median and geometric mean of the scores, all relative to the baseline;
+to E and at F: mean score where the baseline is at level of service A to E and at F
+(no point MDP is at level of service F);
+unfinished: share of the vehicles; gridlock: share of the evaluation episodes;
+worst: longest delay in an evaluation episode relative to that of the same vehicles
+
+ method               ratio   median   geometric   to E   at F   unfinished   gridlock   worst
+-----------------------------------------------------------------------------------------------
+ max-pressure          0.62     0.55        0.58   0.59      -           2%         0%    0.75
+ fixed-time-untuned    1.00     1.00        1.00   1.00      -           2%         0%    1.00
+ idqn                  0.85     0.85        0.85   0.85      -           2%         0%    0.90
 
 On the 1 point MDP that all 3 methods with results finished:
 
- rank   method                          score    95% interval   delay (s)   worst point MDP (score)   points   failed
-----------------------------------------------------------------------------------------------------------------------
-    1   max-pressure                     0.55               -        11.0   quiet (0.55)                 1/1        0
-    2   idqn                             0.85               -        17.0   quiet (0.85)                 1/1        0
-    3   fixed-time-untuned (baseline)    1.00   by definition        20.0   -                            1/1        0
+ rank   method                          score    95% interval   delay (s)   worst   points   failed
+----------------------------------------------------------------------------------------------------
+    1   max-pressure                     0.55               -        11.0    0.55      1/1        0
+    2   idqn                             0.85               -        17.0    0.85      1/1        0
+    3   fixed-time-untuned (baseline)    1.00   by definition        20.0       -      1/1        0
 "#);
     insta::assert_snapshot!(text::notes(&data).join("\n"), @r#"
 1 of 6 tasks failed; the reasons are in the report's section "Failed and missing".
-Not ranked, because they lack point MDPs that others have: idqn (1 of 2). Their scores are over other point MDPs than those above them; the second table compares all methods where all have results.
+Not ranked, because they lack point MDPs that others have: idqn (1 of 2). Their scores are over other point MDPs than those above them; a further table compares all methods where all have results.
 Without interval: it takes at least two evaluation seeds, and two point MDPs where others of the family have no result.
 "#);
 }
@@ -75,7 +87,7 @@ fn the_json_rows_have_exactly_the_documented_fields() {
     let dir = tempfile::tempdir().unwrap();
     let data = ReportData::new(&Results::load(&three_methods(dir.path())).unwrap());
     insta::assert_snapshot!(serde_json::to_string(&data.json_rows()[1]).unwrap(), @r#"
-{"method":"fixed-time-untuned","overall":1.0,"overall_low":1.0,"overall_high":1.0,"delay_s":27.5,"points":2,"failed":0}
+{"method":"fixed-time-untuned","against":"fixed-time-untuned","overall":1.0,"overall_low":1.0,"overall_high":1.0,"delay_s":27.5,"points":2,"failed":0,"ratio_of_means":1.0,"ratio_of_means_low":1.0,"ratio_of_means_high":1.0,"median":1.0,"median_low":1.0,"median_high":1.0,"geometric_mean":1.0,"geometric_mean_low":1.0,"geometric_mean_high":1.0,"up_to_e":1.0,"up_to_e_low":1.0,"up_to_e_high":1.0,"at_f":null,"at_f_low":null,"at_f_high":null,"unfinished_share":0.019999999999999997,"gridlock_share":0.0,"episode_median_delay_s":20.0,"episode_worst_delay_s":60.0,"episode_median":1.0,"episode_worst":1.0}
 "#);
 }
 
@@ -83,13 +95,13 @@ fn the_json_rows_have_exactly_the_documented_fields() {
 fn scores_csv_has_a_row_per_task_and_empty_metrics_for_a_failure() {
     let dir = tempfile::tempdir().unwrap();
     insta::assert_snapshot!(report_of(&three_methods(dir.path()), "scores.csv"), @r#"
-method,point,importance,replicate,delay_s,baseline_delay_s,score,waiting_s,queue_veh,throughput_veh,unfinished_veh,teleports,level_of_service,lanes,inflow_vph,weight
-fixed-time-untuned,quiet,0.75,0,20,20,1,10,4,900,2,0,B,2,250,0.75
-max-pressure,quiet,0.75,0,11,20,0.55,5.5,4,900,2,0,B,2,250,0.75
-idqn,quiet,0.75,0,17,20,0.85,8.5,4,900,2,0,B,2,250,0.75
-fixed-time-untuned,busy,0.25,0,50,50,1,25,4,900,2,0,D,2,900,0.25
-max-pressure,busy,0.25,0,35,50,0.7,17.5,4,900,2,0,C,2,900,0.25
-idqn,busy,0.25,0,,,,,,,,,,2,900,0.25
+method,point,importance,replicate,delay_s,baseline_delay_s,score,waiting_s,queue_veh,throughput_veh,unfinished_veh,teleports,level_of_service,lanes,inflow_vph,weight,against
+fixed-time-untuned,quiet,0.75,0,20,20,1,10,4,900,20,0,B,2,250,0.75,fixed-time-untuned
+max-pressure,quiet,0.75,0,11,20,0.55,5.5,4,900,20,0,B,2,250,0.75,fixed-time-untuned
+idqn,quiet,0.75,0,17,20,0.85,8.5,4,900,20,0,B,2,250,0.75,fixed-time-untuned
+fixed-time-untuned,busy,0.25,0,50,50,1,25,4,900,20,0,D,2,900,0.25,fixed-time-untuned
+max-pressure,busy,0.25,0,35,50,0.7,17.5,4,900,20,0,C,2,900,0.25,fixed-time-untuned
+idqn,busy,0.25,0,,,,,,,,,,2,900,0.25,fixed-time-untuned
 "#);
 }
 
@@ -97,10 +109,10 @@ idqn,busy,0.25,0,,,,,,,,,,2,900,0.25
 fn summary_csv_has_a_row_per_method() {
     let dir = tempfile::tempdir().unwrap();
     insta::assert_snapshot!(report_of(&three_methods(dir.path()), "summary.csv"), @r#"
-method,rank,overall,overall_low,overall_high,delay_s,waiting_s,queue_veh,worst_point,worst_score,points,failed,missing,sampling,budget,family_size,evaluation_seeds
-max-pressure,1,0.5875,0.5416666666666666,0.6375,17,8.5,4,busy,0.7,2,0,0,all,2,2,2
-fixed-time-untuned,2,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2
-idqn,,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2
+method,rank,overall,overall_low,overall_high,delay_s,waiting_s,queue_veh,worst_point,worst_score,points,failed,missing,sampling,budget,family_size,evaluation_seeds,against,ratio_of_means,ratio_of_means_low,ratio_of_means_high,median,median_low,median_high,geometric_mean,geometric_mean_low,geometric_mean_high,up_to_e,up_to_e_low,up_to_e_high,at_f,at_f_low,at_f_high,points_at_f,importance_at_f,delay_share_at_f,unfinished_share,gridlock_share,episode_median_delay_s,episode_worst_delay_s,episode_median,episode_worst
+max-pressure,1,0.5875,0.5416666666666666,0.6375,17,8.5,4,busy,0.7,2,0,0,all,2,2,2,fixed-time-untuned,0.6181818181818182,0.5833333333333334,0.66,0.55,0.5,0.6,0.584179788476757,0.537284965911771,0.6344227580643385,0.5875,0.5416666666666666,0.6375,,,,0,0,0,0.019999999999999997,0,12,40,0.6,0.75
+fixed-time-untuned,2,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2,fixed-time-untuned,1,1,1,1,1,1,1,1,1,1,1,1,,,,0,0,0,0.019999999999999997,0,20,60,1,1
+idqn,,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2,fixed-time-untuned,0.85,,,0.85,,,0.85,,,0.85,,,,,,0,0,0,0.02,0,17,18,0.8500000000000001,0.9
 "#);
 }
 
@@ -144,7 +156,7 @@ fn a_report_is_a_function_of_the_records_and_leaves_no_drafts() {
     let layout = three_methods(dir.path());
     let first = report_of(&layout, "index.html");
     assert_eq!(first, report_of(&layout, "index.html"));
-    assert_eq!(fs::read_dir(layout.report()).unwrap().count(), 7);
+    assert_eq!(fs::read_dir(layout.report()).unwrap().count(), 8);
 }
 
 #[test]
@@ -178,7 +190,7 @@ fn a_point_whose_baseline_failed_leaves_the_estimate() {
     );
     let data = ReportData::new(&Results::load(&layout).unwrap());
     let idqn = &data.methods[0];
-    assert_eq!((idqn.overall, idqn.points, idqn.without_baseline), (Some(0.5), 1, 1));
+    assert_eq!((idqn.overall, idqn.points, idqn.without_reference), (Some(0.5), 1, 1));
     assert!(report_of(&layout, "index.html").contains("no score on 1 point MDP that a method"));
 }
 

@@ -47,6 +47,15 @@ fn named(metrics: &[(&str, f64)]) -> Metrics {
     metrics.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
 }
 
+/// An ending with this many more unfinished vehicles, of 1000, on one of the evaluation seeds.
+fn left_behind(ending: Ending, seed: usize, vehicles: f64) -> Ending {
+    ending.map(|mut result| {
+        let mut rows = result.rows.iter_mut().filter(|r| r.kind == RowKind::Evaluation);
+        *rows.nth(seed).unwrap().metrics.get_mut("unfinished_veh").unwrap() += vehicles;
+        result
+    })
+}
+
 fn untrained(task: &Task, score: f64) -> Ending {
     let delay_s = score * BASELINE[usize::from(task.point == "busy")];
     Ok(TaskResult { rows: evaluations(&[delay_s, delay_s]), ..TaskResult::default() })
@@ -66,7 +75,7 @@ fn two_learners(root: &Path) -> Layout {
     made_up::write_results(root, &manifest, |task| {
         Some(match (task.method.as_str(), task.point.as_str(), task.replicate) {
             ("fixed-time", ..) => trained(task, 0.5, "cycle_s"),
-            ("idqn", "busy", 1) => learned(task, 3.5),
+            ("idqn", "busy", 1) => left_behind(learned(task, 3.5), 1, 90.0),
             ("idqn", ..) => learned(task, 0.75),
             ("mplight-star", "busy", 1) => {
                 Err("training diverged in episode 4: the loss is NaN; try a smaller learning rate")
@@ -113,7 +122,7 @@ fn a_learner_is_reported_by_evaluation_and_as_resco_does() {
     // Weights are 3 to 1, replicates average first.
     assert_eq!(idqn.method.overall, Some(0.75 * 0.75 + 0.25 * (0.75 + 3.5) / 2.0));
     assert_eq!((idqn.best, idqn.last_ten), (Some(1.0), Some(1.375)));
-    assert_eq!((idqn.planned, idqn.scored, idqn.worse, idqn.gridlocked), (4, 4, 1, 1));
+    assert_eq!((idqn.planned, idqn.scored, idqn.worse, idqn.gridlocked), (4, 4, 1, Some(1)));
     assert_eq!((idqn.median, idqn.worst), (Some(0.75), Some(3.5)));
     assert_eq!(idqn.wall_s, Some(90.0));
     let star = &learners[1];
@@ -132,25 +141,6 @@ fn a_learner_that_only_diverged_is_still_in_the_table() {
     let page = words(&file_of(&layout, "index.html"));
     assert!(page.contains("| 0 of 2 | 2 2 |"), "{page}");
     assert!(!layout.report().join("learning.svg").exists());
-}
-
-#[test]
-fn vehicles_that_never_enter_are_a_gridlock_unless_the_baseline_has_them_too() {
-    for (of_baseline, gridlocked) in [(0.0, true), (300.0, false)] {
-        let dir = tempfile::tempdir().unwrap();
-        let layout = made_up::write_results(dir.path(), &manifest(&["baseline", "idqn"]), |task| {
-            let (ending, undeparted) = match task.method.as_str() {
-                "idqn" => (learned(task, 1.5), 320.0),
-                _ => (untrained(task, 1.0), of_baseline),
-            };
-            let stuck = named(&[("vehicles_veh", 1000.0), ("undeparted_veh", undeparted)]);
-            Some(ending.map(|mut result| {
-                result.rows.iter_mut().for_each(|row| row.metrics.extend(stuck.clone()));
-                result
-            }))
-        });
-        assert_eq!(data_of(&layout).trainings[0].gridlocked, gridlocked);
-    }
 }
 
 #[test]
@@ -226,7 +216,7 @@ fn methods_that_lack_different_points_are_not_ranked_against_each_other() {
 #[test]
 fn a_point_with_only_some_replicates_is_named() {
     let dir = tempfile::tempdir().unwrap();
-    let notes = text::notes(&data_of(&two_learners(dir.path()))).join("\n");
-    assert!(notes.contains("Some replicates of mplight-star failed or are missing"), "{notes}");
-    assert!(!notes.contains("idqn"), "{notes}");
+    let notes = text::notes(&data_of(&two_learners(dir.path())));
+    let note = notes.iter().find(|n| n.starts_with("Some replicates of")).unwrap();
+    assert!(note.starts_with("Some replicates of mplight-star failed or are missing"), "{note}");
 }

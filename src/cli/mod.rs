@@ -201,6 +201,9 @@ pub struct RunArgs {
     /// Folder of the networks; missing ones are built [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
+    /// Method to divide by in a second report, besides that against the baseline
+    #[arg(long, value_name = "METHOD")]
+    pub against: Option<String>,
     /// Try tasks again that failed in an earlier run of the same command
     #[arg(long)]
     pub retry_failed: bool,
@@ -283,14 +286,19 @@ pub struct RoutesArgs {
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Needs no SUMO. Writes DIR/report/index.html, scores.csv, summary.csv and the figures as SVG.
+Needs no SUMO. Writes DIR/report/index.html, scores.csv, summary.csv, episodes.csv and the figures
+as SVG.
 
-Example:
-  tsc-family report results/slc")]
+Examples:
+  tsc-family report results/slc
+  tsc-family report results/slc --against fixed-time")]
 pub struct ReportArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
+    /// Method to divide by instead of the baseline; the report goes to DIR/report/against-METHOD
+    #[arg(long, value_name = "METHOD")]
+    pub against: Option<String>,
     /// Print JSON lines instead of the table: one per method
     #[arg(long)]
     pub json: bool,

@@ -15,6 +15,7 @@ use super::build_networks::{default_folder, prepare};
 use super::estimate::{Effort, estimate};
 use super::monitor::Monitor;
 use super::output::{line, note};
+use super::report::print;
 use crate::error::{FamilyError, FileError, SimError};
 use crate::eval::plan::{Draft, Request, complete, draft, establish};
 use crate::eval::pool::Pool;
@@ -22,8 +23,7 @@ use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::overrides::Override;
 use crate::family::scenario::SignalSettings;
-use crate::report::data::{JsonRow, ReportData};
-use crate::report::{self, text};
+use crate::report::{self, JsonRow, ReportData, check_name};
 use crate::sample::Sampling;
 use crate::store::Layout;
 use crate::store::lock::{Holder, RunLock};
@@ -42,6 +42,9 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         replicates: args.replicates.get(),
     };
     let draft = draft(&request)?;
+    if let Some(method) = &args.against {
+        check_name(method, &draft.methods)?;
+    }
     if !args.quiet && request.budget.is_none() && args.sampling.is_some() {
         note("--sampling has no effect: without a --budget, every point MDP is evaluated");
     }
@@ -150,18 +153,19 @@ fn work(
 /// Reports the finished run.
 fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     let results = Results::load(layout)?;
-    let data = ReportData::new(&results);
-    let paths = report::write_data(layout, &data)?;
-    if args.json {
-        for row in data.json_rows() {
-            line(method_line(&row))?;
+    let mut reports = vec![ReportData::new(&results)];
+    match args.against.as_ref().map(|method| ReportData::against(&results, method)) {
+        Some(Ok(data)) => reports.push(data),
+        // Tasks failed, so that some results are missing: the run is no less complete for that.
+        Some(Err(e)) => note(e),
+        None => {}
+    }
+    for data in &reports {
+        if args.quiet {
+            report::write_data(layout, data)?;
+        } else {
+            print(layout, data, args.json, !args.json)?;
         }
-    } else if !args.quiet {
-        line(text::table(&data))?;
-        for text in text::notes(&data) {
-            note(text);
-        }
-        note(format!("report: {}", paths.html.display()));
     }
     let failed = results.failed().count();
     if failed > 0 {

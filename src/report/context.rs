@@ -27,7 +27,7 @@ const LEGEND_PX: f64 = 24.0;
 
 /// Draws the importance-weighted mean score of every method over each feature that varies.
 pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
-    let methods: Vec<_> = data.methods.iter().filter(|m| !m.is_baseline && m.points > 0).collect();
+    let methods: Vec<_> = data.methods.iter().filter(|m| !m.is_reference && m.points > 0).collect();
     let features: Vec<(usize, &FeatureColumn)> = data
         .manifest
         .identity
@@ -95,7 +95,7 @@ fn with_legend(data: &ReportData, methods: &[&MethodSummary], rows: usize) -> (C
         canvas.circle((x + 10.0, y), 4.0, color(data, m), None);
         canvas.text(x + 27.0, y + 4.5, &label(data, m), TextStyle::new(Anchor::Start));
     }
-    let title = format!("mean score ({} relative to the baseline)", noun(data));
+    let title = format!("mean score ({} relative to {})", noun(data), data.reference.in_short());
     canvas.text(10.0, top - 10.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
     (canvas, top)
 }

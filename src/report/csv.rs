@@ -1,14 +1,22 @@
 //! The tables of a report: `scores.csv` with one row per task, `summary.csv` with one per method,
-//! `training.csv` with one per task of a learner.
+//! `episodes.csv` with one per episode, `training.csv` with one per task of a learner.
+//!
+//! A cell is empty where nothing was measured; it is never 0 for that reason.
 
 use super::data::{MethodSummary, ReportData, ScoreRow};
+use super::episodes::{Episode, EpisodeSummary};
 use super::level_of_service::{DELAY, letter};
-use super::training::Training;
-use crate::store::record::Outcome;
+use super::summaries::Estimated;
+use super::training::{LOSS, RETURN, Training};
+use crate::store::record::{Outcome, RowKind};
 
 /// Metrics that have a column of their own besides the objective.
 const METRICS: [&str; 5] =
     ["waiting_s", "queue_veh", "throughput_veh", "unfinished_veh", "teleports"];
+
+/// Metrics of an episode that have a column of their own besides the objective.
+const OF_EPISODE: [&str; 6] =
+    ["waiting_s", "unfinished_veh", "undeparted_veh", "vehicles_veh", RETURN, LOSS];
 
 /// Returns `scores.csv`: one row per method, point MDP and replicate; without a successful record
 /// the metrics are empty.
@@ -17,11 +25,12 @@ pub(super) fn scores(data: &ReportData) -> String {
     let objective = identity.objective.clone();
     let mut header: Vec<String> =
         ["method", "point", "importance", "replicate"].map(str::to_owned).to_vec();
-    header.extend([objective.clone(), format!("baseline_{objective}"), "score".to_owned()]);
+    let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
+    header.extend([objective.clone(), format!("{divisor}_{objective}"), "score".to_owned()]);
     header.extend(METRICS.map(str::to_owned));
     header.push("level_of_service".to_owned());
     header.extend(identity.features.iter().map(|f| f.name.clone()));
-    header.push("weight".to_owned());
+    header.extend(["weight", "against"].map(str::to_owned));
     table(&header, data.rows.iter().map(|row| score_row(data, row)))
 }
 
@@ -38,7 +47,7 @@ fn score_row(data: &ReportData, row: &ScoreRow) -> Vec<String> {
         point.importance.to_string(),
         row.replicate.to_string(),
         number(value),
-        number(row.baseline),
+        number(row.reference),
         number(row.score),
     ];
     cells.extend(METRICS.map(|name| number(row.metrics.get(name).copied())));
@@ -46,7 +55,27 @@ fn score_row(data: &ReportData, row: &ScoreRow) -> Vec<String> {
     cells.push(level.map_or_else(String::new, |l| l.to_string()));
     cells.extend(point.features.iter().map(f64::to_string));
     cells.push(data.points[row.point].weight.to_string());
+    cells.push(data.reference.name.clone());
     cells
+}
+
+/// Summaries beside the overall performance, each with an interval.
+const SUMMARIES: [&str; 5] = ["ratio_of_means", "median", "geometric_mean", "up_to_e", "at_f"];
+
+/// Returns the names of the columns that summarise evaluation episodes.
+fn of_episodes(objective: &str) -> [String; 6] {
+    [
+        "unfinished_share".to_owned(),
+        "gridlock_share".to_owned(),
+        format!("episode_median_{objective}"),
+        format!("episode_worst_{objective}"),
+        "episode_median".to_owned(),
+        "episode_worst".to_owned(),
+    ]
+}
+
+fn episode_cells(e: &EpisodeSummary) -> [String; 6] {
+    [e.unfinished, e.gridlocked, e.median, e.worst, e.median_relative, e.worst_relative].map(number)
 }
 
 /// Returns `summary.csv`: one row per method, best first.
@@ -56,15 +85,22 @@ pub(super) fn summary(data: &ReportData) -> String {
     let header = ["method", "rank", "overall", "overall_low", "overall_high", &objective]
         .into_iter()
         .chain(["waiting_s", "queue_veh", "worst_point", "worst_score", "points", "failed"])
-        .chain(["missing", "sampling", "budget", "family_size", "evaluation_seeds"])
+        .chain(["missing", "sampling", "budget", "family_size", "evaluation_seeds", "against"])
         .map(str::to_owned)
+        .chain(
+            SUMMARIES
+                .iter()
+                .flat_map(|s| [(*s).to_owned(), format!("{s}_low"), format!("{s}_high")]),
+        )
+        .chain(["points_at_f", "importance_at_f", "delay_share_at_f"].map(str::to_owned))
+        .chain(of_episodes(&objective))
         .collect::<Vec<_>>();
     table(&header, data.methods.iter().map(|m| summary_row(data, m)))
 }
 
 fn summary_row(data: &ReportData, m: &MethodSummary) -> Vec<String> {
     let identity = &data.manifest.identity;
-    vec![
+    let mut cells = vec![
         m.method.clone(),
         m.rank.map_or_else(String::new, |r| r.to_string()),
         number(m.overall),
@@ -82,16 +118,62 @@ fn summary_row(data: &ReportData, m: &MethodSummary) -> Vec<String> {
         identity.sample.budget.to_string(),
         identity.sample.family_size.to_string(),
         identity.evaluation_seeds.len().to_string(),
-    ]
+        data.reference.name.clone(),
+    ];
+    let s = &m.summaries;
+    for summary in [s.ratio_of_means, s.median, s.geometric_mean, s.up_to_e, s.at_f] {
+        cells.extend(with_interval(summary));
+    }
+    let at_f = data.overloaded;
+    cells.push(at_f.map_or_else(String::new, |o| o.points.to_string()));
+    cells.extend([at_f.map(|o| o.importance), at_f.map(|o| o.delay)].map(number));
+    cells.extend(episode_cells(&m.episodes));
+    cells
+}
+
+fn with_interval(summary: Option<Estimated>) -> [String; 3] {
+    let interval = summary.and_then(|s| s.interval);
+    [summary.map(|s| s.value), interval.map(|i| i.0), interval.map(|i| i.1)].map(number)
+}
+
+/// Returns `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
+pub(super) fn episodes(data: &ReportData) -> String {
+    let header: Vec<String> = ["method", "point", "replicate", "kind", "episode", "seed"]
+        .into_iter()
+        .chain([data.manifest.identity.objective.as_str()])
+        .chain(OF_EPISODE)
+        .map(str::to_owned)
+        .collect();
+    table(&header, data.episodes.iter().map(|e| episode_row(data, e)))
+}
+
+fn episode_row(data: &ReportData, e: &Episode) -> Vec<String> {
+    let identity = &data.manifest.identity;
+    let kind = match e.kind {
+        RowKind::Evaluation => "evaluation",
+        RowKind::Training => "training",
+    };
+    let mut cells = vec![
+        identity.methods[e.method].clone(),
+        data.points[e.point].row.point.clone(),
+        e.replicate.to_string(),
+        kind.to_owned(),
+        e.episode.to_string(),
+        e.seed.to_string(),
+    ];
+    let names = std::iter::once(identity.objective.as_str()).chain(OF_EPISODE);
+    cells.extend(names.map(|name| number(e.metrics.get(name).copied())));
+    cells
 }
 
 /// Returns `training.csv`: one row per training; `score` is of the evaluation, `resco_best` and
-/// `resco_last_ten` are of training episodes, all of them relative to the baseline.
+/// `resco_last_ten` are of training episodes, all of them relative to the reference.
 pub(super) fn training(data: &ReportData) -> String {
     let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
         .into_iter()
-        .chain(["resco_best", "resco_last_ten", "gridlocked", "weight"])
+        .chain(["resco_best", "resco_last_ten", "gridlocked", "weight", "against"])
         .map(str::to_owned)
+        .chain(of_episodes(&data.manifest.identity.objective))
         .collect::<Vec<_>>();
     table(&header, data.trainings.iter().map(|t| training_row(data, t)))
 }
@@ -104,7 +186,7 @@ fn training_row(data: &ReportData, t: &Training) -> Vec<String> {
         None => "missing",
     };
     let point = &data.points[t.point];
-    vec![
+    let mut cells = vec![
         t.method.clone(),
         point.row.point.clone(),
         t.replicate.to_string(),
@@ -113,9 +195,12 @@ fn training_row(data: &ReportData, t: &Training) -> Vec<String> {
         number(t.score),
         number(t.resco_best),
         number(t.resco_last_ten),
-        t.score.map_or_else(String::new, |_| t.gridlocked.to_string()),
+        t.gridlocked.map_or_else(String::new, |g| g.to_string()),
         point.weight.to_string(),
-    ]
+        data.reference.name.clone(),
+    ];
+    cells.extend(episode_cells(&t.evaluations));
+    cells
 }
 
 /// Returns the shortest text that reads back as the same number.

@@ -1,4 +1,5 @@
-//! Learning curves: the delay in training, relative to the baseline, episode by episode.
+//! Learning curves: the delay in training, relative to the reference, episode by episode; below, each
+//! learner alone with its return and loss.
 //!
 //! Choices where figures of this kind differ:
 //! - **Mean** over point MDPs with the weights of the score, after the mean over replicates, so that
@@ -14,9 +15,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::data::{MethodSummary, ReportData};
 use super::figures::{Figure, WIDTH, color, noun, sentence, widest_name};
+use super::signals::SIGNALS;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
 use super::training::Training;
-use super::{format, palette};
+use super::{format, palette, signals};
 use crate::stats::quantile::quantile;
 use crate::stats::score::{mean, weighted_mean};
 
@@ -27,7 +29,7 @@ pub(super) const SMOOTHED_OVER: usize = 5;
 pub(super) const FEW_TRAININGS: usize = 5;
 
 /// Quantiles of the band.
-const BAND: (f64, f64) = (0.1, 0.9);
+pub(super) const BAND: (f64, f64) = (0.1, 0.9);
 
 /// Smallest relative delay on the axis, which has no 0.
 const LEAST: f64 = 0.01;
@@ -38,8 +40,8 @@ const PAD_DECADES: f64 = 0.04;
 /// Height of the panel of all learners and of those of one each, pixels.
 const HEIGHT_PX: (f64, f64) = (330.0, 150.0);
 
-/// Panels of one learner beside each other, and the height that one takes with its labels, pixels.
-const COLUMNS: usize = 3;
+/// Panels of one learner beside each other, and the height that a row takes with its labels, pixels.
+const COLUMNS: usize = 1 + SIGNALS.len();
 const PANEL_PX: f64 = 226.0;
 
 /// Least distance of the labels at the ends of curves, pixels.
@@ -51,7 +53,7 @@ const TOP_PX: f64 = 34.0;
 /// A learner's curve and its band, one value per episode.
 struct Curve<'a> {
     method: &'a MethodSummary,
-    trainings: usize,
+    trainings: Vec<&'a Training>,
     mean: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
@@ -78,13 +80,13 @@ pub(super) fn learning(data: &ReportData) -> Option<Figure> {
     let common = common_points(data);
     let curves: Vec<Curve> = drawn(data).iter().filter_map(|m| curve(data, m, &common)).collect();
     let episodes = curves.iter().map(|c| c.mean.len()).max()?;
-    let rows = curves.len().div_ceil(COLUMNS);
+    let rows = curves.len();
     let bottom = TOP_PX + HEIGHT_PX.0;
     let mut canvas = Canvas::new(WIDTH, bottom + 66.0 + PANEL_PX * rows as f64);
     let title = format!(
         "{} in a training episode / mean of {} (log scale, lower is better)",
         noun(data),
-        data.manifest.identity.baseline
+        data.reference.name
     );
     canvas.text(10.0, 18.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
     let area = (56.0, TOP_PX, WIDTH - widest_name(data).max(100.0) - 88.0, bottom);
@@ -101,7 +103,8 @@ pub(super) fn learning(data: &ReportData) -> Option<Figure> {
         1.2,
         Some("5 4"),
     );
-    canvas.text(area.2 + 26.0, labels[curves.len()] + 4.5, "baseline 1", style.color(MUTED));
+    let label = format!("{} 1", data.reference.as_label());
+    canvas.text(area.2 + 26.0, labels[curves.len()] + 4.5, &label, style.color(MUTED));
     for (c, y) in curves.iter().zip(labels).rev() {
         let (color, dash) = (color(data, c.method), palette::dash(&c.method.method));
         let end = line(&mut canvas, &frame, &c.mean, (color, 2.2, dash));
@@ -113,7 +116,7 @@ pub(super) fn learning(data: &ReportData) -> Option<Figure> {
     let description = sentence(curves.iter().map(|c| {
         let (first, last) = (c.mean.first().copied().unwrap_or(f64::NAN), last(&c.mean));
         let (first, last) = (format::score(first), format::score(last));
-        format!("{} from {first} to {last} of the baseline", c.method.method)
+        format!("{} from {first} to {last} of {}", c.method.method, data.reference.in_short())
     }));
     Some(Figure {
         name: "learning",
@@ -121,7 +124,7 @@ pub(super) fn learning(data: &ReportData) -> Option<Figure> {
     })
 }
 
-/// Draws every learner with its band, the others in grey.
+/// Draws a row per learner: its delay with its band, the others in grey, then its return and loss.
 fn small_panels(
     canvas: &mut Canvas,
     data: &ReportData,
@@ -131,9 +134,16 @@ fn small_panels(
     let range = range(curves.iter().flat_map(|c| c.mean.iter().chain(&c.low).chain(&c.high)));
     let width = (WIDTH - 10.0) / COLUMNS as f64;
     for (i, c) in curves.iter().enumerate() {
-        let left = width * (i % COLUMNS) as f64 + 56.0;
-        let top = top + PANEL_PX * (i / COLUMNS) as f64 + 10.0;
-        let area = (left, top, left + width - 70.0, top + HEIGHT_PX.1);
+        let top = top + PANEL_PX * i as f64 + 10.0;
+        let area = |column: usize| {
+            let left = width * column as f64 + 56.0;
+            (left, top, left + width - 70.0, top + HEIGHT_PX.1)
+        };
+        let looks = (episodes, color(data, c.method), palette::dash(&c.method.method));
+        for (column, signal) in SIGNALS.iter().enumerate() {
+            signals::panel(canvas, data, &c.trainings, signal, area(column + 1), looks);
+        }
+        let area = area(0);
         let frame = panel(canvas, area, episodes, range, "training episode".to_owned());
         for other in curves.iter().filter(|o| o.method.index != c.method.index) {
             line(canvas, &frame, &other.mean, ("#c4c4c4", 1.0, None));
@@ -141,12 +151,12 @@ fn small_panels(
         let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(log(*v)));
         let mut corners: Vec<_> = c.low.iter().enumerate().map(at).collect();
         corners.extend(c.high.iter().enumerate().map(at).rev());
-        let color = color(data, c.method);
+        let (_, color, dash) = looks;
         canvas.band(&corners, color);
-        line(canvas, &frame, &c.mean, (color, 2.2, palette::dash(&c.method.method)));
+        line(canvas, &frame, &c.mean, (color, 2.2, dash));
         let style = TextStyle::new(Anchor::Start);
-        canvas.text(left, top - 8.0, &c.method.method, style.bold());
-        let note = format::count(c.trainings, "training");
+        canvas.text(area.0, top - 8.0, &c.method.method, style.bold());
+        let note = format::count(c.trainings.len(), "training");
         let style = TextStyle::new(Anchor::End).small().color(MUTED);
         canvas.text(area.2, top - 8.0, &note, style);
     }
@@ -154,7 +164,7 @@ fn small_panels(
 
 /// Returns the curve of a learner over some point MDPs, or over all it has when there are none.
 fn curve<'a>(
-    data: &ReportData,
+    data: &'a ReportData,
     method: &'a MethodSummary,
     points: &BTreeSet<usize>,
 ) -> Option<Curve<'a>> {
@@ -179,7 +189,7 @@ fn curve<'a>(
         low.push(quantile(&all, from));
         high.push(quantile(&all, to));
     }
-    Some(Curve { method, trainings: trainings.len(), mean: means, low, high })
+    Some(Curve { method, trainings, mean: means, low, high })
 }
 
 /// Returns the trailing means of a curve, which goes on level to the given length.
@@ -238,10 +248,10 @@ fn panel(
 }
 
 /// Returns round numbers between two powers of 10, the fewer the further these are apart.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
+pub(super) fn ticks(low: f64, high: f64) -> Vec<f64> {
     let steps: &[f64] = match high - low {
         span if span < 0.8 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
-        span if span < 1.8 => &[1.0, 2.0, 5.0],
+        span if span < 2.0 => &[1.0, 2.0, 5.0],
         _ => &[1.0],
     };
     let decades = low.floor() as i32..=high.ceil() as i32;

@@ -1,31 +1,35 @@
 //! What a report says, computed from a results directory: one summary per method, one row per task.
 //!
-//! A point MDP enters a method's estimate when both the method and the baseline have a record of it
-//! and the baseline's objective is above 0. Weights are renormalised over these point MDPs, and every
+//! A point MDP enters a method's estimate when both the method and what scores are divided by have a
+//! record of it and the objective of the latter is above 0. Weights are renormalised over these point MDPs, and every
 //! summary counts what it lacks.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
-
+use super::ReportError;
+use super::episodes::{Episode, EpisodeSummary, episodes};
 use super::points::{PointResult, PointSummary, summarise_points};
 use super::ranking::{Common, Estimate, common, rank};
-use super::training::{Training, trainings};
+use super::reference::Reference;
+use super::summaries::{Overloaded, Summaries, overloaded, summarise};
+use super::training::{Training, trained, trainings};
 use crate::sample::Sampling;
 use crate::seed::derive;
 use crate::stats::score::weighted_mean;
-use crate::stats::{Bootstrap, Design, bootstrap};
+use crate::stats::{Bootstrap, Design};
 use crate::store::manifest::Manifest;
 use crate::store::record::{Metrics, Outcome};
 use crate::store::results::Results;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 /// Everything that a report says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReportData {
     /// What the run was.
     pub manifest: Manifest,
+    /// What scores are divided by.
+    pub reference: Reference,
     /// One summary per method, best first, methods without an estimate last.
     pub methods: Vec<MethodSummary>,
     /// One row per task, in the order of the plan.
@@ -38,6 +42,27 @@ pub struct ReportData {
     pub common: Option<Common>,
     /// One entry per task of a learner, in the order of the plan.
     pub trainings: Vec<Training>,
+    /// One entry per episode, in the order of the plan.
+    pub episodes: Vec<Episode>,
+    /// Methods that tune or learn.
+    pub trained: BTreeSet<String>,
+    /// The part of the family that the baseline leaves at level of service F.
+    pub overloaded: Option<Overloaded>,
+}
+
+/// What summaries are made from.
+#[derive(Clone, Copy)]
+pub(super) struct Study<'a> {
+    /// What the run was.
+    pub(super) manifest: &'a Manifest,
+    /// What scores are divided by.
+    pub(super) reference: &'a Reference,
+    /// The point MDPs that count.
+    pub(super) points: &'a [PointSummary],
+    /// The tasks that count.
+    pub(super) rows: &'a [ScoreRow],
+    /// All episodes.
+    pub(super) episodes: &'a [Episode],
 }
 
 /// One method over all its point MDPs.
@@ -48,13 +73,17 @@ pub struct MethodSummary {
     /// Position in the manifest's list of methods.
     pub index: usize,
     /// Whether it is what scores are divided by.
-    pub is_baseline: bool,
+    pub is_reference: bool,
     /// Place by overall performance, from 1.
     pub rank: Option<usize>,
-    /// Overall performance; 1 is the baseline, lower is better.
+    /// Overall performance; 1 is what scores are divided by, lower is better.
     pub overall: Option<f64>,
     /// 95% interval of the overall performance.
     pub interval: Option<(f64, f64)>,
+    /// Other summaries of its scores and objectives.
+    pub summaries: Summaries,
+    /// Its evaluation episodes on the point MDPs in the estimate.
+    pub episodes: EpisodeSummary,
     /// Importance-weighted mean of the objective (for traffic the delay per vehicle, seconds).
     pub objective: Option<f64>,
     /// Importance-weighted means of the other metrics.
@@ -67,9 +96,9 @@ pub struct MethodSummary {
     pub failed: usize,
     /// Tasks without a record.
     pub missing: usize,
-    /// Point MDPs that the method finished but the baseline did not, or where the baseline's
+    /// Point MDPs that the method finished but the reference did not, or where the reference's
     /// objective is 0.
-    pub without_baseline: usize,
+    pub without_reference: usize,
 }
 
 /// One task.
@@ -87,8 +116,8 @@ pub struct ScoreRow {
     pub reason: Option<String>,
     /// Means over the evaluation episodes.
     pub metrics: Metrics,
-    /// The baseline's objective on the same seeds.
-    pub baseline: Option<f64>,
+    /// The reference's objective on the same seeds.
+    pub reference: Option<f64>,
     /// The score.
     pub score: Option<f64>,
 }
@@ -104,55 +133,58 @@ pub struct Lead {
     pub interval: (f64, f64),
 }
 
-/// A method as `--json` prints it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct JsonRow {
-    /// Name of the method.
-    pub method: String,
-    /// Overall performance.
-    pub overall: Option<f64>,
-    /// Lower end of the 95% interval.
-    pub overall_low: Option<f64>,
-    /// Upper end of the 95% interval.
-    pub overall_high: Option<f64>,
-    /// Importance-weighted mean of the objective.
-    pub delay_s: Option<f64>,
-    /// Point MDPs in the estimate.
-    pub points: usize,
-    /// Tasks that failed.
-    pub failed: usize,
-}
-
 impl ReportData {
-    /// Computes everything that a report says.
+    /// Computes everything that a report says, with scores relative to the run's baseline.
     pub fn new(results: &Results) -> Self {
-        let (points, rows) = summarise_points(results);
-        let estimates = rank(&results.manifest, &points, &rows);
-        let common = common(&results.manifest, &estimates, &points, &rows);
-        let trainings = trainings(results, &points, &rows);
+        Self::relative_to(results, Reference::baseline(&results.manifest.identity))
+    }
+
+    /// Computes everything that a report says, with scores relative to another method.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Reference::against`].
+    pub fn against(results: &Results, method: &str) -> Result<Self, ReportError> {
+        Ok(Self::relative_to(results, Reference::against(results, method)?))
+    }
+
+    fn relative_to(results: &Results, reference: Reference) -> Self {
+        let (points, rows) = summarise_points(results, &reference);
+        let episodes = episodes(results, &reference);
+        let manifest = results.manifest.clone();
+        let study = Study {
+            manifest: &manifest,
+            reference: &reference,
+            points: &points,
+            rows: &rows,
+            episodes: &episodes,
+        };
+        let estimates = rank(study);
+        let common = common(study, &estimates);
+        let trainings = trainings(results, study);
         let lead = lead(&estimates, &points);
         let methods = estimates.into_iter().map(|(summary, _)| summary).collect();
-        let manifest = results.manifest.clone();
-        Self { manifest, methods, rows, points, lead, common, trainings }
+        let baseline = Reference::baseline(&manifest.identity).index;
+        let overloaded = baseline.and_then(|baseline| overloaded(&points, baseline));
+        let trained = trained(results);
+        Self {
+            methods,
+            lead,
+            common,
+            trainings,
+            trained,
+            overloaded,
+            reference,
+            rows,
+            points,
+            episodes,
+            manifest,
+        }
     }
 
     /// Returns the best of the ranked methods.
     pub fn best(&self) -> Option<&MethodSummary> {
         self.methods.first().filter(|m| m.rank.is_some())
-    }
-
-    /// Returns the summaries as `--json` prints them, best first.
-    pub fn json_rows(&self) -> Vec<JsonRow> {
-        let row = |m: &MethodSummary| JsonRow {
-            method: m.method.clone(),
-            overall: m.overall,
-            overall_low: m.interval.map(|i| i.0),
-            overall_high: m.interval.map(|i| i.1),
-            delay_s: m.objective,
-            points: m.points,
-            failed: m.failed,
-        };
-        self.methods.iter().map(row).collect()
     }
 
     /// Returns the methods with an estimate that lack point MDPs which others have.
@@ -198,37 +230,36 @@ impl ReportData {
     }
 }
 
-/// Summarises a method over some point MDPs; its tasks are counted over all of them.
-pub(super) fn summarise_method(
-    manifest: &Manifest,
-    index: usize,
-    points: &[PointSummary],
-    rows: &[ScoreRow],
-) -> Estimate {
-    let identity = &manifest.identity;
-    let method = identity.methods[index].clone();
+/// Summarises a method over the point MDPs of a study.
+pub(super) fn summarise_method(study: Study<'_>, index: usize) -> Estimate {
+    let Study { manifest, reference, points, rows, episodes } = study;
+    let method = manifest.identity.methods[index].clone();
     let finished: Vec<(&PointSummary, &PointResult)> =
         points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
     let scored: Vec<_> = finished.iter().filter(|(_, r)| r.score.is_some()).copied().collect();
-    let estimate = estimate(manifest, index, &scored);
+    let (estimate, summaries) = estimate(manifest, index, &scored);
     let tasks = || rows.iter().filter(|r| r.method == method);
     let worst = scored
         .iter()
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
         .max_by(|a, b| a.1.total_cmp(&b.1));
+    let counted: Vec<PointSummary> = scored.iter().map(|(p, _)| (*p).clone()).collect();
+    let own = episodes.iter().filter(|e| e.method == index);
     let summary = MethodSummary {
-        is_baseline: method == identity.baseline,
+        is_reference: Some(index) == reference.index,
         index,
         rank: None,
         overall: estimate.as_ref().map(|e| e.estimate),
         interval: estimate.as_ref().and_then(Bootstrap::interval),
+        summaries,
+        episodes: EpisodeSummary::of(own, &counted, &manifest.identity.objective),
         objective: weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))),
         metrics: weighted_metrics(&scored),
         worst,
         points: scored.len(),
         failed: tasks().filter(|r| r.outcome == Some(Outcome::Failed)).count(),
         missing: tasks().filter(|r| r.outcome.is_none()).count(),
-        without_baseline: finished.len() - scored.len(),
+        without_reference: finished.len() - scored.len(),
         method,
     };
     (summary, estimate)
@@ -239,9 +270,10 @@ fn estimate(
     manifest: &Manifest,
     index: usize,
     scored: &[(&PointSummary, &PointResult)],
-) -> Option<Bootstrap> {
+) -> (Option<Bootstrap>, Summaries) {
     let identity = &manifest.identity;
-    let objectives: Vec<_> = scored.iter().filter_map(|(_, r)| r.objectives.clone()).collect();
+    let objectives: Vec<_> =
+        scored.iter().filter_map(|(p, r)| Some((*p, r.objectives.clone()?))).collect();
     let design = match identity.sample.sampling {
         Sampling::WithReplacement => Design::WithReplacement,
         Sampling::KMeans | Sampling::WithoutReplacement | Sampling::All => {
@@ -249,7 +281,7 @@ fn estimate(
         }
     };
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
-    bootstrap(&objectives, design, &mut rng, index as u64).ok()
+    summarise(&objectives, design, &mut rng, index as u64)
 }
 
 /// Returns the weighted means of every metric that all point MDPs have.

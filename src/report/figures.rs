@@ -82,11 +82,11 @@ pub(super) fn overall(data: &ReportData) -> Option<Figure> {
         x_label: Some(format!(
             "overall performance: {} relative to {} (lower is better)",
             noun(data),
-            data.manifest.identity.baseline
+            data.reference.name
         )),
         y_label: None,
     });
-    baseline_line(&mut canvas, &frame, (30.0, bottom), true);
+    reference_line(&mut canvas, data, &frame, (30.0, bottom), true);
     let style = TextStyle::new(Anchor::End);
     canvas.text(WIDTH - 10.0, 20.0, "score and 95% interval", style.color(MUTED));
     for (i, m) in methods.iter().enumerate() {
@@ -136,7 +136,7 @@ fn mark(
 
 /// (b) Draws per method how many point MDPs reach which score, as in the paper's figure.
 pub(super) fn distribution(data: &ReportData) -> Option<Figure> {
-    let methods: Vec<_> = data.methods.iter().filter(|m| !m.is_baseline && m.points > 0).collect();
+    let methods: Vec<_> = data.methods.iter().filter(|m| !m.is_reference && m.points > 0).collect();
     let scores = |m: &MethodSummary| -> Vec<f64> {
         data.results_of(m.index).filter_map(|(_, r)| r.score).collect()
     };
@@ -166,17 +166,17 @@ pub(super) fn distribution(data: &ReportData) -> Option<Figure> {
                 format!(
                     "score on a point MDP: {} relative to {} (lower is better)",
                     noun(data),
-                    data.manifest.identity.baseline
+                    data.reference.name
                 )
             }),
             y_label: None,
         });
         bars(&mut canvas, &frame, h, color(data, m));
-        baseline_line(&mut canvas, &frame, (area.1, area.3), i == 0);
+        reference_line(&mut canvas, data, &frame, (area.1, area.3), i == 0);
         overall_mark(&mut canvas, &frame, m, h, area);
         let (y, style) = ((area.1 + area.3) / 2.0, TextStyle::new(Anchor::End));
         canvas.text(left - 44.0, y - 3.0, &label(data, m), style.bold());
-        let note = format!("worse than baseline: {}", worse(data, m));
+        let note = format!("worse than {}: {}", data.reference.as_label(), worse(data, m));
         canvas.text(left - 44.0, y + 13.0, &note, style.small().color(MUTED));
         if last && beyond {
             let x = frame.x(limit + 2.5 * width);
@@ -187,13 +187,14 @@ pub(super) fn distribution(data: &ReportData) -> Option<Figure> {
     canvas.text(8.0, 20.0, "number of point MDPs", TextStyle::new(Anchor::Start).color(MUTED));
     let description = sentence(methods.iter().zip(&histograms).map(|(m, h)| {
         let n = worse(data, m);
-        format!("{}: worse than the baseline on {n}, beyond the axis {}", label(data, m), h.over)
+        let (name, of) = (label(data, m), data.reference.in_short());
+        format!("{name}: worse than {of} on {n}, beyond the axis {}", h.over)
     }));
     let title = "Distribution of scores over point MDPs";
     Some(Figure { name: "distribution", svg: canvas.finish("distribution", title, &description) })
 }
 
-/// Returns on how many point MDPs a method is worse than the baseline.
+/// Returns on how many point MDPs a method is worse than what scores are divided by.
 fn worse(data: &ReportData, m: &MethodSummary) -> usize {
     data.results_of(m.index).filter(|(_, r)| r.score > Some(1.0)).count()
 }
@@ -237,11 +238,18 @@ fn overall_mark(
     canvas.text(x + side * 5.0, top + 11.0, &label, TextStyle::new(anchor).bold());
 }
 
-fn baseline_line(canvas: &mut Canvas, frame: &Frame, (top, bottom): (f64, f64), labelled: bool) {
+fn reference_line(
+    canvas: &mut Canvas,
+    data: &ReportData,
+    frame: &Frame,
+    (top, bottom): (f64, f64),
+    labelled: bool,
+) {
     let x = frame.x(1.0);
     canvas.line((x, top), (x, bottom), MUTED, 1.5, Some("5 4"));
     if labelled {
-        canvas.text(x, top - 8.0, "baseline = 1", TextStyle::new(Anchor::Middle).color(MUTED));
+        let label = format!("{} = 1", data.reference.as_label());
+        canvas.text(x, top - 8.0, &label, TextStyle::new(Anchor::Middle).color(MUTED));
     }
 }
 
@@ -315,7 +323,7 @@ pub(super) fn noun(data: &ReportData) -> &str {
 pub(super) fn with_interval(m: &MethodSummary) -> String {
     let value = m.overall.map_or_else(|| "-".to_owned(), |v| format::score_within(v, m.interval));
     match m.interval {
-        _ if m.is_baseline => format!("{value} (by definition)"),
+        _ if m.is_reference => format!("{value} (by definition)"),
         Some(i) => format!("{value} ({})", format::interval(i)),
         None => format!("{value} (no interval)"),
     }

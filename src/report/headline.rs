@@ -10,17 +10,16 @@ const FEW_SEEDS: usize = 5;
 
 /// Returns the headline: the best method and its score.
 pub(super) fn headline(data: &ReportData) -> String {
-    let baseline = &data.manifest.identity.baseline;
-    let others = data.methods.iter().filter(|m| !m.is_baseline && m.overall.is_some()).count();
+    let reference = data.reference.in_full();
+    let others = data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some()).count();
     match data.best() {
         None => "No method can be scored yet".to_owned(),
-        Some(_) if others == 0 => format!("Only the baseline {baseline} has results so far"),
-        Some(best) if best.is_baseline => {
+        Some(_) if others == 0 => format!("Only {reference} has results so far"),
+        Some(best) if best.is_reference => {
             let ranked = if data.unranked().next().is_some() { "ranked method" } else { "method" };
-            format!("No {ranked} beats the baseline {baseline}")
+            format!("No {ranked} beats {reference}")
         }
         Some(best) => {
-            let value = best.overall.unwrap_or(f64::NAN);
             let interval = best
                 .interval
                 .map_or_else(String::new, |i| format!(", 95% interval {}", format::interval(i)));
@@ -29,9 +28,10 @@ pub(super) fn headline(data: &ReportData) -> String {
                 n => format!("; {} not ranked", format::count(n, "method")),
             };
             format!(
-                "{}: {} of the baseline\u{2019}s {}{interval}{unranked}",
+                "{}: {} of {}\u{2019}s {}{interval}{unranked}",
                 best.method,
-                format::score_within(value, best.interval),
+                overall(best),
+                data.reference.in_short(),
                 noun(data)
             )
         }
@@ -42,17 +42,17 @@ pub(super) fn headline(data: &ReportData) -> String {
 pub(super) fn sentences(data: &ReportData) -> Vec<String> {
     let mut sentences = Vec::new();
     let Some(best) = data.best() else {
-        let baseline = &data.manifest.identity.baseline;
         return vec![format!(
-            "A score needs a finished task of a method and of the baseline {baseline} on the same \
-             point MDP, and there is no such pair yet."
+            "A score needs a finished task of a method and of {} on the same point MDP, and there is \
+             no such pair yet.",
+            data.reference.in_full()
         )];
     };
-    let rival = data.methods.iter().find(|m| !m.is_baseline && m.overall.is_some());
-    if let Some(m) = if best.is_baseline { rival } else { Some(best) } {
-        sentences.push(against_baseline(data, m));
+    let rival = data.methods.iter().find(|m| !m.is_reference && m.overall.is_some());
+    if let Some(m) = if best.is_reference { rival } else { Some(best) } {
+        sentences.extend(against_reference(data, m));
     }
-    if let Some(lead) = data.lead.as_ref().filter(|_| rival.is_some() && !best.is_baseline) {
+    if let Some(lead) = data.lead.as_ref().filter(|_| rival.is_some() && !best.is_reference) {
         let few = data.manifest.identity.evaluation_seeds.len() < FEW_SEEDS;
         let sure = if lead.interval.0 > 0.0 && few {
             "more evaluation seeds should confirm it, so few make intervals rough"
@@ -82,14 +82,19 @@ pub(super) fn sentences(data: &ReportData) -> Vec<String> {
     sentences
 }
 
-fn against_baseline(data: &ReportData, m: &MethodSummary) -> String {
-    let value = m.overall.unwrap_or(f64::NAN);
-    let name = &data.manifest.identity.baseline;
+/// Returns the score as text.
+fn overall(m: &MethodSummary) -> String {
+    m.overall.map_or_else(|| "-".to_owned(), |value| format::score_within(value, m.interval))
+}
+
+fn against_reference(data: &ReportData, m: &MethodSummary) -> Option<String> {
+    let value = m.overall?;
+    let (name, of) = (&data.reference.name, data.reference.in_short());
     let sure = match m.interval {
-        Some((_, high)) if high < 1.0 => "the whole interval is below the baseline\u{2019}s 1",
-        Some((low, _)) if low > 1.0 => "the whole interval is above the baseline\u{2019}s 1",
-        Some(_) => "the interval contains 1, so it may be no different from the baseline",
-        None => "no interval can be given, see the notes",
+        Some((_, high)) if high < 1.0 => format!("the whole interval is below {of}\u{2019}s 1"),
+        Some((low, _)) if low > 1.0 => format!("the whole interval is above {of}\u{2019}s 1"),
+        Some(_) => format!("the interval contains 1, so it may be no different from {of}"),
+        None => "no interval can be given, see the notes".to_owned(),
     };
     let direction = if value < 1.0 { "less" } else { "more" };
     // The headline names the best method and its score already.
@@ -104,17 +109,17 @@ fn against_baseline(data: &ReportData, m: &MethodSummary) -> String {
         format::percent((1.0 - value).abs()),
         noun(data),
     );
-    let baseline = data.methods.iter().find(|b| b.is_baseline).and_then(|b| b.objective);
-    if let (Some(own), Some(of_baseline), DELAY) =
-        (m.objective, baseline, data.manifest.identity.objective.as_str())
+    let reference = data.methods.iter().find(|b| b.is_reference).and_then(|b| b.objective);
+    if let (Some(own), Some(of_reference), DELAY) =
+        (m.objective, reference, data.manifest.identity.objective.as_str())
     {
         text.push_str(&format!(
             " The average intersection has {} s of delay per vehicle, against {} s.",
             format::delay(own),
-            format::delay(of_baseline)
+            format::delay(of_reference)
         ));
     }
-    text
+    Some(text)
 }
 
 /// Says how much of the family the estimates rest on.

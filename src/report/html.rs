@@ -4,12 +4,15 @@ use minijinja::{Value, context};
 
 use super::curves::{FEW_TRAININGS, SMOOTHED_OVER, common_points};
 use super::data::{MethodSummary, ReportData, ScoreRow};
+use super::episodes::{EpisodeSummary, GRIDLOCK_EXCESS, GRIDLOCK_SHARE};
 use super::figures::{Figure, label, level_shares};
 use super::headline::{headline, sentences};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
 use super::page::render;
-use super::training::{GRIDLOCK_SCORE, GRIDLOCK_SHARE, LearnerSummary};
-use super::{format, text};
+use super::reference::baseline_in_full;
+use super::summaries::Estimated;
+use super::training::LearnerSummary;
+use super::{format, further, text};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
 
@@ -43,15 +46,24 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         scenario => identity.scenario.as_str(),
         headline => headline(data),
         sentences => sentences(data),
-        warnings => text::notes(data),
+        warnings => text::warnings(data),
+        disagree => further::disagreements(data).len(),
         is_delay,
         objective => identity.objective.as_str(),
-        baseline => identity.baseline.as_str(),
+        baseline => data.reference.name.as_str(),
+        of => data.reference.in_short(),
+        label => data.reference.as_label(),
+        divisor => if data.reference.is_baseline { "baseline" } else { "divisor" },
+        against => (!data.reference.is_baseline).then(|| baseline_in_full(&identity.baseline)),
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m)).collect::<Vec<_>>(),
         names => data.methods.iter().map(|m| m.method.clone()).collect::<Vec<_>>(),
         chosen => data.points.len(),
         common => common(data),
+        further => further_values(data),
+        gridlock_excess => (100.0 * GRIDLOCK_EXCESS).round() as u32,
+        gridlock_share => format::percent(GRIDLOCK_SHARE),
+        once => text::trained_once(data).join(", "),
         overall => figure("overall"),
         learning => figure("learning"),
         training => training(data),
@@ -68,7 +80,7 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         context => figure("context"),
         failures => data.failed().take(FAILURE_ROWS).map(|r| failure(data, r)).collect::<Vec<_>>(),
         failed => data.failed().count(),
-        without_baseline => data.methods.iter().map(|m| m.without_baseline).max().unwrap_or(0),
+        without_reference => data.methods.iter().map(|m| m.without_reference).max().unwrap_or(0),
         missing => data.missing(),
         planned => data.rows.len(),
         sampling => data.sampling(),
@@ -86,19 +98,18 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
 }
 
 fn method(data: &ReportData, m: &MethodSummary) -> Value {
-    let dash = || "\u{2013}".to_owned();
     let metric = |name: &str| m.metrics.get(name).map_or_else(dash, |v| format::delay(*v));
     let interval = match m.interval {
-        _ if m.is_baseline && m.overall.is_some() => "by definition".to_owned(),
+        _ if m.is_reference && m.overall.is_some() => "by definition".to_owned(),
         Some(i) => format::interval(i),
         None => dash(),
     };
     // The baseline scores 1 everywhere.
-    let worst = m.worst.as_ref().filter(|_| !m.is_baseline);
+    let worst = m.worst.as_ref().filter(|_| !m.is_reference);
     context! {
         name => m.method.as_str(),
         label => label(data, m),
-        is_baseline => m.is_baseline,
+        is_reference => m.is_reference,
         rank => m.rank.map_or_else(dash, |r| r.to_string()),
         overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
         interval,
@@ -112,7 +123,57 @@ fn method(data: &ReportData, m: &MethodSummary) -> Value {
         failed => m.failed,
         missing => m.missing,
         levels => level_shares(data, m).map(format::percent).to_vec(),
+        summaries => summaries(data, m),
+        episodes => episodes(&m.episodes),
     }
+}
+
+/// Returns the score and the summaries beside it; those by level of service need a delay.
+fn summaries(data: &ReportData, m: &MethodSummary) -> Vec<Value> {
+    let s = &m.summaries;
+    let score = m.overall.map(|value| Estimated { value, interval: m.interval });
+    let mut all = vec![score, s.ratio_of_means, s.median, s.geometric_mean];
+    if data.manifest.identity.objective == DELAY {
+        all.extend([s.up_to_e, s.at_f]);
+    }
+    let value = |e: Option<Estimated>| {
+        let interval = e.and_then(|e| e.interval).filter(|_| !m.is_reference);
+        context! {
+            value => e.map_or_else(dash, |e| format::score_within(e.value, e.interval)),
+            interval => interval.map(format::interval),
+        }
+    };
+    all.into_iter().map(value).collect()
+}
+
+fn dash() -> String {
+    "\u{2013}".to_owned()
+}
+
+fn episodes(e: &EpisodeSummary) -> Value {
+    let share = |s: Option<f64>| s.map_or_else(dash, |s| format!("{:.1}%", 100.0 * s));
+    context! {
+        count => e.episodes,
+        unfinished => share(e.unfinished),
+        gridlocked => share(e.gridlocked),
+        median => e.median_relative.map_or_else(dash, format::score),
+        worst => e.worst_relative.map_or_else(dash, format::score),
+        median_s => e.median.map_or_else(dash, format::delay),
+        worst_s => e.worst.map_or_else(dash, format::delay),
+    }
+}
+
+/// Returns what the section of further summaries says; undefined without a method beside the
+/// reference.
+fn further_values(data: &ReportData) -> Option<Value> {
+    let others = data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference);
+    others.then(|| {
+        context! {
+            disagreements => further::disagreements(data),
+            overloaded => data.overloaded.map(|o| o.in_words()),
+            unfinished => further::unfinished(data),
+        }
+    })
 }
 
 /// Returns the comparison on the point MDPs that all methods have; undefined when all are ranked.
@@ -136,15 +197,13 @@ fn training(data: &ReportData) -> Option<Value> {
             points,
             few => FEW_TRAININGS,
             smoothed => SMOOTHED_OVER,
-            gridlock_score => GRIDLOCK_SCORE,
-            gridlock_share => format::percent(GRIDLOCK_SHARE),
             failed => learners.iter().map(|l| l.failed).sum::<usize>(),
         }
     })
 }
 
 fn learner(l: &LearnerSummary<'_>) -> Value {
-    let score = |v: Option<f64>| v.map_or_else(|| "\u{2013}".to_owned(), format::score);
+    let score = |v: Option<f64>| v.map_or_else(dash, format::score);
     let m = l.method;
     context! {
         name => m.method.as_str(),
@@ -153,14 +212,15 @@ fn learner(l: &LearnerSummary<'_>) -> Value {
         failed => l.failed,
         diverged => l.diverged,
         episodes => l.episodes,
-        overall => m.overall.map_or_else(|| score(None), |v| format::score_within(v, m.interval)),
+        overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
         best => score(l.best),
         last_ten => score(l.last_ten),
         worse => l.worse,
-        gridlocked => l.gridlocked,
+        gridlocked => l.gridlocked.map_or_else(dash, |n| n.to_string()),
+        evaluated => episodes(&m.episodes),
         median => score(l.median),
         worst => score(l.worst),
-        time => l.wall_s.map_or_else(|| score(None), format::duration),
+        time => l.wall_s.map_or_else(dash, format::duration),
     }
 }
 
@@ -175,7 +235,7 @@ fn worst(data: &ReportData) -> Vec<Value> {
         .map(|(p, r)| {
             let delay = |m: &MethodSummary| {
                 let result = p.results[m.index].as_ref();
-                result.map_or_else(|| "\u{2013}".to_owned(), |r| format::delay(r.objective))
+                result.map_or_else(dash, |r| format::delay(r.objective))
             };
             context! {
                 point => p.row.point.as_str(),

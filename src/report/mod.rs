@@ -7,10 +7,13 @@ mod context;
 mod csv;
 mod curves;
 pub mod data;
+mod episodes;
 mod figures;
 mod format;
+mod further;
 mod headline;
 mod html;
+mod json;
 pub mod level_of_service;
 mod map;
 mod page;
@@ -18,6 +21,9 @@ mod palette;
 mod points;
 pub mod quality;
 mod ranking;
+mod reference;
+mod signals;
+mod summaries;
 mod svg;
 pub mod text;
 mod training;
@@ -25,9 +31,13 @@ mod write;
 
 use std::path::PathBuf;
 
-pub use data::{JsonRow, MethodSummary, ReportData};
+pub use data::{MethodSummary, ReportData};
+pub use episodes::{Episode, EpisodeSummary};
+pub use json::JsonRow;
 pub use points::{PointResult, PointSummary};
 pub use ranking::Common;
+pub use reference::{Reference, check_name};
+pub use summaries::{Estimated, Overloaded, Summaries};
 pub use training::{LearnerSummary, Training};
 pub use write::{write, write_data};
 
@@ -43,6 +53,29 @@ pub enum ReportError {
     /// A file of the report cannot be written.
     #[error(transparent)]
     Io(#[from] FileError),
+    /// Scores cannot be divided by a method that the run does not have.
+    #[error("no scores against `{method}`, which is not in the run; its methods are {methods}")]
+    NotInRun {
+        /// The method.
+        method: String,
+        /// The methods of the run.
+        methods: String,
+    },
+    /// Scores cannot be divided by a method that lacks results.
+    #[error(
+        "no scores against `{method}`: it has no delay above 0 on {missing} of {points} ({some}); \
+         finish the run, or leave --against out"
+    )]
+    Incomplete {
+        /// The method.
+        method: String,
+        /// Number of point MDPs without a result.
+        missing: usize,
+        /// Number of chosen point MDPs, in words.
+        points: String,
+        /// Some of those without a result.
+        some: String,
+    },
     /// The page's template does not fit its data, which is a mistake in this program.
     #[error("the report's page cannot be rendered: {0}; please report this")]
     Template(String),
@@ -57,6 +90,8 @@ pub struct ReportPaths {
     pub scores: PathBuf,
     /// `DIR/report/summary.csv`.
     pub summary: PathBuf,
+    /// `DIR/report/episodes.csv`.
+    pub episodes: PathBuf,
     /// `DIR/report/training.csv`; there when a method learned.
     pub training: Option<PathBuf>,
     /// `DIR/report/*.svg`.

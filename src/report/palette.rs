@@ -5,11 +5,11 @@ const BASELINE: &str = "#8c8c8c";
 
 /// Colours and line styles (the pattern of dashes; empty for a solid line) of the methods.
 ///
-/// The first three, orange and sky blue are Okabe and Ito's; hue alone does not keep nine methods
+/// The first three, orange and sky blue are Okabe and Ito's; hue alone does not keep ten methods
 /// apart, so the others differ in lightness, and learners, whose curves cross, in their dashes.
 ///
 /// Source: M. Okabe and K. Ito, "Color universal design", 2008.
-const METHODS: [(&str, &str, &str); 9] = [
+const METHODS: [(&str, &str, &str); 10] = [
     ("fixed-time", "#0072b2", ""),
     ("max-pressure", "#d55e00", ""),
     ("actuated", "#009e73", ""),
@@ -19,6 +19,7 @@ const METHODS: [(&str, &str, &str); 9] = [
     ("mplight-star", "#993333", "3 3"),
     ("mplight-star-resco", "#bb33ff", "10 3 2 3"),
     ("program", "#66002b", ""),
+    ("max-pressure-resco", "#0011dd", ""),
 ];
 
 /// Colours from best to worst, readable in the same order by colour-blind readers.
@@ -90,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_blind_readers_see_nine_different_colours() {
+    fn colour_blind_readers_see_ten_different_colours() {
         for eye in &EYES {
             for (i, a) in METHODS.iter().enumerate() {
                 for b in &METHODS[..i] {
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn a_method_has_its_colour_in_every_report() {
         assert_eq!(method("actuated", 0), method("actuated", 5));
-        assert_eq!(method("unheard-of", 10), "#d55e00");
+        assert_eq!(method("unheard-of", 11), "#d55e00");
         assert_eq!((dash("idqn"), dash("ippo"), dash("unheard-of")), (None, Some("9 4"), None));
     }
 }

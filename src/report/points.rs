@@ -1,9 +1,11 @@
-//! What every method achieved on every point MDP: replicates averaged, seeds paired with the
-//! baseline's.
+//! What every method achieved on every point MDP: replicates averaged, seeds paired with those of
+//! what scores are divided by.
 
 use std::collections::BTreeMap;
 
 use super::data::ScoreRow;
+use super::level_of_service::{self, DELAY};
+use super::reference::Reference;
 use crate::sample::Sampling;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
@@ -17,10 +19,15 @@ type BySeed = BTreeMap<u64, f64>;
 /// One point MDP under all methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointSummary {
+    /// Position among the chosen point MDPs.
+    pub index: usize,
     /// The point MDP.
     pub row: PointRow,
     /// Weight of its scores in the estimates.
     pub weight: f64,
+    /// Whether the baseline, whatever scores are divided by, leaves it at level of service F; `None`
+    /// when it has no record or the objective is no delay.
+    pub at_f: Option<bool>,
     /// What each method achieved, in the order of the manifest; `None` without a record.
     pub results: Vec<Option<PointResult>>,
 }
@@ -32,23 +39,26 @@ pub struct PointResult {
     pub objective: f64,
     /// Mean of every metric that all replicates have.
     pub metrics: Metrics,
-    /// The score; `None` where the baseline has no record or an objective of 0.
+    /// The score; `None` where what it is divided by has no record or an objective of 0.
     pub score: Option<f64>,
     /// What the interval is computed from; there when the score is.
     pub objectives: Option<PointObjectives>,
 }
 
 /// Returns the point MDPs in the order of the manifest and the tasks in the order of the plan.
-pub(super) fn summarise_points(results: &Results) -> (Vec<PointSummary>, Vec<ScoreRow>) {
+pub(super) fn summarise_points(
+    results: &Results,
+    reference: &Reference,
+) -> (Vec<PointSummary>, Vec<ScoreRow>) {
     let identity = &results.manifest.identity;
     let position: BTreeMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
     let records = records_by_cell(results, &position);
     let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
     let objective = identity.objective.as_str();
-    let baselines: Vec<BySeed> = (0..identity.points.len())
+    let of_reference: Vec<BySeed> = (0..identity.points.len())
         .map(|point| {
-            let cell = baseline.and_then(|method| records.get(&(method, point)));
+            let cell = reference.index.and_then(|method| records.get(&(method, point)));
             mean_by_seed(cell.map_or(&[][..], Vec::as_slice), objective)
         })
         .collect();
@@ -58,18 +68,23 @@ pub(super) fn summarise_points(results: &Results) -> (Vec<PointSummary>, Vec<Sco
         .enumerate()
         .map(|(point, row)| {
             let draw = identity.sample.draws.iter().find(|d| d.point == row.point);
-            let results = (0..identity.methods.len())
+            let results: Vec<Option<PointResult>> = (0..identity.methods.len())
                 .map(|method| {
                     let cell = records.get(&(method, point))?;
-                    let own = Some(method) == baseline;
-                    let mut result = summarise_cell(cell, &baselines[point], objective, own)?;
+                    let own = Some(method) == reference.index;
+                    let mut result = summarise_cell(cell, &of_reference[point], objective, own)?;
                     if let (Some(o), Some(draw)) = (&mut result.objectives, draw) {
                         (o.weight, o.draws) = (draw.weight, draws_of(results, draw.count));
                     }
                     Some(result)
                 })
                 .collect();
-            PointSummary { row: row.clone(), weight: draw.map_or(0.0, |d| d.weight), results }
+            let of_baseline = baseline.and_then(|b| results[b].as_ref());
+            let at_f = of_baseline
+                .filter(|_| objective == DELAY)
+                .map(|r| level_of_service::letter(r.objective) == 'F');
+            let weight = draw.map_or(0.0, |d| d.weight);
+            PointSummary { index: point, row: row.clone(), weight, at_f, results }
         })
         .collect();
     let rows = results
@@ -79,7 +94,7 @@ pub(super) fn summarise_points(results: &Results) -> (Vec<PointSummary>, Vec<Sco
             let point = *position.get(task.point.as_str())?;
             let record = results.records.get(&task.task);
             let summary = record.map(|r| &r.summary);
-            let scored = record.and_then(|r| score_of(r, &baselines[point], objective));
+            let scored = record.and_then(|r| score_of(r, &of_reference[point], objective));
             Some(ScoreRow {
                 method: task.method.clone(),
                 point,
@@ -87,7 +102,7 @@ pub(super) fn summarise_points(results: &Results) -> (Vec<PointSummary>, Vec<Sco
                 outcome: summary.map(|s| s.outcome),
                 reason: summary.and_then(|s| s.reason.clone()),
                 metrics: summary.map_or_else(Metrics::new, |s| s.metrics.clone()),
-                baseline: scored.map(|s| s.0),
+                reference: scored.map(|s| s.0),
                 score: scored.map(|s| s.1),
             })
         })
@@ -136,35 +151,35 @@ fn mean_by_seed(records: &[&Record], objective: &str) -> BySeed {
     values.into_iter().filter_map(|(seed, v)| Some((seed, mean(&v)?))).collect()
 }
 
-/// Returns the baseline's mean and the score of one record on the seeds that both have.
-fn score_of(record: &Record, baseline: &BySeed, objective: &str) -> Option<(f64, f64)> {
+/// Returns the reference's mean and the score of one record on the seeds that both have.
+fn score_of(record: &Record, reference: &BySeed, objective: &str) -> Option<(f64, f64)> {
     let values = by_seed(record, objective);
-    let (method, baseline): (Vec<f64>, Vec<f64>) =
-        values.iter().filter_map(|(seed, v)| Some((*v, *baseline.get(seed)?))).unzip();
-    Some((mean(&baseline)?, crate::stats::score(&method, &baseline).ok()?))
+    let (method, reference): (Vec<f64>, Vec<f64>) =
+        values.iter().filter_map(|(seed, v)| Some((*v, *reference.get(seed)?))).unzip();
+    Some((mean(&reference)?, crate::stats::score(&method, &reference).ok()?))
 }
 
 fn summarise_cell(
     records: &[&Record],
-    baseline: &BySeed,
+    reference: &BySeed,
     objective: &str,
-    is_baseline: bool,
+    is_reference: bool,
 ) -> Option<PointResult> {
     let values: Vec<f64> =
         records.iter().filter_map(|r| r.summary.metrics.get(objective).copied()).collect();
-    let seeds: Vec<u64> = baseline
+    let seeds: Vec<u64> = reference
         .keys()
         .copied()
         .filter(|seed| records.iter().all(|r| by_seed(r, objective).contains_key(seed)))
         .collect();
     let on_seeds = |values: &BySeed| seeds.iter().map(|s| values[s]).collect::<Vec<f64>>();
-    // The baseline is its own measure: 1 by definition, however many replicates it has.
-    let method = match is_baseline {
-        true => vec![on_seeds(baseline)],
+    // It is its own measure: 1 by definition, however many replicates it has.
+    let method = match is_reference {
+        true => vec![on_seeds(reference)],
         false => records.iter().map(|r| on_seeds(&by_seed(r, objective))).collect(),
     };
     let objectives =
-        PointObjectives { weight: 0.0, draws: 1, method, baseline: on_seeds(baseline) };
+        PointObjectives { weight: 0.0, draws: 1, method, baseline: on_seeds(reference) };
     let score = objectives.score().ok();
     Some(PointResult {
         objective: mean(&values)?,

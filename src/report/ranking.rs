@@ -4,10 +4,9 @@
 
 use std::collections::BTreeSet;
 
-use super::data::{MethodSummary, ScoreRow, summarise_method};
+use super::data::{MethodSummary, ScoreRow, Study, summarise_method};
 use super::points::PointSummary;
 use crate::stats::Bootstrap;
-use crate::store::manifest::Manifest;
 
 /// A method with what its estimate could have been.
 pub(super) type Estimate = (MethodSummary, Option<Bootstrap>);
@@ -30,20 +29,16 @@ fn scored(points: &[PointSummary], method: usize) -> BTreeSet<usize> {
 
 /// Returns the estimates of all methods, best first; those that lack point MDPs which another one
 /// has come last and without a rank.
-pub(super) fn rank(
-    manifest: &Manifest,
-    points: &[PointSummary],
-    rows: &[ScoreRow],
-) -> Vec<Estimate> {
+pub(super) fn rank(study: Study<'_>) -> Vec<Estimate> {
     let all: Vec<BTreeSet<usize>> =
-        (0..manifest.identity.methods.len()).map(|m| scored(points, m)).collect();
+        (0..study.manifest.identity.methods.len()).map(|m| scored(study.points, m)).collect();
     let mut estimates: Vec<Estimate> =
-        (0..all.len()).map(|index| summarise_method(manifest, index, points, rows)).collect();
-    let others = estimates.iter().filter(|(m, _)| !m.is_baseline).map(|(m, _)| &all[m.index]);
+        (0..all.len()).map(|index| summarise_method(study, index)).collect();
+    let others = estimates.iter().filter(|(m, _)| !m.is_reference).map(|(m, _)| &all[m.index]);
     // Of equally many the first, as the manifest has them.
     let most = others.rev().max_by_key(|points| points.len());
     let ranked = |m: &MethodSummary| {
-        m.overall.is_some() && (m.is_baseline || most.is_none_or(|most| all[m.index] == *most))
+        m.overall.is_some() && (m.is_reference || most.is_none_or(|most| all[m.index] == *most))
     };
     estimates.sort_by(|(a, _), (b, _)| {
         let key = |m: &MethodSummary| m.overall.unwrap_or(f64::INFINITY);
@@ -58,21 +53,18 @@ pub(super) fn rank(
 
 /// Compares all methods with results where all of them have some; `None` when they are all ranked
 /// anyway, or have nothing in common.
-pub(super) fn common(
-    manifest: &Manifest,
-    estimates: &[Estimate],
-    points: &[PointSummary],
-    rows: &[ScoreRow],
-) -> Option<Common> {
+pub(super) fn common(study: Study<'_>, estimates: &[Estimate]) -> Option<Common> {
     let with_results = || estimates.iter().filter(|(m, _)| m.overall.is_some());
     if with_results().all(|(m, _)| m.rank.is_some()) {
         return None;
     }
-    let sets = with_results().map(|(m, _)| scored(points, m.index));
+    let sets = with_results().map(|(m, _)| scored(study.points, m.index));
     let shared = sets.reduce(|a, b| &a & &b).filter(|shared| !shared.is_empty())?;
-    let points: Vec<PointSummary> = shared.iter().map(|i| points[*i].clone()).collect();
-    let rows: Vec<ScoreRow> = rows.iter().filter(|r| shared.contains(&r.point)).cloned().collect();
-    let methods = rank(manifest, &points, &rows).into_iter().map(|(m, _)| m);
+    let points: Vec<PointSummary> = shared.iter().map(|i| study.points[*i].clone()).collect();
+    let rows: Vec<ScoreRow> =
+        study.rows.iter().filter(|r| shared.contains(&r.point)).cloned().collect();
+    let on_shared = Study { points: &points, rows: &rows, ..study };
+    let methods = rank(on_shared).into_iter().map(|(m, _)| m);
     let methods = methods.filter(|m| m.overall.is_some()).collect();
     Some(Common { points: points.len(), methods })
 }

@@ -3,29 +3,35 @@
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 
 use super::data::{MethodSummary, ReportData};
-use super::format;
+use super::reference::baseline_in_full;
+use super::{format, further};
 
-const HEADER: [&str; 8] = [
-    "rank",
-    "method",
-    "score",
-    "95% interval",
-    "delay (s)",
-    "worst point MDP (score)",
-    "points",
-    "failed",
-];
+const HEADER: [&str; 8] =
+    ["rank", "method", "score", "95% interval", "delay (s)", "worst", "points", "failed"];
 
 /// Columns of numbers, which are aligned to the right.
-const RIGHT: [usize; 6] = [0, 2, 3, 4, 6, 7];
+const RIGHT: [usize; 7] = [0, 2, 3, 4, 5, 6, 7];
 
-/// Returns the ranking of the methods, best first, and below it, where some are not ranked, all of
-/// them on the point MDPs that they have in common; [`notes`] belong below it.
+/// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
+/// ranked, all of them on the point MDPs that they have in common; [`notes`] belong below it.
+///
+/// No line is longer than 100 characters as long as names of methods have at most 24.
 pub fn table(data: &ReportData) -> String {
-    let mut text = ranking(&data.methods, data.points.len());
+    let mut text = String::new();
+    if !data.reference.is_baseline {
+        let baseline = baseline_in_full(&data.manifest.identity.baseline);
+        text.push_str(&format!(
+            "Scores against {}, not against {baseline}:\n\n",
+            data.reference.name
+        ));
+    }
+    text.push_str(&ranking(data, &data.methods, data.points.len()));
+    if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
+        text.push_str(&format!("\n\n{}\n\n{}", further::legend(data), further::table(data)));
+    }
     if let Some(common) = &data.common {
         text.push_str(&format!("\n\n{}\n\n", common_title(data)));
-        text.push_str(&ranking(&common.methods, common.points));
+        text.push_str(&ranking(data, &common.methods, common.points));
     }
     text
 }
@@ -37,37 +43,41 @@ pub(super) fn common_title(data: &ReportData) -> String {
     format!("On the {n} that all {} methods with results finished:", common.methods.len())
 }
 
-fn ranking(methods: &[MethodSummary], points: usize) -> String {
+fn ranking(data: &ReportData, methods: &[MethodSummary], points: usize) -> String {
+    let rows = methods.iter().map(|m| row(data, m, points).to_vec()).collect();
+    plain_table(&HEADER, &RIGHT, rows)
+}
+
+/// Returns a table with a rule below its heading; the columns of numbers are aligned to the right.
+pub(super) fn plain_table(header: &[&str], right: &[usize], rows: Vec<Vec<String>>) -> String {
     let mut table = Table::new();
     let rule = LineStyle::none().fill('-').junction('-');
-    table.load_style(TableStyle::new().header_separator(rule)).set_header(HEADER);
-    for i in RIGHT {
-        if let Some(column) = table.column_mut(i) {
+    table.load_style(TableStyle::new().header_separator(rule)).set_header(header);
+    for i in right {
+        if let Some(column) = table.column_mut(*i) {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    for m in methods {
-        table.add_row(row(m, points));
+    for row in rows {
+        table.add_row(row);
     }
     table.trim_fmt()
 }
 
-fn row(m: &MethodSummary, points: usize) -> [String; 8] {
+fn row(data: &ReportData, m: &MethodSummary, points: usize) -> [String; 8] {
     let dash = || "-".to_owned();
     [
         m.rank.map_or_else(dash, |r| r.to_string()),
-        if m.is_baseline { format!("{} (baseline)", m.method) } else { m.method.clone() },
+        if m.is_reference { data.reference.marked() } else { m.method.clone() },
         m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
         match m.interval {
-            _ if m.is_baseline && m.overall.is_some() => "by definition".to_owned(),
+            _ if m.is_reference && m.overall.is_some() => "by definition".to_owned(),
             Some(i) => format::interval(i),
             None => dash(),
         },
         m.objective.map_or_else(dash, format::delay),
         match &m.worst {
-            Some((point, score)) if !m.is_baseline => {
-                format!("{point} ({})", format::score(*score))
-            }
+            Some((_, score)) if !m.is_reference => format::score(*score),
             _ => dash(),
         },
         format!("{}/{points}", m.points),
@@ -75,8 +85,16 @@ fn row(m: &MethodSummary, points: usize) -> [String; 8] {
     ]
 }
 
-/// Returns what a reader of the ranking must know: what is missing and what is not in the interval.
+/// Returns what a reader of the ranking must know: what is missing, what is not in the interval, and
+/// where summaries disagree.
 pub fn notes(data: &ReportData) -> Vec<String> {
+    let mut notes = warnings(data);
+    notes.extend(further::disagreements(data));
+    notes
+}
+
+/// Returns the notes without where summaries disagree.
+pub(super) fn warnings(data: &ReportData) -> Vec<String> {
     let mut notes = Vec::new();
     let planned = data.rows.len();
     let missing = data.missing();
@@ -94,14 +112,15 @@ pub fn notes(data: &ReportData) -> Vec<String> {
     }
     let identity = &data.manifest.identity;
     let still: Vec<&str> = (data.rows.iter())
-        .filter(|r| r.method == identity.baseline)
+        .filter(|r| r.method == data.reference.name)
         .filter(|r| r.metrics.get(&identity.objective) == Some(&0.0))
         .map(|r| data.points[r.point].row.point.as_str())
         .collect();
     if !still.is_empty() {
         notes.push(format!(
-            "No score on {}: the baseline has no delay there, as on a road without vehicles; give it demand.",
-            still.join(", ")
+            "No score on {}: {} has no delay there, as on a road without vehicles; give it demand.",
+            still.join(", "),
+            data.reference.in_short()
         ));
     }
     let chosen = data.points.len();
@@ -109,7 +128,7 @@ pub fn notes(data: &ReportData) -> Vec<String> {
         data.unranked().map(|m| format!("{} ({} of {chosen})", m.method, m.points)).collect();
     if !unranked.is_empty() {
         let where_to_compare = match &data.common {
-            Some(_) => "the second table compares all methods where all have results",
+            Some(_) => "a further table compares all methods where all have results",
             None => "no point MDP has results of all methods, so nothing compares them yet",
         };
         notes.push(format!(
@@ -118,10 +137,10 @@ pub fn notes(data: &ReportData) -> Vec<String> {
             unranked.join(", ")
         ));
     } else if data.methods.iter().any(|m| m.points != chosen) {
-        notes.push(
-            "Scores are over the point MDPs that both the method and the baseline finished."
-                .to_owned(),
-        );
+        notes.push(format!(
+            "Scores are over the point MDPs that both the method and {} finished.",
+            data.reference.in_short()
+        ));
     }
     let partly = data.partly_replicated();
     if !partly.is_empty() {
@@ -131,7 +150,7 @@ pub fn notes(data: &ReportData) -> Vec<String> {
             partly.into_iter().collect::<Vec<_>>().join(", ")
         ));
     }
-    let others = || data.methods.iter().filter(|m| !m.is_baseline && m.overall.is_some());
+    let others = || data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some());
     if others().any(|m| m.interval.is_none()) {
         notes.push(
             "Without interval: it takes at least two evaluation seeds, and two point MDPs where others of \
@@ -139,5 +158,42 @@ pub fn notes(data: &ReportData) -> Vec<String> {
                 .to_owned(),
         );
     }
+    notes.extend(luck(data));
     notes
+}
+
+/// Returns the methods that tune or learn, once per point MDP, and have an interval.
+pub(super) fn trained_once(data: &ReportData) -> Vec<&str> {
+    let identity = &data.manifest.identity;
+    (data.methods.iter())
+        .filter(|m| !m.is_reference && m.interval.is_some())
+        .map(|m| m.method.as_str())
+        .filter(|m| data.trained.contains(*m) && identity.replicates_of(m) == 1)
+        .collect()
+}
+
+/// Says whose luck of tuning or training no interval has.
+fn luck(data: &ReportData) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let once = trained_once(data);
+    let how = match data.points.len() < data.manifest.identity.sample.family_size {
+        true => {
+            "contain the luck of tuning and training only as far as it differs between point MDPs"
+        }
+        false => "exclude the luck of tuning and training",
+    };
+    if !once.is_empty() {
+        sentences.push(format!(
+            "The intervals of {} {how}: each was tuned or trained once per point MDP; --replicates R \
+             includes it.",
+            once.join(", ")
+        ));
+    }
+    let reference = &data.reference.name;
+    if data.trained.contains(reference) {
+        sentences.push(format!(
+            "No interval covers that {reference}, which all are divided by, could have come out otherwise."
+        ));
+    }
+    sentences
 }

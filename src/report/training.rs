@@ -1,30 +1,26 @@
 //! How learners were trained: one entry per training, one summary per learner.
 //!
 //! A learner is a method whose training episodes have a return, or that diverged. Every delay is
-//! divided by the baseline's mean delay on the point MDP, so that trainings compare and RESCO's two
-//! ways of reporting stand beside the score.
+//! divided by the mean delay on the point MDP of what scores are divided by, so that trainings compare
+//! and RESCO's two ways of reporting stand beside the score.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::data::{MethodSummary, ReportData, ScoreRow};
-use super::points::PointSummary;
+use super::data::{MethodSummary, ReportData, Study};
+use super::episodes::{Episode, EpisodeSummary};
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
 use crate::store::record::{Metrics, Outcome, Record, RowKind};
 use crate::store::results::Results;
 
 /// Metric of a training episode that only learners have.
-const RETURN: &str = "return";
+pub(super) const RETURN: &str = "return";
+
+/// Metric of the training episodes in which a learner updated its network.
+pub(super) const LOSS: &str = "loss";
 
 /// How the reason of a training that diverged begins.
 const DIVERGED: &str = "training diverged";
-
-/// Score above which a training ended in gridlock.
-pub(super) const GRIDLOCK_SCORE: f64 = 3.0;
-
-/// Share of vehicles that never entered, more than under the baseline, above which a training ended
-/// in gridlock. Where demand is above capacity, up to half of them never enter under any method.
-pub(super) const GRIDLOCK_SHARE: f64 = 0.1;
 
 /// One training: a learner on a point MDP, once.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,15 +37,21 @@ pub struct Training {
     pub diverged: bool,
     /// Score of what was learned, on the evaluation seeds.
     pub score: Option<f64>,
-    /// Delay in the best training episode, relative to the baseline.
+    /// Its evaluation episodes.
+    pub evaluations: EpisodeSummary,
+    /// Delay in the best training episode, relative to the reference.
     pub resco_best: Option<f64>,
-    /// Mean delay in the last ten training episodes, relative to the baseline.
+    /// Mean delay in the last ten training episodes, relative to the reference.
     pub resco_last_ten: Option<f64>,
-    /// Whether it ended in gridlock: a score above 3, or of all vehicles a tenth more than under the
-    /// baseline never entered.
-    pub gridlocked: bool,
-    /// Delay of every training episode, relative to the baseline; empty without a baseline.
+    /// Whether one of its evaluation episodes or more ended in gridlock; `None` when that is not
+    /// known.
+    pub gridlocked: Option<bool>,
+    /// Delay of every training episode, relative to the reference; empty without a reference.
     pub curve: Vec<f64>,
+    /// Return of every training episode; `None` where there is none.
+    pub returns: Vec<Option<f64>>,
+    /// Loss of every training episode; `None` where nothing was updated.
+    pub losses: Vec<Option<f64>>,
     /// Number of training episodes.
     pub episodes: usize,
     /// Wall-clock time of training and evaluation, seconds.
@@ -75,10 +77,11 @@ pub struct LearnerSummary<'a> {
     pub best: Option<f64>,
     /// Overall performance if the last ten training episodes counted.
     pub last_ten: Option<f64>,
-    /// Trainings that ended worse than the baseline.
+    /// Trainings that ended worse than the reference.
     pub worse: usize,
-    /// Trainings that ended in gridlock.
-    pub gridlocked: usize,
+    /// Trainings of which an evaluation episode ended in gridlock; `None` when that is not known of
+    /// some.
+    pub gridlocked: Option<usize>,
     /// Median score over trainings, each counting once.
     pub median: Option<f64>,
     /// Highest score of a training.
@@ -118,7 +121,10 @@ impl ReportData {
             best: self.weighted(trainings(), |t| t.resco_best),
             last_ten: self.weighted(trainings(), |t| t.resco_last_ten),
             worse: count(&|t| t.score > Some(1.0)),
-            gridlocked: count(&|t| t.gridlocked),
+            gridlocked: trainings()
+                .filter(|t| t.score.is_some())
+                .map(|t| t.gridlocked.map(usize::from))
+                .sum(),
             median: median(&scores),
             worst: scores.iter().copied().reduce(f64::max),
             wall_s: median(&walls),
@@ -144,11 +150,7 @@ impl ReportData {
 }
 
 /// Returns the trainings, one per task of a learner.
-pub(super) fn trainings(
-    results: &Results,
-    points: &[PointSummary],
-    rows: &[ScoreRow],
-) -> Vec<Training> {
+pub(super) fn trainings(results: &Results, study: Study<'_>) -> Vec<Training> {
     let identity = &results.manifest.identity;
     let learners: BTreeSet<&str> = results
         .records
@@ -156,40 +158,57 @@ pub(super) fn trainings(
         .filter(|r| learned(r))
         .map(|r| r.summary.method.as_str())
         .collect();
-    let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
     let objective = identity.objective.as_str();
-    let tasks = results.plan.iter().zip(rows);
+    let mut evaluations: BTreeMap<(&str, usize, u32), Vec<&Episode>> = BTreeMap::new();
+    for episode in study.episodes.iter().filter(|e| e.kind == RowKind::Evaluation) {
+        let method = identity.methods[episode.method].as_str();
+        let key = (method, episode.point, episode.replicate);
+        evaluations.entry(key).or_default().push(episode);
+    }
+    let tasks = results.plan.iter().zip(study.rows);
     let of_learners = tasks.filter(|(task, _)| learners.contains(task.method.as_str()));
     of_learners
         .map(|(task, row)| {
-            let of_baseline = baseline.and_then(|b| points[row.point].results[b].as_ref());
-            let unit = of_baseline.map(|b| b.objective).filter(|delay| *delay > 0.0);
+            let of_reference =
+                study.reference.index.and_then(|r| study.points[row.point].results[r].as_ref());
+            let unit = of_reference.map(|r| r.objective).filter(|delay| *delay > 0.0);
             let record = results.records.get(&task.task);
             let relative = |name: &str| Some(row.metrics.get(name)? / unit?);
-            let more_stuck = match (stuck(&row.metrics), of_baseline) {
-                (Some(own), Some(b)) => own - stuck(&b.metrics).unwrap_or(0.0),
-                _ => 0.0,
+            let figure = |name: &str| -> Vec<Option<f64>> {
+                let rows = record.into_iter().flat_map(training_rows);
+                rows.map(|metrics| metrics.get(name).copied()).collect()
             };
-            let reason = row.reason.as_deref().unwrap_or_default();
+            let key = (task.method.as_str(), row.point, task.replicate);
+            let own = evaluations.get(&key).into_iter().flatten().copied();
+            let evaluations =
+                EpisodeSummary::of(own, std::slice::from_ref(&study.points[row.point]), objective);
             Training {
                 method: task.method.clone(),
                 point: row.point,
                 replicate: task.replicate,
                 outcome: row.outcome,
-                diverged: reason.starts_with(DIVERGED),
+                diverged: row.reason.as_deref().is_some_and(|r| r.starts_with(DIVERGED)),
                 score: row.score,
                 resco_best: relative(&format!("resco_best_{objective}")),
                 resco_last_ten: relative(&format!("resco_last_ten_{objective}")),
-                gridlocked: row.score > Some(GRIDLOCK_SCORE) || more_stuck > GRIDLOCK_SHARE,
-                curve: record
-                    .zip(unit)
-                    .map(|(r, unit)| curve(r, objective).map(|delay| delay / unit).collect())
-                    .unwrap_or_default(),
+                gridlocked: evaluations.gridlocked.map(|share| share > 0.0),
+                evaluations,
+                curve: record.zip(unit).map_or_else(Vec::new, |(r, unit)| {
+                    curve(r, objective).map(|delay| delay / unit).collect()
+                }),
+                returns: figure(RETURN),
+                losses: figure(LOSS),
                 episodes: record.map_or(0, |r| training_rows(r).count()),
                 wall_s: record.map(|r| r.summary.wall.wall_s),
             }
         })
         .collect()
+}
+
+/// Returns the methods that tune or learn: those with an episode of training, and those that diverged.
+pub(super) fn trained(results: &Results) -> BTreeSet<String> {
+    let trains = |r: &&Record| learned(r) || training_rows(r).next().is_some();
+    results.records.values().filter(trains).map(|r| r.summary.method.clone()).collect()
 }
 
 fn training_rows(record: &Record) -> impl Iterator<Item = &Metrics> {
@@ -204,10 +223,4 @@ fn learned(record: &Record) -> bool {
 /// Returns the objective of every training episode.
 fn curve<'a>(record: &'a Record, objective: &'a str) -> impl Iterator<Item = f64> + 'a {
     training_rows(record).filter_map(move |metrics| metrics.get(objective).copied())
-}
-
-/// Returns the share of vehicles that never entered.
-fn stuck(metrics: &Metrics) -> Option<f64> {
-    let vehicles = metrics.get("vehicles_veh").filter(|n| **n > 0.0)?;
-    Some(metrics.get("undeparted_veh")? / vehicles)
 }

@@ -19,13 +19,17 @@ pub fn write(layout: &Layout) -> Result<ReportPaths, ReportError> {
     write_data(layout, &ReportData::new(&Results::load(layout)?))
 }
 
-/// Writes the report of results that were read already.
+/// Writes the report of results that were read already: to `DIR/report/`, or, where scores are
+/// relative to another method than the baseline, to `DIR/report/against-METHOD/`.
 ///
 /// # Errors
 ///
 /// [`ReportError::Io`] when `DIR/report/` cannot be written or the disk is full.
 pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, ReportError> {
-    let folder = layout.report();
+    let folder = match data.reference.is_baseline {
+        true => layout.report(),
+        false => layout.report().join(format!("against-{}", data.reference.name)),
+    };
     fs::create_dir_all(&folder).map_err(FileError::at("create", &folder))?;
     let figures: Vec<_> = [
         figures::overall(data),
@@ -43,6 +47,7 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
         html: folder.join("index.html"),
         scores: folder.join("scores.csv"),
         summary: folder.join("summary.csv"),
+        episodes: folder.join("episodes.csv"),
         training: (!data.trainings.is_empty()).then(|| folder.join("training.csv")),
         figures: Vec::new(),
     };
@@ -53,6 +58,7 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
     }
     write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
     write_atomically(&paths.summary, csv::summary(data).as_bytes())?;
+    write_atomically(&paths.episodes, csv::episodes(data).as_bytes())?;
     if let Some(path) = &paths.training {
         write_atomically(path, csv::training(data).as_bytes())?;
     }

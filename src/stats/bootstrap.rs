@@ -1,6 +1,7 @@
-//! Percentile bootstrap interval for the overall performance of a method.
+//! Percentile bootstrap intervals for the overall performance of a method and for other summaries.
 //!
-//! The estimate is `E = sum_i w_i s_i / sum_i w_i` over the evaluated point MDPs, with
+//! A summary is a function of the point MDPs' weights and means, first of all
+//! `E = sum_i w_i s_i / sum_i w_i` over the evaluated point MDPs, with
 //! `s_i = mean over seeds of the method / mean over the same seeds of the baseline` and the method
 //! averaged over its replicates first. One resample does this:
 //!
@@ -30,17 +31,20 @@
 //! - With one seed the noise between simulations, with one replicate the noise between trainings
 //!   cannot be seen and is not covered.
 //! - Percentile intervals from few seeds are somewhat narrow.
+//! - The correction in step 3 holds for statistics that are nearly linear in the weights; for a median
+//!   over few point MDPs it is rough.
 //!
 //! Source: B. Efron and R. Tibshirani, "An Introduction to the Bootstrap", 1993, chapter 13;
 //! P. McCarthy and C. Snowden, "The bootstrap and finite population sampling", Vital and Health
 //! Statistics 2 (95), 1985.
 
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::StatsError;
+use super::objectives::draw;
 use super::quantile::central_95;
-use super::score::{mean, weighted_mean};
+use super::summary::{Statistic, mean_of_scores};
+use super::{PointMeans, PointObjectives, StatsError};
 
 /// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to about 1% of its
 /// width (Efron and Tibshirani advise at least 1000).
@@ -56,49 +60,6 @@ pub enum Design {
         /// Number of point MDPs in the family.
         family_size: usize,
     },
-}
-
-/// What was measured on one point MDP.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PointObjectives {
-    /// Weight of the score in the estimate.
-    pub weight: f64,
-    /// How often the point MDP was drawn; 1 unless drawn with replacement.
-    pub draws: u32,
-    /// Objective of the method, shape `[replicates, seeds]`.
-    pub method: Vec<Vec<f64>>,
-    /// Objective of the baseline on the same seeds, shape `[seeds]`.
-    pub baseline: Vec<f64>,
-}
-
-impl PointObjectives {
-    /// Returns the score on this point MDP.
-    ///
-    /// # Errors
-    ///
-    /// [`StatsError`] as [`super::score()`] has it, and [`StatsError::Empty`] without a replicate.
-    pub fn score(&self) -> Result<f64, StatsError> {
-        let scores = self
-            .method
-            .iter()
-            .map(|replicate| super::score(replicate, &self.baseline))
-            .collect::<Result<Vec<_>, _>>()?;
-        mean(&scores).ok_or(StatsError::Empty("the list of replicates"))
-    }
-
-    /// Returns the score after drawing seeds and replicates anew.
-    fn resampled(&self, score: f64, seeds: &mut impl Rng, replicates: &mut impl Rng) -> f64 {
-        let seeds = draw(self.baseline.len(), seeds);
-        let replicates = draw(self.method.len(), replicates);
-        let bottom: f64 = seeds.iter().map(|k| self.baseline[*k]).sum();
-        let top: f64 = replicates
-            .iter()
-            .map(|r| seeds.iter().map(|k| self.method[*r][*k]).sum::<f64>())
-            .sum::<f64>()
-            / replicates.len() as f64;
-        // Only a point MDP where some seeds bring no delay at all can come here with 0.
-        if bottom > 0.0 { top / bottom } else { score }
-    }
 }
 
 /// An estimate and what it could have been.
@@ -131,13 +92,7 @@ impl Bootstrap {
 ///
 /// # Arguments
 ///
-/// * `points` — the evaluated point MDPs; their weights need not sum to 1, so that an estimate
-///   without the missing ones is over those that are there.
-/// * `rng` — the source of randomness. Two calls with equally seeded generators, the same point
-///   MDPs and the same seeds draw the same points and seeds, which [`Bootstrap::difference`] relies
-///   on.
-/// * `trainings` — tells methods apart: the same generator draws other replicates for another
-///   number, because the trainings of two methods have nothing in common.
+/// Those of [`bootstrap_all`].
 ///
 /// # Errors
 ///
@@ -148,39 +103,75 @@ pub fn bootstrap(
     rng: &mut ChaCha8Rng,
     trainings: u64,
 ) -> Result<Bootstrap, StatsError> {
-    let scores = points.iter().map(PointObjectives::score).collect::<Result<Vec<_>, _>>()?;
-    let weights = || points.iter().map(|p| p.weight);
-    let estimate = weighted_mean(weights().zip(scores.iter().copied()))
-        .ok_or(StatsError::Empty("the list of point MDPs with a weight"))?;
+    let mut all = bootstrap_all(points, design, rng, trainings, &[&mean_of_scores])?;
+    all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
+}
+
+/// Estimates statistics over point MDPs and resamples all of them [`RESAMPLES`] times, each from the
+/// same draws.
+///
+/// Returns one entry per statistic, `None` where it is undefined on all data, such as the mean of a
+/// regime that no point MDP is in. Resamples on which a statistic is undefined are left out.
+///
+/// # Arguments
+///
+/// * `points` — the evaluated point MDPs; their weights need not sum to 1, so that an estimate
+///   without the missing ones is over those that are there.
+/// * `rng` — the source of randomness. Two calls with equally seeded generators, the same point
+///   MDPs and the same seeds draw the same points and seeds, which [`Bootstrap::difference`] relies
+///   on.
+/// * `trainings` — tells methods apart: the same generator draws other replicates for another
+///   number, because the trainings of two methods have nothing in common.
+/// * `statistics` — functions of the means per point MDP; [`PointMeans::point`] is the position in
+///   `points`.
+///
+/// # Errors
+///
+/// [`StatsError`] where a score is undefined.
+pub fn bootstrap_all(
+    points: &[PointObjectives],
+    design: Design,
+    rng: &mut ChaCha8Rng,
+    trainings: u64,
+    statistics: &[Statistic<'_>],
+) -> Result<Vec<Option<Bootstrap>>, StatsError> {
+    let whole =
+        points.iter().enumerate().map(|(i, p)| p.means(i)).collect::<Result<Vec<_>, _>>()?;
+    let estimate = |s: &Statistic<'_>| Some(Bootstrap { estimate: s(&whole)?, resamples: vec![] });
+    let mut all: Vec<Option<Bootstrap>> = statistics.iter().map(estimate).collect();
     let draws: Vec<usize> =
         points.iter().enumerate().flat_map(|(i, p)| vec![i; p.draws.max(1) as usize]).collect();
     let between = between_points(points.len(), design);
     let noise = points.iter().any(|p| p.baseline.len() > 1 || p.method.len() > 1);
     if (between == 0.0 && !noise) || (between > 0.0 && draws.len() < 2) {
-        return Ok(Bootstrap { estimate, resamples: Vec::new() });
+        return Ok(all);
     }
     // Methods differ in their replicates but not in their seeds, so these have their own source.
     let mut replicates = ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings));
-    let resamples = (0..RESAMPLES)
-        .map(|_| {
-            let chosen = if between > 0.0 { draw(draws.len(), rng) } else { Vec::new() };
-            let scores: Vec<f64> = points
-                .iter()
-                .zip(&scores)
-                .map(|(p, s)| p.resampled(*s, rng, &mut replicates))
-                .collect();
-            let within = weighted_mean(weights().zip(scores.iter().copied())).unwrap_or(estimate);
-            let pairs = chosen.iter().map(|d| {
-                let i = draws[*d];
-                (points[i].weight / f64::from(points[i].draws.max(1)), scores[i])
-            });
-            match weighted_mean(pairs) {
-                Some(both) => within + between * (both - within),
-                None => within,
+    for _ in 0..RESAMPLES {
+        let chosen = if between > 0.0 { draw(draws.len(), rng) } else { Vec::new() };
+        let pairs = points.iter().zip(&whole);
+        let within: Vec<PointMeans> =
+            pairs.map(|(p, means)| p.resampled(means, rng, &mut replicates)).collect();
+        let of_draw = |d: &usize| {
+            let i = draws[*d];
+            let weight = points[i].weight / f64::from(points[i].draws.max(1));
+            PointMeans { weight, ..within[i] }
+        };
+        let both: Vec<PointMeans> = chosen.iter().map(of_draw).collect();
+        for (statistic, bootstrap) in statistics.iter().zip(&mut all) {
+            let value = match (statistic(&within), between > 0.0) {
+                (Some(within), true) => {
+                    statistic(&both).map(|both| within + between * (both - within))
+                }
+                (within, _) => within,
+            };
+            if let (Some(bootstrap), Some(value)) = (bootstrap, value) {
+                bootstrap.resamples.push(value);
             }
-        })
-        .collect();
-    Ok(Bootstrap { estimate, resamples })
+        }
+    }
+    Ok(all)
 }
 
 /// Returns the factor on the part of the spread that comes from the choice of point MDPs.
@@ -193,19 +184,12 @@ fn between_points(evaluated: usize, design: Design) -> f64 {
     }
 }
 
-/// Draws `n - 1` of `n` indices with replacement; the only one when there is one.
-fn draw(n: usize, rng: &mut impl Rng) -> Vec<usize> {
-    match n {
-        0 => Vec::new(),
-        1 => vec![0],
-        n => (0..n - 1).map(|_| rng.random_range(0..n)).collect(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::score::mean;
     use proptest::prelude::*;
+    use rand::RngExt;
 
     fn bootstrap(
         points: &[PointObjectives],

@@ -2,11 +2,14 @@
 
 pub mod bootstrap;
 pub mod histogram;
+pub mod objectives;
 pub mod quantile;
 pub mod score;
+pub mod summary;
 
-pub use bootstrap::{Bootstrap, Design, PointObjectives, bootstrap};
+pub use bootstrap::{Bootstrap, Design, bootstrap, bootstrap_all};
 pub use histogram::Histogram;
+pub use objectives::{PointMeans, PointObjectives};
 pub use score::{overall_performance, score};
 
 /// Why a statistic cannot be computed.

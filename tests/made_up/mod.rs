@@ -104,7 +104,9 @@ fn row((k, delay_s): (usize, &f64)) -> Row {
         ("waiting_s", delay_s / 2.0),
         ("queue_veh", 4.0),
         ("throughput_veh", 900.0),
-        ("unfinished_veh", 2.0),
+        ("unfinished_veh", 20.0),
+        ("undeparted_veh", 5.0),
+        ("vehicles_veh", 1000.0),
         ("teleports", 0.0),
     ]
     .into_iter()

@@ -1,0 +1,184 @@
+//! What a learner itself sees while it learns, beside its delay: return and loss per episode.
+//!
+//! Every reward has its own unit, so that each learner has axes of its own and no two curves are
+//! comparable. As with the delay, a curve is the mean over point MDPs with the weights of the score,
+//! smoothed by a trailing mean, and its band holds quantiles over trainings. An episode without an
+//! update has no loss; it counts in no mean.
+
+use std::collections::BTreeMap;
+
+use super::curves::{BAND, FEW_TRAININGS, SMOOTHED_OVER, ticks};
+use super::data::ReportData;
+use super::format;
+use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
+use super::training::Training;
+use crate::stats::quantile::quantile;
+use crate::stats::score::{mean, weighted_mean};
+
+/// Factor between largest and smallest value from which on an axis is logarithmic.
+const LOG_FROM: f64 = 5.0;
+
+/// Space above and below a curve, as a share of its range.
+const PAD: f64 = 0.06;
+
+/// Mean, lower and upper end of the band in one episode; `None` where no training has a value.
+type Band = Option<[f64; 3]>;
+
+/// A figure of training: its name and what its panel shows.
+pub(super) struct Signal {
+    label: &'static str,
+    of: fn(&Training) -> &[Option<f64>],
+}
+
+/// The figures that stand beside the delay.
+pub(super) const SIGNALS: [Signal; 2] = [
+    Signal { label: "return (sum of rewards)", of: |t| &t.returns },
+    Signal { label: "loss (mean of the updates)", of: |t| &t.losses },
+];
+
+/// Returns the trailing means of a figure, which goes on level to the given length.
+fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
+    let trailing = |end: usize| {
+        let window = &values[end.saturating_sub(SMOOTHED_OVER)..end];
+        mean(&window.iter().flatten().copied().collect::<Vec<f64>>())
+    };
+    (1..=episodes).map(|e| trailing(e.min(values.len()))).collect()
+}
+
+/// Returns the mean and the band of a figure, one per episode.
+fn bands(data: &ReportData, trainings: &[&Training], signal: &Signal) -> Vec<Band> {
+    let with_values =
+        || trainings.iter().filter(|t| (signal.of)(t).iter().any(Option::is_some)).copied();
+    let episodes = with_values().map(|t| (signal.of)(t).len()).max().unwrap_or(0);
+    let smooth: Vec<(usize, Vec<Option<f64>>)> =
+        with_values().map(|t| (t.point, smoothed((signal.of)(t), episodes))).collect();
+    let band = |e: usize| {
+        let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for (point, values) in &smooth {
+            if let Some(value) = values[e] {
+                by_point.entry(*point).or_default().push(value);
+            }
+        }
+        let middle = weighted_mean(
+            by_point.iter().filter_map(|(p, v)| Some((data.points[*p].weight, mean(v)?))),
+        )?;
+        let mut all: Vec<f64> = by_point.into_values().flatten().collect();
+        all.sort_by(f64::total_cmp);
+        let (from, to) = if all.len() < FEW_TRAININGS { (0.0, 1.0) } else { BAND };
+        Some([middle, quantile(&all, from), quantile(&all, to)])
+    };
+    (0..episodes).map(band).collect()
+}
+
+/// Draws the panel of a figure; without any value it says so.
+pub(super) fn panel(
+    canvas: &mut Canvas,
+    data: &ReportData,
+    trainings: &[&Training],
+    signal: &Signal,
+    area: (f64, f64, f64, f64),
+    (episodes, color, dash): (usize, &str, Option<&str>),
+) {
+    let bands = bands(data, trainings, signal);
+    let style = TextStyle::new(Anchor::Start).color(MUTED);
+    canvas.text(area.0, area.1 - 8.0, signal.label, style);
+    let values = || bands.iter().flatten().flatten().copied();
+    let (least, most) =
+        values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if least > most {
+        let middle = ((area.0 + area.2) / 2.0, (area.1 + area.3) / 2.0);
+        canvas.text(
+            middle.0,
+            middle.1,
+            "not recorded",
+            TextStyle::new(Anchor::Middle).color(MUTED),
+        );
+        return;
+    }
+    let logarithmic = least > 0.0 && most > LOG_FROM * least;
+    let at = |value: f64| if logarithmic { value.log10() } else { value };
+    let frame = axes(canvas, area, episodes, (at(least), at(most)), logarithmic);
+    let x = |e: usize| frame.x((e + 1) as f64);
+    // Episodes without any value break the line.
+    let mut from = 0;
+    for part in bands.split(Option::is_none) {
+        let points = |i: usize| {
+            let part = part.iter().flatten().enumerate();
+            part.map(|(k, b)| (x(from + k), frame.y(at(b[i])))).collect::<Vec<_>>()
+        };
+        let mut corners = points(1);
+        corners.extend(points(2).into_iter().rev());
+        if part.len() > 1 {
+            canvas.band(&corners, color);
+            canvas.polyline(points(0), color, 2.2, dash);
+        } else {
+            points(0).into_iter().for_each(|p| canvas.circle(p, 2.0, color, None));
+        }
+        from += part.len() + 1;
+    }
+}
+
+fn axes(
+    canvas: &mut Canvas,
+    area: (f64, f64, f64, f64),
+    episodes: usize,
+    (low, high): (f64, f64),
+    logarithmic: bool,
+) -> Frame {
+    let (x_end, span) = (episodes.max(2) as f64, (high - low).max(f64::MIN_POSITIVE));
+    // A curve that never moves still gets an axis around it.
+    let pad = if high > low { PAD * span } else { low.abs().max(1.0) * PAD };
+    let y = (low - pad, high + pad);
+    let frame = canvas.axes(&Axes {
+        area,
+        x: (0.0, x_end),
+        y,
+        x_step: nice_step(x_end, 5.0).max(1.0),
+        y_step: None,
+        x_last: x_end,
+        x_label: Some("training episode".to_owned()),
+        y_label: None,
+    });
+    let step = nice_step(y.1 - y.0, 4.0);
+    let marks: Vec<(f64, String)> = match logarithmic {
+        true => ticks(y.0, y.1).into_iter().map(|t| (t.log10(), number(t))).collect(),
+        false => {
+            let (from, to) = ((y.0 / step).ceil() as i64, (y.1 / step).floor() as i64);
+            (from..=to).map(|k| (k as f64 * step, number(k as f64 * step))).collect()
+        }
+    };
+    for (value, label) in marks {
+        let y = frame.y(value);
+        canvas.line((area.0, y), (area.2, y), "#e3e3e3", 1.0, None);
+        canvas.text(area.0 - 7.0, y + 4.5, &label, TextStyle::new(Anchor::End));
+    }
+    frame
+}
+
+/// Returns a number that fits beside an axis: two significant decimals, powers of 10 where it is tiny
+/// or huge.
+fn number(value: f64) -> String {
+    match value.abs() {
+        v if v == 0.0 || (0.01..1e5).contains(&v) => format::feature(value),
+        _ => format!("{value:.0e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn episodes_without_a_loss_count_in_no_mean() {
+        let losses = [None, None, Some(4.0), None, Some(2.0), None, None, None, None, None];
+        let smooth = smoothed(&losses, 11);
+        assert_eq!(smooth[..5], [None, None, Some(4.0), Some(4.0), Some(3.0)]);
+        assert_eq!(smooth[8..], [Some(2.0), None, None]);
+    }
+
+    #[test]
+    fn labels_of_an_axis_are_short() {
+        let labels = [-1400.0, 0.0, 0.5, 0.002, 2e6].map(number);
+        assert_eq!(labels, ["-1400", "0", "0.5", "2e-3", "2e6"]);
+    }
+}

@@ -1,0 +1,134 @@
+//! What was measured on one point MDP, and its means after seeds and replicates were drawn anew.
+
+use rand::{Rng, RngExt};
+
+use super::StatsError;
+use super::score::mean;
+
+/// What was measured on one point MDP.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointObjectives {
+    /// Weight of the score in the estimate.
+    pub weight: f64,
+    /// How often the point MDP was drawn; 1 unless drawn with replacement.
+    pub draws: u32,
+    /// Objective of the method, shape `[replicates, seeds]`.
+    pub method: Vec<Vec<f64>>,
+    /// Objective of the baseline on the same seeds, shape `[seeds]`.
+    pub baseline: Vec<f64>,
+}
+
+/// The means of one point MDP, from which statistics over point MDPs are computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointMeans {
+    /// Position among the point MDPs.
+    pub point: usize,
+    /// Weight in the statistic.
+    pub weight: f64,
+    /// Mean objective of the method over replicates and seeds.
+    pub method: f64,
+    /// Mean objective of the baseline over seeds.
+    pub baseline: f64,
+    /// The score: the first divided by the second.
+    pub score: f64,
+}
+
+impl PointObjectives {
+    /// Returns the score on this point MDP.
+    ///
+    /// # Errors
+    ///
+    /// [`StatsError`] as [`super::score()`] has it, and [`StatsError::Empty`] without a replicate.
+    pub fn score(&self) -> Result<f64, StatsError> {
+        let scores = self
+            .method
+            .iter()
+            .map(|replicate| super::score(replicate, &self.baseline))
+            .collect::<Result<Vec<_>, _>>()?;
+        mean(&scores).ok_or(StatsError::Empty("the list of replicates"))
+    }
+
+    /// Returns the means over all replicates and seeds; `point` is kept as it is.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`PointObjectives::score`].
+    pub fn means(&self, point: usize) -> Result<PointMeans, StatsError> {
+        let score = self.score()?;
+        let baseline = mean(&self.baseline).ok_or(StatsError::Empty("baseline"))?;
+        let replicates: Vec<f64> = self.method.iter().filter_map(|values| mean(values)).collect();
+        let method = mean(&replicates).ok_or(StatsError::Empty("the list of replicates"))?;
+        Ok(PointMeans { point, weight: self.weight, method, baseline, score })
+    }
+
+    /// Returns the means after drawing seeds and replicates anew; `whole` is what all of them give.
+    pub(super) fn resampled(
+        &self,
+        whole: &PointMeans,
+        seeds: &mut impl Rng,
+        replicates: &mut impl Rng,
+    ) -> PointMeans {
+        let seeds = draw(self.baseline.len(), seeds);
+        let replicates = draw(self.method.len(), replicates);
+        let bottom: f64 = seeds.iter().map(|k| self.baseline[*k]).sum();
+        let top: f64 = replicates
+            .iter()
+            .map(|r| seeds.iter().map(|k| self.method[*r][*k]).sum::<f64>())
+            .sum::<f64>()
+            / replicates.len() as f64;
+        // Only a point MDP where some seeds bring no delay at all can come here with 0.
+        if bottom <= 0.0 {
+            return *whole;
+        }
+        let n = seeds.len() as f64;
+        PointMeans { method: top / n, baseline: bottom / n, score: top / bottom, ..*whole }
+    }
+}
+
+/// Draws `n - 1` of `n` indices with replacement; the only one when there is one.
+pub(super) fn draw(n: usize, rng: &mut impl Rng) -> Vec<usize> {
+    match n {
+        0 => Vec::new(),
+        1 => vec![0],
+        n => (0..n - 1).map(|_| rng.random_range(0..n)).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    fn point(method: &[&[f64]], baseline: &[f64]) -> PointObjectives {
+        let method = method.iter().map(|values| values.to_vec()).collect();
+        PointObjectives { weight: 2.0, draws: 1, method, baseline: baseline.to_vec() }
+    }
+
+    #[test]
+    fn means_are_over_replicates_and_seeds() {
+        let means = point(&[&[5.0, 7.0], &[9.0, 11.0]], &[10.0, 30.0]).means(3).unwrap();
+        let expected =
+            PointMeans { point: 3, weight: 2.0, method: 8.0, baseline: 20.0, score: 0.4 };
+        assert_eq!(means, expected);
+    }
+
+    #[test]
+    fn without_a_replicate_there_are_no_means() {
+        let e = point(&[], &[10.0]).means(0).unwrap_err();
+        assert_eq!(e, StatsError::Empty("the list of replicates"));
+    }
+
+    #[test]
+    fn seeds_without_any_delay_leave_the_means_as_they_are() {
+        let p = point(&[&[4.0, 0.0]], &[8.0, 0.0]);
+        let whole = p.means(0).unwrap();
+        let (mut seeds, mut replicates) =
+            (ChaCha8Rng::seed_from_u64(1), ChaCha8Rng::seed_from_u64(2));
+        for _ in 0..20 {
+            let means = p.resampled(&whole, &mut seeds, &mut replicates);
+            assert_eq!(means.score, 0.5);
+            assert!(means == whole || means.baseline == 8.0, "{means:?}");
+        }
+    }
+}

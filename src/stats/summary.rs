@@ -1,0 +1,170 @@
+//! Summaries of a family beside the mean of scores, which is one number of a heavy tail.
+//!
+//! Definition 1 of Jayawardana et al. weighs every point MDP by how often it occurs, whatever its
+//! delay: halving 10 s counts as much as halving 500 s. No other summary is right instead; they
+//! answer other questions, and where they disagree on a method, few point MDPs decide:
+//!
+//! - [`ratio_of_means`]: how much less delay there is in total. Long delays dominate.
+//! - [`weighted_median`]: what happens at the typical intersection. Extreme ones do not count.
+//! - [`geometric_mean`]: the typical factor. Half and double cancel, so that it does not depend on
+//!   which of two methods is divided by the other.
+//!
+//! Source of the geometric mean of ratios: P. Fleming and J. Wallace, "How not to lie with
+//! statistics: the correct way to summarize benchmark results", Communications of the ACM 29 (1986).
+
+use super::PointMeans;
+use super::score::weighted_mean;
+
+/// A statistic over point MDPs; `None` where it is undefined.
+pub type Statistic<'a> = &'a dyn Fn(&[PointMeans]) -> Option<f64>;
+
+/// Share of the total weight by which rounding may miss the half.
+const ROUNDING: f64 = 1e-12;
+
+/// Returns the weighted mean of scores (Definition 1); `None` when the weights sum to 0.
+pub fn mean_of_scores(points: &[PointMeans]) -> Option<f64> {
+    weighted_mean(points.iter().map(|p| (p.weight, p.score)))
+}
+
+/// Returns the weighted mean objective of the method divided by that of the baseline; `None` when
+/// the weights sum to 0 or the baseline's mean is 0.
+///
+/// It is the mean of scores weighted by importance and by the baseline's objective.
+pub fn ratio_of_means(points: &[PointMeans]) -> Option<f64> {
+    let top = weighted_mean(points.iter().map(|p| (p.weight, p.method)))?;
+    let bottom = weighted_mean(points.iter().map(|p| (p.weight, p.baseline)))?;
+    (bottom > 0.0).then(|| top / bottom)
+}
+
+/// Returns the median of pairs `(weight, value)`: half of the weight lies at or below it. Between two
+/// values that halve the weight exactly it is their mean. `None` when the weights sum to 0.
+pub fn weighted_median(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
+    let mut sorted: Vec<(f64, f64)> = pairs.into_iter().filter(|(w, _)| *w > 0.0).collect();
+    sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let total: f64 = sorted.iter().map(|p| p.0).sum();
+    let mut below = 0.0;
+    for (i, (weight, value)) in sorted.iter().enumerate() {
+        below += weight;
+        let beyond = below - total / 2.0;
+        match sorted.get(i + 1) {
+            Some((_, next)) if beyond.abs() <= ROUNDING * total => {
+                return Some((value + next) / 2.0);
+            }
+            Some(_) if beyond < 0.0 => {}
+            _ => return Some(*value),
+        }
+    }
+    None
+}
+
+/// Returns the geometric mean of pairs `(weight, value)` with values that are not negative; `None`
+/// when the weights sum to 0.
+pub fn geometric_mean(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
+    weighted_mean(pairs.into_iter().map(|(w, x)| (w, x.ln()))).map(f64::exp)
+}
+
+/// Returns the pairs of weight and score.
+pub fn scores(points: &[PointMeans]) -> impl Iterator<Item = (f64, f64)> {
+    points.iter().map(|p| (p.weight, p.score))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::quantile::median;
+    use proptest::prelude::*;
+
+    fn point(weight: f64, method: f64, baseline: f64) -> PointMeans {
+        PointMeans { point: 0, weight, method, baseline, score: method / baseline }
+    }
+
+    #[test]
+    fn summaries_of_a_heavy_tail_disagree() {
+        // Better at four of five intersections, worse at the one that has nearly all delay.
+        let points: Vec<_> = (0..5)
+            .map(|i| if i < 4 { point(0.2, 10.0, 20.0) } else { point(0.2, 800.0, 400.0) })
+            .collect();
+        assert!((mean_of_scores(&points).unwrap() - 0.8).abs() < 1e-12);
+        assert!((ratio_of_means(&points).unwrap() - 840.0 / 480.0).abs() < 1e-12);
+        assert_eq!(weighted_median(scores(&points)), Some(0.5));
+        assert!((geometric_mean(scores(&points)).unwrap() - 2f64.powf(-0.6)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_median_follows_the_weights() {
+        assert_eq!(weighted_median([(1.0, 5.0), (3.0, 9.0)]), Some(9.0));
+        assert_eq!(weighted_median([(2.0, 5.0), (1.0, 9.0), (1.0, 7.0)]), Some(6.0));
+        assert_eq!(weighted_median([(0.1, 1.0), (0.2, 2.0), (0.3, 3.0)]), Some(2.5));
+        assert_eq!(weighted_median([(0.0, 5.0)]), None);
+    }
+
+    #[test]
+    fn a_family_without_weight_or_delay_has_no_summary() {
+        assert_eq!(ratio_of_means(&[]), None);
+        assert_eq!(ratio_of_means(&[point(1.0, 5.0, 0.0)]), None);
+        assert_eq!(geometric_mean([]), None);
+    }
+
+    fn family() -> impl Strategy<Value = Vec<PointMeans>> {
+        let one = (0.01f64..1.0, 0.1f64..900.0, 0.1f64..900.0);
+        prop::collection::vec(one.prop_map(|(w, m, b)| point(w, m, b)), 1..40)
+    }
+
+    fn all(points: &[PointMeans]) -> [f64; 4] {
+        [
+            mean_of_scores(points).unwrap(),
+            ratio_of_means(points).unwrap(),
+            weighted_median(scores(points)).unwrap(),
+            geometric_mean(scores(points)).unwrap(),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn every_summary_lies_between_the_best_and_the_worst_score(points in family()) {
+            let best = points.iter().map(|p| p.score).fold(f64::INFINITY, f64::min);
+            let worst = points.iter().map(|p| p.score).fold(0.0, f64::max);
+            for value in all(&points) {
+                prop_assert!(best * (1.0 - 1e-9) <= value && value <= worst * (1.0 + 1e-9));
+            }
+        }
+
+        #[test]
+        fn neither_order_nor_scale_of_the_weights_matters(
+            points in family(), by in 0usize..40, scale in 0.1f64..9.0,
+        ) {
+            let mut other = points.clone();
+            other.rotate_left(by % points.len());
+            other.iter_mut().for_each(|p| p.weight *= scale);
+            for (a, b) in all(&points).into_iter().zip(all(&other)) {
+                prop_assert!((a - b).abs() <= 1e-9 * a);
+            }
+        }
+
+        #[test]
+        fn the_geometric_mean_is_never_above_the_mean(points in family()) {
+            let [mean, _, _, geometric] = all(&points);
+            prop_assert!(geometric <= mean * (1.0 + 1e-9));
+        }
+
+        #[test]
+        fn the_geometric_mean_and_the_ratio_turn_round_with_the_methods(points in family()) {
+            let turned: Vec<_> = points.iter().map(|p| point(p.weight, p.baseline, p.method)).collect();
+            let ([_, ratio, _, geometric], [_, other, _, back]) = (all(&points), all(&turned));
+            prop_assert!((ratio * other - 1.0).abs() < 1e-9);
+            prop_assert!((geometric * back - 1.0).abs() < 1e-9);
+        }
+
+        #[test]
+        fn with_equal_weights_the_median_is_the_usual_one(values in prop::collection::vec(0.0f64..99.0, 1..30)) {
+            let weighted = weighted_median(values.iter().map(|v| (0.1, *v))).unwrap();
+            prop_assert!((weighted - median(&values).unwrap()).abs() < 1e-9);
+        }
+
+        #[test]
+        fn the_ratio_weighs_scores_by_the_delay_under_the_baseline(points in family()) {
+            let expected = weighted_mean(points.iter().map(|p| (p.weight * p.baseline, p.score)));
+            prop_assert!((ratio_of_means(&points).unwrap() - expected.unwrap()).abs() < 1e-9);
+        }
+    }
+}
