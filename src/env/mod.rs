@@ -9,6 +9,7 @@ pub mod episode;
 pub mod observe;
 pub mod signal;
 pub mod signal_env;
+pub mod sumocfg;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod world;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::env::world::SumoConfig;
+use crate::env::sumocfg::SumoConfig;
 use crate::env::{SignalEnv, World};
 use crate::error::{EvalError, SimError, StoreError};
 use crate::family::scenario::Scenario;
