@@ -11,6 +11,7 @@ mod limits;
 pub mod observe;
 pub mod signal;
 pub mod signal_env;
+pub mod sumocfg;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod world;

@@ -95,7 +95,7 @@ impl<S: Sim> SignalEnv<S> {
             ("--random", "false".to_owned()),
             ("--begin", self.world.begin_s.to_string()),
             ("--end", self.world.end_s.to_string()),
-            ("--step-length", "1".to_owned()),
+            ("--step-length", self.world.step_length_s().to_string()),
             ("--time-to-teleport", self.simulation_settings.time_to_teleport_s.to_string()),
             ("--xml-validation", "never".to_owned()),
         ]
@@ -245,7 +245,7 @@ impl<S: Sim> SignalEnv<S> {
         let left = (self.world.end_s - self.time_s).max(0.0).ceil() as u32;
         let steps = seconds.min(left);
         let start = Instant::now();
-        self.counts += self.sim.step(steps)?;
+        self.counts += self.sim.step(steps * self.world.steps_per_second)?;
         self.simulator += start.elapsed();
         self.time_s += f64::from(steps);
         Ok(())

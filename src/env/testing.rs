@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::world::RouteWriter;
 use super::{SignalEnv, World};
 use crate::family::scenario::{SignalSettings, SimulationSettings};
 use crate::sim::mock::MockSim;
@@ -9,8 +10,19 @@ use crate::sim::{Direction, Lane, Link, Program, ProgramKind, ProgramPhase, Scen
 
 /// Two crossing one-lane roads; `arrivals` are `(second, lane)`.
 pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSim> {
-    let world = World { config: "m".into(), end_s: 60.0, ..World::default() };
-    env_of(world, arrivals, scratch)
+    env_of(minute(None), arrivals, scratch)
+}
+
+/// A world of a minute.
+pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
+    World {
+        config: "m".into(),
+        begin_s: 0.0,
+        end_s: 60.0,
+        steps_per_second: 1,
+        routes,
+        turn_shares: vec![],
+    }
 }
 
 /// The same in another world.

@@ -1,19 +1,18 @@
 //! What an episode simulates: a SUMO configuration, its time span, and where its vehicles come from.
 
 use std::fmt;
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use quick_xml::Reader;
-use quick_xml::events::Event;
-
+use super::sumocfg::SumoConfig;
 use crate::error::{FileError, SimError};
+
+/// How far the steps of a second may be from a whole number.
+const STEPS_TOLERANCE: f64 = 1e-6;
 
 /// Writes the vehicles of an episode, given its seed, into a route file.
 pub type RouteWriter = Box<dyn Fn(u64, &Path) -> Result<(), FileError>>;
 
 /// What an episode simulates.
-#[derive(Default)]
 pub struct World {
     /// SUMO's configuration file.
     pub config: PathBuf,
@@ -21,6 +20,8 @@ pub struct World {
     pub begin_s: f64,
     /// End, seconds.
     pub end_s: f64,
+    /// Steps of the simulation per second; decisions are made at whole seconds.
+    pub steps_per_second: u32,
     /// Makes the vehicles of an episode; `None` keeps the configuration's own.
     pub routes: Option<RouteWriter>,
     /// How vehicles turn, where the demand says so.
@@ -44,18 +45,19 @@ impl fmt::Debug for World {
             .field("config", &self.config)
             .field("begin_s", &self.begin_s)
             .field("end_s", &self.end_s)
+            .field("steps_per_second", &self.steps_per_second)
             .field("routes", &self.routes.is_some())
             .finish()
     }
 }
 
 impl World {
-    /// Reads the time span of a SUMO configuration.
+    /// Reads the time span and the step length of a SUMO configuration.
     ///
     /// # Errors
     ///
     /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML,
-    /// names no network or no end.
+    /// names no network or no end, or when its steps do not divide a second.
     pub fn from_sumocfg(config: &Path) -> Result<Self, SimError> {
         let settings = SumoConfig::read(config)?;
         let fail = |reason: &str| SimError::Config { path: config.into(), reason: reason.into() };
@@ -65,81 +67,34 @@ impl World {
         if settings.begin_s >= end_s {
             return Err(fail("the end is not after the begin"));
         }
+        let steps = 1.0 / settings.step_length_s;
+        if !(steps >= 1.0 - STEPS_TOLERANCE && (steps - steps.round()).abs() < STEPS_TOLERANCE) {
+            return Err(fail(&format!(
+                "a step-length of {} s does not divide a second, at which signals are decided; give \
+                 one such as 1, 0.5 or 0.1",
+                settings.step_length_s
+            )));
+        }
         Ok(Self {
             config: config.to_path_buf(),
             begin_s: settings.begin_s,
             end_s,
-            ..Self::default()
+            steps_per_second: steps.round() as u32,
+            routes: None,
+            turn_shares: Vec::new(),
         })
     }
-}
 
-/// What is read of a SUMO configuration.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SumoConfig {
-    /// Start, seconds.
-    pub begin_s: f64,
-    /// End, seconds.
-    pub end_s: Option<f64>,
-    /// Files that define the scenario (network, routes, additional files): name as written, path.
-    pub files: Vec<(String, PathBuf)>,
-}
-
-impl SumoConfig {
-    /// Reads a SUMO configuration; paths are relative to its folder.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML,
-    /// has a time that is no number, or names no network.
-    pub fn read(config: &Path) -> Result<Self, SimError> {
-        if !config.is_file() {
-            return Err(SimError::NoConfig(config.to_path_buf()));
-        }
-        let fail = |reason: String| SimError::Config { path: config.to_path_buf(), reason };
-        let text = fs::read_to_string(config).map_err(FileError::at("read", config))?;
-        let folder = config.parent().unwrap_or(Path::new(""));
-        let mut settings = Self::default();
-        let mut has_network = false;
-        let mut reader = Reader::from_str(&text);
-        loop {
-            let event = match reader.read_event() {
-                Ok(Event::Eof) => break,
-                Ok(event) => event,
-                Err(e) => return Err(fail(e.to_string())),
-            };
-            let (Event::Start(element) | Event::Empty(element)) = event else { continue };
-            let Some(value) = attribute(&element, "value") else { continue };
-            let seconds = |value: &str| {
-                value
-                    .parse::<f64>()
-                    .map_err(|_| fail(format!("{value:?} is not a time in seconds")))
-            };
-            match element.name().as_ref() {
-                "begin" => settings.begin_s = seconds(&value)?,
-                "end" => settings.end_s = Some(seconds(&value)?).filter(|e| *e >= 0.0),
-                name @ ("net-file" | "route-files" | "additional-files") => {
-                    has_network |= name == "net-file";
-                    let files = value.split([',', ' ']).filter(|f| !f.is_empty());
-                    settings.files.extend(files.map(|f| (f.to_owned(), folder.join(f))));
-                }
-                _ => {}
-            }
-        }
-        if !has_network {
-            return Err(fail("no `<net-file>`; is it a SUMO configuration?".into()));
-        }
-        Ok(settings)
+    /// Returns the length of a step, seconds.
+    pub fn step_length_s(&self) -> f64 {
+        1.0 / f64::from(self.steps_per_second)
     }
-}
-
-fn attribute(element: &quick_xml::events::BytesStart, name: &str) -> Option<String> {
-    let attribute = element.attributes().flatten().find(|a| a.key.as_ref() == name)?;
-    Some(attribute.value.into_owned())
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn read(text: &str) -> Result<World, SimError> {
@@ -155,6 +110,30 @@ mod tests {
             <time><begin value=\"57600\"/><end value=\"61200\"/></time></configuration>";
         let world = read(text).unwrap();
         assert_eq!((world.begin_s, world.end_s), (57600.0, 61200.0));
+    }
+
+    /// Steps per second of a configuration with this step length.
+    fn steps(step_length: &str) -> Result<u32, String> {
+        let text = format!(
+            "<configuration><net-file value=\"n\"/><end value=\"9\"/>\
+             <step-length value=\"{step_length}\"/></configuration>"
+        );
+        read(&text).map(|w| w.steps_per_second).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_step_length_that_divides_a_second_is_kept() {
+        assert_eq!(["1", "0.5", "0.1", "0:00:00.2"].map(steps), [Ok(1), Ok(2), Ok(10), Ok(5)]);
+        assert_eq!(steps("0.001"), Ok(1000));
+        assert!(read("<c><n v=\"n\"/><e v=\"9\"/></c>").unwrap().steps_per_second == 1);
+    }
+
+    #[test]
+    fn a_step_length_that_does_not_divide_a_second_is_refused() {
+        for length in ["0.3", "2", "1.5", "0", "-1"] {
+            let e = steps(length).unwrap_err();
+            assert!(e.contains(&format!("a step-length of {length} s does not divide")), "{e}");
+        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::env::world::SumoConfig;
+use crate::env::sumocfg::SumoConfig;
 use crate::error::EvalError;
 use crate::family::load::LoadedScenario;
 use crate::family::scenario::Detail;

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::env::world::{SumoConfig, TurnShare};
+use crate::env::sumocfg::SumoConfig;
+use crate::env::world::TurnShare;
 use crate::env::{SignalEnv, World};
 use crate::error::{EvalError, SimError, StoreError};
 use crate::family::scenario::Scenario;

@@ -231,8 +231,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::env::World;
-    use crate::env::testing::{env, env_of};
+    use crate::env::testing::{env, env_of, minute};
     use crate::eval::plan::tests::planned;
     use crate::eval::testing::Learner;
     use crate::store::Layout;
@@ -254,13 +253,11 @@ mod tests {
             writer.borrow_mut().push(seed);
             Ok(())
         });
-        let world =
-            World { config: "m".into(), end_s: 60.0, routes: Some(routes), ..World::default() };
         let (manifest, tasks) = planned(&["fixed-time"]);
         let point = &manifest.identity.points[0];
         let layout = Layout::new(dir.path());
         let keeper = Keeper::new(&layout, "", &tasks[1], Duration::MAX);
-        let (env, mut news) = (env_of(world, vec![(1.0, 0)], dir.path()), |_| {});
+        let (env, mut news) = (env_of(minute(Some(routes)), vec![(1.0, 0)], dir.path()), |_| {});
         let mut lab = Lab::new(env, &tasks[1], 1, keeper, &mut news);
         let mut learner = Learner::of(2);
         learner.train(&mut lab).unwrap();
