@@ -84,7 +84,7 @@ pub struct ScenarioArg {
     pub set: Vec<Override>,
     /// Limits of timing and demand: `resco`, the literature's, or `field`, what a cabinet in the street
     /// allows [default: the scenario's, else `resco`]
-    #[arg(long, value_name = "PRESET", value_enum)]
+    #[arg(long, value_name = "PRESET", value_enum, hide_possible_values = true)]
     pub preset: Option<Preset>,
 }
 
