@@ -11,7 +11,9 @@
 //!   serves one approach alone outbids the pair of opposing approaches and halves the capacity.
 //!   On RESCO's own maps the movements of a pair have lanes of their own; over a family of
 //!   intersections this is what makes max pressure lose on narrow streets. The setting
-//!   `max_pressure.count_shared_lanes_once` takes each lane once.
+//!   `max_pressure.count_shared_lanes_once` takes each lane once. So does a signal whose phases are
+//!   named by all movements that they serve, which RESCO's never are: there a lane would count as
+//!   often as it has turns.
 //! - **Ties** go to the first phase; an empty intersection gets phase 0.
 //! - **No hysteresis** and no minimum green beyond the decision interval.
 //!
@@ -21,6 +23,9 @@
 use super::{
     ControlError, Controller, Drive, GreenPhase, Movement, Observation, Phase, SignalSpec,
 };
+
+/// Movements that name a phase of RESCO's.
+const RESCO_MOVEMENTS: usize = 2;
 
 /// Max-pressure control.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -50,8 +55,11 @@ impl Controller for MaxPressure {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         if self.signals != signals {
             self.signals = signals.to_vec();
-            let merge = self.count_shared_lanes_once;
-            let counted = |s: &SignalSpec| s.phases.iter().map(|p| counted(s, p, merge)).collect();
+            let counted = |s: &SignalSpec| {
+                let many = s.phases.iter().any(|p| p.pair.len() > RESCO_MOVEMENTS);
+                let merge = self.count_shared_lanes_once || many;
+                s.phases.iter().map(|p| counted(s, p, merge)).collect()
+            };
             self.phases = signals.iter().map(counted).collect();
         }
         Ok(vec![Drive::Decisions; signals.len()])
@@ -133,6 +141,24 @@ mod tests {
             controller.act(std::slice::from_ref(&seen), &mut phases);
             assert_eq!(phases[0], GreenPhase(expected));
         }
+    }
+
+    #[test]
+    fn a_lane_counts_once_where_phases_are_named_by_all_that_they_serve() {
+        // Phase 0 serves three turns of one lane, phase 1 two lanes.
+        let mut signal = super::super::testing::signal_with(&[
+            [Service::Protected, Service::Protected, Service::Protected, Service::None],
+            [Service::None, Service::None, Service::None, Service::Protected],
+        ]);
+        signal.phases[0].pair = vec![0, 1, 2];
+        signal.movements[1].lanes = vec![0];
+        signal.movements[2].lanes = vec![0];
+        signal.movements[3].lanes = vec![1];
+        let mut controller = MaxPressure::default();
+        controller.begin(std::slice::from_ref(&signal)).unwrap();
+        let mut phases = [GreenPhase(9)];
+        controller.act(&[observation([3.0, 4.0], [0.0, 0.0])], &mut phases);
+        assert_eq!(phases[0], GreenPhase(1));
     }
 
     #[test]

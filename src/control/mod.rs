@@ -44,7 +44,8 @@ pub enum Turn {
 pub struct Movement {
     /// RESCO's index: three times the slot of the approach, plus 0 right, 1 through, 2 left.
     /// Approaches of up to four arms take the slots of their headings S, W, N, E; with more arms
-    /// they are numbered clockwise from the arm nearest to north.
+    /// they are numbered clockwise from the arm nearest to north. Where lanes of one approach and turn
+    /// are not served together, they are several movements; all but one have slots after the arms'.
     pub index: usize,
     /// The turn.
     pub turn: Turn,
@@ -53,13 +54,6 @@ pub struct Movement {
     pub lanes: Vec<usize>,
     /// Indices into [`Observation::downstream_queue`] of the lanes it leads to at another signal.
     pub downstream: Vec<usize>,
-}
-
-impl Movement {
-    /// Slot of the approach.
-    pub fn approach(&self) -> usize {
-        self.index / 3
-    }
 }
 
 /// How a green phase serves a movement.
@@ -78,8 +72,9 @@ pub enum Service {
 pub struct Phase {
     /// SUMO's state, one letter per link.
     pub state: String,
-    /// The one or two movements the phase is named by and that count for its pressure: indices
-    /// into [`SignalSpec::movements`], ascending.
+    /// The movements the phase is named by and that count for its pressure, one or two unless the
+    /// phases of the signal would not be told apart: indices into [`SignalSpec::movements`],
+    /// ascending.
     pub pair: Vec<usize>,
     /// How each movement is served, in the order of [`SignalSpec::movements`].
     pub service: Vec<Service>,

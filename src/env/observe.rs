@@ -172,6 +172,7 @@ impl Observer {
 mod tests {
     use super::*;
     use crate::control::testing::two_phase_signal;
+    use crate::env::pairs::Naming;
     use crate::sim::{Direction, Lane, Link, SignalInfo, VehicleState};
 
     fn observer() -> Observer {
@@ -267,6 +268,9 @@ mod tests {
             downstream: vec![],
             movement_links: vec![vec![1], vec![0, 2]],
             own_greens: vec![],
+            left_out: vec![],
+            naming: Naming::Main,
+            seen_m: vec![200.0],
         };
         let lane = Lane { id: "a_0".into(), ..Lane::default() };
         let signal = SignalInfo {

@@ -146,6 +146,7 @@ fn cycle(greens: &[ProgramPhase], yellow_time_s: f64) -> Vec<ProgramPhase> {
 mod tests {
     use super::*;
     use crate::control::testing::two_phase_signal;
+    use crate::env::pairs::Naming;
 
     fn signal() -> DerivedSignal {
         let spec = two_phase_signal();
@@ -156,6 +157,9 @@ mod tests {
             downstream: vec![],
             movement_links: vec![vec![0], vec![1]],
             own_greens,
+            left_out: vec![],
+            naming: Naming::Main,
+            seen_m: vec![200.0; 2],
         }
     }
 
