@@ -16,6 +16,7 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_build_networks", "build-networks --help"),
         ("help_run", "run --help"),
         ("help_evaluate", "evaluate --help"),
+        ("help_signals", "signals --help"),
         ("help_report", "report --help"),
         ("help_doctor", "doctor --help"),
     ] {
@@ -26,9 +27,16 @@ fn the_help_of_every_command_stays_as_it_is() {
 #[test]
 fn the_manual_page_names_every_command() {
     let page = help("man");
-    for command in
-        ["list", "build\\-networks", "run", "evaluate", "report", "doctor", "completions"]
-    {
+    for command in [
+        "list",
+        "build\\-networks",
+        "run",
+        "evaluate",
+        "signals",
+        "report",
+        "doctor",
+        "completions",
+    ] {
         assert!(page.contains(command), "{command}");
     }
     assert!(!page.contains("worker DIR"));

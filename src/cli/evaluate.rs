@@ -87,7 +87,7 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
     Ok(Place { world: generated_world(&networks, &point)?, point, imported: false })
 }
 
-fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
+pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
     let points = &loaded.family.points;
     let named: Vec<&str> = points.iter().take(NAMED_POINTS).map(|p| p.id.as_str()).collect();
     let mut some = named.join(", ");

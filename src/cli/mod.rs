@@ -11,6 +11,7 @@ mod output;
 mod report;
 mod run;
 mod shell;
+mod signals;
 mod worker;
 
 use std::num::{NonZeroU32, NonZeroUsize};
@@ -55,6 +56,8 @@ pub enum Command {
     Run(RunArgs),
     /// Evaluate a model that `run` trained on another point MDP or SUMO scenario
     Evaluate(EvaluateArgs),
+    /// Show what is derived of a scenario's signals, and what may be wrong with them
+    Signals(SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(ReportArgs),
     /// Check SUMO and this machine, and say what is wrong
@@ -237,6 +240,35 @@ pub struct EvaluateArgs {
     pub json: bool,
 }
 
+/// `tsc-family signals`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Of each signal: its lanes and how far they are seen upstream, through nodes without a signal; the
+movements with their links and the lanes that they lead to at the next signals; the phases to choose
+from with the movements that count for them; warnings. `run --dry-run` prints the warnings too.
+
+Examples:
+  tsc-family signals city/a.sumocfg
+  tsc-family signals city/a.sumocfg --svg drawings
+  tsc-family signals busy smoke --json")]
+pub struct SignalsArgs {
+    /// SUMO configuration, or id of a point MDP; its network is built if it is missing
+    #[arg(value_name = "SUMOCFG|POINT")]
+    pub place: String,
+    /// Scenario that has the point MDP; of a SUMO configuration only its settings count
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Folder of the networks [default: networks/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// Folder to draw each signal to, as NUMBER-ID.svg
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
+    /// Print JSON lines: one per signal
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -318,6 +350,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::BuildNetworks(args) => build_networks::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Worker(args) => worker::run(&args),
