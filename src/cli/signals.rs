@@ -14,15 +14,15 @@ use super::build_networks::{default_folder, prepare};
 use super::evaluate::unknown_point;
 use super::output::{line, note};
 use crate::control::Service;
-use crate::env::derive::{DerivedSignal, derive};
+use crate::env::derive::DerivedSignal;
 use crate::env::warnings;
 use crate::error::{FileError, SimError};
 use crate::eval::environment::generated_world;
 use crate::exit;
 use crate::family::load::load_with;
 use crate::family::scenario::SignalSettings;
+use crate::sim::Scene;
 use crate::sim::topology::Topology;
-use crate::sim::{Scene, SignalInfo, StartOptions};
 
 /// The signals of a scenario and the network around them.
 pub(super) struct Look {
@@ -89,8 +89,9 @@ pub(super) fn warning_lines(
 
 #[cfg(feature = "libsumo")]
 fn look(config: &Path, settings: &SignalSettings) -> Result<Look, SimError> {
-    use crate::sim::Sim;
+    use crate::env::derive::derive;
     use crate::sim::libsumo::SumoSim;
+    use crate::sim::{SignalInfo, Sim, StartOptions};
 
     let detection_m = settings.detection_m;
     let options = StartOptions {
