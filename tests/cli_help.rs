@@ -17,6 +17,7 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_run", "run --help"),
         ("help_evaluate", "evaluate --help"),
         ("help_routes", "routes --help"),
+        ("help_signals", "signals --help"),
         ("help_report", "report --help"),
         ("help_doctor", "doctor --help"),
     ] {
@@ -27,9 +28,17 @@ fn the_help_of_every_command_stays_as_it_is() {
 #[test]
 fn the_manual_page_names_every_command() {
     let page = help("man");
-    for command in
-        ["list", "build\\-networks", "run", "evaluate", "routes", "report", "doctor", "completions"]
-    {
+    for command in [
+        "list",
+        "build\\-networks",
+        "run",
+        "evaluate",
+        "routes",
+        "signals",
+        "report",
+        "doctor",
+        "completions",
+    ] {
         assert!(page.contains(command), "{command}");
     }
     assert!(!page.contains("worker DIR"));

@@ -6,6 +6,7 @@
 //!              D: vehicles may leave         S
 //! ```
 #![cfg(feature = "libsumo")]
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "libsumo_fixture/mod.rs"]
 mod fixture;

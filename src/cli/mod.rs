@@ -12,6 +12,7 @@ mod report;
 mod routes;
 mod run;
 mod shell;
+mod signals;
 mod worker;
 
 use std::num::{NonZeroU32, NonZeroUsize};
@@ -58,7 +59,9 @@ pub enum Command {
     /// Evaluate a model that `run` trained on another point MDP or SUMO scenario
     Evaluate(EvaluateArgs),
     /// Write the vehicles of a recorded episode for plain `sumo`
-    Routes(RoutesArgs),
+    Routes(routes::RoutesArgs),
+    /// Show what is derived of a scenario's signals, and what may be wrong with them
+    Signals(signals::SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(ReportArgs),
     /// Check SUMO and this machine, and say what is wrong
@@ -256,33 +259,6 @@ pub struct EvaluateArgs {
     pub json: bool,
 }
 
-/// `tsc-family routes`.
-#[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Records have the seed of every episode, as vehicles and SUMO got it. The command that is printed
-simulates the episode under the network's own signal program, as the baseline does; the delay of a
-record is the mean of timeLoss + departDelay over all vehicles in trips.xml.
-
-Example:
-  tsc-family routes --point busy smoke --seed 1889785958 --out busy.rou.xml")]
-pub struct RoutesArgs {
-    /// Scenario that has the point MDP
-    #[command(flatten)]
-    pub scenario: ScenarioArg,
-    /// Id of the point MDP; its network is built if it is missing
-    #[arg(long, value_name = "ID")]
-    pub point: String,
-    /// Seed of the episode
-    #[arg(long, value_name = "S")]
-    pub seed: u64,
-    /// Route file to write
-    #[arg(long, value_name = "FILE")]
-    pub out: PathBuf,
-    /// Folder of the networks [default: networks/NAME of the scenario]
-    #[arg(long, value_name = "DIR")]
-    pub networks: Option<PathBuf>,
-}
-
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -370,6 +346,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Run(args) => run::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Routes(args) => routes::run(&args),
+        Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Worker(args) => worker::run(&args),

@@ -1,9 +1,9 @@
 //! `tsc-family routes`: the vehicles of a recorded episode, for plain `sumo`.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::RoutesArgs;
+use super::ScenarioArg;
 use super::build_networks::{default_folder, prepare};
 use super::evaluate::unknown_point;
 use super::output::{line, note};
@@ -11,6 +11,33 @@ use crate::exit;
 use crate::family::load::load_with;
 use crate::network::demand::DemandSpec;
 use crate::network::index::file;
+
+/// `tsc-family routes`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Records have the seed of every episode, as vehicles and SUMO got it. The command that is printed
+simulates the episode under the network's own signal program, as the baseline does; the delay of a
+record is the mean of timeLoss + departDelay over all vehicles in trips.xml.
+
+Example:
+  tsc-family routes --point busy smoke --seed 1889785958 --out busy.rou.xml")]
+pub struct RoutesArgs {
+    /// Scenario that has the point MDP
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Id of the point MDP; its network is built if it is missing
+    #[arg(long, value_name = "ID")]
+    pub point: String,
+    /// Seed of the episode
+    #[arg(long, value_name = "S")]
+    pub seed: u64,
+    /// Route file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Folder of the networks [default: networks/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+}
 
 pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
     let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;

@@ -16,6 +16,7 @@ use super::estimate::{Effort, estimate};
 use super::monitor::Monitor;
 use super::output::{line, note};
 use super::report::print;
+use super::signals::warning_lines;
 use crate::error::{FamilyError, FileError, SimError};
 use crate::eval::plan::{Draft, Request, complete, draft, establish};
 use crate::eval::pool::Pool;
@@ -62,6 +63,9 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         } else {
             line(estimate(&request, &draft, jobs))?;
         }
+        if !args.quiet {
+            warn(&request)?;
+        }
         return Ok(exit::DONE);
     }
     let networks = args
@@ -85,6 +89,18 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let manifest = establish(&layout, manifest, &tasks)?;
     clean(&layout, args.retry_failed)?;
     work(args, &request, &draft, &layout, &manifest, &networks, jobs)
+}
+
+/// Says what may be wrong with the signals of imported scenarios.
+fn warn(request: &Request) -> Result<(), SimError> {
+    match warning_lines(&request.sumocfgs, &request.scenario.scenario.signal) {
+        // A plan needs no SUMO.
+        Err(SimError::Unavailable(_)) => {
+            note("the signals were not looked at, since SUMO is missing")
+        }
+        lines => lines?.iter().for_each(|line| note(format!("warning: {line}"))),
+    }
+    Ok(())
 }
 
 /// Loads the scenario with the settings of `--episodes` and `--set`.
@@ -226,15 +242,21 @@ pub(super) fn simulator(sumocfgs: &[PathBuf], settings: &SignalSettings) -> anyh
             sim.close()?;
             scene.signals.iter().try_for_each(|signal| derive(&scene, signal, settings).map(drop))
         };
-        check(&mut sim).map_err(|e| match e {
-            SimError::Fatal { message, .. } => SimError::Config {
-                path: config.clone(),
-                reason: format!("SUMO cannot load it ({message}); its reason is above"),
-            },
-            other => other,
-        })?;
+        check(&mut sim).map_err(|e| explained(e, config))?;
     }
     Ok(sim.version()?)
+}
+
+/// Returns the error of a scenario that could not be loaded, with its file.
+#[cfg(feature = "libsumo")]
+pub(super) fn explained(error: SimError, config: &Path) -> SimError {
+    match error {
+        SimError::Fatal { message, .. } => SimError::Config {
+            path: config.to_path_buf(),
+            reason: format!("SUMO cannot load it ({message}); its reason is above"),
+        },
+        other => other,
+    }
 }
 
 #[cfg(not(feature = "libsumo"))]

@@ -24,9 +24,13 @@
 //! Source: P. Varaiya, "Max pressure control of a network of signalized intersections",
 //! Transportation Research Part C 36 (2013), 177-195; HCM (6th ed.), chapter 19, adjustment factors.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::{Deserialize, Serialize};
 
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, Service, SignalSpec, Turn};
+use super::{
+    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Service, SignalSpec, Turn,
+};
 
 /// Vehicles that a prior of equal shares per lane counts for, before vehicles have been seen.
 const PRIOR_VEH: f64 = 10.0;
@@ -58,6 +62,8 @@ impl Default for Config {
 pub struct MaxPressure {
     config: Config,
     signals: Vec<SignalSpec>,
+    /// Per signal and movement the street that it comes from, numbered.
+    streets: Vec<Vec<usize>>,
 }
 
 impl MaxPressure {
@@ -66,7 +72,7 @@ impl MaxPressure {
 
     /// Returns a controller with these constants.
     pub fn new(config: Config) -> Self {
-        Self { config, signals: Vec::new() }
+        Self { config, ..Self::default() }
     }
 }
 
@@ -78,15 +84,16 @@ impl Controller for MaxPressure {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         if self.signals != signals {
             self.signals = signals.to_vec();
+            self.streets = signals.iter().map(streets).collect();
         }
         Ok(vec![Drive::Decisions; signals.len()])
     }
 
     fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
-        for ((signal, observation), phase) in
-            self.signals.iter().zip(observations).zip(phases.iter_mut())
+        for (((signal, streets), observation), phase) in
+            self.signals.iter().zip(&self.streets).zip(observations).zip(phases.iter_mut())
         {
-            let weights = weights(signal, observation);
+            let weights = weights(signal, streets, observation);
             let pressure = |i: usize| -> f64 {
                 let service = signal.phases[i].service.iter().zip(&signal.movements).zip(&weights);
                 service
@@ -114,8 +121,8 @@ impl Controller for MaxPressure {
 }
 
 /// Returns, per movement, its saturation flow in lanes times its pressure in vehicles.
-fn weights(signal: &SignalSpec, seen: &Observation) -> Vec<f64> {
-    let parts = lane_parts(signal, &shares(signal, seen));
+fn weights(signal: &SignalSpec, streets: &[usize], seen: &Observation) -> Vec<f64> {
+    let parts = lane_parts(signal, &shares(signal, streets, seen));
     signal
         .movements
         .iter()
@@ -136,8 +143,19 @@ fn weights(signal: &SignalSpec, seen: &Observation) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the turning share of every movement among those of its approach.
-fn shares(signal: &SignalSpec, seen: &Observation) -> Vec<f64> {
+/// Returns the street that each movement comes from, numbered: the edge of its lanes.
+fn streets(signal: &SignalSpec) -> Vec<usize> {
+    let edge = |m: &Movement| {
+        let lane = &signal.lanes[m.lanes[0]].id;
+        lane.rsplit_once('_').map_or(lane.as_str(), |(edge, _)| edge)
+    };
+    let edges: BTreeSet<&str> = signal.movements.iter().map(edge).collect();
+    let number: BTreeMap<&str, usize> = edges.into_iter().zip(0..).collect();
+    signal.movements.iter().map(|m| number[edge(m)]).collect()
+}
+
+/// Returns the turning share of every movement among those of its street.
+fn shares(signal: &SignalSpec, streets: &[usize], seen: &Observation) -> Vec<f64> {
     signal
         .movements
         .iter()
@@ -147,8 +165,8 @@ fn shares(signal: &SignalSpec, seen: &Observation) -> Vec<f64> {
                 return share;
             }
             let (mut total, mut lanes) = (0.0, 0.0);
-            for (other, seen) in signal.movements.iter().zip(&seen.seen) {
-                if other.approach() == movement.approach() {
+            for ((other, street), seen) in signal.movements.iter().zip(streets).zip(&seen.seen) {
+                if *street == streets[m] {
                     total += seen;
                     lanes += other.lanes.len() as f64;
                 }
@@ -220,8 +238,7 @@ mod tests {
         // Phase 0 serves through and left of one shared lane, phase 1 two lanes of another approach.
         let mut signal = signal_with(&[[G, G, N, N], [N, N, G, G]]);
         signal.movements[1].lanes = vec![0];
-        signal.movements[1].index = 2;
-        let shares = shares(&signal, &queues(0, &[5.0, 0.0, 2.0, 2.0]));
+        let shares = shares(&signal, &streets(&signal), &queues(0, &[5.0, 0.0, 2.0, 2.0]));
         let parts = lane_parts(&signal, &shares);
         assert!((parts[0][0] + parts[1][0] - 1.0).abs() < 1e-12);
         assert_eq!(parts[2], [1.0]);
@@ -250,12 +267,14 @@ mod tests {
     #[test]
     fn shares_follow_the_vehicles_seen_unless_the_demand_says_them() {
         let mut signal = signal_with(&[[G, G]]);
-        signal.movements[1].index = 2;
+        signal.lanes[1].id = "l0_1".into();
+        let streets = streets(&signal);
+        assert_eq!(streets, [0, 0]);
         let mut seen = queues(0, &[0.0, 0.0]);
-        assert_eq!(shares(&signal, &seen), [0.5, 0.5]);
+        assert_eq!(shares(&signal, &streets, &seen), [0.5, 0.5]);
         seen.seen = vec![80.0, 10.0];
-        assert_eq!(shares(&signal, &seen), [0.85, 0.15]);
+        assert_eq!(shares(&signal, &streets, &seen), [0.85, 0.15]);
         signal.movements[0].share = Some(0.8);
-        assert_eq!(shares(&signal, &seen)[0], 0.8);
+        assert_eq!(shares(&signal, &streets, &seen)[0], 0.8);
     }
 }

@@ -8,6 +8,8 @@
 //! - **A lane that both movements of the pair share counts twice**, which happens in three of RESCO's
 //!   scenarios: where a phase serves one approach alone, from a lane for through and left, it looks
 //!   twice as urgent as it is.
+//!   A signal whose phases are named by all movements that they serve, which RESCO's never are, counts
+//!   each lane once: else a lane would count as often as it has turns.
 //! - **Queues are not weighted** by saturation flow or turning share; compare
 //!   [`max_pressure`](super::max_pressure).
 //! - **Ties** go to the first phase; an empty intersection gets phase 0.
@@ -15,12 +17,19 @@
 //!
 //! Source: RESCO, agents/maxpressure.py.
 
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec};
+use super::{
+    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Phase, SignalSpec,
+};
+
+/// Movements that name a phase in RESCO.
+const RESCO_MOVEMENTS: usize = 2;
 
 /// Max pressure with RESCO's rule.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MaxPressureResco {
     signals: Vec<SignalSpec>,
+    /// Movements whose lanes count, per signal and phase, merged where a lane is to count once.
+    phases: Vec<Vec<Vec<Movement>>>,
 }
 
 impl MaxPressureResco {
@@ -36,18 +45,22 @@ impl Controller for MaxPressureResco {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         if self.signals != signals {
             self.signals = signals.to_vec();
+            let counted = |s: &SignalSpec| {
+                let merge = s.phases.iter().any(|p| p.pair.len() > RESCO_MOVEMENTS);
+                s.phases.iter().map(|p| counted(s, p, merge)).collect()
+            };
+            self.phases = signals.iter().map(counted).collect();
         }
         Ok(vec![Drive::Decisions; signals.len()])
     }
 
     fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
-        for ((signal, observation), phase) in
-            self.signals.iter().zip(observations).zip(phases.iter_mut())
+        for ((candidates, observation), phase) in
+            self.phases.iter().zip(observations).zip(phases.iter_mut())
         {
             let mut best = f64::NEG_INFINITY;
-            for (i, candidate) in signal.phases.iter().enumerate() {
-                let movements = candidate.pair.iter().map(|m| &signal.movements[*m]);
-                let pressure: f64 = movements.map(|m| observation.pressure(m)).sum();
+            for (i, counted) in candidates.iter().enumerate() {
+                let pressure: f64 = counted.iter().map(|m| observation.pressure(m)).sum();
                 if pressure > best {
                     best = pressure;
                     *phase = GreenPhase(i);
@@ -55,6 +68,24 @@ impl Controller for MaxPressureResco {
             }
         }
     }
+}
+
+/// Returns the movements that count for a phase; with `merge` as one movement with every lane once.
+fn counted(signal: &SignalSpec, phase: &Phase, merge: bool) -> Vec<Movement> {
+    let mut movements: Vec<Movement> =
+        phase.pair.iter().map(|m| signal.movements[*m].clone()).collect();
+    if merge && let Some(mut first) = movements.pop() {
+        for other in movements.drain(..) {
+            first.lanes.extend(other.lanes);
+            first.downstream.extend(other.downstream);
+        }
+        for lanes in [&mut first.lanes, &mut first.downstream] {
+            lanes.sort_unstable();
+            lanes.dedup();
+        }
+        movements.push(first);
+    }
+    movements
 }
 
 #[cfg(test)]
@@ -97,6 +128,24 @@ mod tests {
         let mut phases = [GreenPhase(9)];
         controller.act(std::slice::from_ref(&seen), &mut phases);
         assert_eq!(phases[0], GreenPhase(0), "10 against 7");
+    }
+
+    #[test]
+    fn a_lane_counts_once_where_phases_are_named_by_all_that_they_serve() {
+        // Phase 0 serves three turns of one lane, phase 1 two lanes.
+        let mut signal = signal_with(&[
+            [Service::Protected, Service::Protected, Service::Protected, Service::None],
+            [Service::None, Service::None, Service::None, Service::Protected],
+        ]);
+        signal.phases[0].pair = vec![0, 1, 2];
+        signal.movements[1].lanes = vec![0];
+        signal.movements[2].lanes = vec![0];
+        signal.movements[3].lanes = vec![1];
+        let mut controller = MaxPressureResco::default();
+        controller.begin(std::slice::from_ref(&signal)).unwrap();
+        let mut phases = [GreenPhase(9)];
+        controller.act(&[observation([3.0, 4.0], [0.0, 0.0])], &mut phases);
+        assert_eq!(phases[0], GreenPhase(1));
     }
 
     #[test]

@@ -45,7 +45,8 @@ pub enum Turn {
 pub struct Movement {
     /// RESCO's index: three times the slot of the approach, plus 0 right, 1 through, 2 left.
     /// Approaches of up to four arms take the slots of their headings S, W, N, E; with more arms
-    /// they are numbered clockwise from the arm nearest to north.
+    /// they are numbered clockwise from the arm nearest to north. Where lanes of one approach and turn
+    /// are not served together, they are several movements; all but one have slots after the arms'.
     pub index: usize,
     /// The turn.
     pub turn: Turn,
@@ -56,13 +57,6 @@ pub struct Movement {
     pub downstream: Vec<usize>,
     /// Share of the approach's vehicles that make the movement, where the demand says so.
     pub share: Option<f64>,
-}
-
-impl Movement {
-    /// Slot of the approach.
-    pub fn approach(&self) -> usize {
-        self.index / 3
-    }
 }
 
 /// How a green phase serves a movement.
@@ -81,8 +75,9 @@ pub enum Service {
 pub struct Phase {
     /// SUMO's state, one letter per link.
     pub state: String,
-    /// The one or two movements the phase is named by and that count for its pressure: indices
-    /// into [`SignalSpec::movements`], ascending.
+    /// The movements the phase is named by and that count for its pressure, one or two unless the
+    /// phases of the signal would not be told apart: indices into [`SignalSpec::movements`],
+    /// ascending.
     pub pair: Vec<usize>,
     /// How each movement is served, in the order of [`SignalSpec::movements`].
     pub service: Vec<Service>,

@@ -3,30 +3,26 @@
 //! Users of the peers write these by hand for each signal; here they follow from what SUMO knows:
 //! the links' directions, the lanes' headings and the programs' states.
 //!
+//! A green in which no link for vehicles is green, such as one for pedestrians alone, is no action: a
+//! controller sees vehicles only, so it could not know when to choose it. The network's own program
+//! and what is made of it keep it.
+//!
 //! Source: RESCO's signal configuration (`config/signal_config.py`), whose hand-written phase pairs
 //! the derived ones equal on Ingolstadt.
 
-use std::collections::BTreeMap;
-
-use crate::control::{LaneSpec, Movement, Phase, Service, SignalSpec, Turn};
+use crate::control::{LaneSpec, Movement, Phase, Service, SignalSpec};
 use crate::error::SimError;
 use crate::family::scenario::{Actions, SignalSettings};
-use crate::sim::topology::edge;
-use crate::sim::{Direction, Program, Scene, SignalInfo};
+use crate::sim::{Program, Scene, SignalInfo};
 use crate::timing::Timing;
-use crate::units::{normalise_degrees, turn_degrees};
 
 use super::limits::{limits, timing};
+use super::movements::{RawMovement, raw_movements};
+use super::pairs::{Naming, names};
 
 /// Program that generated networks carry beside netconvert's default one: the phases to choose
 /// from.
 pub const PHASES_PROGRAM: &str = "phases";
-
-/// Headings of the four slots of RESCO's movement order: S, W, N, E.
-const SLOT_HEADINGS_DEG: [f64; 4] = [180.0, 270.0, 0.0, 90.0];
-
-/// Half of the sector around north whose arms come first, degrees.
-const NORTH_SECTOR_DEG: f64 = 45.0;
 
 /// A signal's description for controllers and how its parts relate to the simulator's.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +41,13 @@ pub struct DerivedSignal {
     pub movement_links: Vec<Vec<usize>>,
     /// Greens of the program that runs by default, in its order.
     pub own_greens: Vec<String>,
+    /// Greens of the program with the phases that serve no vehicle and so are none.
+    pub left_out: Vec<String>,
+    /// By which movements the phases are named.
+    pub naming: Naming,
+    /// How far upstream each lane of the spec is seen, pieces included, metres; the detection distance
+    /// may be less.
+    pub seen_m: Vec<f64>,
     /// How long greens may and must be shown.
     pub timing: Timing,
 }
@@ -63,11 +66,21 @@ pub fn derive(
     settings: &SignalSettings,
 ) -> Result<DerivedSignal, SimError> {
     let fail = |reason: &str| SimError::Signal { signal: signal.id.clone(), reason: reason.into() };
-    let slots = approach_slots(scene, signal);
-    if slots.is_empty() {
+    if signal.links.iter().all(Vec::is_empty) {
         return Err(fail("it controls no vehicle lane; remove it from the network"));
     }
-    let raw = raw_movements(scene, signal, &slots);
+    let program = |id: &str| signal.programs.iter().find(|p| p.id == id);
+    let own = program(&signal.active_program).or(signal.programs.first());
+    let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
+    let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
+    let (states, left_out): (Vec<_>, Vec<_>) =
+        greens(pairs.unwrap_or(own)).into_iter().partition(|state| serves_vehicles(state, signal));
+    if states.is_empty() {
+        return Err(fail(
+            "no phase of its program is green for vehicles without yellow; check its tlLogic",
+        ));
+    }
+    let raw = raw_movements(scene, signal, &states);
 
     // Lanes in the order in which they first appear in the movements, as RESCO lists them.
     let mut lanes: Vec<usize> = Vec::new();
@@ -79,27 +92,20 @@ pub fn derive(
             list.len() - 1
         })
     };
-    for (index, movement) in &raw {
+    for movement in &raw {
         movements.push(Movement {
-            index: *index,
-            turn: [Turn::Right, Turn::Through, Turn::Left][index % 3],
+            index: movement.index,
+            turn: movement.turn,
             lanes: movement.lanes.iter().map(|l| position(&mut lanes, *l)).collect(),
             downstream: movement.downstream.iter().map(|l| position(&mut downstream, *l)).collect(),
             share: None,
         });
     }
-
-    let program = |id: &str| signal.programs.iter().find(|p| p.id == id);
-    let own = program(&signal.active_program).or(signal.programs.first());
-    let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
-    let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
-    let states = greens(pairs.unwrap_or(own));
-    if states.is_empty() {
-        return Err(fail("no phase of its program is green without yellow; check its tlLogic"));
-    }
+    let services: Vec<Vec<Service>> = states.iter().map(|state| services(state, &raw)).collect();
+    let (naming, pairs) = names(&services, &raw);
     let timing = timing(scene, signal, settings);
     let limits = limits(&timing, &states);
-    let phases = states.into_iter().map(|state| phase(state, &raw, &movements)).collect();
+    let phases = states.into_iter().zip(pairs).zip(services);
     let spec = SignalSpec {
         id: signal.id.clone(),
         lanes: lanes
@@ -110,11 +116,23 @@ pub fn derive(
             })
             .collect(),
         movements,
-        phases,
+        phases: phases.map(|((state, pair), service)| Phase { state, pair, service }).collect(),
         limits,
     };
-    let movement_links = raw.into_values().map(|movement| movement.links).collect();
-    Ok(DerivedSignal { spec, lanes, downstream, movement_links, own_greens: greens(own), timing })
+    let seen_m = lanes.iter().map(|lane| seen_m(scene, *lane)).collect();
+    let movement_links = raw.into_iter().map(|movement| movement.links).collect();
+    let own_greens = greens(own);
+    Ok(DerivedSignal {
+        spec,
+        lanes,
+        downstream,
+        movement_links,
+        own_greens,
+        left_out,
+        naming,
+        seen_m,
+        timing,
+    })
 }
 
 /// Returns the distinct green states of a program in their order: some link is green, none yellow.
@@ -131,176 +149,35 @@ pub fn greens(program: &Program) -> Vec<String> {
     states
 }
 
-/// A movement in the simulator's terms.
-#[derive(Debug, Clone, Default, PartialEq)]
-struct RawMovement {
-    /// Indices in [`Scene::lanes`].
-    lanes: Vec<usize>,
-    /// Indices in [`Scene::lanes`] of other signals' lanes.
-    downstream: Vec<usize>,
-    /// Link indices of the signal.
-    links: Vec<usize>,
+/// Whether a link for vehicles is green.
+fn serves_vehicles(state: &str, signal: &SignalInfo) -> bool {
+    state.chars().zip(&signal.links).any(|(c, links)| matches!(c, 'G' | 'g') && !links.is_empty())
 }
 
-/// Returns the slot of every approach, by the id of its edge.
-fn approach_slots<'a>(scene: &'a Scene, signal: &SignalInfo) -> BTreeMap<&'a str, usize> {
-    let mut headings: BTreeMap<&str, f64> = BTreeMap::new();
-    for link in signal.links.iter().flatten() {
-        let lane = &scene.lanes[link.from_lane];
-        headings.entry(edge(&lane.id)).or_insert(lane.heading_deg);
-    }
-    // Clockwise by the bearing of the arm, which lies opposite to the heading. An arm just west
-    // of north comes first, as if it were north.
-    let bearing = |heading: f64| normalise_degrees(heading + 180.0 + NORTH_SECTOR_DEG);
-    let mut order: Vec<(&str, f64)> = headings.into_iter().collect();
-    order.sort_by(|a, b| bearing(a.1).total_cmp(&bearing(b.1)).then_with(|| a.0.cmp(b.0)));
-    let slots = match order.len() {
-        0..=4 => cardinal_slots(&order.iter().map(|(_, h)| *h).collect::<Vec<_>>()),
-        n => (0..n).collect(),
-    };
-    order.into_iter().map(|(edge, _)| edge).zip(slots).collect()
-}
-
-/// Returns the assignment of up to four headings to distinct slots with the smallest sum of
-/// squared angles.
-fn cardinal_slots(headings: &[f64]) -> Vec<usize> {
-    fn search(headings: &[f64], used: u8) -> (f64, Vec<usize>) {
-        let Some((first, rest)) = headings.split_first() else { return (0.0, Vec::new()) };
-        (0..4)
-            .filter(|slot| used >> slot & 1 == 0)
-            .map(|slot| {
-                let (cost, mut slots) = search(rest, used | 1 << slot);
-                slots.insert(0, slot);
-                (cost + turn_degrees(SLOT_HEADINGS_DEG[slot], *first).powi(2), slots)
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .expect("there are at most as many headings as slots")
-    }
-    search(headings, 0).1
-}
-
-pub(super) fn turn_of(direction: Direction) -> Turn {
-    match direction {
-        Direction::Right | Direction::PartRight => Turn::Right,
-        Direction::Straight => Turn::Through,
-        Direction::Left | Direction::PartLeft | Direction::Turn => Turn::Left,
-    }
-}
-
-fn raw_movements(
-    scene: &Scene,
-    signal: &SignalInfo,
-    slots: &BTreeMap<&str, usize>,
-) -> BTreeMap<usize, RawMovement> {
-    let mut movements: BTreeMap<usize, RawMovement> = BTreeMap::new();
-    for (index, links) in signal.links.iter().enumerate() {
-        for link in links {
-            let slot = slots[edge(&scene.lanes[link.from_lane].id)];
-            let movement =
-                movements.entry(3 * slot + turn_of(link.direction) as usize).or_default();
-            let add = |list: &mut Vec<usize>, value: usize| {
-                if !list.contains(&value) {
-                    list.push(value);
-                }
-            };
-            add(&mut movement.lanes, link.from_lane);
-            add(&mut movement.links, index);
-            for lane in &link.downstream {
-                add(&mut movement.downstream, *lane);
-            }
-        }
-    }
-    for movement in movements.values_mut() {
-        movement.lanes.sort_unstable();
-        movement.downstream.sort_unstable();
-    }
-    movements
-}
-
-fn phase(state: String, raw: &BTreeMap<usize, RawMovement>, movements: &[Movement]) -> Phase {
+/// Returns how a state serves each movement: as well as the best of the links that decide.
+fn services(state: &str, raw: &[RawMovement]) -> Vec<Service> {
     let letters: Vec<char> = state.chars().collect();
-    let service: Vec<Service> = raw
-        .values()
-        .map(|movement| {
-            let best = |link: &usize| match letters.get(*link) {
-                Some('G') => Service::Protected,
-                Some('g') => Service::Permissive,
-                _ => Service::None,
-            };
-            movement.links.iter().map(best).max().unwrap_or(Service::None)
-        })
-        .collect();
-    let pair = pair(&service, movements);
-    Phase { state, pair, service }
+    let best = |link: &usize| match letters.get(*link) {
+        Some('G') => Service::Protected,
+        Some('g') => Service::Permissive,
+        _ => Service::None,
+    };
+    raw.iter().map(|m| m.deciding.iter().map(best).max().unwrap_or(Service::None)).collect()
 }
 
-/// Returns the one or two movements that a phase is named by: those with right of way, through
-/// before left; a right turn only where there is nothing else, from the same approach if possible.
-fn pair(service: &[Service], movements: &[Movement]) -> Vec<usize> {
-    let rank = |m: &usize, first: Option<usize>| {
-        let movement = &movements[*m];
-        let same = first.is_none_or(|f| movements[f].approach() == movement.approach());
-        (
-            movement.turn == Turn::Right,
-            service[*m] != Service::Protected,
-            movement.turn == Turn::Right && !same,
-            movement.turn == Turn::Left,
-            movement.index,
-        )
-    };
-    let served: Vec<usize> = (0..service.len()).filter(|m| service[*m] != Service::None).collect();
-    let Some(first) = served.iter().copied().min_by_key(|m| rank(m, None)) else {
-        return Vec::new();
-    };
-    // A second movement counts if it has right of way, or belongs to the first one's approach.
-    let second = served
-        .into_iter()
-        .filter(|m| *m != first)
-        .filter(|m| {
-            service[*m] == Service::Protected
-                || movements[*m].approach() == movements[first].approach()
-        })
-        .min_by_key(|m| rank(m, Some(first)));
-    let mut pair: Vec<usize> = std::iter::once(first).chain(second).collect();
-    pair.sort_unstable();
-    pair
+/// Returns how far upstream of its stop line a lane of a scene is seen, metres.
+fn seen_m(scene: &Scene, lane: usize) -> f64 {
+    let lane = &scene.lanes[lane];
+    lane.pieces.iter().map(|p| p.beyond_m + p.length_m).fold(lane.length_m, f64::max)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::{Lane, Link, ProgramKind, ProgramPhase};
+    use crate::env::testing::crossing as scene;
+    use crate::sim::Piece;
 
     const NO_LINKS: [(&str, f64, &str); 0] = [];
-
-    /// A scene of one signal; one link per `(lane, heading, directions)` and direction letter.
-    fn scene(lanes: &[(&str, f64, &str)], greens: &[&str]) -> Scene {
-        let mut links = Vec::new();
-        for (index, (_, _, directions)) in lanes.iter().enumerate() {
-            for letter in directions.chars() {
-                let direction = Direction::from_letter(letter).unwrap();
-                links.push(vec![Link::new(index, "x_0", direction)]);
-            }
-        }
-        let lane = |(id, heading_deg, _): &(&str, f64, &str)| Lane {
-            id: (*id).into(),
-            length_m: 100.0,
-            speed_mps: 14.0,
-            heading_deg: *heading_deg,
-            ..Lane::default()
-        };
-        let phases = greens.iter().map(|g| ProgramPhase::fixed(*g, 30.0)).collect();
-        let program = Program { id: "0".into(), kind: ProgramKind::Static, phases };
-        Scene {
-            lanes: lanes.iter().map(lane).collect(),
-            signals: vec![SignalInfo {
-                id: "s".into(),
-                links,
-                programs: vec![program],
-                active_program: "0".into(),
-            }],
-        }
-    }
 
     fn pairs(derived: &DerivedSignal) -> Vec<Vec<usize>> {
         let index = |m: &usize| derived.spec.movements[*m].index;
@@ -367,5 +244,29 @@ mod tests {
         assert!(derive(&empty, &empty.signals[0], &SignalSettings::default()).is_err());
         let red = scene(&[("n_0", 0.0, "s")], &["r", "y"]);
         assert!(derive(&red, &red.signals[0], &SignalSettings::default()).is_err());
+    }
+
+    #[test]
+    fn a_green_for_pedestrians_alone_is_no_phase() {
+        // The last link has no vehicle lane.
+        let mut scene = scene(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Grr", "rrG", "rGr"]);
+        scene.signals[0].links.push(vec![]);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        assert_eq!(pairs(&derived), [[7], [10]]);
+        assert_eq!(derived.left_out, ["rrG"]);
+        assert_eq!(derived.own_greens, ["Grr", "rrG", "rGr"]);
+        scene.signals[0].programs[0].phases.retain(|p| p.state == "rrG");
+        let e =
+            derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap_err().to_string();
+        assert!(e.contains("green for vehicles"), "{e}");
+    }
+
+    #[test]
+    fn a_lane_is_seen_as_far_as_its_pieces_reach() {
+        let mut scene = scene(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "rG"]);
+        let piece = |beyond_m| Piece { id: "p_0".into(), length_m: 50.0, beyond_m };
+        scene.lanes[0].pieces = vec![piece(101.0), piece(120.0)];
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        assert_eq!(derived.seen_m, [170.0, 100.0]);
     }
 }

@@ -6,7 +6,7 @@ use crate::sim::topology::edge;
 use crate::sim::{Link, Scene, SignalInfo};
 use crate::timing::{Approach, Timing, Way};
 
-use super::derive::turn_of;
+use super::movements::turn_of;
 use super::world::TurnShare;
 
 /// Returns the limits of a signal: its approaches are its incoming edges.

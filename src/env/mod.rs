@@ -8,14 +8,18 @@ pub mod cabinet;
 pub mod derive;
 pub mod episode;
 mod limits;
+mod movements;
 pub mod observe;
+pub mod pairs;
 pub mod signal;
 pub mod signal_env;
 pub mod sumocfg;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod warnings;
 pub mod world;
 
 pub use episode::{EpisodeMetrics, run_episode};
 pub use signal_env::{SignalEnv, Step};
+pub use warnings::{Warning, warnings};
 pub use world::World;

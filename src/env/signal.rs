@@ -147,6 +147,7 @@ pub(super) mod testing {
     use super::super::derive::DerivedSignal;
     use crate::control::Turn;
     use crate::control::testing::two_phase_signal;
+    use crate::env::pairs::Naming;
     use crate::family::scenario::SignalSettings;
     use crate::timing::{Approach, Timing, Way};
 
@@ -165,6 +166,9 @@ pub(super) mod testing {
             movement_links: vec![vec![0], vec![1]],
             own_greens,
             timing,
+            left_out: vec![],
+            naming: Naming::Main,
+            seen_m: vec![200.0; 2],
         }
     }
 }

@@ -8,6 +8,36 @@ use crate::family::scenario::{SignalSettings, SimulationSettings};
 use crate::sim::mock::MockSim;
 use crate::sim::{Direction, Lane, Link, Program, ProgramKind, ProgramPhase, Scene, SignalInfo};
 
+/// A scene of one signal: lanes of 100 m as `(id, heading, directions)` with one link per letter of
+/// the directions, and a program of greens.
+pub(crate) fn crossing(lanes: &[(&str, f64, &str)], greens: &[&str]) -> Scene {
+    let mut links = Vec::new();
+    for (index, (_, _, directions)) in lanes.iter().enumerate() {
+        for letter in directions.chars() {
+            let direction = Direction::from_letter(letter).expect("a direction");
+            links.push(vec![Link::new(index, "x_0", direction)]);
+        }
+    }
+    let lane = |(id, heading_deg, _): &(&str, f64, &str)| Lane {
+        id: (*id).into(),
+        length_m: 100.0,
+        speed_mps: 14.0,
+        heading_deg: *heading_deg,
+        ..Lane::default()
+    };
+    let phases = greens.iter().map(|g| ProgramPhase::fixed(*g, 30.0)).collect();
+    let program = Program { id: "0".into(), kind: ProgramKind::Static, phases };
+    Scene {
+        lanes: lanes.iter().map(lane).collect(),
+        signals: vec![SignalInfo {
+            id: "s".into(),
+            links,
+            programs: vec![program],
+            active_program: "0".into(),
+        }],
+    }
+}
+
 /// Two crossing one-lane roads; `arrivals` are `(second, lane)`.
 pub(crate) fn env(arrivals: Vec<(f64, u32)>, scratch: &Path) -> SignalEnv<MockSim> {
     env_of(minute(None), arrivals, scratch)

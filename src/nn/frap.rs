@@ -6,9 +6,9 @@
 //!
 //! ```text
 //! h_m  = relu(Linear[8 -> 16](sigmoid(Embedding[2 -> 4](b)), sigmoid(Linear[k -> 4](d))))
-//! P_a  = sum of h over the one or two movements of phase a
+//! P_a  = sum of h over the movements that phase a is named by, mostly two
 //! z_ab = relu(Conv[32 -> 20](P_a, P_b))           for every ordered pair of phases a != b
-//! r_ab = relu(Conv[4 -> 20](relu(Embedding[2 -> 4](whether a and b share exactly one movement))))
+//! r_ab = relu(Conv[4 -> 20](relu(Embedding[2 -> 4](whether a and b share some, not all movements))))
 //! Q_a  = sum over b of Conv[20 -> 1](relu(Conv[20 -> 20](z_ab * r_ab)))
 //! ```
 //!
@@ -20,7 +20,8 @@
 //! al., "Toward a thousand lights" (AAAI 2020); sizes, sigmoids and embeddings as in RESCO,
 //! agents/mplight.py.
 //!
-//! Deviation: a phase with a single movement is its `h` alone; RESCO's always have two.
+//! Deviation: a phase may be named by any number of movements; RESCO's always have two, of which two
+//! phases share none or exactly one.
 
 mod backward;
 mod forward;
@@ -251,7 +252,7 @@ mod tests {
     #[test]
     fn gradients_are_those_of_finite_differences() {
         for width in [1, 4] {
-            let three = vec![vec![1, 7], vec![7, 8], vec![9]];
+            let three = vec![vec![1, 7], vec![0, 7, 8, 10], vec![9]];
             let layouts = vec![Layout::new(&pairs(&EIGHT), width), Layout::new(&three, width)];
             let mut network = Frap::new(layouts, width, 12 * width);
             assert_eq!(parameters(&network).len(), network.parameters());

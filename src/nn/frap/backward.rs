@@ -150,7 +150,7 @@ impl Frap {
         for (index, first, first_phase) in &b.rows {
             for (a, pair) in self.layouts[*index].phases.iter().enumerate() {
                 let d = &dphase[(first_phase + a) * MOVEMENT..][..MOVEMENT];
-                for m in pair.iter().flatten() {
+                for m in pair {
                     add_scaled(&mut dmovement[(first + m) * MOVEMENT..][..MOVEMENT], d, 1.0);
                 }
             }

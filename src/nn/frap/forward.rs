@@ -28,7 +28,7 @@ impl Frap {
         (terms, embeddings)
     }
 
-    /// Returns `r` for pairs that share no movement or both, and for those that share one.
+    /// Returns `r` for pairs that share no movement or all, and for those that share some.
     pub(super) fn relations(&self, parameters: &[f32]) -> [[f32; PAIR]; 2] {
         let o = &self.offsets;
         let (w, bias) = parameters[o.relation_map..o.competition].split_at(EMBEDDING * PAIR);
@@ -59,7 +59,7 @@ impl Frap {
             let layout = &self.layouts[index];
             b.rows.push((index, movements, phases));
             let current = layout.phases.get(row[1] as usize);
-            let bit = |m: usize| current.is_some_and(|phase| phase.contains(&Some(m)));
+            let bit = |m: usize| current.is_some_and(|phase| phase.contains(&m));
             b.bits.extend((0..layout.windows.len()).map(bit));
             movements += layout.windows.len();
             phases += layout.phases.len();
@@ -89,7 +89,7 @@ impl Frap {
             for (a, pair) in layout.phases.iter().enumerate() {
                 let p = &mut phase[(first_phase + a) * MOVEMENT..][..MOVEMENT];
                 p.fill(0.0);
-                for m in pair.iter().flatten() {
+                for m in pair {
                     add_scaled(p, &movement[(first + m) * MOVEMENT..][..MOVEMENT], 1.0);
                 }
             }

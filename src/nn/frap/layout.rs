@@ -5,9 +5,9 @@
 pub struct Layout {
     /// First demand number per movement that some phase is named by.
     pub(super) windows: Vec<usize>,
-    /// Per phase its one or two movements, as indices into `windows`.
-    pub(super) phases: Vec<[Option<usize>; 2]>,
-    /// Per ordered pair of phases: the other phase, and whether they share exactly one movement.
+    /// Per phase the movements that it is named by, as indices into `windows`.
+    pub(super) phases: Vec<Vec<usize>>,
+    /// Per ordered pair of phases: the other phase, and whether they share some but not all movements.
     pub(super) rivals: Vec<Vec<(usize, bool)>>,
 }
 
@@ -16,19 +16,18 @@ impl Layout {
     ///
     /// # Arguments
     ///
-    /// * `pairs` — per phase its one or two movements, by any numbering.
+    /// * `pairs` — per phase the movements that it is named by, mostly two, by any numbering.
     /// * `stride` — distance between the demand of consecutive movements, in numbers.
     pub fn new(pairs: &[Vec<usize>], stride: usize) -> Self {
         let mut movements: Vec<usize> = pairs.iter().flatten().copied().collect();
         movements.sort_unstable();
         movements.dedup();
-        let position = |m: &usize| movements.binary_search(m).ok();
-        let phases: Vec<[Option<usize>; 2]> = pairs
-            .iter()
-            .map(|pair| [pair.first().and_then(position), pair.get(1).and_then(position)])
-            .collect();
-        let shared =
-            |a: usize, b: usize| pairs[a].iter().filter(|m| pairs[b].contains(m)).count() == 1;
+        let position = |m: &usize| movements.partition_point(|other| other < m);
+        let phases = pairs.iter().map(|pair| pair.iter().map(position).collect()).collect();
+        let shared = |a: usize, b: usize| {
+            let both = pairs[a].iter().filter(|m| pairs[b].contains(m)).count();
+            both > 0 && (both < pairs[a].len() || both < pairs[b].len())
+        };
         let others =
             |a: usize| (0..pairs.len()).filter(|b| *b != a).map(|b| (b, shared(a, b))).collect();
         Self {
