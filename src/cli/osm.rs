@@ -148,7 +148,7 @@ fn culprit(args: &BuildNetworksArgs, osm: &Path, city: &City) -> PathBuf {
 }
 
 /// Returns a path for a shell.
-fn quoted(path: &Path) -> String {
+pub(super) fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./".contains(c);
     if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }

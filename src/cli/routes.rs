@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::ScenarioArg;
 use super::build_networks::{default_folder, prepare};
 use super::evaluate::unknown_point;
+use super::osm::quoted;
 use super::output::{line, note};
 use crate::exit;
 use crate::family::load::load_with;
@@ -59,7 +60,7 @@ pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
 /// Returns the command that simulates the episode under the network's own signal program, as the
 /// baseline does.
 fn command(config: &Path, args: &RoutesArgs, time_to_teleport_s: f64) -> String {
-    let (config, routes, seed) = (config.display(), args.out.display(), args.seed);
+    let (config, routes, seed) = (quoted(config), quoted(&args.out), args.seed);
     format!(
         "sumo -c {config} --route-files {routes} --seed {seed} --time-to-teleport \
          {time_to_teleport_s} --tripinfo-output trips.xml --tripinfo-output.write-unfinished \

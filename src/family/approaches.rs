@@ -77,7 +77,7 @@ pub(super) struct RawIntersection {
     pub(super) arms: Vec<Approach<Option<f64>>>,
 }
 
-/// Reads an approaches table and imputes the counts that are missing, see [`super::impute`].
+/// Reads an approaches table and imputes the counts that are missing.
 ///
 /// # Errors
 ///
