@@ -1,6 +1,6 @@
 //! What SUMO really shows keeps to the limits, whatever the method, the preset and the action set.
 #![cfg(feature = "libsumo")]
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic and print")]
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod shown;
 
