@@ -19,6 +19,8 @@
 //! Source: ITE, "Guidelines for Determining Traffic Signal Change and Clearance Intervals" (2020);
 //! MUTCD (2009), sections 4D.26 and 4E.06; HCM (6th ed.), chapter 19.
 
+mod program;
+
 use crate::control::Turn;
 use crate::family::scenario::{ChangeInterval, SignalSettings};
 use crate::units::turn_degrees;
@@ -136,7 +138,7 @@ impl Timing {
         let speed_mps = self.approaches[approach].speed_mps;
         let yellow_s = REACTION_S + speed_mps / (2.0 * DECELERATION_MPS2);
         let red_s = (self.crossing_m(approach) + VEHICLE_M) / speed_mps;
-        let yellow = whole(yellow_s).clamp(self.settings.yellow_time_s, MAX_YELLOW_S);
+        let yellow = whole(yellow_s).min(MAX_YELLOW_S).max(self.settings.yellow_time_s);
         let all_red = whole(yellow_s + red_s).saturating_sub(yellow);
         Change { yellow_s: yellow, all_red_s: all_red.max(self.settings.all_red_s) }
     }
@@ -250,7 +252,7 @@ mod tests {
     use super::*;
 
     /// Four arms of 30 mph and 12.8 m, links by arm from the north clockwise: right, through, left.
-    fn cross(settings: &SignalSettings) -> Timing {
+    pub(super) fn cross(settings: &SignalSettings) -> Timing {
         let approach = |k: usize| Approach {
             heading_deg: (180.0 + 90.0 * k as f64) % 360.0,
             width_m: 12.8,
@@ -265,7 +267,7 @@ mod tests {
         Timing::new(settings, (0..4).map(approach).collect(), links)
     }
 
-    fn field() -> SignalSettings {
+    pub(super) fn field() -> SignalSettings {
         SignalSettings {
             change_interval: ChangeInterval::Kinematic,
             all_red_s: 1,
@@ -276,9 +278,9 @@ mod tests {
         }
     }
 
-    const THROUGH: &str = "GGgrrrGGgrrr";
+    pub(super) const THROUGH: &str = "GGgrrrGGgrrr";
     const LEFT: &str = "rrGrrrrrGrrr";
-    const OTHER: &str = "rrrGGgrrrGGg";
+    pub(super) const OTHER: &str = "rrrGGgrrrGGg";
 
     #[test]
     fn resco_has_three_seconds_of_yellow_no_all_red_and_seven_of_green() {
@@ -311,6 +313,12 @@ mod tests {
             [("Gygrr".to_owned(), 3), ("Grgrr".to_owned(), 2)]
         );
         assert_eq!(timing.between("GGgrr", "GGGrr"), []);
+    }
+
+    #[test]
+    fn more_yellow_than_the_longest_is_given_where_it_is_asked_for() {
+        let settings = SignalSettings { yellow_time_s: 8, ..field() };
+        assert_eq!(cross(&settings).change(THROUGH, OTHER).unwrap().yellow_s, 8);
     }
 
     #[test]

@@ -8,12 +8,15 @@ use std::sync::Mutex;
 
 use tsc_family::error::NetworkError;
 use tsc_family::family::load::{self, LoadedScenario};
-use tsc_family::family::scenario::{DemandSettings, NetworkSettings, SignalSettings};
+use tsc_family::family::overrides::Override;
+use tsc_family::family::scenario::{DemandSettings, NetworkSettings, Scenario, SignalSettings};
 use tsc_family::network::build::{BuildOptions, BuildSummary, build_all};
 use tsc_family::network::demand::DemandSpec;
 use tsc_family::network::index::Index;
 use tsc_family::network::intersection::{Arm, IntersectionSpec, Turns, intersections};
 use tsc_family::network::net_file::NetFile;
+use tsc_family::network::phases::ProgramPhase;
+use tsc_family::network::plain::DEFAULT_PROGRAM;
 use tsc_family::network::validate::validate;
 
 const EXIT_LENGTH_M: f64 = 60.0;
@@ -156,6 +159,57 @@ fn real_arms_of_salt_lake_city_build() {
     let specs: Vec<_> = specs.into_iter().step_by(20).collect();
     let out = tempfile::tempdir().unwrap();
     assert_eq!(build(&specs, out.path(), false).unwrap().built, 15);
+}
+
+/// Every network of the embedded city, as point MDPs and as itself, under both presets: it can be built,
+/// both presets have the same greens, and an all-red is never longer than it has to be.
+#[test]
+fn the_whole_city_builds_under_both_presets_with_the_same_greens() {
+    for (city, detail) in [
+        ("salt-lake-city", "six-features"),
+        ("salt-lake-city-peak", "six-features"),
+        ("salt-lake-city", "per-approach"),
+    ] {
+        let greens = ["resco", "field"].map(|preset| {
+            let settings = [format!("preset={preset}"), format!("family.detail={detail}")];
+            let settings: Vec<Override> = settings.iter().map(|s| s.parse().unwrap()).collect();
+            let loaded = load::load_with(city, &settings).unwrap();
+            let specs = intersections(&loaded).unwrap();
+            let out = tempfile::tempdir().unwrap();
+            let Scenario { network, demand, signal, .. } = &loaded.scenario;
+            let options = BuildOptions::default();
+            build_all(&specs, network, demand, signal, out.path(), options, &|_| ()).unwrap();
+            let program = |spec: &IntersectionSpec| {
+                let path = out.path().join(format!("{0}/{0}.net.xml", spec.point));
+                let net = NetFile::parse(&fs::read_to_string(path).unwrap()).unwrap();
+                program_greens(spec, net.program(DEFAULT_PROGRAM).unwrap(), preset)
+            };
+            specs.iter().map(program).collect::<Vec<_>>()
+        });
+        assert_eq!(greens[0], greens[1], "{city}, {detail}");
+    }
+}
+
+/// The greens of a default program, by what follows yellow, after checks that need no other code.
+fn program_greens(spec: &IntersectionSpec, program: &[ProgramPhase], preset: &str) -> Vec<String> {
+    let point = &spec.point;
+    let mut greens = Vec::new();
+    for (i, phase) in program.iter().enumerate() {
+        let before = &program[(i + program.len() - 1) % program.len()];
+        let after_yellow = before.state.contains('y');
+        let all_red = after_yellow && before.state.replace('y', "r") == phase.state;
+        if phase.state.contains('y') {
+            assert!(phase.duration_s >= 3.0, "{point}: {phase:?}");
+        } else if all_red && phase.duration_s < 5.0 {
+            assert_eq!(preset, "field", "{point}: {phase:?}");
+        } else {
+            let least = if preset == "field" { 5.0 } else { 7.0 };
+            assert!(phase.duration_s >= least, "{point}: {phase:?}");
+            assert!(phase.state.contains(['G', 'g']), "{point}: {phase:?}");
+            greens.push(phase.state.clone());
+        }
+    }
+    greens
 }
 
 #[test]

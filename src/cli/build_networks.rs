@@ -16,9 +16,6 @@ use crate::network::index::Index;
 use crate::network::intersection::{IntersectionSpec, intersections};
 use crate::osm::write::SCENARIO_FILE;
 
-/// Folder of a city's networks, beside its scenario.
-pub(super) const NETWORKS_FOLDER: &str = "networks";
-
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     if let Some(jobs) = args.jobs {
         rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global()?;
@@ -50,17 +47,25 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
 /// the default in a folder of its own beside it, because the default programs differ.
 pub(super) fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
     let preset = loaded.scenario.preset;
-    let named = |name: &str| match preset == Preset::default() {
-        true => name.to_owned(),
-        false => format!("{name}-{}", preset.name()),
-    };
     let path = Path::new(scenario);
     if path.is_dir() {
-        return path.join(named(NETWORKS_FOLDER));
+        return path.join(networks_folder(preset));
     }
     match (path.file_name(), path.parent()) {
-        (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(named(NETWORKS_FOLDER)),
-        _ => Path::new("networks").join(named(&loaded.scenario.name)),
+        (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(networks_folder(preset)),
+        _ => Path::new("networks").join(of_preset(&loaded.scenario.name, preset)),
+    }
+}
+
+/// Returns the name of the folder of a city's networks, beside its scenario.
+pub(super) fn networks_folder(preset: Preset) -> String {
+    of_preset("networks", preset)
+}
+
+fn of_preset(name: &str, preset: Preset) -> String {
+    match preset == Preset::default() {
+        true => name.to_owned(),
+        false => format!("{name}-{}", preset.name()),
     }
 }
 

@@ -36,8 +36,10 @@ const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
 ];
 
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
-    let mut loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let model = SavedModel::read(&args.model)?;
+    // Demand and networks are of the model's preset, unless another one is asked for.
+    let settings = args.scenario.settings_on(model.card.preset);
+    let mut loaded = load_with(&args.scenario.scenario, &settings)?;
     let scenario = model.scenario(&loaded.scenario, &args.scenario.settings())?;
     // The baseline is timed as the model is.
     loaded.scenario.signal = scenario.signal.clone();

@@ -84,17 +84,23 @@ pub struct ScenarioArg {
     pub scenario: String,
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<Override>,
+    set: Vec<Override>,
     /// Limits of timing and demand: `resco`, the literature's, or `field`, what a cabinet in the street
     /// allows [default: the scenario's, else `resco`]
     #[arg(long, value_name = "PRESET", value_enum, hide_possible_values = true)]
-    pub preset: Option<Preset>,
+    preset: Option<Preset>,
 }
 
 impl ScenarioArg {
     /// Returns what replaces settings: the preset first, so that a setting counts more.
     fn settings(&self) -> Vec<Override> {
         self.preset.map(Override::preset).into_iter().chain(self.set.iter().cloned()).collect()
+    }
+
+    /// Returns the same with a preset where none is given.
+    fn settings_on(&self, preset: Preset) -> Vec<Override> {
+        let preset = self.preset.unwrap_or(preset);
+        std::iter::once(Override::preset(preset)).chain(self.set.iter().cloned()).collect()
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use super::BuildNetworksArgs;
-use super::build_networks::{NETWORKS_FOLDER, build};
+use super::build_networks::{build, networks_folder};
 use super::output::{Progress, line, note};
 use crate::error::FileError;
 use crate::exit;
@@ -89,20 +89,20 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         return Err(elsewhere(path, list).into());
     }
     let derived_in = start.elapsed() - read_in;
-    let folder = out.join(NETWORKS_FOLDER);
     let mut built = 0;
     // Networks come first: without them nothing else is written.
-    let (table, loaded) = loop {
+    let (table, loaded, folder) = loop {
         let table = city.table(&input.config, &culprit(args, osm, &city))?;
         let own = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
         let file = out.join(SCENARIO_FILE).display().to_string();
         let loaded = from_text(&input.scenario, &file, &[], &own)?;
         let specs = intersections(&loaded)?;
         let options = BuildOptions { force: args.force && built == 0, leave_out: true };
+        let folder = out.join(networks_folder(loaded.scenario.preset));
         let summary = build(&loaded, &specs, &folder, options, args.quiet)?;
         built += summary.built;
         if summary.failed.is_empty() {
-            break (table, loaded);
+            break (table, loaded, folder);
         }
         // The family is derived again without them.
         for (_, reason) in &summary.failed {

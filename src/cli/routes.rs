@@ -41,7 +41,7 @@ pub struct RoutesArgs {
 }
 
 pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let point = &args.point;
     if loaded.family.position(point).is_none() {
         return Err(unknown_point(point, &loaded, &args.scenario.scenario).into());

@@ -63,7 +63,7 @@ pub struct SignalsArgs {
 }
 
 pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.set)?;
+    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let path = Path::new(&args.place);
     let config = if path.is_file() || path.extension().is_some_and(|e| e == "sumocfg") {
         path.to_path_buf()

@@ -12,19 +12,22 @@
 //! - **One plan per signal**; with several signals they are tuned one after the other, the others
 //!   keeping their best so far, and offsets are not coordinated.
 //! - **Greens are whole seconds within the signal's limits**, and so is the cycle.
-//! - **The own program** of an imported network is a candidate as it is, whatever its limits.
+//! - **The own program** is a candidate where it keeps to the limits; that of an imported network may not.
 //!
 //! Source: Jayawardana et al. (NeurIPS 2022), section 4, "Fine-tuned Fixed time"; the paper does
 //! not say how it was tuned.
 
+mod search;
+
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use argmin::core::{CostFunction, Executor};
+use argmin::core::Executor;
 use argmin::solver::neldermead::NelderMead;
 
+use self::search::{Search, SearchState};
 use super::phase_sets::covering;
-use super::webster::{Constants, greens, within};
+use super::webster::{Constants, greens};
 use super::{ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, SignalSpec, Trainer};
 
 /// Seed of the episodes that the search compares plans on.
@@ -152,8 +155,16 @@ impl FixedTime {
             let left = search.saturating_sub(tried.len() as u32);
             tried = self.search(trainer, signal, &start, factor, left, tried)?;
         }
-        let (delay_s, plan) =
-            self.decide(trainer, signal, tried, (own_delay_s, Plan::Own), budget >= finals)?;
+        if spec.limits.own_program {
+            tried.push((own_delay_s, Plan::Own));
+        } else if tried.is_empty() {
+            // Nothing can be simulated, and the own program is no choice: Webster's plan as it is.
+            let set = covering(&spec).swap_remove(0);
+            let greens = greens(&spec, &set, flow_vph, &self.constants);
+            let plan = Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect());
+            tried.push((own_delay_s, plan));
+        }
+        let (delay_s, plan) = self.decide(trainer, signal, tried, budget >= finals)?;
         self.plans[signal] = plan;
         Ok(delay_s)
     }
@@ -216,20 +227,21 @@ impl FixedTime {
         }
     }
 
-    /// Compares the best cycles and the own program on further seeds and returns the winner with
-    /// its delay on the search seed; without further seeds that delay decides.
+    /// Compares the best cycles, and the own program where it is a choice, on further seeds and returns
+    /// the winner with its delay on the search seed; without further seeds that delay decides.
     fn decide(
         &mut self,
         trainer: &mut dyn Trainer,
         signal: usize,
-        mut tried: Vec<(f64, Plan)>,
-        own: (f64, Plan),
+        tried: Vec<(f64, Plan)>,
         with_finals: bool,
     ) -> Result<(f64, Plan), ControlError> {
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        tried.truncate(FINALISTS - 1);
+        let (own, mut cycles): (Vec<_>, Vec<_>) =
+            tried.into_iter().partition(|(_, plan)| *plan == Plan::Own);
+        cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cycles.truncate(FINALISTS - 1);
         let mut best: Option<(f64, (f64, Plan))> = None;
-        for (search_delay_s, plan) in std::iter::once(own).chain(tried) {
+        for (search_delay_s, plan) in own.into_iter().chain(cycles) {
             let mut total_s = search_delay_s;
             if with_finals {
                 total_s = 0.0;
@@ -241,57 +253,7 @@ impl FixedTime {
                 best = Some((total_s, (search_delay_s, plan)));
             }
         }
-        Ok(best.expect("the own program is always there").1)
-    }
-}
-
-struct SearchState<'a> {
-    controller: &'a mut FixedTime,
-    trainer: &'a mut dyn Trainer,
-    signal: usize,
-    phases: Vec<usize>,
-    left: u32,
-    tried: Vec<(f64, Plan)>,
-    failure: Option<ControlError>,
-}
-
-/// The search problem: logarithms of greens to mean delay.
-struct Search<'a> {
-    spec: SignalSpec,
-    state: RefCell<SearchState<'a>>,
-}
-
-impl CostFunction for &Search<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, logs: &Vec<f64>) -> Result<f64, argmin::core::Error> {
-        let mut guard = self.state.borrow_mut();
-        let state = &mut *guard;
-        let greens: Vec<f64> = logs.iter().map(|x| x.exp()).collect();
-        let greens = within(&self.spec, &state.phases, &greens);
-        let phases = state.phases.iter().copied().map(GreenPhase);
-        let plan = Plan::Cycle(phases.zip(greens).collect());
-        // Rounding to whole seconds makes the same plan come up again.
-        if let Some((delay, _)) = state.tried.iter().find(|(_, p)| *p == plan) {
-            return Ok(*delay);
-        }
-        // Not an error: argmin unwraps the costs of the first simplex. A plan that cannot be tried is
-        // the worst of all, and the search ends with its iterations.
-        if state.left == 0 || state.failure.is_some() {
-            return Ok(f64::MAX);
-        }
-        state.left -= 1;
-        match state.controller.try_plan(state.trainer, state.signal, &plan, SEARCH_SEED) {
-            Ok(delay) => {
-                state.tried.push((delay, plan));
-                Ok(delay)
-            }
-            Err(e) => {
-                state.failure = Some(e);
-                Ok(f64::MAX)
-            }
-        }
+        Ok(best.expect("there is at least one plan").1)
     }
 }
 
@@ -385,6 +347,17 @@ mod tests {
             let mut trainer = Valley { fails_at, ..valley(1000.0) };
             let e = FixedTime::new(CONSTANTS, 30).train(&mut trainer).unwrap_err();
             assert!(e.to_string().contains("planned failure"), "{e}");
+        }
+    }
+
+    #[test]
+    fn an_own_program_beyond_the_limits_is_no_choice() {
+        for simulations in [1, 8, 30] {
+            let mut trainer = valley(1.0);
+            trainer.signal.limits.own_program = false;
+            let mut controller = FixedTime::new(CONSTANTS, simulations);
+            controller.train(&mut trainer).unwrap();
+            assert_ne!(controller.plans, [Plan::Own], "{simulations} simulations");
         }
     }
 

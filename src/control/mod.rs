@@ -120,6 +120,8 @@ pub struct Limits {
     pub min_cycle_s: f64,
     /// Longest fixed cycle, unless the shortest greens make it longer.
     pub max_cycle_s: f64,
+    /// Whether the greens and changes of the network's own program keep to these limits.
+    pub own_program: bool,
 }
 
 impl Limits {

@@ -47,6 +47,7 @@ pub(crate) fn limits(phases: usize) -> Limits {
         change_s: (0..phases).map(|i| (0..phases).map(|j| change(i, j)).collect()).collect(),
         min_cycle_s: 20.0,
         max_cycle_s: 120.0,
+        own_program: true,
     }
 }
 

@@ -83,28 +83,37 @@ pub fn within(signal: &SignalSpec, phases: &[usize], greens: &[f64]) -> Vec<f64>
     let longest = (limits.max_cycle_s - lost_s).clamp(least, most);
     let shortest = (limits.min_cycle_s - lost_s).clamp(least, longest);
     let wanted: f64 = greens.iter().zip(&low).zip(&high).map(|((g, l), h)| g.clamp(*l, *h)).sum();
-    let total = wanted.clamp(shortest, longest).round();
+    fill(greens, &low, &high, wanted.clamp(shortest, longest))
+}
+
+/// Returns greens in whole seconds with this sum, each between its least and its most, in the ratios that
+/// are wanted as far as these allow. Where even the least are more than the sum, they are returned, and
+/// where the most are less, those.
+///
+/// # Arguments
+///
+/// * `wanted`, `least`, `most` — seconds per green; the latter two are whole numbers, or infinite.
+pub fn fill(wanted: &[f64], least: &[f64], most: &[f64], total_s: f64) -> Vec<f64> {
+    let (low, high) = (least.iter().sum::<f64>(), most.iter().sum::<f64>());
+    let total_s = total_s.round().clamp(low, high);
     let scaled = |factor: f64| -> Vec<f64> {
-        greens.iter().zip(&low).zip(&high).map(|((g, l), h)| (g * factor).clamp(*l, *h)).collect()
+        let bounds = least.iter().zip(most);
+        wanted.iter().zip(bounds).map(|(g, (l, h))| (g * factor).clamp(*l, *h)).collect()
     };
     // The sum grows with the factor, from that of the shortest greens to that of the longest.
     let (mut below, mut above) = (0.0, MAX_FACTOR);
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (below + above);
-        if scaled(middle).iter().sum::<f64>() < total { below = middle } else { above = middle }
+        if scaled(middle).iter().sum::<f64>() < total_s { below = middle } else { above = middle }
     }
-    whole(&scaled(above), &low, total)
-}
-
-/// Rounds greens to whole seconds with this sum, the largest fractions up; none below its least, which
-/// is a whole number.
-fn whole(greens: &[f64], low: &[f64], total: f64) -> Vec<f64> {
+    let exact = scaled(above);
+    // Whole seconds, the largest fractions up.
     let mut rounded: Vec<f64> =
-        greens.iter().zip(low).map(|(g, l)| (g + ROUNDING_S).floor().max(*l)).collect();
-    let mut order: Vec<usize> = (0..greens.len()).collect();
-    order.sort_by(|a, b| (greens[*b] - rounded[*b]).total_cmp(&(greens[*a] - rounded[*a])));
-    let left = total - rounded.iter().sum::<f64>();
-    for i in order.into_iter().take(left.max(0.0) as usize) {
+        exact.iter().zip(least).map(|(g, l)| (g + ROUNDING_S).floor().max(*l)).collect();
+    let mut order: Vec<usize> = (0..exact.len()).collect();
+    order.sort_by(|a, b| (exact[*b] - rounded[*b]).total_cmp(&(exact[*a] - rounded[*a])));
+    let left_s = total_s - rounded.iter().sum::<f64>();
+    for i in order.into_iter().take(left_s.max(0.0) as usize) {
         rounded[i] += 1.0;
     }
     rounded

@@ -5,7 +5,8 @@
 //! - it **ignores decisions** while a change goes on and until the least green is over; the controller
 //!   is asked again at the next decision;
 //! - it **ends a green at its longest**, in favour of the phase that has not been green for the longest
-//!   time, if the controller has not.
+//!   time, if the controller has not. The limit is one of phases: a link that several phases serve in
+//!   turn may stay green for longer.
 //!
 //! Where no light turns red, the new phase begins after the time of a yellow all the same, as in RESCO.
 //! At the start of an episode the first phase has been green for long enough.
@@ -99,7 +100,8 @@ impl Cabinet {
             at_s += seconds;
         }
         if between.is_empty() {
-            at_s += self.yellow_time_s;
+            let left_s = self.max_green_s[self.phase.0].map(|max| max.saturating_sub(self.green_s));
+            at_s = (at_s + self.yellow_time_s).min(left_s.unwrap_or(u32::MAX));
         }
         self.coming.push_back((at_s, to.0 as u32));
         self.changes += 1;

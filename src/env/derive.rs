@@ -72,9 +72,11 @@ pub fn derive(
     let program = |id: &str| signal.programs.iter().find(|p| p.id == id);
     let own = program(&signal.active_program).or(signal.programs.first());
     let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
+    let timing = timing(scene, signal, settings);
     let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
-    let (states, left_out): (Vec<_>, Vec<_>) =
-        greens(pairs.unwrap_or(own)).into_iter().partition(|state| serves_vehicles(state, signal));
+    let (states, left_out): (Vec<_>, Vec<_>) = greens(pairs.unwrap_or(own), &timing)
+        .into_iter()
+        .partition(|state| serves_vehicles(state, signal));
     if states.is_empty() {
         return Err(fail(
             "no phase of its program is green for vehicles without yellow; check its tlLogic",
@@ -103,8 +105,7 @@ pub fn derive(
     }
     let services: Vec<Vec<Service>> = states.iter().map(|state| services(state, &raw)).collect();
     let (naming, pairs) = names(&services, &raw);
-    let timing = timing(scene, signal, settings);
-    let limits = limits(&timing, &states);
+    let limits = limits(&timing, &states, own);
     let phases = states.into_iter().zip(pairs).zip(services);
     let spec = SignalSpec {
         id: signal.id.clone(),
@@ -121,7 +122,7 @@ pub fn derive(
     };
     let seen_m = lanes.iter().map(|lane| seen_m(scene, *lane)).collect();
     let movement_links = raw.into_iter().map(|movement| movement.links).collect();
-    let own_greens = greens(own);
+    let own_greens = greens(own, &timing);
     Ok(DerivedSignal {
         spec,
         lanes,
@@ -137,13 +138,16 @@ pub fn derive(
 
 /// Returns the distinct green states of a program in their order: some link is green, none yellow.
 ///
+/// Deviation: an all-red in which links stay green that are so before and after is none; RESCO takes it
+/// for a green.
+///
 /// Source: RESCO, multi_signal.py and its first public version.
-pub fn greens(program: &Program) -> Vec<String> {
+fn greens(program: &Program, timing: &Timing) -> Vec<String> {
     let mut states: Vec<String> = Vec::new();
-    for phase in &program.phases {
-        let green = phase.state.contains(['G', 'g']) && !phase.state.contains(['y', 'Y', 'u']);
-        if green && !states.contains(&phase.state) {
-            states.push(phase.state.clone());
+    let phases = program.phases();
+    for (state, _) in timing.greens(&phases).into_iter().map(|i| phases[i]) {
+        if !states.iter().any(|s| s == state) {
+            states.push(state.to_owned());
         }
     }
     states

@@ -3,7 +3,7 @@
 use crate::control::{Limits, SignalSpec};
 use crate::family::scenario::SignalSettings;
 use crate::sim::topology::edge;
-use crate::sim::{Link, Scene, SignalInfo};
+use crate::sim::{Link, Program, ProgramKind, Scene, SignalInfo};
 use crate::timing::{Approach, Timing, Way};
 
 use super::movements::turn_of;
@@ -31,7 +31,7 @@ pub(super) fn timing(scene: &Scene, signal: &SignalInfo, settings: &SignalSettin
 }
 
 /// Returns the limits of the phases as controllers see them.
-pub(super) fn limits(timing: &Timing, greens: &[String]) -> Limits {
+pub(super) fn limits(timing: &Timing, greens: &[String], own: &Program) -> Limits {
     let seconds = |time: u32| f64::from(time);
     let change = |from: &String, to: &String| {
         timing.change(from, to).map_or(0.0, |change| seconds(change.total_s()))
@@ -45,6 +45,7 @@ pub(super) fn limits(timing: &Timing, greens: &[String]) -> Limits {
         change_s: greens.iter().map(|a| greens.iter().map(|b| change(a, b)).collect()).collect(),
         min_cycle_s: seconds(min_cycle_s),
         max_cycle_s: seconds(max_cycle_s),
+        own_program: own.kind == ProgramKind::Static && timing.keeps(&own.phases()),
     }
 }
 

@@ -16,7 +16,7 @@ use crate::control::{ControlError, Controller};
 use crate::error::EvalError;
 use crate::family::check::check;
 use crate::family::overrides::Override;
-use crate::family::scenario::{Scenario, SignalSettings};
+use crate::family::scenario::{Preset, Scenario, SignalSettings};
 use crate::files::replace;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::store::Layout;
@@ -48,6 +48,9 @@ pub struct ModelCard {
     pub training_episodes: usize,
     /// The method's section of the scenario, defaults included.
     pub settings: Value,
+    /// The preset of the scenario.
+    #[serde(default)]
+    pub preset: Preset,
     /// How signals are timed and what the method sees.
     pub signal: SignalSettings,
     /// Version of tsc-family.
@@ -116,6 +119,7 @@ pub(super) fn write(
         seed: task.seed,
         training_episodes: record.rows.iter().filter(|r| r.kind == RowKind::Training).count(),
         settings,
+        preset: scenario.preset,
         signal: scenario.signal.clone(),
         tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
         git: env!("TSC_FAMILY_GIT").to_owned(),
@@ -277,6 +281,7 @@ mod tests {
             seed: 1,
             training_episodes: 1,
             settings: Value::Null,
+            preset: Preset::default(),
             signal: SignalSettings::default(),
             tsc_family: String::new(),
             git: String::new(),

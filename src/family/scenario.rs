@@ -194,7 +194,8 @@ pub struct NetworkSettings {
     pub phase_green_s: f64,
     /// Cycle that netconvert's default program gets, seconds.
     pub default_cycle_s: f64,
-    /// Duration of left-turn phases in netconvert's default program, seconds.
+    /// Duration of left-turn phases in netconvert's default program, seconds, within the limits of
+    /// `[signal]`.
     pub default_left_green_s: f64,
 }
 

@@ -7,7 +7,8 @@
 //! The default program has netconvert's greens in netconvert's order. Cycle and left green come from the
 //! settings, whose defaults are netconvert's; yellow, all-red and shortest greens are those that hold for
 //! every method, see [`retime`](super::retime). With 3 s of yellow the program is what any user of
-//! netconvert gets for streets of up to 30 mph; netconvert itself would give faster ones more.
+//! netconvert gets for streets of up to 30 mph, but for a second more of left-turn green; netconvert
+//! itself would give faster streets a longer yellow, and wide and slow ones an all-red.
 
 use std::env;
 use std::fs;

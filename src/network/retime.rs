@@ -1,8 +1,9 @@
 //! The default program of a network: netconvert's greens, within the limits that hold for every method.
 //!
 //! The cycle stays as long as the settings say. Left-turn phases get their green from the settings, the
-//! others share what yellow and all-red leave, in netconvert's proportions, and none gets less than its
-//! least or more than its longest green; only then is the cycle another one.
+//! others share what yellow and all-red leave, in netconvert's proportions. No phase gets less than its
+//! least or more than its longest green; where these do not fit, the cycle is another one. Yellow and
+//! all-red are ours: netconvert's, which it gives wide and slow junctions, are left out.
 
 use super::intersection::IntersectionSpec;
 use super::lanes::Layout;
@@ -10,6 +11,7 @@ use super::movements::Turn;
 use super::phases::ProgramPhase;
 use super::plain::LANE_WIDTH_M;
 use crate::control;
+use crate::control::webster::fill;
 use crate::family::scenario::{NetworkSettings, SignalSettings};
 use crate::timing::{Approach, Timing, Way};
 
@@ -51,10 +53,10 @@ pub fn retime(
     timing: &Timing,
     settings: &NetworkSettings,
 ) -> Vec<ProgramPhase> {
-    let greens: Vec<&ProgramPhase> = own.iter().filter(|p| !p.state.contains('y')).collect();
-    let between =
-        |i: usize| timing.between(&greens[i].state, &greens[(i + 1) % greens.len()].state);
-    let changes: Vec<Vec<(String, u32)>> = (0..greens.len()).map(between).collect();
+    let greens = greens(own, timing);
+    let next = |i: usize| &greens[(i + 1) % greens.len()].state;
+    let changes: Vec<Vec<(String, u32)>> =
+        (0..greens.len()).map(|i| timing.between(&greens[i].state, next(i))).collect();
     let lost_s: u32 = changes.iter().flatten().map(|(_, seconds)| seconds).sum();
     let (shortest_s, longest_s) = timing.cycle_s();
     let cycle_s =
@@ -72,37 +74,45 @@ pub fn retime(
     program
 }
 
+/// Returns the greens of a program; equal ones that follow each other, such as those of a signal that has
+/// nothing to decide, are one. netconvert would make them one later.
+fn greens(own: &[ProgramPhase], timing: &Timing) -> Vec<ProgramPhase> {
+    let phases: Vec<_> = own.iter().map(|p| (p.state.as_str(), p.duration_s)).collect();
+    let mut greens: Vec<ProgramPhase> = Vec::new();
+    for phase in timing.greens(&phases).into_iter().map(|i| &own[i]) {
+        match greens.last_mut() {
+            Some(last) if last.state == phase.state => last.duration_s += phase.duration_s,
+            _ => greens.push(phase.clone()),
+        }
+    }
+    if greens.len() > 1 && greens[0].state == greens[greens.len() - 1].state {
+        let last = greens.pop().expect("there are two");
+        greens[0].duration_s += last.duration_s;
+    }
+    greens
+}
+
 /// Returns the green of every phase, whole seconds, that together fill `total_s`, as far as the limits
 /// allow.
 fn durations(
-    greens: &[&ProgramPhase],
+    greens: &[ProgramPhase],
     timing: &Timing,
     settings: &NetworkSettings,
     total_s: u32,
 ) -> Vec<f64> {
-    let within = |green: &ProgramPhase, seconds: f64| {
-        let least_s = f64::from(timing.min_green_s(&green.state));
-        seconds.clamp(least_s, timing.max_green_s(&green.state).map_or(f64::INFINITY, f64::from))
-    };
-    let is_left = |green: &&&ProgramPhase| timing.is_left_only(&green.state);
     let left_s = settings.default_left_green_s.round();
-    let lefts_s: f64 = greens.iter().filter(is_left).map(|g| within(g, left_s)).sum();
-    let mut rest_s = (f64::from(total_s) - lefts_s).max(0.0);
-    let mut weight: f64 = greens.iter().filter(|g| !is_left(g)).map(|g| g.duration_s).sum();
-    greens
-        .iter()
-        .map(|green| {
-            if is_left(&green) {
-                return within(green, left_s);
-            }
-            // What rounding and limits leave over goes to the phases that follow.
-            let share_s = (rest_s * green.duration_s / weight).round();
-            let green_s = within(green, share_s);
-            weight -= green.duration_s;
-            rest_s = (rest_s - green_s).max(0.0);
-            green_s
-        })
-        .collect()
+    let mut least = Vec::new();
+    let mut most = Vec::new();
+    for green in greens {
+        let low = f64::from(timing.min_green_s(&green.state));
+        let high = timing.max_green_s(&green.state).map_or(f64::INFINITY, f64::from);
+        let is_left = timing.is_left_only(&green.state);
+        let left_s = left_s.clamp(low, high);
+        least.push(if is_left { left_s } else { low });
+        most.push(if is_left { left_s } else { high });
+    }
+    let wanted: Vec<f64> = greens.iter().map(|g| g.duration_s).collect();
+    fill(&wanted, &least, &most, f64::from(total_s))
 }
 
 #[cfg(test)]
@@ -138,7 +148,7 @@ mod tests {
         retime(own, &timing(&spec, &layout, &links, settings), &NetworkSettings::default())
     }
 
-    fn greens(program: &[ProgramPhase]) -> Vec<f64> {
+    fn greens_of(program: &[ProgramPhase]) -> Vec<f64> {
         let green = |p: &&ProgramPhase| p.state.contains('G') && !p.state.contains('y');
         program.iter().filter(green).map(|p| p.duration_s).collect()
     }
@@ -152,7 +162,7 @@ mod tests {
     #[test]
     fn the_cycle_stays_when_yellow_and_left_greens_change() {
         let program = retimed(&own(4.0), &SignalSettings::default());
-        assert_eq!(greens(&program), [32.0, 7.0, 32.0, 7.0]);
+        assert_eq!(greens_of(&program), [32.0, 7.0, 32.0, 7.0]);
         assert_eq!(program.iter().map(|p| p.duration_s).sum::<f64>(), 90.0);
         assert_eq!(program[1], phase(3.0, "gyyrrrgyyrrr"));
     }
@@ -160,9 +170,35 @@ mod tests {
     #[test]
     fn shortest_greens_make_the_cycle_longer_and_longest_ones_shorter() {
         let settings = SignalSettings { min_green_s: 50, ..SignalSettings::default() };
-        assert_eq!(greens(&retimed(&own(3.0), &settings)), [50.0, 7.0, 50.0, 7.0]);
+        assert_eq!(greens_of(&retimed(&own(3.0), &settings)), [50.0, 7.0, 50.0, 7.0]);
         let settings = SignalSettings { max_green_s: Some(20), ..SignalSettings::default() };
-        assert_eq!(greens(&retimed(&own(3.0), &settings)), [20.0, 7.0, 20.0, 7.0]);
+        assert_eq!(greens_of(&retimed(&own(3.0), &settings)), [20.0, 7.0, 20.0, 7.0]);
+    }
+
+    #[test]
+    fn netconvert_s_own_all_red_is_no_phase() {
+        let mut with_red = own(3.0);
+        with_red.insert(2, phase(1.0, "grrrrrgrrrrr"));
+        with_red.insert(5, phase(1.0, "rrrrrrrrrrrr"));
+        let settings = SignalSettings { min_left_green_s: 6, ..SignalSettings::default() };
+        assert_eq!(retimed(&with_red, &settings), own(3.0));
+    }
+
+    #[test]
+    fn equal_greens_in_a_row_are_one() {
+        let timing = Timing::new(&SignalSettings::default(), vec![], vec![]);
+        let program = [phase(45.0, "GGGG"), phase(45.0, "GGGG")];
+        assert_eq!(greens(&program, &timing), [phase(90.0, "GGGG")]);
+        let program = [phase(20.0, "Gr"), phase(3.0, "yr"), phase(30.0, "rG"), phase(10.0, "Gr")];
+        assert_eq!(greens(&program, &timing), [phase(30.0, "Gr"), phase(30.0, "rG")]);
+    }
+
+    #[test]
+    fn a_later_phase_s_least_green_comes_out_of_the_earlier_ones() {
+        let settings = SignalSettings { min_left_green_s: 20, ..SignalSettings::default() };
+        let program = retimed(&own(3.0), &settings);
+        assert_eq!(greens_of(&program), [19.0, 20.0, 19.0, 20.0]);
+        assert_eq!(program.iter().map(|p| p.duration_s).sum::<f64>(), 90.0);
     }
 
     #[test]

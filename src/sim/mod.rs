@@ -114,6 +114,13 @@ pub struct Program {
     pub phases: Vec<ProgramPhase>,
 }
 
+impl Program {
+    /// Returns state and duration in seconds of every phase.
+    pub fn phases(&self) -> Vec<(&str, f64)> {
+        self.phases.iter().map(|phase| (phase.state.as_str(), phase.duration_s)).collect()
+    }
+}
+
 /// How SUMO advances a [`Program`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -204,7 +204,10 @@ fn difference(
     match (a, b) {
         (Value::Object(x), Value::Object(y)) => {
             let keys: std::collections::BTreeSet<_> = x.keys().chain(y.keys()).collect();
-            keys.into_iter().find_map(|k| pair(x.get(k), y.get(k), k))
+            // What people set comes before the hashes that follow from it.
+            let (settings, rest): (Vec<_>, Vec<_>) =
+                keys.into_iter().partition(|k| *k == "settings" || *k == "preset");
+            settings.into_iter().chain(rest).find_map(|k| pair(x.get(k), y.get(k), k))
         }
         (Value::Array(x), Value::Array(y)) if x.len() == y.len() => {
             (0..x.len()).find_map(|i| pair(x.get(i), y.get(i), &i.to_string()))
