@@ -23,7 +23,7 @@ use crate::eval::pool::Pool;
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::overrides::Override;
-use crate::family::scenario::SignalSettings;
+use crate::family::scenario::{DemandSettings, SignalSettings};
 use crate::report::{self, JsonRow, ReportData, check_name};
 use crate::sample::Sampling;
 use crate::store::Layout;
@@ -48,6 +48,12 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     }
     if !args.quiet && request.budget.is_none() && args.sampling.is_some() {
         note("--sampling has no effect: without a --budget, every point MDP is evaluated");
+    }
+    let demand = &request.scenario.scenario.demand;
+    if !args.quiet && !args.sumocfg.is_empty() && *demand != DemandSettings::default() {
+        note(
+            "settings of demand have no effect on --sumocfg scenarios, whose vehicles are their own",
+        );
     }
     if !args.quiet && request.replicates > 1 && draft.replicated.is_empty() {
         note("--replicates has no effect: none of the methods tunes or learns");

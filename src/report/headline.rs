@@ -4,6 +4,7 @@ use super::data::{MethodSummary, ReportData};
 use super::figures::{noun, with_interval};
 use super::format;
 use super::level_of_service::DELAY;
+use crate::store::manifest::Identity;
 
 /// Evaluation seeds below which an interval is too rough for a verdict.
 const FEW_SEEDS: usize = 5;
@@ -135,5 +136,23 @@ fn basis(data: &ReportData, best: &MethodSummary) -> String {
         true => String::new(),
         false => format!("; so far results of {} on {}", best.method, best.points),
     };
-    format!("Basis: {points} of {}, {seeds} each{so_far}.", identity.scenario)
+    format!("Basis: {points} of {}, {seeds} each{so_far}.{}", identity.scenario, limits(identity))
+}
+
+/// Returns under which limits of timing and which demand the results hold, as a sentence; nothing for
+/// results from before there were presets.
+fn limits(identity: &Identity) -> String {
+    let text = |pointer: &str| identity.settings.pointer(pointer)?.as_str();
+    let (Some(preset), Some(actions)) = (text("/preset"), text("/signal/actions")) else {
+        return String::new();
+    };
+    let share = identity.settings.pointer("/family/hourly_share").and_then(|share| share.as_f64());
+    let derived = identity.settings.pointer("/family/approaches").is_some();
+    let demand = match share {
+        Some(share) if derived && identity.scenario != "imported" => {
+            format!("; {:.1}% of the day's traffic in the hour", 100.0 * share)
+        }
+        _ => String::new(),
+    };
+    format!(" Limits of timing: preset {preset}, actions {actions}{demand}.")
 }

@@ -37,7 +37,11 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
             tsc_family: "0.1.0".into(),
             simulator: "SUMO 1.15.0".into(),
             scenario: "smoke".into(),
-            settings: serde_json::json!({"demand": {"horizon_s": 3600.0}}),
+            settings: serde_json::json!({
+                "preset": "field",
+                "signal": {"actions": "own-greens"},
+                "demand": {"horizon_s": 3600.0}
+            }),
             features: vec![feature("lanes", ""), feature("inflow_vph", "veh/h")],
             sample: SamplePlan {
                 sampling: Sampling::All,
