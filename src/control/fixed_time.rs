@@ -144,8 +144,7 @@ impl FixedTime {
         let mut tried: Vec<(f64, Plan)> = Vec::new();
         let most_sets = (f64::from(search) * SETS_SHARE).ceil() as usize;
         for set in covering(&spec).into_iter().take(most_sets) {
-            let greens = greens(&spec, &set, flow_vph, &self.constants);
-            let plan = Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect());
+            let plan = self.webster(&spec, set, flow_vph);
             let delay = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
             tried.push((delay, plan));
         }
@@ -160,13 +159,17 @@ impl FixedTime {
         } else if tried.is_empty() {
             // Nothing can be simulated, and the own program is no choice: Webster's plan as it is.
             let set = covering(&spec).swap_remove(0);
-            let greens = greens(&spec, &set, flow_vph, &self.constants);
-            let plan = Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect());
-            tried.push((own_delay_s, plan));
+            tried.push((own_delay_s, self.webster(&spec, set, flow_vph)));
         }
         let (delay_s, plan) = self.decide(trainer, signal, tried, budget >= finals)?;
         self.plans[signal] = plan;
         Ok(delay_s)
+    }
+
+    /// Returns Webster's plan for a set of phases.
+    fn webster(&self, spec: &SignalSpec, set: Vec<usize>, flow_vph: &[f64]) -> Plan {
+        let greens = greens(spec, &set, flow_vph, &self.constants);
+        Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect())
     }
 
     fn try_plan(

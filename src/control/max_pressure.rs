@@ -7,8 +7,8 @@
 //! Choices where implementations differ:
 //! - **A vehicle is queued once.** The queue of a lane is divided between the movements that share the
 //!   lane, by turning share, and so is the lane's flow; a lane of its own gives a movement more pressure
-//!   than a shared one with as many vehicles, because it lets them go faster. The shares are those of the demand where they are known, else those of the
-//!   vehicles seen so far in the episode.
+//!   than a shared one with as many vehicles, because it lets them go faster. The shares are those of
+//!   the demand where they are known, else those of the vehicles seen so far in the episode.
 //! - **Saturation flow** is counted in lanes: a lane that movements share gives each its part of one,
 //!   and turns take the HCM's factors for protected turns. The flow of a lane itself is the same for
 //!   all and leaves the order of phases alone.

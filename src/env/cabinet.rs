@@ -94,7 +94,7 @@ impl Cabinet {
     /// Plans a change that begins in so many seconds.
     fn change(&mut self, to: GreenPhase, in_s: u32) {
         let mut at_s = in_s;
-        let between = &self.table.change(self.phase, to).phases;
+        let between = self.table.change(self.phase, to);
         for (phase, seconds) in between {
             self.coming.push_back((at_s, *phase));
             at_s += seconds;

@@ -16,13 +16,9 @@ const INSTALLED: &str = "tsc-family";
 /// version keeps the network's own durations, so that a short green ends by itself.
 const UNTIL_DECISION_S: f64 = 100_000.0;
 
-/// How the lights get from one green to another: phases of a [`DecisionProgram`] and how long each lasts,
-/// seconds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Transition {
-    /// Index of the yellow, and of the all-red after it if there is any.
-    pub phases: Vec<(u32, u32)>,
-}
+/// How the lights get from one green to another: yellow, and all-red after it if there is any, each as a
+/// phase of a [`DecisionProgram`] and how long it lasts, seconds.
+pub type Transition = Vec<(u32, u32)>;
 
 /// A program with every green and every change between two greens, and where they stand in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,9 +35,9 @@ impl DecisionProgram {
         let mut phases: Vec<_> =
             greens.iter().map(|g| ProgramPhase::fixed(*g, UNTIL_DECISION_S)).collect();
         let mut change = |from: &&str, to: &&str| {
-            let mut transition = Transition { phases: Vec::new() };
+            let mut transition = Transition::new();
             for (state, seconds) in signal.timing.between(from, to) {
-                transition.phases.push((phases.len() as u32, seconds));
+                transition.push((phases.len() as u32, seconds));
                 phases.push(ProgramPhase::fixed(state, UNTIL_DECISION_S));
             }
             transition
@@ -58,7 +54,8 @@ impl DecisionProgram {
     }
 }
 
-/// Returns the program that a drive needs; `None` for the network's own.
+/// Returns the program that a drive needs; `None` for the network's own, and for decisions, whose program
+/// the signal's cabinet has.
 ///
 /// # Errors
 ///
@@ -75,8 +72,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
     };
     let make = |kind, phases| Some(Program { id: INSTALLED.into(), kind, phases });
     Ok(match drive {
-        Drive::OwnProgram => None,
-        Drive::Decisions => Some(DecisionProgram::new(signal).program),
+        Drive::OwnProgram | Drive::Decisions => None,
         Drive::OwnEqualSplit(green_s) => make(
             ProgramKind::Static,
             own(&|state, least_s, most_s| {
@@ -190,7 +186,7 @@ mod tests {
     #[test]
     fn the_change_between_two_greens_is_found_by_both() {
         let table = DecisionProgram::new(&signal());
-        let change = |from, to| table.change(GreenPhase(from), GreenPhase(to)).phases.clone();
+        let change = |from, to| table.change(GreenPhase(from), GreenPhase(to)).clone();
         assert_eq!([change(0, 1), change(1, 0)], [vec![(2, 3)], vec![(3, 3)]]);
         assert_eq!(change(1, 1), []);
         assert_eq!(table.program.phases[3].state, "ry");
@@ -201,7 +197,7 @@ mod tests {
         let settings = SignalSettings { all_red_s: 2, ..SignalSettings::default() };
         let table = DecisionProgram::new(&limited(&settings));
         let change = table.change(GreenPhase(0), GreenPhase(1));
-        assert_eq!(change.phases, [(2, 3), (3, 2)]);
+        assert_eq!(*change, [(2, 3), (3, 2)]);
         assert_eq!(table.program.phases[3].state, "rr");
     }
 

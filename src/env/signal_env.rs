@@ -185,10 +185,13 @@ impl<S: Sim> SignalEnv<S> {
     /// [`SimError`] when SUMO rejects a program.
     pub fn drive(&mut self, drives: &[Drive]) -> Result<(), SimError> {
         for (i, (signal, drive)) in self.signals.iter().zip(drives).enumerate() {
-            if *drive == Drive::Decisions {
-                self.cabinets[i] = Some(Cabinet::new(signal, self.signal_settings.yellow_time_s));
-            }
-            match program(signal, drive)? {
+            self.cabinets[i] = (*drive == Drive::Decisions)
+                .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
+            let installed = match &self.cabinets[i] {
+                Some(cabinet) => Some(cabinet.program().clone()),
+                None => program(signal, drive)?,
+            };
+            match installed {
                 Some(installed) => {
                     self.sim.install(i, &installed)?;
                     if let Some((phase, left_s)) = aligned(&installed, self.time_s) {
