@@ -47,14 +47,20 @@ const SCENARIO: &str = "name = \"city\"\n[family]\npoints = \"points.csv\"\n";
 
 #[test]
 fn bad_families_are_refused_with_file_and_place() {
-    let header = "point,importance,lanes,speed_mph\n";
+    let header = "point,importance,lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,\
+                  right_turn_lanes\n";
+    let row = |start: &str| format!("{header}{start},200,500,0,0\n");
+    let without = "point,importance,lanes,speed,length_m\na,1,4,30,200\n".to_owned();
     let cases = [
         ("bad_empty_csv", SCENARIO, "".to_owned()),
         ("bad_no_rows", SCENARIO, header.to_owned()),
-        ("bad_nan", SCENARIO, format!("{header}a,1,NaN,30\n")),
-        ("bad_negative", SCENARIO, format!("{header}a,1,4,-30\n")),
-        ("bad_importance", SCENARIO, format!("{header}a,0.5,4,30\nb,0.4,4,30\n")),
-        ("bad_short_row", SCENARIO, format!("{header}a,1\n")),
+        ("bad_no_column", SCENARIO, without),
+        ("bad_nan", SCENARIO, row("a,1,NaN,30")),
+        ("bad_negative", SCENARIO, row("a,1,4,-30")),
+        ("bad_turn_lanes", SCENARIO, format!("{header}a,1,4,30,200,500,1,1\n")),
+        ("bad_importance", SCENARIO, format!("{header}a,0.5,4,30,200,500,0,0\n")),
+        ("bad_short_row", SCENARIO, format!("# by hand\n\n{header}a,1\n")),
+        ("bad_semicolons", SCENARIO, row("a,1,4,30").replace(',', ";").replace("200", "1,200")),
         ("bad_toml", "name = \"city\"\n[family\n", header.to_owned()),
         ("bad_empty_toml", "", header.to_owned()),
         (

@@ -105,6 +105,7 @@ fn imported_family(
     let share = 1.0 / imported.len() as f64;
     let point = |id: &String| PointMdp {
         id: id.clone(),
+        title: id.clone(),
         features: vec![],
         importance: share,
         instances: 1,
@@ -194,6 +195,7 @@ pub fn complete(
         };
         points.push(PointRow {
             point: point.id.clone(),
+            title: if point.title == point.id { String::new() } else { point.title.clone() },
             importance: point.importance,
             instances: point.instances,
             features: point.features.clone(),

@@ -10,9 +10,28 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::check::within;
+use super::columns::{Columns, at};
 use super::impute::impute;
-use super::points::check_id;
+use super::names::title;
 use crate::error::FamilyError;
+use crate::sheet::{Fault, Row, Sheet};
+
+/// The columns of the table.
+const COLUMNS: [&str; 13] = [
+    "intersection",
+    "arm",
+    "latitude",
+    "longitude",
+    "bearing_deg",
+    "lanes_in",
+    "lanes_out",
+    "left_turn_lanes",
+    "right_turn_lanes",
+    "speed_mph",
+    "length_m",
+    "aadt_veh_per_day_per_lane",
+    "movements",
+];
 
 /// Most lanes per direction that an approach may have.
 pub const MAX_LANES: u32 = 12;
@@ -21,7 +40,7 @@ pub const MAX_LANES: u32 = 12;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Approach<Count = f64> {
-    /// Intersection that the arm belongs to.
+    /// Intersection that the arm belongs to: an id or a name, any text.
     pub intersection: String,
     /// Name of the arm within its intersection.
     pub arm: String,
@@ -54,7 +73,7 @@ pub struct Approach<Count = f64> {
 /// A real intersection: its place and its arms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intersection {
-    /// Id in the table.
+    /// Id in the table: any text, so no name of a file.
     pub id: String,
     /// Latitude, degrees.
     pub latitude: f64,
@@ -84,17 +103,21 @@ pub(super) struct RawIntersection {
 /// [`FamilyError::Csv`] with file and line for a malformed row, a value out of range or a table
 /// without any count, [`FamilyError::Empty`] for a table without rows.
 pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let headers = reader.headers().map_err(|e| csv_error(file, &e))?.clone();
+    let fail = |fault| at(file, fault);
+    let mut sheet = Sheet::of(text).map_err(fail)?;
+    if sheet.headers().iter().all(str::is_empty) {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
+    let header_line = sheet.header_line();
+    let columns = Columns::find(sheet.headers(), &COLUMNS)
+        .and_then(|columns| columns.only(&COLUMNS).map(|()| columns))
+        .map_err(|message| fail(Fault::new(header_line, message)))?;
     let mut intersections: Vec<RawIntersection> = Vec::new();
     let mut position: BTreeMap<String, usize> = BTreeMap::new();
-    let mut record = csv::StringRecord::new();
-    while reader.read_record(&mut record).map_err(|e| csv_error(file, &e))? {
-        let line = record.position().map_or(0, csv::Position::line);
-        let fail = |message| FamilyError::Csv { file: file.to_owned(), line, message };
-        let row: Approach<Option<f64>> = record
-            .deserialize(Some(&headers))
-            .map_err(|e| fail(deserialize_message(&e, &headers)))?;
+    while let Some(row) = sheet.next_row().map_err(fail)? {
+        let line = row.line;
+        let fail = |message| fail(Fault { line, message });
+        let row = approach(&row, &columns).map_err(fail)?;
         check(&row).map_err(fail)?;
         let index = *position.entry(row.intersection.clone()).or_insert_with(|| {
             let id = row.intersection.clone();
@@ -115,13 +138,30 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
     for RawIntersection { id, line, arms } in &intersections {
         if arms.iter().all(|a| a.lanes_in == 0) {
             let message = format!("intersection {id} has no incoming lane; remove it");
-            return Err(FamilyError::Csv { file: file.to_owned(), line: *line, message });
+            return Err(fail(Fault { line: *line, message }));
         }
     }
-    impute(intersections).map_err(|message| FamilyError::Csv {
-        file: file.to_owned(),
-        line: 1,
-        message,
+    impute(intersections).map_err(|message| fail(Fault { line: header_line, message }))
+}
+
+/// Returns the approach of a row.
+fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, String> {
+    let text = |name: &str| row.text(columns.at(name)).to_owned();
+    let number = |name: &str| columns.number(row, name);
+    Ok(Approach {
+        intersection: title("intersection", row.text(columns.at("intersection")))?,
+        arm: text("arm"),
+        latitude: number("latitude")?,
+        longitude: number("longitude")?,
+        bearing_deg: number("bearing_deg")?,
+        lanes_in: columns.whole(row, "lanes_in")?,
+        lanes_out: columns.whole(row, "lanes_out")?,
+        left_turn_lanes: columns.whole(row, "left_turn_lanes")?,
+        right_turn_lanes: columns.whole(row, "right_turn_lanes")?,
+        speed_mph: number("speed_mph")?,
+        length_m: number("length_m")?,
+        aadt_veh_per_day_per_lane: columns.optional(row, "aadt_veh_per_day_per_lane")?,
+        movements: text("movements"),
     })
 }
 
@@ -129,7 +169,6 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
     let number = |name: &str, value: f64, low: f64, high: f64| {
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
     };
-    check_id("intersection", &row.intersection)?;
     number("latitude", row.latitude, -90.0, 90.0)?;
     number("longitude", row.longitude, -180.0, 180.0)?;
     number("bearing_deg", row.bearing_deg, 0.0, 360.0)?;
@@ -144,44 +183,20 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
     if row.lanes_in == 0 && row.lanes_out == 0 {
         return Err("an arm needs at least one lane; lanes_in and lanes_out are both 0".into());
     }
-    if row.left_turn_lanes + row.right_turn_lanes > row.lanes_in {
+    if u64::from(row.left_turn_lanes) + u64::from(row.right_turn_lanes) > u64::from(row.lanes_in) {
         return Err(format!(
-            "{} left-turn and {} right-turn lanes are more than the {} of lanes_in, which counts \
-             them",
-            row.left_turn_lanes, row.right_turn_lanes, row.lanes_in
+            "left_turn_lanes = {} and right_turn_lanes = {} are more than lanes_in = {}, which counts \
+             them; give lanes_in at least {}, or fewer turn lanes",
+            row.left_turn_lanes,
+            row.right_turn_lanes,
+            row.lanes_in,
+            row.left_turn_lanes.saturating_add(row.right_turn_lanes)
         ));
     }
     if let Some(c) = row.movements.chars().find(|c| !"tlsr".contains(*c)) {
         return Err(format!("movements has the letter {c:?}: expected some of t, l, s, r"));
     }
     Ok(())
-}
-
-/// Returns a [`FamilyError::Csv`] for an error of the reader itself.
-pub(super) fn csv_error(file: &str, error: &csv::Error) -> FamilyError {
-    let line = error.position().map_or(1, csv::Position::line);
-    let message = match error.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!("{len} fields where the header has {expected_len}")
-        }
-        csv::ErrorKind::Utf8 { .. } => "not UTF-8 text; save the table as UTF-8".to_owned(),
-        _ => error.to_string(),
-    };
-    FamilyError::Csv { file: file.to_owned(), line, message }
-}
-
-fn deserialize_message(error: &csv::Error, headers: &csv::StringRecord) -> String {
-    match error.kind() {
-        csv::ErrorKind::Deserialize { err, .. } => {
-            let field = err
-                .field()
-                .and_then(|i| headers.get(usize::try_from(i).unwrap_or(usize::MAX)))
-                .map(|name| format!("column {name}: "))
-                .unwrap_or_default();
-            format!("{field}{}", err.kind())
-        }
-        _ => error.to_string(),
-    }
 }
 
 #[cfg(test)]
@@ -211,13 +226,13 @@ mod tests {
     fn a_word_for_a_number_names_line_and_column() {
         assert_eq!(
             error("7,A,40,-111,0,many,1,1,0,30,200,9000,lsr\n"),
-            "a.csv, line 2: column lanes_in: invalid digit found in string"
+            "a.csv, line 2: lanes_in = \"many\": expected a whole number that is not negative"
         );
     }
 
     #[test]
     fn nan_and_negative_values_are_refused() {
-        assert!(error("7,A,40,-111,0,2,1,1,0,NaN,200,9000,lsr\n").contains("speed_mph = NaN"));
+        assert!(error("7,A,40,-111,0,2,1,1,0,NaN,200,9000,lsr\n").contains("speed_mph = \"NaN\""));
         assert!(error("7,A,40,-111,0,2,1,1,0,30,-5,9000,lsr\n").contains("length_m = -5"));
     }
 
@@ -248,7 +263,10 @@ mod tests {
 
     #[test]
     fn a_short_row_says_how_many_fields_it_has() {
-        assert_eq!(error("7,A,40\n"), "a.csv, line 2: 3 fields where the header has 13");
+        assert_eq!(
+            error("7,A,40\n"),
+            "a.csv, line 2: 3 fields, but 13 columns; complete or remove it"
+        );
     }
 
     #[test]

@@ -8,11 +8,13 @@ use toml::Table;
 use super::approaches::{self, Intersection};
 use super::check::check;
 use super::features::{group, per_approach_features, point_id};
+use super::names::{check_id, safe_id};
 use super::overrides::{Override, overlay};
 use super::points;
 use super::scenario::{Detail, Preset, Scenario, SixFeatures};
-use super::{Feature, MdpFamily, PointMdp};
+use super::{Feature, MdpFamily, PointMdp, columns};
 use crate::error::{FamilyError, FileError};
+use crate::sheet;
 
 /// Scenarios that the binary carries, so that it works from any directory.
 pub const EMBEDDED: [(&str, &str); 3] = [
@@ -109,14 +111,9 @@ fn with_preset(
 
 fn read_text(path: &Path) -> Result<String, FamilyError> {
     let bytes = std::fs::read(path).map_err(FileError::at("read", path))?;
-    String::from_utf8(bytes).map_err(|e| FamilyError::Csv {
-        file: path.display().to_string(),
-        line: 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
-            .iter()
-            .filter(|b| **b == b'\n')
-            .count() as u64,
-        message: "not UTF-8 text; save the file as UTF-8".into(),
-    })
+    let text = sheet::decode(&bytes);
+    let text = text.map_err(|fault| columns::at(&path.display().to_string(), fault))?;
+    Ok(text.into_owned())
 }
 
 /// Parses a scenario, replaces settings and derives the family; `table` resolves a table's path to
@@ -230,6 +227,10 @@ fn derive(
         .iter()
         .map(|(id, features, members)| PointMdp {
             id: id.clone(),
+            title: match scenario.family.detail {
+                Detail::SixFeatures => id.clone(),
+                Detail::PerApproach => called(id, &intersections[members[0]].id),
+            },
             features: features.to_array().to_vec(),
             importance: members.len() as f64 / total,
             instances: members.len() as u32,
@@ -249,8 +250,14 @@ fn derive(
 fn id_of_point(intersection: &str) -> String {
     match intersection.parse::<u32>() {
         Ok(number) if number.to_string() == intersection => format!("i{number:04}"),
-        _ => intersection.to_owned(),
+        _ => safe_id(intersection),
     }
+}
+
+/// Returns what people call a point MDP: the name of its intersection where the id is made from it,
+/// else the id.
+fn called(id: &str, intersection: &str) -> String {
+    if check_id("", intersection).is_ok() { id.to_owned() } else { intersection.to_owned() }
 }
 
 #[cfg(test)]

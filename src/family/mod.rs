@@ -5,10 +5,12 @@
 
 pub mod approaches;
 pub mod check;
+mod columns;
 mod demand;
 pub mod features;
 mod impute;
 pub mod load;
+pub mod names;
 pub mod overrides;
 pub mod points;
 pub mod scenario;
@@ -35,6 +37,8 @@ pub struct Feature {
 pub struct PointMdp {
     /// Stable id, safe in file names.
     pub id: String,
+    /// What people call it; the id where it has no other name.
+    pub title: String,
     /// Context features, in the order of [`MdpFamily::features`].
     pub features: Vec<f64>,
     /// Probability of this point MDP in the family.
@@ -89,9 +93,10 @@ impl MdpFamily {
         self.points.iter().map(|p| p.importance).collect()
     }
 
-    /// Returns the index of a point MDP.
-    pub fn position(&self, id: &str) -> Option<usize> {
-        self.points.iter().position(|p| p.id == id)
+    /// Returns the index of a point MDP by its id, or else by what people call it.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        let of = |is: &dyn Fn(&PointMdp) -> bool| self.points.iter().position(is);
+        of(&|p| p.id == name).or_else(|| of(&|p| p.title == name))
     }
 
     /// Returns the importance-weighted mean and standard deviation of each feature.
@@ -112,7 +117,7 @@ mod tests {
     use super::*;
 
     fn point(id: &str, importance: f64, x: f64) -> PointMdp {
-        PointMdp { id: id.into(), features: vec![x], importance, instances: 1 }
+        PointMdp { id: id.into(), title: id.into(), features: vec![x], importance, instances: 1 }
     }
 
     fn feature() -> Vec<Feature> {

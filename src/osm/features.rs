@@ -34,7 +34,7 @@ pub(super) fn read<T: DeserializeOwned>(
     path: &Path,
     expected: &str,
 ) -> Result<T, OsmError> {
-    let text = table::utf8(bytes, path)?;
+    let text = &*table::text(bytes, path)?;
     serde_json::from_str(text).map_err(|e| {
         if text.trim().is_empty() {
             return malformed(path, "line 1", format!("empty; {expected} is needed"));

@@ -11,7 +11,7 @@ use super::geometry::EARTH_RADIUS_M;
 use super::graph::Graph;
 use super::intersections::{Found, Skip, Skipped};
 use super::signals::ListedSignal;
-use crate::family::points::check_id;
+use crate::family::names::check_id;
 
 /// Why a row has no intersection although one is within reach.
 const OF_ANOTHER_ROW: &str = "its intersection belongs to a nearer row";
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn an_id_that_cannot_name_files_is_said_so() {
-        let long = "7".repeat(crate::family::points::MAX_ID + 1);
+        let long = "7".repeat(crate::family::names::MAX_ID + 1);
         for id in ["a/b", "Münster", &long, "", ".a", "INDEX.csv", "index.CSV"] {
             assert_eq!(named(&[id]), (vec!["n0".to_owned()], vec![true]), "{id}");
         }

@@ -45,6 +45,9 @@ pub struct FeatureColumn {
 pub struct PointRow {
     /// Id of the point MDP.
     pub point: String,
+    /// What people call it; empty where that is its id.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
     /// Probability in the family.
     pub importance: f64,
     /// Real instances (intersections) that it stands for.
@@ -105,6 +108,11 @@ pub struct Identity {
 }
 
 impl PointRow {
+    /// Returns what people call the point MDP.
+    pub fn name(&self) -> &str {
+        if self.title.is_empty() { &self.point } else { &self.title }
+    }
+
     /// Returns what the seeds of the point MDP follow from.
     fn seed_label(&self) -> &str {
         if self.content.is_empty() { &self.point } else { &self.content }

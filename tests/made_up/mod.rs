@@ -17,6 +17,7 @@ pub(crate) type Ending = Result<TaskResult, &'static str>;
 fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
     PointRow {
         point: id.to_owned(),
+        title: String::new(),
         importance,
         instances: 3,
         features: vec![2.0, inflow_vph],

@@ -30,7 +30,7 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
     let bearing = table.find(&Column { what: "bearing", given: None, usual: &BEARING })?;
     let id = table.find(&Column { what: "id", given: None, usual: &ID })?;
     let names: Vec<_> = table.headers().map(|name| (name, None)).collect();
-    let field = choose(&names, field).map_err(|reason| table.error(1, reason))?;
+    let field = choose(&names, field).map_err(|reason| table.error(table.header_line(), reason))?;
     let aadt = table.need(&Column { what: "count", given: Some(&field), usual: &[] })?;
     let mut oddities = Oddities::default();
     let mut counted = Vec::new();
@@ -39,11 +39,14 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
         let id = id.map(|column| row.text(column)).filter(|id| !id.is_empty());
         let id = id.map_or_else(|| line.clone(), str::to_owned);
         let text = row.text(aadt);
-        if text.contains(',') {
-            // A decimal comma or thousands separator is a mistake of the table, not a missing count.
-            table.number(&row, aadt)?;
-        }
-        match count(Some(&JsonValue::from(text))) {
+        let separated = text.contains([',', '.'])
+            && text.chars().all(|c| c.is_ascii_digit() || "+-.,".contains(c));
+        let found = match separated {
+            // Of a number with a separator the table knows what it means.
+            true => JsonValue::from(table.number(&row, aadt)?),
+            false => JsonValue::from(text),
+        };
+        match count(Some(&found)) {
             Err(reason) => {
                 oddities.add(reason, || {
                     if id == line { id } else { format!("{line}, id {}", brief(&id)) }

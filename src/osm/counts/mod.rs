@@ -158,7 +158,8 @@ impl Counts {
             place: place.to_owned(),
             reason,
         })?;
-        let text = table::utf8(bytes, path)?.trim_start();
+        let text = table::text(bytes, path)?;
+        let text = text.trim_start();
         let ending =
             path.extension().is_some_and(|e| JSON.iter().any(|j| e.eq_ignore_ascii_case(j)));
         let json = text.starts_with(['{', '[', '<']) || (text.is_empty() && ending);

@@ -1,0 +1,160 @@
+//! What is read, what is refused, and on which line.
+
+use super::*;
+
+/// Lines and fields of a table, or its fault.
+fn rows(bytes: &[u8]) -> Result<Vec<(u64, Vec<String>)>, String> {
+    let read = || {
+        let mut sheet = Sheet::open(bytes)?;
+        let mut rows = Vec::new();
+        while let Some(row) = sheet.next_row()? {
+            rows.push((row.line, row.fields.iter().map(str::to_owned).collect()));
+        }
+        Ok(rows)
+    };
+    read().map_err(|Fault { line, message }| format!("{line}: {message}"))
+}
+
+fn lines_of(text: &str) -> Vec<u64> {
+    rows(text.as_bytes()).unwrap().iter().map(|r| r.0).collect()
+}
+
+fn error(text: &str) -> String {
+    rows(text.as_bytes()).unwrap_err()
+}
+
+/// The numbers of the columns after the first.
+fn numbers(text: &str) -> Vec<Result<Option<f64>, &'static str>> {
+    let mut sheet = Sheet::of(text).unwrap();
+    let columns = sheet.headers().len();
+    let mut numbers = Vec::new();
+    while let Some(row) = sheet.next_row().unwrap() {
+        numbers.extend((1..columns).map(|c| row.number(c)));
+    }
+    numbers
+}
+
+fn utf16(text: &str, unit: fn(u16) -> [u8; 2]) -> Vec<u8> {
+    text.encode_utf16().flat_map(unit).collect()
+}
+
+#[test]
+fn every_encoding_of_unicode_is_read_with_or_without_a_mark() {
+    let text = "id,street\n1,M\u{fc}hlstra\u{df}e\n";
+    let expected = vec![(2, vec!["1".to_owned(), "M\u{fc}hlstra\u{df}e".to_owned()])];
+    let marked = format!("\u{feff}{text}");
+    let files = [
+        text.as_bytes().to_vec(),
+        marked.as_bytes().to_vec(),
+        utf16(&marked, u16::to_le_bytes),
+        utf16(&marked, u16::to_be_bytes),
+        utf16(text, u16::to_le_bytes),
+        utf16(text, u16::to_be_bytes),
+    ];
+    for (i, bytes) in files.iter().enumerate() {
+        assert_eq!(rows(bytes).as_ref(), Ok(&expected), "file {i}");
+    }
+}
+
+#[test]
+fn what_is_no_text_is_named() {
+    let error = |bytes: &[u8]| rows(bytes).unwrap_err();
+    assert!(
+        error(b"id,n\n1,caf\xe9\n")
+            .starts_with("2: not UTF-8 text but probably Windows-1252 or Latin-1 (byte E9); save")
+    );
+    assert!(error(b"PK\x03\x04\x14").starts_with("1: a ZIP archive or a workbook such as .xlsx"));
+    assert!(error(b"\xd0\xcf\x11\xe0\xa1").starts_with("1: an Excel workbook"));
+    assert!(error(b"id\n\0\x01\0\0\0").starts_with("2: binary data"));
+    assert!(error(b"\xff\xfei\0d\0\n\0x").starts_with("2: UTF-16 text that ends within a letter"));
+    assert!(error(b"\xff\xfei\0\n\0\0\xdc").starts_with("2: broken UTF-16 text"));
+    assert!(error(b" {\"a\": 1}").starts_with("1: holds JSON or XML"));
+}
+
+#[test]
+fn columns_may_be_separated_by_semicolons_tabs_and_bars() {
+    let expected = vec![(2, vec!["a".to_owned(), "1".to_owned(), "2".to_owned()])];
+    for separator in [",", ";", "\t", "|"] {
+        let text = "id,x,y\na,1,2\n".replace(',', separator);
+        assert_eq!(rows(text.as_bytes()).as_ref(), Ok(&expected), "{separator:?}");
+    }
+    assert_eq!(lines_of("sep=;\r\nid;x\r\na;1\r\n"), [3]);
+    // The separator of a single column of Excel's.
+    assert_eq!(lines_of("\"sep=;\"\nid\na\n"), [3]);
+}
+
+#[test]
+fn the_rows_decide_where_the_names_hold_two_separators() {
+    assert_eq!(rows(b"id,x;y,z\na,1,2\n").unwrap()[0].1, ["a", "1", "2"]);
+    assert_eq!(rows(b"id;x, y;z\na;1;2\nb;3;4\n").unwrap()[0].1, ["a", "1", "2"]);
+    assert_eq!(
+        error("id,x;y\n"),
+        "1: the columns may be separated by commas or by semicolons; put texts that contain one \
+         of them in quotes"
+    );
+}
+
+#[test]
+fn decimal_commas_are_read_where_they_can_be_nothing_else() {
+    assert_eq!(
+        numbers("id;lat;lon\na;40,78;-111,9\nb;1,234;0\n"),
+        [Ok(Some(40.78)), Ok(Some(-111.9)), Ok(Some(1.234)), Ok(Some(0.0))]
+    );
+    assert_eq!(numbers("id,lat\na,\"40,78\"\nb,\n"), [Ok(Some(40.78)), Ok(None)]);
+    // Texts with commas are no numbers and show nothing.
+    assert_eq!(numbers("id;x\nMain, 5th;1.5\n5,7;2\n"), [Ok(Some(1.5)), Ok(Some(2.0))]);
+}
+
+#[test]
+fn a_number_with_two_meanings_is_refused() {
+    let refused = |text: &str| {
+        let first = numbers(text).into_iter().find_map(Result::err);
+        first.expect("one of them is refused")
+    };
+    let separators = "write numbers with a point and without thousands separators";
+    assert_eq!(refused("id;x\na;1,234\n"), separators);
+    assert_eq!(refused("id;x\na;1.234,5\n"), separators);
+    assert_eq!(refused("id;x;y\na;12.345;0,5\n"), separators);
+    assert_eq!(refused("id,x,y\na,\"12,345\",0.5\n"), separators);
+    assert!(refused("id;x;y\na;40,78;0.5\n").contains("others a decimal comma"));
+    assert_eq!(refused("id;x\na;many\n"), "write a number such as 40.78");
+    assert_eq!(refused("id,x\na,inf\n"), "write a number such as 40.78");
+}
+
+#[test]
+fn lines_are_those_of_the_file() {
+    assert_eq!(lines_of("id,n\n\n1,\"a\nb\"\n , \r\n\r\n2,x\n"), [3, 7]);
+    assert_eq!(lines_of("# by hand\n\n# on Monday\nid,n\n# first\n1,x\n#\n2,y\n# end"), [6, 8]);
+    assert_eq!(lines_of("id,n\r1,x\r2,y"), [2, 3]);
+    assert_eq!(
+        error("# a note\n\nid,n\n# more\n1\n"),
+        "5: 1 fields, but 2 columns; complete or remove it"
+    );
+}
+
+#[test]
+fn a_comment_that_may_be_a_row_is_refused() {
+    let expected = |line: u64| format!("{line}: starts with # as a comment does, but has as many");
+    assert!(error("id,n\n#12,x\n13,y\n").starts_with(&expected(2)));
+    assert!(error("#id,n\n1,x\n").starts_with(&expected(1)));
+    assert!(error("id,n\n1,x\n\n# one, two\n").starts_with(&expected(4)));
+    assert_eq!(rows(b"id,n\n\"#12\",x\n").unwrap()[0].1, ["#12", "x"]);
+}
+
+#[test]
+fn a_row_of_another_length_says_what_to_do() {
+    assert!(
+        error("lat,lon\n40,78,-111,9\n")
+            .contains("2: 4 fields, but 2 columns; write numbers with a point")
+    );
+    assert!(error("a;b\n1;2;3\n").contains("2: 3 fields, but 2 columns; put texts"));
+}
+
+#[test]
+fn a_file_without_text_has_no_columns() {
+    for text in ["", "\n\n", "# nothing\n"] {
+        let mut sheet = Sheet::of(text).unwrap();
+        assert!(sheet.headers().iter().all(str::is_empty), "{text:?}");
+        assert!(sheet.next_row().unwrap().is_none());
+    }
+}

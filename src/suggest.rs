@@ -1,0 +1,54 @@
+//! What a mistyped name may have meant.
+
+/// Similarity from which a name may have been meant, as clap takes it.
+const SIMILAR: f64 = 0.7;
+
+/// Most names that are suggested.
+const MOST: usize = 3;
+
+/// Returns the names that a word may have meant, the likeliest first; none if it is like none.
+pub fn similar<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    let plain = |text: &str| text.trim().to_lowercase().replace([' ', '_'], "-");
+    let word = plain(word);
+    let likeness = |name: &'a str| (strsim::jaro(&word, &plain(name)), name);
+    let mut names: Vec<_> =
+        names.into_iter().map(likeness).filter(|(likeness, _)| *likeness > SIMILAR).collect();
+    names.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(b.1)));
+    let best = names.first().map_or(0.0, |(likeness, _)| *likeness);
+    // Beside a name that is nearly it, others are noise.
+    names.retain(|(likeness, _)| 1.0 - likeness <= 2.0 * (1.0 - best) + f64::EPSILON);
+    names.into_iter().map(|(_, name)| name).take(MOST).collect()
+}
+
+/// Returns `; did you mean ...?` to be put behind a message, or nothing.
+pub fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    match similar(word, names).as_slice() {
+        [] => String::new(),
+        names => format!("; did you mean {}?", names.join(" or ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAMES: [&str; 4] = ["max-pressure", "max-pressure-resco", "actuated", "fixed-time"];
+
+    #[test]
+    fn a_mistyped_name_is_recognised() {
+        for (word, expected) in [
+            ("actuatd", "actuated"),
+            ("Fixed Time", "fixed-time"),
+            ("fixd_time", "fixed-time"),
+            ("maxpressure", "max-pressure"),
+        ] {
+            assert_eq!(similar(word, NAMES)[0], expected, "{word}");
+        }
+    }
+
+    #[test]
+    fn what_is_like_no_name_has_no_suggestion() {
+        assert_eq!(did_you_mean("webster", NAMES), "");
+        assert_eq!(did_you_mean("actuatd", NAMES), "; did you mean actuated?");
+    }
+}
