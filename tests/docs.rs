@@ -1,7 +1,9 @@
-//! Keeps the documentation together: no dead link or anchor in any page, every page within reach of the README.
+//! Keeps the documentation together: no dead link or anchor in any page, every page within reach of the README,
+//! every code block true.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod pages;
+mod snippets;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@ use toml::Table;
 
 use super::approaches::{self, Intersection};
 use super::check::check;
+use super::default_name::name_of;
 use super::features::{group, per_approach_features, point_id};
 use super::names::{check_id, safe_id};
 use super::overrides::{Override, overlay};
@@ -99,6 +100,7 @@ fn with_preset(
     let table = |text: &str| -> Table { text.parse().expect("it has been read before") };
     let mut settings = table(preset.text());
     overlay(&mut settings, table(text));
+    settings.entry("name").or_insert_with(|| name_of(file).into());
     let mut scenario: Scenario = settings.try_into().map_err(|e: toml::de::Error| {
         let message = format!("with the preset {}: {}", preset.name(), e.message());
         FamilyError::Toml { file: file.to_owned(), message }
@@ -132,6 +134,10 @@ pub fn from_text(
         file: file.to_owned(),
         message: e.to_string().trim_end().to_owned(),
     })?;
+    // A name that is written and empty is the user's mistake, one that is not written is the file's.
+    if !text.parse::<Table>().is_ok_and(|table| table.contains_key("name")) {
+        scenario.name = name_of(file);
+    }
     // Which preset counts is the last word of the scenario and of what replaces its settings.
     let mut preset = scenario.preset;
     for setting in overrides {
@@ -158,11 +164,13 @@ pub fn from_text(
             let members = vec![Vec::new(); family.points.len()];
             Ok(LoadedScenario { scenario, text, table, family, intersections: vec![], members })
         }
-        _ => Err(FamilyError::Setting {
+        (approaches, _) => Err(FamilyError::Setting {
             file: file.to_owned(),
             field: "family".into(),
-            value: "approaches and points".into(),
-            expected: "give exactly one of the two tables".into(),
+            value: if approaches.is_some() { "approaches and points" } else { "no table" }.into(),
+            expected: "give exactly one of the two tables, such as points = \"points.csv\" or \
+                       approaches = \"approaches.csv\" in [family]"
+                .into(),
         }),
     }
 }

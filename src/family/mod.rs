@@ -6,6 +6,7 @@
 pub mod approaches;
 pub mod check;
 mod columns;
+mod default_name;
 mod demand;
 pub mod features;
 mod impute;

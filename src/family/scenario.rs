@@ -1,7 +1,7 @@
 //! A scenario file: where the family comes from and every setting of networks, demand and signals.
 //!
-//! All fields but `name` and one source of the family have defaults, which live in the `Default`
-//! impls below and nowhere else. Unknown fields are errors.
+//! All fields but one source of the family have defaults, which live in the `Default` impls below and
+//! nowhere else; that of `name` is the file's, see `default_name.rs`. Unknown fields are errors.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,8 @@ pub use super::signal::{Actions, ChangeInterval, Preset, SignalSettings};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// Name of the family; also the default folder of its networks.
+    /// Name of the family; also the default folder of its networks. By default that of the file.
+    #[serde(default)]
     pub name: String,
     /// One sentence for people.
     #[serde(default)]
@@ -26,6 +27,7 @@ pub struct Scenario {
     #[serde(default)]
     pub preset: Preset,
     /// Where the point MDPs come from.
+    #[serde(default)]
     pub family: FamilySettings,
     /// How intersections become road networks.
     #[serde(default)]

@@ -1,5 +1,7 @@
 //! The markdown pages of the repository: their links, the anchors of their headings, their code blocks.
 
+pub(crate) mod blocks;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -17,6 +19,8 @@ pub(crate) struct Page {
     pub(crate) text: String,
     /// Targets of links and pictures, as written.
     pub(crate) links: Vec<String>,
+    /// Code in the running text.
+    pub(crate) codes: Vec<String>,
     /// Anchors of the headings.
     pub(crate) anchors: BTreeSet<String>,
 }
@@ -24,6 +28,7 @@ pub(crate) struct Page {
 impl Page {
     pub(crate) fn read(path: PathBuf, text: String) -> Self {
         let mut links = Vec::new();
+        let mut codes = Vec::new();
         let mut titles: Vec<String> = Vec::new();
         let mut heading = false;
         for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
@@ -39,10 +44,11 @@ impl Page {
                 Event::Text(part) | Event::Code(part) if heading => {
                     titles.last_mut().expect("a heading has begun").push_str(&part);
                 }
+                Event::Code(part) => codes.push(part.to_string()),
                 _ => {}
             }
         }
-        Self { path, anchors: anchors(&titles), text, links }
+        Self { path, anchors: anchors(&titles), text, links, codes }
     }
 }
 
