@@ -160,6 +160,8 @@ fn counts_of_another_city_are_refused() {
 fn a_boundary_leaves_out_what_lies_beyond() {
     let message = refused("four_arms", "--boundary=-76,40,-75.5,41");
     assert!(message.contains("1 outside the boundary"), "{message}");
+    let covered = "the extract covers longitudes -75.003 to -74.998 and latitudes 39.998 to 40.002";
+    assert!(message.contains(covered), "{message}");
     built("four_arms", "--boundary=-76,39,-74,41");
 }
 

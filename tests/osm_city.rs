@@ -158,6 +158,21 @@ fn a_listed_junction_beside_a_signal_of_the_map_is_an_intersection_of_its_own() 
 }
 
 #[test]
+fn a_row_that_is_off_goes_to_the_junction_with_a_signal() {
+    // The signal is at the western crossing, 38 m from the eastern one.
+    let extract = two_crossings(&[(10, 0.0)]);
+    let node = |east: f64| {
+        let signals = list(&row("a", east));
+        let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+        let city = City::new(&extract, &OsmConfig::default(), &inputs);
+        (city.found.intersections[0].nodes.clone(), city.listed[0].on_map)
+    };
+    assert_eq!([node(5.0), node(25.0)], [(vec![10], true), (vec![10], true)]);
+    // Right on the other junction, and the signal is clearly farther away.
+    assert_eq!(node(37.0), (vec![20], false));
+}
+
+#[test]
 fn a_row_beside_a_signal_at_a_stop_line_names_no_further_junction() {
     // The signal stands 12 m west of the western crossing, the row 20 m west of it.
     let extract = two_crossings(&[(30, -12.0)]);
@@ -174,16 +189,20 @@ fn a_row_beside_a_signal_at_a_stop_line_names_no_further_junction() {
 #[test]
 fn of_two_rows_at_one_intersection_the_nearer_one_is_matched() {
     let extract = four_arms(&[]);
-    let signals = list("far,40.0002,-75.0\nnear,40.0001,-75.0\nelsewhere,40.1,-75.0\n");
+    let signals = list("far,40.0002,-75.0\nnear,40.0001,-75.0\nelsewhere,40.1,-75.0\nno,0,0\n");
     let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
     let city = City::new(&extract, &OsmConfig::default(), &inputs);
     assert_eq!(ids(&city), ["near"]);
-    let reasons: Vec<_> = city.listed.iter().map(|l| l.reason).collect();
-    let (other, none) = (
-        Some("its intersection belongs to a nearer row"),
-        Some("no junction of streets within reach"),
-    );
-    assert_eq!(reasons, [other, None, none]);
+    let reasons: Vec<_> = city.listed.iter().map(|l| l.why().unwrap_or_default()).collect();
+    let expected = [
+        "duplicate of row 3",
+        "",
+        "no junction of streets within reach",
+        "at latitude 0, longitude 0, which stands for no place",
+    ];
+    assert_eq!(reasons, expected);
+    let metres: Vec<_> = city.listed.iter().map(|l| l.distance_m.map(f64::round)).collect();
+    assert_eq!(metres, [Some(22.0), Some(11.0), None, None]);
 }
 
 #[test]

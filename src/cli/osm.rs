@@ -17,7 +17,7 @@ use crate::hash::{sha256, sha256_file};
 use crate::network::build::BuildOptions;
 use crate::network::intersection::intersections;
 use crate::osm::boundary::Boundary;
-use crate::osm::city::{City, Inputs};
+use crate::osm::city::{City, Inputs, extent};
 use crate::osm::config::OsmConfig;
 use crate::osm::counts::Counts;
 use crate::osm::drawing::Drawing;
@@ -27,7 +27,7 @@ use crate::osm::quality::{InputFile, Quality, quality};
 use crate::osm::signals::SignalList;
 use crate::osm::write::{
     APPROACHES_FILE, SCENARIO_FILE, ScenarioInputs, distributions, scenario_text, write_family,
-    write_geojson,
+    write_geojson, write_matches,
 };
 use crate::osm::{OsmError, read};
 use crate::report::quality::{QUALITY_FILE, write_quality};
@@ -82,11 +82,11 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
     };
     let mut city = City::new(&input.extract, &input.config, &inputs);
     if let (Some(path), Some(counts), false) = (&args.osm.aadt, inputs.counts, city.is_counted()) {
-        return Err(unmatched(path, counts).into());
+        return Err(unmatched(path, counts, &city).into());
     }
     let nowhere = city.found.intersections.is_empty() && !city.found.skipped.is_empty();
     if let (Some(path), Some(list), true) = (&args.osm.signals, inputs.signals, nowhere) {
-        return Err(elsewhere(path, list).into());
+        return Err(elsewhere(path, list, &city).into());
     }
     let derived_in = start.elapsed() - read_in;
     let mut built = 0;
@@ -172,33 +172,34 @@ fn check_folder(out: &Path) -> Result<(), OsmError> {
 }
 
 /// Returns the error for a signal list that names no intersection of the extract.
-fn elsewhere(path: &Path, list: &SignalList) -> OsmError {
+fn elsewhere(path: &Path, list: &SignalList, city: &City) -> OsmError {
     let reason = format!(
-        "none of its {} signals is at an intersection of the extract; they cover {}; give the list of \
-         this city, or leave out --signals",
+        "none of its {} signals is at an intersection of the extract; they cover {}{}; give the list \
+         of this city, or leave out --signals",
         list.signals.len(),
-        extent(list.bounds())
+        extent(list.bounds()),
+        covered(city)
     );
     OsmError::Nothing { path: path.to_path_buf(), reason }
 }
 
-/// Says where something lies.
-fn extent(bounds: geo::Rect<f64>) -> String {
-    let (low, high) = (bounds.min(), bounds.max());
-    format!("longitudes {:.3} to {:.3} and latitudes {:.3} to {:.3}", low.x, high.x, low.y, high.y)
+/// Says where the extract lies, after where something else does.
+fn covered(city: &City) -> String {
+    city.covered.map_or_else(String::new, |bounds| format!(", the extract {}", extent(bounds)))
 }
 
 /// Returns the error for counts of which none lies along a street of an intersection.
-fn unmatched(path: &Path, counts: &Counts) -> OsmError {
+fn unmatched(path: &Path, counts: &Counts, city: &City) -> OsmError {
     let over = match counts.over_cap() {
         0 => String::new(),
         n => format!(" ({n} would, but exceed counts.max_veh_per_day_per_lane)"),
     };
     let reason = format!(
-        "none of its {} counts lies along a street of an intersection{over}; they cover {}; give \
+        "none of its {} counts lies along a street of an intersection{over}; they cover {}{}; give \
          counts of this city, or leave out --aadt",
         counts.len(),
-        extent(counts.bounds())
+        extent(counts.bounds()),
+        covered(city)
     );
     OsmError::Nothing { path: path.to_path_buf(), reason }
 }
@@ -240,6 +241,9 @@ fn write(
         loaded.family.points.len(),
     );
     write_geojson(out, city, &quality, loaded)?;
+    if !city.listed.is_empty() {
+        write_matches(out, &city.listed)?;
+    }
     let page = write_quality(out, &quality, &Drawing::new(&input.extract, city))?;
     Ok((quality, page))
 }
@@ -318,6 +322,11 @@ fn summary(quality: &Quality) -> Vec<String> {
     if !quality.listed.is_empty() {
         let matched = quality.listed.iter().filter(|l| l.intersection.is_some()).count();
         lines.push(format!("{matched} of {} listed signals matched", quality.listed.len()));
+        let mut others: BTreeMap<&str, usize> = BTreeMap::new();
+        for row in quality.listed.iter().filter(|l| l.intersection.is_none()) {
+            *others.entry(row.reason.unwrap_or("unknown")).or_default() += 1;
+        }
+        lines.extend(others.into_iter().map(|(reason, n)| format!("  {n} {reason}")));
     }
     lines
 }

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use geo::{BoundingRect, Coord, LineString, Rect};
+
 use super::OsmError;
 use super::boundary::Boundary;
 use super::config::OsmConfig;
@@ -38,6 +40,9 @@ pub struct City {
     pub listed: Vec<ListMatch>,
     /// Intersections without a sound network, and why.
     pub left_out: BTreeMap<String, String>,
+    /// The smallest box around the streets of the extract, degrees: x is the longitude and y the
+    /// latitude; nothing without any street.
+    pub covered: Option<Rect<f64>>,
 }
 
 impl City {
@@ -46,8 +51,11 @@ impl City {
         let graph = Graph::new(extract);
         let match_m = config.intersections.list_match_m;
         let rows = inputs.signals.map_or(&[][..], |list| &list.signals[..]);
-        let further = unmapped(&graph, rows, match_m);
-        let mut found = intersections(&graph, config, &further);
+        let mut found = intersections(&graph, config, &[]);
+        let named = unmapped(&graph, &found, rows, match_m);
+        if !named.nodes.is_empty() {
+            found = intersections(&graph, config, &named.nodes);
+        }
         if let Some(boundary) = inputs.boundary {
             let (inside, outside) =
                 found.intersections.into_iter().partition(|i| boundary.contains(i.centre));
@@ -62,11 +70,11 @@ impl City {
             }));
         }
         let listed = match inputs.signals {
-            Some(list) => keep_listed(&mut found, &list.signals, match_m),
+            Some(list) => keep_listed(&mut found, &list.signals, &named, match_m),
             None => Vec::new(),
         };
         let traffic = traffic(&found.intersections, inputs.counts, &config.traffic);
-        Self { found, traffic, listed, left_out: BTreeMap::new() }
+        Self { found, traffic, listed, left_out: BTreeMap::new(), covered: covered(extract) }
     }
 
     /// Takes intersections out for which no sound network can be built, each with the reason.
@@ -152,7 +160,12 @@ impl City {
             counts.iter().map(|(skip, n)| format!("{n} {}", skip.reason())).collect();
         let way_out = match counts[0].0 {
             Skip::Border => "give an extract that reaches some hundred metres beyond the signals",
-            Skip::OutsideBoundary => "give another --boundary",
+            Skip::OutsideBoundary => &match self.covered {
+                Some(bounds) => {
+                    format!("give another --boundary: the extract covers {}", extent(bounds))
+                }
+                None => "give another --boundary".to_owned(),
+            },
             Skip::NotListed => "check the places in the signal list",
             Skip::NoNetwork => "see the reasons above",
             Skip::ManyArms | Skip::ManyLanes | Skip::FewArms | Skip::FewApproaches => {
@@ -178,6 +191,20 @@ impl City {
         counts.sort_by_key(|(skip, n)| (std::cmp::Reverse(*n), *skip));
         counts
     }
+}
+
+/// Returns the smallest box around the streets of an extract, degrees.
+fn covered(extract: &Extract) -> Option<Rect<f64>> {
+    let places = (0..extract.nodes.len()).filter_map(|node| extract.nodes.place(node));
+    let line: LineString<f64> =
+        places.map(|p| Coord { x: p.longitude(), y: p.latitude() }).collect();
+    line.bounding_rect()
+}
+
+/// Says where a box lies whose x is the longitude and y the latitude, degrees.
+pub fn extent(bounds: Rect<f64>) -> String {
+    let (low, high) = (bounds.min(), bounds.max());
+    format!("longitudes {:.3} to {:.3} and latitudes {:.3} to {:.3}", low.x, high.x, low.y, high.y)
 }
 
 /// Returns the name of an arm: A, B, C clockwise from north.

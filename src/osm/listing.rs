@@ -1,4 +1,9 @@
 //! A signal list against the map: which junctions it names, and which intersections are its own.
+//!
+//! Coordinates of lists are off by some metres, often by half a junction. So a row goes to the nearest
+//! intersection that has a signal on the map, each to one row, nearest first, even if a junction
+//! without one is nearer. A junction without a signal on the map is taken where no such intersection
+//! is left, and where a row stands right on it and the signal is clearly farther away.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -9,19 +14,29 @@ use serde::Serialize;
 use super::extract::Place;
 use super::geometry::EARTH_RADIUS_M;
 use super::graph::Graph;
-use super::intersections::{Found, Skip, Skipped};
+use super::intersections::{Found, Intersection, Skip, Skipped};
 use super::signals::ListedSignal;
 use crate::family::names::check_id;
 
 /// Why a row has no intersection although one is within reach.
-const OF_ANOTHER_ROW: &str = "its intersection belongs to a nearer row";
+pub const DUPLICATE: &str = "duplicate of another row";
 
 /// Why a row has no intersection where the map has nothing.
 const NOTHING_NEAR: &str = "no junction of streets within reach";
 
+/// Why a row has no intersection if its coordinates are those that programs write for none.
+const NO_PLACE: &str = "at latitude 0, longitude 0, which stands for no place";
+
 /// Why an intersection does not have the id of its row.
 const NO_NAME: &str = "its id cannot name files or is that of another intersection, so the \
                        intersection keeps that of the map";
+
+/// Distance up to which a row stands right on a junction, metres: half the width of one.
+const ON_JUNCTION_M: f64 = 10.0;
+
+/// How much farther a signal of the map has to be than a junction on which a row stands for the row
+/// to mean the junction, metres.
+const CLEARLY_M: f64 = 20.0;
 
 /// A place on the sphere, metres from the centre of the earth: nearest along a chord is nearest on
 /// the ground.
@@ -38,7 +53,7 @@ fn chord(place: Place) -> [f64; 3] {
 pub struct ListMatch {
     /// Id in the list.
     pub id: String,
-    /// Line in the list.
+    /// Line in the list, the first line being 1.
     pub line: u64,
     /// Latitude in the list, degrees.
     pub latitude: f64,
@@ -46,40 +61,75 @@ pub struct ListMatch {
     pub longitude: f64,
     /// Id of its intersection, if it has one.
     pub intersection: Option<String>,
-    /// Distance to it, metres.
+    /// Distance to it, or to that of the row that it repeats, metres.
     pub distance_m: Option<f64>,
     /// Whether the map has a signal there as well.
     pub on_map: bool,
     /// Why it has none, or why its intersection is not called like it.
     pub reason: Option<&'static str>,
+    /// Line of the row that has the intersection that this row would have.
+    pub duplicate_of: Option<u64>,
 }
 
-/// Returns the junctions that a list names: of each row the nearest junction within reach, unless a
-/// signal of the map is as near, such as one at the junction itself or at a stop line. That one
-/// decides which junction it controls.
-pub fn unmapped(graph: &Graph<'_>, rows: &[ListedSignal], match_m: f64) -> Vec<u32> {
+impl ListMatch {
+    /// Returns the reason in words; for a duplicate with the row that it repeats.
+    pub fn why(&self) -> Option<String> {
+        match self.duplicate_of {
+            Some(line) => Some(format!("duplicate of row {line}")),
+            None => self.reason.map(str::to_owned),
+        }
+    }
+}
+
+/// The junctions that a list names although the map has no signal there.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Named {
+    /// Their nodes, sorted.
+    pub nodes: Vec<u32>,
+    /// Positions of the rows that stand right on one.
+    on_junction: BTreeSet<usize>,
+}
+
+/// Returns the junctions that a list names: of each row for which no intersection of the map is left
+/// the nearest junction within reach, unless an intersection or a signal of the map is as near.
+///
+/// # Arguments
+///
+/// * `mapped`: the intersections that the map has without the list.
+pub fn unmapped(graph: &Graph<'_>, mapped: &Found, rows: &[ListedSignal], match_m: f64) -> Named {
     if rows.is_empty() {
-        return Vec::new();
+        return Named::default();
     }
     let extract = graph.extract;
     let none = HashSet::new();
     let on_street = extract.signals.iter().filter(|s| extract.nodes.index(s.id).is_some());
-    let signals = RTree::bulk_load(on_street.map(|s| Chord::new(chord(s.place), ())).collect());
+    let places = mapped.intersections.iter().flat_map(Intersection::places);
+    let signals = on_street.map(|s| s.place).chain(places).map(|p| Chord::new(chord(p), ()));
+    let signals = RTree::bulk_load(signals.collect());
     let nodes = 0..extract.nodes.len() as u32;
     let junctions = nodes.filter(|n| graph.is_junction(*n, &none));
     let junctions =
         RTree::bulk_load(junctions.map(|n| Chord::new(chord(graph.place(n)), n)).collect());
-    let reach = match_m * match_m;
-    let named: BTreeSet<u32> = rows
+    // Per row the nearest junction within reach, if no signal is as near, and both distances.
+    let own: Vec<Option<(u32, f64, f64)>> = rows
         .iter()
-        .map(|row| chord(row.place))
-        .filter_map(|at| {
-            let (junction, squared) = nearest(&junctions, at)?;
-            let mapped = nearest(&signals, at).is_some_and(|(_, signal)| signal <= squared);
-            (squared <= reach && !mapped).then_some(junction)
+        .map(|row| {
+            let (junction, squared) = nearest(&junctions, chord(row.place))?;
+            let signal = nearest(&signals, chord(row.place)).map_or(f64::INFINITY, |s| s.1);
+            let (metres, signal_m) = (squared.sqrt(), signal.sqrt());
+            (metres <= match_m && metres < signal_m).then_some((junction, metres, signal_m))
         })
         .collect();
-    named.into_iter().collect()
+    let on = |(_, metres, signal_m): &(u32, f64, f64)| {
+        *metres <= ON_JUNCTION_M && signal_m - metres >= CLEARLY_M
+    };
+    let on_junction: BTreeSet<usize> =
+        (0..rows.len()).filter(|row| own[*row].as_ref().is_some_and(on)).collect();
+    let taken = assign(&mapped.intersections, rows, &on_junction, match_m);
+    let left = (0..rows.len())
+        .filter(|row| on_junction.contains(row) || !taken.row_of.values().any(|(r, _)| r == row));
+    let named: BTreeSet<u32> = left.filter_map(|row| own[row].map(|(node, ..)| node)).collect();
+    Named { nodes: named.into_iter().collect(), on_junction }
 }
 
 /// Returns what is nearest to a place and the square of its distance.
@@ -89,60 +139,98 @@ fn nearest<T: Copy>(tree: &RTree<Chord<T>>, at: [f64; 3]) -> Option<(T, f64)> {
         .map(|(near, squared)| (near.data, squared))
 }
 
-/// Keeps the intersections that a list names, each under its id in the list, and says what became
-/// of every row. A row and an intersection are matched if they are within reach, nearest first, each
-/// once. An id that cannot name files, or that another intersection has by the map, is not taken
-/// over.
-pub fn keep_listed(found: &mut Found, rows: &[ListedSignal], match_m: f64) -> Vec<ListMatch> {
-    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    let centres = found.intersections.iter().enumerate();
+/// Which row has which intersection.
+struct Assigned {
+    /// Row and distance in metres by intersection.
+    row_of: BTreeMap<usize, (usize, f64)>,
+    /// Nearest intersection within reach and its distance, by row.
+    nearest: BTreeMap<usize, (usize, f64)>,
+}
+
+/// Gives every row the nearest intersection within reach that no nearer row has; those with a signal
+/// on the map come first, except to rows that stand right on another junction.
+fn assign(
+    intersections: &[Intersection],
+    rows: &[ListedSignal],
+    on_junction: &BTreeSet<usize>,
+    match_m: f64,
+) -> Assigned {
+    let mut pairs: Vec<(bool, f64, usize, usize)> = Vec::new();
+    let mut nearest_of: BTreeMap<usize, (usize, f64)> = BTreeMap::new();
+    let places = intersections.iter().enumerate();
     let tree = RTree::bulk_load(
-        centres.flat_map(|(i, x)| x.places().map(move |p| Chord::new(chord(p), i))).collect(),
+        places.flat_map(|(i, x)| x.places().map(move |p| Chord::new(chord(p), i))).collect(),
     );
     for (row, listed) in rows.iter().enumerate() {
-        let mut nearest: BTreeMap<usize, f64> = BTreeMap::new();
-        for near in tree.locate_within_distance(chord(listed.place), match_m * match_m) {
-            let squared: f64 =
-                near.geom().iter().zip(chord(listed.place)).map(|(a, b)| (a - b).powi(2)).sum();
-            let metres = nearest.entry(near.data).or_insert(f64::INFINITY);
+        let at = chord(listed.place);
+        let mut within: BTreeMap<usize, f64> = BTreeMap::new();
+        for near in tree.locate_within_distance(at, match_m * match_m) {
+            let squared: f64 = near.geom().iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum();
+            let metres = within.entry(near.data).or_insert(f64::INFINITY);
             *metres = metres.min(squared.sqrt());
         }
-        pairs.extend(nearest.into_iter().map(|(i, metres)| (metres, row, i)));
+        let first = within.iter().min_by(|a, b| a.1.total_cmp(b.1));
+        nearest_of.extend(first.map(|(i, metres)| (row, (*i, *metres))));
+        pairs.extend(within.into_iter().map(|(i, metres)| {
+            let late = intersections[i].signals.is_empty() || on_junction.contains(&row);
+            (late, metres, row, i)
+        }));
     }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| (a.1, a.2).cmp(&(b.1, b.2))));
+    pairs.sort_by(|a, b| {
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then_with(|| (a.2, a.3).cmp(&(b.2, b.3)))
+    });
     let mut row_of: BTreeMap<usize, (usize, f64)> = BTreeMap::new();
-    let mut matched: BTreeMap<usize, usize> = BTreeMap::new();
-    for (metres, row, i) in &pairs {
-        if !row_of.contains_key(i) && !matched.contains_key(row) {
-            row_of.insert(*i, (*row, *metres));
-            matched.insert(*row, *i);
+    let mut matched: HashSet<usize> = HashSet::new();
+    for (_, metres, row, i) in pairs {
+        if !row_of.contains_key(&i) && matched.insert(row) {
+            row_of.insert(i, (row, metres));
         }
     }
-    let near_any: HashSet<usize> = pairs.iter().map(|(_, row, _)| *row).collect();
+    Assigned { row_of, nearest: nearest_of }
+}
+
+/// Keeps the intersections that a list names, each under its id in the list, and says what became
+/// of every row. A row and an intersection are matched if they are within reach, nearest first, each
+/// once, with a signal on the map before those without one. An id that cannot name files, or that
+/// another intersection has by the map, is not taken over.
+pub fn keep_listed(
+    found: &mut Found,
+    rows: &[ListedSignal],
+    named: &Named,
+    match_m: f64,
+) -> Vec<ListMatch> {
+    let assigned = assign(&found.intersections, rows, &named.on_junction, match_m);
+    let row_of = &assigned.row_of;
+    let matched: BTreeMap<usize, usize> = row_of.iter().map(|(i, (row, _))| (*row, *i)).collect();
     let skipped = found.skipped.iter().map(|s| Chord::new(chord(s.place), s.reason));
     let skipped = RTree::bulk_load(skipped.collect());
     let mut matches: Vec<ListMatch> = rows
         .iter()
         .enumerate()
         .map(|(row, listed)| {
-            let i = matched.get(&row).map(|i| &found.intersections[*i]);
-            let distance_m = matched.get(&row).map(|i| row_of[i].1);
-            let reason = match i {
-                Some(_) => None,
-                None if near_any.contains(&row) => Some(OF_ANOTHER_ROW),
-                None => nearest(&skipped, chord(listed.place))
+            let near = matched.get(&row).map(|i| (*i, row_of[i].1));
+            let near = near.or_else(|| assigned.nearest.get(&row).copied());
+            let owner = near.and_then(|(i, _)| row_of.get(&i)).map(|(owner, _)| *owner);
+            let owner = owner.filter(|owner| *owner != row);
+            let place = listed.place;
+            let reason = match near {
+                Some(_) => owner.map(|_| DUPLICATE),
+                None if (place.latitude_e7, place.longitude_e7) == (0, 0) => Some(NO_PLACE),
+                None => nearest(&skipped, chord(place))
                     .filter(|(_, squared)| *squared <= match_m * match_m)
                     .map_or(Some(NOTHING_NEAR), |(skip, _)| Some(skip.reason())),
             };
+            let i = matched.get(&row).map(|i| &found.intersections[*i]);
             ListMatch {
                 id: listed.id.clone(),
                 line: listed.line,
-                latitude: listed.place.latitude(),
-                longitude: listed.place.longitude(),
+                latitude: place.latitude(),
+                longitude: place.longitude(),
                 intersection: None,
-                distance_m,
+                distance_m: near.map(|(_, metres)| metres),
                 on_map: i.is_some_and(|i| !i.signals.is_empty()),
                 reason,
+                duplicate_of: owner.map(|owner| rows[owner].line),
             }
         })
         .collect();
@@ -208,7 +296,7 @@ mod tests {
         let rows: Vec<_> = ids.iter().enumerate().map(|(i, id)| row(id, at(i, 0.0))).collect();
         let intersections = (0..ids.len()).map(intersection).collect();
         let mut found = Found { intersections, skipped: vec![] };
-        let matches = keep_listed(&mut found, &rows, 40.0);
+        let matches = keep_listed(&mut found, &rows, &Named::default(), 40.0);
         let ids = found.intersections.iter().map(|i| i.id.clone()).collect();
         (ids, matches.iter().map(|m| m.reason == Some(NO_NAME)).collect())
     }
@@ -245,12 +333,12 @@ mod tests {
         let bad = (0..MANY).map(|i| row(&format!("c{i}"), at(i, 1.0 + 1e-4)));
         let rows: Vec<_> = near.chain(second).chain(bad).collect();
         let start = Instant::now();
-        let matches = keep_listed(&mut found, &rows, 40.0);
+        let matches = keep_listed(&mut found, &rows, &Named::default(), 40.0);
         let took = start.elapsed();
         assert!(took < Duration::from_secs(5), "{took:?}");
         println!("{} rows in {took:?}", rows.len());
         assert_eq!(found.intersections.len(), MANY);
-        assert_eq!(matches[MANY].reason, Some(OF_ANOTHER_ROW));
+        assert_eq!(matches[MANY].reason, Some(DUPLICATE));
         assert_eq!(matches[2 * MANY].reason, Some(Skip::Border.reason()));
     }
 }

@@ -101,10 +101,12 @@ impl SignalList {
         Ok(Self { signals })
     }
 
-    /// Returns the smallest box around all signals: x is the longitude and y the latitude, degrees.
+    /// Returns the smallest box around all signals but those at (0, 0), where programs put what has
+    /// no place: x is the longitude and y the latitude, degrees.
     pub fn bounds(&self) -> Rect<f64> {
         let at = |p: Place| Coord { x: p.longitude(), y: p.latitude() };
-        let places = self.signals.iter().map(|s| at(s.place));
+        let somewhere = |p: &Coord<f64>| *p != Coord::zero();
+        let places = self.signals.iter().map(|s| at(s.place)).filter(somewhere);
         let bounds = places.collect::<LineString<_>>().bounding_rect();
         bounds.unwrap_or_else(|| Rect::new(Coord::zero(), Coord::zero()))
     }

@@ -10,6 +10,7 @@ use super::OsmError;
 use super::city::City;
 use super::config::OsmConfig;
 use super::extract::Place;
+use super::listing::ListMatch;
 use super::quality::{Distribution, Quality, Spot};
 use crate::error::FamilyError;
 use crate::family::MdpFamily;
@@ -25,6 +26,9 @@ pub const SCENARIO_FILE: &str = "scenario.toml";
 
 /// Name of the table of approaches within a city's folder.
 pub const APPROACHES_FILE: &str = "approaches.csv";
+
+/// Name of the table of the rows of a signal list within a city's folder.
+pub const MATCHES_FILE: &str = "signal-list.csv";
 
 /// Digits after the point of a share.
 const SHARE_DIGITS: i32 = 4;
@@ -125,6 +129,44 @@ pub fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), OsmError> {
     }
     let table = writer.into_inner().expect("memory takes every row");
     Ok(write_atomically(&folder.join("family.csv"), &table)?)
+}
+
+/// Writes what became of every row of the signal list: its intersection, the distance, the reason.
+///
+/// # Errors
+///
+/// [`OsmError::Io`].
+pub fn write_matches(folder: &Path, listed: &[ListMatch]) -> Result<(), OsmError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let head = [
+        "id",
+        "row",
+        "latitude",
+        "longitude",
+        "intersection",
+        "distance_m",
+        "signal_on_map",
+        "duplicate_of_row",
+        "reason",
+    ];
+    writer.write_record(head).expect("memory takes every row");
+    for m in listed {
+        let metres = m.distance_m.map(|metres| format!("{metres:.1}"));
+        let row = [
+            m.id.clone(),
+            m.line.to_string(),
+            m.latitude.to_string(),
+            m.longitude.to_string(),
+            m.intersection.clone().unwrap_or_default(),
+            metres.unwrap_or_default(),
+            m.on_map.to_string(),
+            m.duplicate_of.map(|line| line.to_string()).unwrap_or_default(),
+            m.why().unwrap_or_default(),
+        ];
+        writer.write_record(row).expect("memory takes every row");
+    }
+    let table = writer.into_inner().expect("memory takes every row");
+    Ok(write_atomically(&folder.join(MATCHES_FILE), &table)?)
 }
 
 /// Returns the six features of the intersections of a scenario, before quantising.

@@ -2,10 +2,10 @@
 
 mod explain;
 mod figures;
+mod list;
 mod map;
 mod text;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use minijinja::{Value, context};
@@ -14,11 +14,10 @@ use super::page::render;
 use super::{ReportError, format};
 use crate::files::write_atomically;
 use crate::osm::drawing::Drawing;
-use crate::osm::listing::ListMatch;
 use crate::osm::oddities::Oddity;
 use crate::osm::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
 use crate::stats::quantile::quantile;
-use text::{matched, percent, share};
+use text::{percent, share};
 
 const TEMPLATE: &str = include_str!("templates/quality.html");
 const STYLE: &str = include_str!("templates/style.css");
@@ -28,9 +27,6 @@ pub const QUALITY_FILE: &str = "quality.json";
 
 /// Where elements of the map can be looked at.
 const OPENSTREETMAP: &str = "https://www.openstreetmap.org";
-
-/// Rows of the signal list without an intersection that are shown; the others are in the data.
-const UNMATCHED_ROWS: usize = 50;
 
 /// Writes `quality.json` and `quality.html` to a folder and returns the page's path.
 ///
@@ -86,7 +82,7 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         provenance_figure => figures::provenance(q),
         feature_figures => figures::features(q),
         features => features(q),
-        list => list(q),
+        list => list::list(q),
         counts => q.counts.as_ref().map(counts),
         map => map::map(q, drawing),
         thinned => drawing.thinned,
@@ -138,54 +134,11 @@ fn features(q: &Quality) -> Vec<Value> {
     q.features.iter().map(row).collect()
 }
 
-/// Returns what became of the signal list; undefined without one.
-fn list(q: &Quality) -> Option<Value> {
-    let unmatched = || q.listed.iter().filter(|row| row.intersection.is_none());
-    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
-    for row in unmatched() {
-        *reasons.entry(row.reason.unwrap_or("unknown")).or_default() += 1;
-    }
-    let mut reasons: Vec<_> = reasons.into_iter().collect();
-    reasons.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    let (rows, matched) = (q.listed.len(), matched(q));
-    let on_map = q.listed.iter().filter(|r| r.intersection.is_some() && r.on_map).count();
-    let mut distances: Vec<f64> = q.listed.iter().filter_map(|row| row.distance_m).collect();
-    distances.sort_by(f64::total_cmp);
-    let quartiles = (!distances.is_empty()).then(|| {
-        let at = |share| format::delay(quantile(&distances, share));
-        [at(0.25), at(0.5), at(0.75), at(1.0)].to_vec()
-    });
-    let line = |(name, n): (String, usize)| {
-        context! { name, n, share => percent(share(n, rows)) }
-    };
-    let mut lines = vec![
-        ("matched, and a signal on the map".to_owned(), on_map),
-        ("matched, at a junction without a signal on the map".to_owned(), matched - on_map),
-    ];
-    lines.extend(reasons.into_iter().map(|(reason, n)| (format!("unmatched: {reason}"), n)));
-    (rows > 0).then(|| {
-        context! {
-            rows,
-            lines => lines.into_iter().map(line).collect::<Vec<_>>(),
-            quartiles,
-            figure => figures::distances(q),
-            unmatched => unmatched().take(UNMATCHED_ROWS).map(unmatched_row).collect::<Vec<_>>(),
-            more => unmatched().count().saturating_sub(UNMATCHED_ROWS),
-        }
-    })
-}
-
-fn unmatched_row(row: &ListMatch) -> Value {
-    let (latitude, longitude) = (row.latitude, row.longitude);
-    context! {
-        id => row.id.as_str(),
-        line => row.line,
-        place => format!("{latitude:.5}, {longitude:.5}"),
-        link => format!(
-            "{OPENSTREETMAP}/?mlat={latitude:.6}&mlon={longitude:.6}#map=18/{latitude:.6}/{longitude:.6}"
-        ),
-        reason => row.reason.unwrap_or("unknown"),
-    }
+/// Returns where a place can be looked at on the map.
+fn map_link(latitude: f64, longitude: f64) -> String {
+    format!(
+        "{OPENSTREETMAP}/?mlat={latitude:.6}&mlon={longitude:.6}#map=19/{latitude:.6}/{longitude:.6}"
+    )
 }
 
 fn counts(c: &CountsSummary) -> Value {

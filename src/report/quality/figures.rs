@@ -101,9 +101,15 @@ pub(super) fn features(q: &Quality) -> Vec<String> {
     q.features.iter().enumerate().map(panel).collect()
 }
 
+/// Returns the distances of matched rows of the signal list, metres.
+pub(super) fn matched_m(q: &Quality) -> Vec<f64> {
+    let matched = q.listed.iter().filter(|row| row.intersection.is_some());
+    matched.filter_map(|row| row.distance_m).collect()
+}
+
 /// Draws the distances of matched rows of the signal list; `None` without any.
 pub(super) fn distances(q: &Quality) -> Option<String> {
-    let values: Vec<f64> = q.listed.iter().filter_map(|row| row.distance_m).collect();
+    let values = matched_m(q);
     let bars = Bars { values: &values, bin: DISTANCE_BIN_M, centred: false };
     let (title, label) = ("Distance of matched signals", "distance to the intersection (m)");
     (!values.is_empty())

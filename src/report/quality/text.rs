@@ -260,6 +260,7 @@ mod tests {
             distance_m: intersection.map(|_| 4.0),
             on_map: false,
             reason: intersection.is_none().then_some("roundabout"),
+            duplicate_of: None,
         }
     }
 
