@@ -12,7 +12,7 @@ use tsc_family::osm::extract::Extract;
 use tsc_family::osm::intersections::Skip;
 use tsc_family::osm::read::read;
 use tsc_family::osm::signals::{SignalColumns, SignalList};
-use tsc_family::osm::streets::Source;
+use tsc_family::osm::traffic::InflowSource;
 
 /// The four arms of Main Street (east and west) and First Street, after replacing some text.
 fn four_arms(replace: &[(&str, &str)]) -> Extract {
@@ -62,19 +62,20 @@ const PER_DEG: f64 = 111_195.083;
 const MAPPED: &str = "<tag k=\"highway\" v=\"traffic_signals\"/>";
 
 #[test]
-fn a_total_is_split_by_direction_unless_told_otherwise() {
+fn half_of_a_total_goes_each_way_unless_told_otherwise() {
     let extract = four_arms(&[]);
     let counts = counts(&[(20_000.0, EAST)]);
     let inputs = Inputs { counts: Some(&counts), ..Inputs::default() };
     let mut config = OsmConfig::default();
     let per_lane = |config: &OsmConfig| {
         let city = City::new(&extract, config, &inputs);
-        assert_eq!(city.traffic[0][1].source, Source::Tagged);
+        assert_eq!(city.traffic[0][1].source, InflowSource::Counted);
         city.traffic[0][1].aadt_per_lane
     };
     assert_eq!(per_lane(&config), 5_000.0);
+    // The peak direction is the scenario's.
     config.traffic.directional_split = 0.6;
-    assert_eq!(per_lane(&config), 6_000.0);
+    assert_eq!(per_lane(&config), 5_000.0);
     config.traffic.both_directions = false;
     assert_eq!(per_lane(&config), 10_000.0);
 }
@@ -85,14 +86,16 @@ fn an_arm_without_a_count_gets_the_mean_of_its_class_or_its_default() {
     let three = [(8_000.0, EAST), (16_000.0, WEST), (3_000.0, NORTH)];
     let south = |extract: &Extract, counts: &Counts| {
         let inputs = Inputs { counts: Some(counts), ..Inputs::default() };
-        let traffic = City::new(extract, &OsmConfig::default(), &inputs).traffic[0][2].clone();
+        let mut config = OsmConfig::default();
+        config.counts.spread_m = 0.0;
+        let traffic = City::new(extract, &config, &inputs).traffic[0][2].clone();
         (traffic.aadt_per_lane, traffic.source)
     };
     // Half of each on 2, 2 and 2 lanes: all streets have the 4 lanes of the only tagged one.
     let mean = (2_000.0 + 4_000.0 + 750.0) / 3.0;
-    assert_eq!(south(&four_arms(&class), &counts(&three)), (mean, Source::Imputed));
-    assert_eq!(south(&four_arms(&class), &counts(&three[..2])), (4250.0, Source::Default));
-    assert_eq!(south(&four_arms(&[]), &counts(&three)), (195.0, Source::Default));
+    assert_eq!(south(&four_arms(&class), &counts(&three)), (mean, InflowSource::Imputed));
+    assert_eq!(south(&four_arms(&class), &counts(&three[..2])), (4250.0, InflowSource::Default));
+    assert_eq!(south(&four_arms(&[]), &counts(&three)), (195.0, InflowSource::Default));
 }
 
 #[test]

@@ -13,13 +13,17 @@ use tsc_family::osm::intersections::Skip;
 use tsc_family::osm::listing::ListMatch;
 use tsc_family::osm::oddities::{Oddities, Oddity};
 use tsc_family::osm::quality::{
-    CountsSummary, Distribution, InputFile, Provenance, Quality, SkipCount, Spot,
+    CountsSummary, Demand, Distribution, InputFile, Provenance, Quality, SkipCount,
 };
+use tsc_family::osm::sketch::{Sketch, SketchArm};
+use tsc_family::osm::spots::{Flag, Spot, SpotArm};
+use tsc_family::osm::streets::Source;
 use tsc_family::osm::tags::Highway;
+use tsc_family::osm::traffic::InflowSource;
 use tsc_family::report::quality::write_quality;
 
 fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
-    Provenance { feature, tagged, imputed, default: 1.0 - tagged - imputed }
+    Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
 }
 
 fn distribution(name: &str, unit: &str, bin: f64, values: [f64; 2]) -> Distribution {
@@ -35,10 +39,32 @@ fn spot(id: &str, streets: &[&str], known: f64) -> Spot {
         streets: streets.iter().map(|s| (*s).to_owned()).collect(),
         latitude: 40.0 + known / 100.0,
         longitude: -75.0,
-        arms: 4,
+        arms: ["A", "B", "C", "D"].map(|name| arm(name, known)).to_vec(),
         signals: 2,
         known,
         list_distance_m: None,
+        count_distance_m: None,
+        flags: if known > 0.0 { vec![] } else { vec![Flag::CloseArms, Flag::Cut] },
+    }
+}
+
+fn arm(name: &str, known: f64) -> SpotArm {
+    let source = if known > 0.0 { Source::Tagged } else { Source::Default };
+    let inflow = if known > 0.0 { InflowSource::Spread } else { InflowSource::Default };
+    SpotArm {
+        arm: name.to_owned(),
+        street: None,
+        class: "primary",
+        bearing_deg: 0.0,
+        lanes_in: if name == "D" { 0 } else { 2 },
+        lanes_out: 1,
+        left_turn_lanes: 0,
+        right_turn_lanes: 0,
+        speed_mph: 30.0,
+        lanes_source: source,
+        speed_source: Source::Imputed,
+        inflow_source: (name != "D").then_some(inflow),
+        count: None,
         count_distance_m: None,
     }
 }
@@ -80,6 +106,7 @@ fn plain() -> Quality {
         intersections: 2,
         approaches: 8,
         point_mdps: 2,
+        demand: Demand { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
         skipped: vec![skip(Skip::Border, 4, &[11, 12]), skip(Skip::NotOnStreet, 1, &[13])],
         provenance: vec![
             rests_on("lanes", 0.75, 0.25),
@@ -116,10 +143,13 @@ fn listed() -> Quality {
         counts: 70,
         approaches: 8,
         matched: 2,
+        spread: 1,
+        spread_m: 1000.0,
         skipped: vec![("count that is no number".to_owned(), oddity)],
     };
     let mut q = plain();
-    q.provenance[4] = rests_on("inflow", 0.25, 0.125);
+    q.provenance[4] = Provenance { spread: 0.125, ..rests_on("inflow", 0.25, 0.125) };
+    q.provenance[4].default -= 0.125;
     Quality { listed, counts: Some(counts), ..q }
 }
 
@@ -133,6 +163,18 @@ fn drawing() -> Drawing {
         skipped: vec![(40.001, -75.001, "roundabout"), (40.002, -75.002, "roundabout")],
         frame: [39.999, -75.005, 40.006, -74.995],
         thinned: true,
+        sketches: vec![Sketch {
+            id: "n2".to_owned(),
+            arms: vec![SketchArm {
+                arm: "A".to_owned(),
+                bearing_deg: 0.0,
+                lanes_in: 2,
+                lanes_out: 1,
+            }],
+            streets: vec![vec![(0.0, 0.0), (0.0, 80.0)]],
+            nodes: vec![(0.0, 0.0)],
+            signals: vec![(1.0, 1.0)],
+        }],
     }
 }
 
@@ -164,7 +206,9 @@ fn the_page_is_well_formed_and_loads_nothing() {
         // The two elements that HTML leaves open.
         let closed = page.replace("utf-8\">", "utf-8\"/>").replace("scale=1\">", "scale=1\"/>");
         well_formed(&closed.replace("<!DOCTYPE html>", ""));
-        well_linked(&page);
+        // One script of its own, which sorts a table and without which everything can be read.
+        assert_eq!(page.matches("<script").count(), 1);
+        well_linked(&page.replace("<script>", ""));
     }
 }
 

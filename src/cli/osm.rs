@@ -10,6 +10,7 @@ use super::build_networks::{build, networks_folder};
 use super::output::{Progress, line, note};
 use crate::error::FileError;
 use crate::exit;
+use crate::family::inflow::InflowSources;
 use crate::family::load::{LoadedScenario, from_text};
 use crate::family::scenario::Detail;
 use crate::files::write_atomically;
@@ -26,7 +27,7 @@ use crate::osm::intersections::Skip;
 use crate::osm::quality::{InputFile, Quality, quality};
 use crate::osm::signals::SignalList;
 use crate::osm::write::{
-    APPROACHES_FILE, SCENARIO_FILE, ScenarioInputs, distributions, scenario_text, write_family,
+    APPROACHES_FILE, SCENARIO_FILE, ScenarioInputs, family_facts, scenario_text, write_family,
     write_geojson, write_matches,
 };
 use crate::osm::{OsmError, read};
@@ -62,8 +63,6 @@ pub struct OsmArgs {
 /// Everything that `--osm` reads.
 struct Input {
     config: OsmConfig,
-    /// Text of the scenario that is written.
-    scenario: String,
     signals: Option<SignalList>,
     counts: Option<Counts>,
     boundary: Option<Boundary>,
@@ -95,7 +94,9 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         let table = city.table(&input.config, &culprit(args, osm, &city))?;
         let own = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
         let file = out.join(SCENARIO_FILE).display().to_string();
-        let loaded = from_text(&input.scenario, &file, &[], &own)?;
+        let inflows = Some(city.inflow_sources());
+        let scenario = scenario(args, (osm, &out), &input.config, inflows)?;
+        let loaded = from_text(&scenario, &file, &[], &own)?;
         let specs = intersections(&loaded)?;
         let options = BuildOptions { force: args.force && built == 0, leave_out: true };
         let folder = out.join(networks_folder(loaded.scenario.preset));
@@ -225,20 +226,18 @@ fn write(
     loaded: &LoadedScenario,
     out: &Path,
 ) -> anyhow::Result<(Quality, PathBuf)> {
-    let tables = [(APPROACHES_FILE, table), (SCENARIO_FILE, input.scenario.as_bytes())];
+    let tables = [(APPROACHES_FILE, table), (SCENARIO_FILE, loaded.text.as_bytes())];
     for (name, bytes) in tables {
         write_atomically(&out.join(name), bytes)?;
     }
     write_family(out, &loaded.family)?;
     let written = tables.map(|(name, bytes)| (name.to_owned(), sha256(bytes)));
     let quality = quality(
-        &loaded.scenario.name,
+        family_facts(loaded),
         (files, written.into()),
         &input.extract,
         city,
-        input.counts.as_ref(),
-        distributions(loaded),
-        loaded.family.points.len(),
+        input.counts.as_ref().map(|counts| (counts, input.config.counts.spread_m)),
     );
     write_geojson(out, city, &quality, loaded)?;
     if !city.listed.is_empty() {
@@ -248,6 +247,28 @@ fn write(
     Ok((quality, page))
 }
 
+/// Returns the text of the scenario that is written.
+fn scenario(
+    args: &BuildNetworksArgs,
+    (osm, out): (&Path, &Path),
+    config: &OsmConfig,
+    inflows: Option<InflowSources>,
+) -> Result<String, OsmError> {
+    let from = &args.osm;
+    let source = from.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
+    let settings = args.scenario.settings();
+    let flags: String = settings.iter().map(|o| format!(" {}", o.flag())).collect();
+    scenario_text(&ScenarioInputs {
+        name: &scenario_name(out),
+        extract: &stem(osm),
+        detail: from.detail,
+        config,
+        overrides: &settings,
+        source: &format!("{source}{flags}"),
+        inflows,
+    })
+}
+
 /// Reads the small files first, so that a mistake in one is known before the extract is read.
 fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmError> {
     let from = &args.osm;
@@ -255,17 +276,8 @@ fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmE
         check_folder(out)?;
     }
     let config = from.config.as_deref().map(OsmConfig::read).transpose()?.unwrap_or_default();
-    let source = from.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
-    let settings = args.scenario.settings();
-    let flags: String = settings.iter().map(|o| format!(" {}", o.flag())).collect();
-    let scenario = scenario_text(&ScenarioInputs {
-        name: &scenario_name(out),
-        extract: &stem(osm),
-        detail: from.detail,
-        config: &config,
-        overrides: &settings,
-        source: &format!("{source}{flags}"),
-    })?;
+    // A mistake in the settings is known before the extract is read.
+    scenario(args, (osm, out), &config, None)?;
     let boundary = from.boundary.as_deref().map(Boundary::parse).transpose()?;
     let signals = from.signals.as_deref();
     let signals = signals.map(|p| SignalList::read(p, &config.signals)).transpose()?;
@@ -279,7 +291,7 @@ fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmE
     if let Ok(Some(progress)) = progress.into_inner() {
         progress.finish();
     }
-    Ok(Input { config, scenario, signals, counts, boundary, extract: extract? })
+    Ok(Input { config, signals, counts, boundary, extract: extract? })
 }
 
 fn input_files(args: &BuildNetworksArgs, osm: &Path) -> Result<Vec<InputFile>, FileError> {

@@ -1,11 +1,15 @@
 //! Checks ranges that types cannot express: of a scenario's settings and of tables.
 
 use super::demand::{MAX_APPROACH_SPREAD, MIN_PEAK_HOUR_FACTOR};
+use super::inflow::{EVEN_SPLIT, InflowSources};
 use super::scenario::{Detail, Scenario, SixFeatures};
 use crate::error::FamilyError;
 
 /// Longest green that can be asked for, seconds.
 const MAX_GREEN_S: f64 = 3600.0;
+
+/// How far shares that were rounded may be from 1 in total.
+const SHARES_SUM: f64 = 0.01;
 
 /// Checks that a number lies within limits, both included; NaN does not.
 ///
@@ -43,6 +47,8 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
     let ranges = [
         ("version", f64::from(scenario.version), 1.0, 1e6),
         ("family.hourly_share", f.hourly_share, 1e-6, 1.0),
+        ("family.directional_split", f.directional_split, EVEN_SPLIT, 1.0),
+        ("family.peak_heading_deg", f.peak_heading_deg, 0.0, 360.0),
         ("family.inflow_cap_vph_per_lane", f.inflow_cap_vph_per_lane, 1.0, 3600.0),
         ("family.min_inflow_vph", f.min_inflow_vph, 1.0, 3600.0),
         ("family.length_scale", f.length_scale, 0.01, 100.0),
@@ -103,6 +109,13 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
     if shares.iter().any(|s| !s.is_finite() || *s < 0.0) || shares.iter().sum::<f64>() <= 0.0 {
         let value = format!("{shares:?}");
         return fail("demand.turn_shares", value, "expected shares that are not negative");
+    }
+    if let Some(shares) = f.inflows.map(InflowSources::to_array) {
+        let sum: f64 = shares.iter().sum();
+        if !shares.iter().all(|s| (0.0..=1.0).contains(s)) || (sum - 1.0).abs() > SHARES_SUM {
+            let value = format!("{shares:?}");
+            return fail("family.inflows", value, "expected shares from 0 to 1 that sum to 1");
+        }
     }
     if f.points.is_some() && f.detail == Detail::PerApproach {
         let expected = "per-approach detail needs family.approaches";

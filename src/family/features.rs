@@ -9,12 +9,14 @@
 use std::collections::BTreeMap;
 
 use super::approaches::{Approach, Intersection};
+use super::inflow::direction_factor;
 use super::scenario::{FamilySettings, SixFeatures};
 
-/// Returns the arriving vehicles per hour of an approach: its AADT per lane times the hourly share,
-/// capped per lane, times the lanes that lead to the signal.
+/// Returns the arriving vehicles per hour of an approach: its AADT per lane times the hourly share and
+/// the share of its direction, capped per lane, times the lanes that lead to the signal.
 pub fn inflow_vph(approach: &Approach, settings: &FamilySettings) -> f64 {
-    (approach.aadt_veh_per_day_per_lane * settings.hourly_share)
+    let factor = direction_factor(approach, settings);
+    (approach.aadt_veh_per_day_per_lane * settings.hourly_share * factor)
         .min(settings.inflow_cap_vph_per_lane)
         * f64::from(approach.lanes_in)
 }

@@ -8,6 +8,7 @@ use toml::Table;
 use super::approaches::{self, Intersection};
 use super::check::check;
 use super::default_name::name_of;
+use super::describing::describing;
 use super::features::{group, per_approach_features, point_id};
 use super::names::{check_id, safe_id};
 use super::overrides::{Override, overlay};
@@ -244,12 +245,16 @@ fn derive(
             instances: members.len() as u32,
         })
         .collect();
-    let family = MdpFamily::new(&scenario.name, columns, points, file)?;
-    let members = family
+    let mut family = MdpFamily::new(&scenario.name, columns, points, file)?;
+    let members: Vec<Vec<usize>> = family
         .points
         .iter()
         .map(|p| of_id.get(&*p.id).expect("points are made from groups").to_vec())
         .collect();
+    if scenario.family.detail == Detail::PerApproach {
+        let row = |members: &Vec<usize>| describing(&intersections[members[0]], &scenario.family);
+        family.describing = members.iter().map(row).collect();
+    }
     Ok((family, members))
 }
 

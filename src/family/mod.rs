@@ -8,8 +8,10 @@ pub mod check;
 mod columns;
 mod default_name;
 mod demand;
+pub mod describing;
 pub mod features;
 mod impute;
+pub mod inflow;
 pub mod load;
 pub mod names;
 pub mod overrides;
@@ -59,6 +61,9 @@ pub struct MdpFamily {
     pub features: Vec<Feature>,
     /// The members, most important first, then by id.
     pub points: Vec<PointMdp>,
+    /// What k-means compares, a row per point MDP in their order; empty where the context features
+    /// describe them.
+    pub describing: Vec<Vec<f64>>,
 }
 
 impl MdpFamily {
@@ -86,7 +91,7 @@ impl MdpFamily {
             return Err(FamilyError::NotADistribution { file: source.to_owned(), sum });
         }
         points.sort_by(|a, b| b.importance.total_cmp(&a.importance).then_with(|| a.id.cmp(&b.id)));
-        Ok(Self { name: name.into(), features, points })
+        Ok(Self { name: name.into(), features, points, describing: Vec::new() })
     }
 
     /// Returns the importance of every point MDP, in order.

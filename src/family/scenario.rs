@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::control::{idqn, ippo, max_pressure, mplight, mplight_star};
 
 pub use super::demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
+use super::inflow::{EVEN_SPLIT, InflowSources, NORTH_EAST_DEG, is_even, is_north_east};
 pub use super::signal::{Actions, ChangeInterval, Preset, SignalSettings};
 
 /// A scenario as written in TOML.
@@ -91,6 +92,14 @@ pub struct FamilySettings {
     /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
     /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
     pub hourly_share: f64,
+    /// Share of the hour's traffic of a two-way street that goes in its peak direction: 0.5 makes the
+    /// directions equal, 0.55 is a usual design hour. Left out of manifests where it is 0.5.
+    #[serde(skip_serializing_if = "is_even")]
+    pub directional_split: f64,
+    /// Heading within 90 degrees of which the peak direction of every street lies, degrees clockwise
+    /// from north. Left out of manifests where it is 45.
+    #[serde(skip_serializing_if = "is_north_east")]
+    pub peak_heading_deg: f64,
     /// Upper limit of the inflow, vehicles per hour and lane (IntersectionZoo's cap).
     pub inflow_cap_vph_per_lane: f64,
     /// Lower limit of a point MDP's inflow, vehicles per hour and approach: without vehicles a
@@ -101,6 +110,9 @@ pub struct FamilySettings {
     pub length_scale: f64,
     /// Width of the bins that make intersections one point MDP; six-feature detail only.
     pub bins: SixFeatures,
+    /// What the inflows of the table rest on, for the pages of results; decides nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inflows: Option<InflowSources>,
 }
 
 impl Default for FamilySettings {
@@ -110,6 +122,8 @@ impl Default for FamilySettings {
             points: None,
             detail: Detail::SixFeatures,
             hourly_share: 1.0 / 24.0,
+            directional_split: EVEN_SPLIT,
+            peak_heading_deg: NORTH_EAST_DEG,
             inflow_cap_vph_per_lane: 900.0,
             min_inflow_vph: 60.0,
             length_scale: 1.0,
@@ -121,6 +135,7 @@ impl Default for FamilySettings {
                 left_turn_lanes: 1.0,
                 right_turn_lanes: 1.0,
             },
+            inflows: None,
         }
     }
 }

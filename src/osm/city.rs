@@ -14,8 +14,10 @@ use super::graph::Graph;
 use super::intersections::{Found, Skip, Skipped, intersections};
 use super::listing::{ListMatch, keep_listed, unmapped};
 use super::signals::SignalList;
-use super::traffic::{ArmTraffic, traffic};
+use super::spread::Spread;
+use super::traffic::{ArmTraffic, InflowSource, traffic};
 use crate::family::approaches::Approach;
+use crate::family::inflow::InflowSources;
 use crate::network::intersection::Turns;
 
 /// What decides beside the extract.
@@ -56,6 +58,11 @@ impl City {
         if !named.nodes.is_empty() {
             found = intersections(&graph, config, &named.nodes);
         }
+        // A junction outside the boundary ends the reach of a count as well.
+        let limit_m = config.counts.spread_m;
+        let spread = inputs
+            .counts
+            .map(|counts| (counts, Spread::new(&graph, &found.intersections, limit_m)));
         if let Some(boundary) = inputs.boundary {
             let (inside, outside) =
                 found.intersections.into_iter().partition(|i| boundary.contains(i.centre));
@@ -73,7 +80,8 @@ impl City {
             Some(list) => keep_listed(&mut found, &list.signals, &named, match_m),
             None => Vec::new(),
         };
-        let traffic = traffic(&found.intersections, inputs.counts, &config.traffic);
+        let counts = spread.as_ref().map(|(counts, spread)| (*counts, spread));
+        let traffic = traffic(&found.intersections, counts, &config.traffic);
         Self { found, traffic, listed, left_out: BTreeMap::new(), covered: covered(extract) }
     }
 
@@ -113,7 +121,7 @@ impl City {
             {
                 rows.push(Approach {
                     intersection: i.id.clone(),
-                    arm: name(index),
+                    arm: arm_name(index),
                     latitude: i.centre.latitude(),
                     longitude: i.centre.longitude(),
                     bearing_deg: rounded(arm.bearing_deg, 10.0).rem_euclid(360.0),
@@ -181,6 +189,19 @@ impl City {
         self.traffic.iter().flatten().any(|t| t.count.is_some())
     }
 
+    /// Returns what the inflows rest on, shares of the approaches with four digits.
+    pub fn inflow_sources(&self) -> InflowSources {
+        let arms = self.found.intersections.iter().flat_map(|i| &i.arms);
+        let approaches =
+            arms.zip(self.traffic.iter().flatten()).filter(|(arm, _)| arm.lanes_in > 0);
+        let sources: Vec<InflowSource> = approaches.map(|(_, traffic)| traffic.source).collect();
+        let [counted, spread, imputed, default] = InflowSource::ALL.map(|source| {
+            let n = sources.iter().filter(|s| **s == source).count();
+            rounded(n as f64 / sources.len().max(1) as f64, 10_000.0)
+        });
+        InflowSources { counted, spread, imputed, default }
+    }
+
     /// Returns how many signals are no intersection, by reason, most frequent first.
     pub fn skips(&self) -> Vec<(Skip, usize)> {
         let mut counts = BTreeMap::new();
@@ -208,7 +229,7 @@ pub fn extent(bounds: Rect<f64>) -> String {
 }
 
 /// Returns the name of an arm: A, B, C clockwise from north.
-fn name(index: usize) -> String {
+pub(super) fn arm_name(index: usize) -> String {
     char::from(b'A' + index as u8).to_string()
 }
 

@@ -12,6 +12,7 @@ use super::signals::SignalColumns;
 use super::table;
 use super::tags::Highway;
 use crate::family::check::within;
+use crate::family::inflow::{EVEN_SPLIT, NORTH_EAST_DEG};
 
 /// Most characters of what the parser says, which quotes whole lines.
 const PARSER_CHARS: usize = 500;
@@ -109,8 +110,17 @@ impl Default for IntersectionSettings {
 pub struct TrafficSettings {
     /// Whether a count is the total of both directions of a two-way street.
     pub both_directions: bool,
-    /// Share of a total of both directions that goes towards the signal (the directional split).
+    /// Share of the day's traffic in the simulated hour (the factor K), written to the scenario.
+    ///
+    /// Source: a design hour on urban streets, Highway Capacity Manual; FDOT's standard K factor of
+    /// urban arterials.
+    pub hourly_share: f64,
+    /// Share of that hour that goes in the peak direction of a two-way street (the factor D), written
+    /// to the scenario; only where counts are totals of both directions, else directions are as counted.
     pub directional_split: f64,
+    /// Heading around which the peak direction of all streets lies, degrees clockwise from north,
+    /// written to the scenario: see [`crate::family::inflow`] for the rule.
+    pub peak_heading_deg: f64,
     /// Annual average daily traffic per lane by highway class where no count is known, vehicles
     /// per day.
     ///
@@ -131,7 +141,9 @@ impl Default for TrafficSettings {
         };
         Self {
             both_directions: true,
-            directional_split: 0.5,
+            hourly_share: 0.09,
+            directional_split: 0.55,
+            peak_heading_deg: NORTH_EAST_DEG,
             default_aadt_per_lane: Highway::NAMES.iter().map(|(c, _)| (*c, aadt(*c))).collect(),
         }
     }
@@ -184,7 +196,9 @@ impl OsmConfig {
             ("intersections.min_length_m", i.min_length_m, 10.0, 1000.0),
             ("intersections.max_length_m", i.max_length_m, i.min_length_m, 20_000.0),
             ("intersections.list_match_m", i.list_match_m, 1.0, 500.0),
-            ("traffic.directional_split", t.directional_split, 0.0, 1.0),
+            ("traffic.hourly_share", t.hourly_share, 1e-6, 1.0),
+            ("traffic.directional_split", t.directional_split, EVEN_SPLIT, 1.0),
+            ("traffic.peak_heading_deg", t.peak_heading_deg, 0.0, 360.0),
         ];
         let ranges = ranges.map(|(field, v, low, high)| (field.to_owned(), v, low, high));
         let lanes = s.default_lanes.iter().map(|(class, lanes)| {
@@ -236,7 +250,7 @@ mod tests {
     #[test]
     fn a_value_out_of_range_is_named_with_its_range() {
         let error = config("[traffic]\ndirectional_split = nan\n").unwrap_err().to_string();
-        assert!(error.contains("traffic.directional_split: NaN: expected a number from 0 to 1"));
+        assert!(error.contains("traffic.directional_split: NaN: expected a number from 0.5 to 1"));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use geo::{Coord, LineString, Simplify};
 
 use super::city::City;
 use super::extract::{Extract, Place};
+use super::sketch::{Sketch, sketches};
 use super::tags::Highway;
 
 /// Width of the surroundings that are drawn, as a share of the frame.
@@ -38,6 +39,8 @@ pub struct Drawing {
     pub frame: [f64; 4],
     /// Whether minor streets were left out.
     pub thinned: bool,
+    /// Intersections that are worth a look, the most doubtful first.
+    pub sketches: Vec<Sketch>,
 }
 
 impl Drawing {
@@ -55,7 +58,8 @@ impl Drawing {
         let inside = |p: Place| within(frame, p);
         let skipped = city.found.skipped.iter().filter(|s| inside(s.place));
         let skipped = skipped.map(|s| (s.place.latitude(), s.place.longitude(), s.reason.reason()));
-        Self { streets, skipped: skipped.collect(), frame, thinned }
+        let sketches = sketches(extract, city);
+        Self { streets, skipped: skipped.collect(), frame, thinned, sketches }
     }
 }
 

@@ -8,11 +8,12 @@ use serde::Serialize;
 use super::city::City;
 use super::counts::Counts;
 use super::extract::Extract;
-use super::intersections::{Intersection, Skip};
+use super::intersections::Skip;
 use super::listing::ListMatch;
 use super::oddities::{Oddities, Oddity};
+use super::spots::{Spot, spots};
 use super::streets::Source;
-use super::traffic::ArmTraffic;
+use super::traffic::InflowSource;
 
 /// Examples of signals that are named per reason.
 const EXAMPLES: usize = 5;
@@ -48,6 +49,8 @@ pub struct Provenance {
     pub feature: &'static str,
     /// Share that is tagged, measured or counted.
     pub tagged: f64,
+    /// Share that is a count elsewhere on the same street; inflow only.
+    pub spread: f64,
     /// Share that is the mode or mean of the highway class in the extract.
     pub imputed: f64,
     /// Share that is a default.
@@ -71,29 +74,6 @@ pub struct Distribution {
     pub values: Vec<f64>,
 }
 
-/// One intersection on the map and in `intersections.geojson`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Spot {
-    /// Id of the intersection.
-    pub id: String,
-    /// Names of its streets.
-    pub streets: Vec<String>,
-    /// Latitude, degrees.
-    pub latitude: f64,
-    /// Longitude, degrees.
-    pub longitude: f64,
-    /// Number of arms.
-    pub arms: usize,
-    /// Number of signal nodes.
-    pub signals: usize,
-    /// Share of its lanes, speeds and inflows that are tagged or counted.
-    pub known: f64,
-    /// Distance to its place in the signal list, metres.
-    pub list_distance_m: Option<f64>,
-    /// Mean distance of the matched counts, metres.
-    pub count_distance_m: Option<f64>,
-}
-
 /// The join of traffic counts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CountsSummary {
@@ -105,8 +85,36 @@ pub struct CountsSummary {
     pub approaches: usize,
     /// Approaches with a count.
     pub matched: usize,
+    /// Approaches that have the count of another block of their street.
+    pub spread: usize,
+    /// How far along a street counts were spread, metres.
+    pub spread_m: f64,
     /// What was skipped of the file.
     pub skipped: Vec<(String, Oddity)>,
+}
+
+/// Which hour is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Demand {
+    /// Share of the day's traffic in it.
+    pub hourly_share: f64,
+    /// Share of that in the peak direction of a two-way street.
+    pub directional_split: f64,
+    /// Heading around which the peak direction lies, degrees clockwise from north.
+    pub peak_heading_deg: f64,
+}
+
+/// What the family adds to what is known of a city.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FamilyFacts {
+    /// Its name.
+    pub name: String,
+    /// Which hour is simulated.
+    pub demand: Demand,
+    /// The six features.
+    pub features: Vec<Distribution>,
+    /// Distinct point MDPs.
+    pub point_mdps: usize,
 }
 
 /// What there is to say of a family that was derived from a map.
@@ -132,6 +140,8 @@ pub struct Quality {
     pub approaches: usize,
     /// Distinct point MDPs.
     pub point_mdps: usize,
+    /// Which hour is simulated.
+    pub demand: Demand,
     /// Why the other signals are no intersection.
     pub skipped: Vec<SkipCount>,
     /// What values rest on.
@@ -159,15 +169,13 @@ pub struct Quality {
 /// # Arguments
 ///
 /// * `(inputs, written)` — files that went in, and hashes of those that come out.
-/// * `features` — the six features of the family.
+/// * `counts` — the counts and how far they were spread, metres.
 pub fn quality(
-    name: &str,
+    family: FamilyFacts,
     (inputs, written): (Vec<InputFile>, BTreeMap<String, String>),
     extract: &Extract,
     city: &City,
-    counts: Option<&Counts>,
-    features: Vec<Distribution>,
-    point_mdps: usize,
+    counts: Option<(&Counts, f64)>,
 ) -> Quality {
     let arms = || {
         let intersections = city.found.intersections.iter().zip(&city.traffic);
@@ -176,29 +184,41 @@ pub fn quality(
             .filter(|((arm, _), _)| arm.lanes_in > 0)
     };
     let approaches = arms().count();
-    let share = |feature, source: &dyn Fn(&super::arms::Arm, &ArmTraffic) -> Source| {
+    let share = |feature, source: &dyn Fn(&super::arms::Arm) -> Source| {
         let mut of = BTreeMap::new();
-        for ((arm, traffic), _) in arms() {
-            *of.entry(source(arm, traffic)).or_insert(0_u32) += 1;
+        for ((arm, _), _) in arms() {
+            *of.entry(source(arm)).or_insert(0_u32) += 1;
         }
         let share = |s| f64::from(of.get(&s).copied().unwrap_or(0)) / approaches.max(1) as f64;
         Provenance {
             feature,
             tagged: share(Source::Tagged),
+            spread: 0.0,
             imputed: share(Source::Imputed),
             default: share(Source::Default),
         }
     };
+    let sources = city.inflow_sources();
+    let inflow = Provenance {
+        feature: "inflow",
+        tagged: sources.counted,
+        spread: sources.spread,
+        imputed: sources.imputed,
+        default: sources.default,
+    };
+    let resting = |source| arms().filter(|((_, t), _)| t.source == source).count();
     let marked = |yes| if yes { Source::Tagged } else { Source::Default };
-    let counts = counts.map(|counts| CountsSummary {
+    let counts = counts.map(|(counts, spread_m)| CountsSummary {
         field: counts.field().to_owned(),
         counts: counts.len(),
         approaches,
-        matched: arms().filter(|((_, t), _)| t.source == Source::Tagged).count(),
+        matched: resting(InflowSource::Counted),
+        spread: resting(InflowSource::Spread),
+        spread_m,
         skipped: counts.oddities().iter().map(|(r, o)| (r.to_owned(), o.clone())).collect(),
     });
     Quality {
-        name: name.to_owned(),
+        name: family.name,
         version: env!("CARGO_PKG_VERSION"),
         inputs,
         written,
@@ -207,14 +227,15 @@ pub fn quality(
         signals_used: city.found.intersections.iter().map(|i| i.signals.len()).sum(),
         intersections: city.found.intersections.len(),
         approaches,
-        point_mdps,
+        point_mdps: family.point_mdps,
+        demand: family.demand,
         skipped: skip_counts(city),
         provenance: vec![
-            share("lanes", &|arm, _| arm.lanes_source),
-            share("turn_lanes", &|arm, _| marked(arm.marked)),
-            share("speed", &|arm, _| arm.speed_source),
-            share("length", &|arm, _| marked(!arm.cut && !arm.clamped)),
-            share("inflow", &|_, traffic| traffic.source),
+            share("lanes", &|arm| arm.lanes_source),
+            share("turn_lanes", &|arm| marked(arm.marked)),
+            share("speed", &|arm| arm.speed_source),
+            share("length", &|arm| marked(!arm.cut && !arm.clamped)),
+            inflow,
         ],
         cut_approaches: arms().filter(|((arm, _), _)| arm.cut).count(),
         no_way_across: arms().filter(|(_, turns)| turns.is_none()).count(),
@@ -222,8 +243,8 @@ pub fn quality(
         left_out: city.left_out.clone(),
         listed: city.listed.clone(),
         ignored: extract.oddities.clone(),
-        features,
-        spots: city.found.intersections.iter().zip(&city.traffic).map(spot).collect(),
+        features: family.features,
+        spots: spots(city),
     }
 }
 
@@ -234,28 +255,4 @@ fn skip_counts(city: &City) -> Vec<SkipCount> {
         SkipCount { reason, text: reason.reason(), signals, examples: examples.collect() }
     };
     city.skips().into_iter().map(count).collect()
-}
-
-fn spot((i, traffic): (&Intersection, &Vec<ArmTraffic>)) -> Spot {
-    let approaches = || i.arms.iter().zip(traffic).filter(|(arm, _)| arm.lanes_in > 0);
-    let known: usize = approaches()
-        .map(|(arm, traffic)| {
-            let sources = [arm.lanes_source, arm.speed_source, traffic.source];
-            sources.iter().filter(|s| **s == Source::Tagged).count()
-        })
-        .sum();
-    let distances: Vec<f64> =
-        traffic.iter().filter_map(|t| t.count.as_ref().map(|(_, metres)| *metres)).collect();
-    let mean = distances.iter().sum::<f64>() / distances.len() as f64;
-    Spot {
-        id: i.id.clone(),
-        streets: i.streets().into_iter().map(str::to_owned).collect(),
-        latitude: i.centre.latitude(),
-        longitude: i.centre.longitude(),
-        arms: i.arms.len(),
-        signals: i.signals.len(),
-        known: known as f64 / (3 * approaches().count().max(1)) as f64,
-        list_distance_m: i.list_distance_m,
-        count_distance_m: (!distances.is_empty()).then_some(mean),
-    }
 }

@@ -11,11 +11,14 @@ use super::city::City;
 use super::config::OsmConfig;
 use super::extract::Place;
 use super::listing::ListMatch;
-use super::quality::{Distribution, Quality, Spot};
+use super::quality::{Demand, Distribution, FamilyFacts, Quality};
+use super::spots::Spot;
+use super::traffic::InflowSource;
 use crate::error::FamilyError;
 use crate::family::MdpFamily;
 use crate::family::check::check;
 use crate::family::features::six_features;
+use crate::family::inflow::InflowSources;
 use crate::family::load::LoadedScenario;
 use crate::family::overrides::{Override, readable};
 use crate::family::scenario::{Detail, Scenario, SixFeatures};
@@ -29,6 +32,14 @@ pub const APPROACHES_FILE: &str = "approaches.csv";
 
 /// Name of the table of the rows of a signal list within a city's folder.
 pub const MATCHES_FILE: &str = "signal-list.csv";
+
+/// What a scenario file says of its demand.
+const DEMAND_NOTE: &str = "\
+# Demand is a design hour: hourly_share is the share of the day's traffic in it (1/24 is the mean hour),
+# directional_split the share of a two-way street's hour in its peak direction, which is the one within
+# 90 degrees of peak_heading_deg (45: north- and eastbound). [family.inflows] says what the inflows of
+# approaches.csv rest on, shares of the approaches; pages of results quote it, and it decides nothing.
+";
 
 /// Digits after the point of a share.
 const SHARE_DIGITS: i32 = 4;
@@ -48,6 +59,8 @@ pub struct ScenarioInputs<'a> {
     pub overrides: &'a [Override],
     /// What errors call the settings: a file, or the command line.
     pub source: &'a str,
+    /// What the inflows of the table rest on, once that is known.
+    pub inflows: Option<InflowSources>,
 }
 
 /// Returns the text of a scenario file for a table of approaches beside it.
@@ -57,7 +70,7 @@ pub struct ScenarioInputs<'a> {
 /// [`OsmError::Family`] for a setting that does not exist, is out of range, or is decided by the
 /// command.
 pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
-    let ScenarioInputs { name, extract, detail, config, overrides, source } = *inputs;
+    let ScenarioInputs { name, extract, detail, config, overrides, source, inflows } = *inputs;
     let mut table = Table::new();
     table.insert("name".to_owned(), name.into());
     let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
@@ -66,6 +79,16 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
     family.insert("approaches".to_owned(), APPROACHES_FILE.into());
     let word = Value::try_from(detail).expect("a detail is a word");
     family.insert("detail".to_owned(), word);
+    family.insert("hourly_share".to_owned(), config.traffic.hourly_share.into());
+    if config.traffic.both_directions {
+        let (split, heading) = (config.traffic.directional_split, config.traffic.peak_heading_deg);
+        family.insert("directional_split".to_owned(), split.into());
+        family.insert("peak_heading_deg".to_owned(), heading.into());
+    }
+    if let Some(inflows) = inflows {
+        let shares = Value::try_from(inflows).expect("shares are numbers");
+        family.insert("inflows".to_owned(), shares);
+    }
     table.insert("family".to_owned(), family.into());
     for (key, value) in &config.scenario {
         match (table.get_mut(key), value) {
@@ -108,7 +131,7 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
     let settings = toml::to_string(&table).expect("settings are plain data");
     Ok(format!(
         "# Made from {extract} by `tsc-family build-networks --osm`; what is not here has its \
-         default.\n{settings}"
+         default.\n{DEMAND_NOTE}{settings}"
     ))
 }
 
@@ -169,8 +192,23 @@ pub fn write_matches(folder: &Path, listed: &[ListMatch]) -> Result<(), OsmError
     Ok(write_atomically(&folder.join(MATCHES_FILE), &table)?)
 }
 
+/// Returns what the family of a city adds to what is known of it.
+pub fn family_facts(loaded: &LoadedScenario) -> FamilyFacts {
+    let settings = &loaded.scenario.family;
+    FamilyFacts {
+        name: loaded.scenario.name.clone(),
+        demand: Demand {
+            hourly_share: settings.hourly_share,
+            directional_split: settings.directional_split,
+            peak_heading_deg: settings.peak_heading_deg,
+        },
+        features: distributions(loaded),
+        point_mdps: loaded.family.points.len(),
+    }
+}
+
 /// Returns the six features of the intersections of a scenario, before quantising.
-pub fn distributions(loaded: &LoadedScenario) -> Vec<Distribution> {
+fn distributions(loaded: &LoadedScenario) -> Vec<Distribution> {
     let settings = &loaded.scenario.family;
     let rows: Vec<[f64; 6]> =
         loaded.intersections.iter().map(|i| six_features(i, settings).to_array()).collect();
@@ -241,13 +279,27 @@ fn spot_properties(spot: &Spot) -> JsonObject {
         ("status", "intersection".into()),
         ("id", spot.id.clone().into()),
         ("streets", spot.streets.join(" / ").into()),
-        ("arms", spot.arms.into()),
+        ("arms", spot.arms.len().into()),
         ("signal_nodes", spot.signals.into()),
         ("known_share", known),
+        ("inflow_sources", inflow_sources(spot).into()),
+        ("flags", spot.flags.iter().map(|f| f.words()).collect::<Vec<_>>().join("; ").into()),
         ("list_distance_m", metres(spot.list_distance_m)),
         ("count_distance_m", metres(spot.count_distance_m)),
     ];
     pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// Returns what the inflows of an intersection rest on, in the order of its approaches.
+fn inflow_sources(spot: &Spot) -> String {
+    let sources = spot.arms.iter().filter_map(|a| a.inflow_source);
+    let word = |source: InflowSource| match source {
+        InflowSource::Counted => "counted",
+        InflowSource::Spread => "spread",
+        InflowSource::Imputed => "imputed",
+        InflowSource::Default => "default",
+    };
+    sources.map(word).collect::<Vec<_>>().join(", ")
 }
 
 fn feature(latitude: f64, longitude: f64, properties: JsonObject) -> Feature {

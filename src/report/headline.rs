@@ -1,6 +1,7 @@
 //! The first sentences of a report: who won, by how much, and how sure that is.
 
 use super::data::{MethodSummary, ReportData};
+use super::demand;
 use super::figures::{noun, with_interval};
 use super::format;
 use super::level_of_service::DELAY;
@@ -9,8 +10,14 @@ use crate::store::manifest::Identity;
 /// Evaluation seeds below which an interval is too rough for a verdict.
 const FEW_SEEDS: usize = 5;
 
-/// Returns the headline: the best method and its score.
+/// Returns the headline: the best method and its score, and whether most inflows are defaults.
 pub(super) fn headline(data: &ReportData) -> String {
+    let defaults = demand::on_defaults(&data.manifest.identity.settings);
+    verdict(data) + if defaults { "; most inflows are defaults" } else { "" }
+}
+
+/// Returns the best method and its score.
+fn verdict(data: &ReportData) -> String {
     let reference = data.reference.in_full();
     let others = data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some()).count();
     match data.best() {
@@ -146,13 +153,7 @@ fn limits(identity: &Identity) -> String {
     let (Some(preset), Some(actions)) = (text("/preset"), text("/signal/actions")) else {
         return String::new();
     };
-    let share = identity.settings.pointer("/family/hourly_share").and_then(|share| share.as_f64());
-    let derived = identity.settings.pointer("/family/approaches").is_some();
-    let demand = match share {
-        Some(share) if derived && identity.scenario != "imported" => {
-            format!("; {:.1}% of the day's traffic in the hour", 100.0 * share)
-        }
-        _ => String::new(),
-    };
+    let of_run = demand::of_run(&identity.settings).filter(|_| identity.scenario != "imported");
+    let demand = of_run.map_or_else(String::new, |demand| format!("; {demand}"));
     format!(" Limits of timing: preset {preset}, actions {actions}{demand}.")
 }

@@ -7,6 +7,7 @@ mod context;
 mod csv;
 mod curves;
 pub mod data;
+mod demand;
 mod episodes;
 mod figures;
 mod format;

@@ -2,8 +2,10 @@
 
 mod explain;
 mod figures;
+mod intersections;
 mod list;
 mod map;
+mod sketches;
 mod text;
 
 use std::path::{Path, PathBuf};
@@ -86,6 +88,10 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         counts => q.counts.as_ref().map(counts),
         map => map::map(q, drawing),
         thinned => drawing.thinned,
+        rows => intersections::rows(q),
+        more_rows => intersections::more(q),
+        sketches => sketches::sketches(q, drawing),
+        flagged => q.spots.iter().filter(|s| !s.flags.is_empty()).count(),
         crosses => drawing.skipped.len(),
         ignored => ignored.collect::<Vec<_>>(),
         inputs => inputs.collect::<Vec<_>>(),
@@ -107,7 +113,7 @@ fn provenance(q: &Quality) -> Vec<Value> {
     let row = |p: &Provenance| {
         context! {
             feature => p.feature.replace('_', " "),
-            shares => [p.tagged, p.imputed, p.default].map(percent).to_vec(),
+            shares => [p.tagged, p.spread, p.imputed, p.default].map(percent).to_vec(),
             basis => explain::basis(p.feature),
         }
     };
@@ -148,6 +154,9 @@ fn counts(c: &CountsSummary) -> Value {
         approaches => c.approaches,
         matched => c.matched,
         share => percent(share(c.matched, c.approaches)),
+        spread => c.spread,
+        spread_share => percent(share(c.spread, c.approaches)),
+        spread_m => format::feature(c.spread_m),
         skipped => c.skipped.iter().map(|(reason, o)| oddity(reason, o)).collect::<Vec<_>>(),
     }
 }

@@ -74,8 +74,8 @@ pub enum SampleError {
 ///   Deviation: the paper prints M1's estimate as a plain sum of scores; a mean is meant.
 /// - `without-replacement` (M2) draws one after the other by the importance of those that are
 ///   left; weights are the importance, renormalised over the draws.
-/// - `k-means` (M3) clusters the standardised features with every point MDP weighing the same,
-///   represents each cluster by the point MDP nearest to its centroid and gives it the
+/// - `k-means` (M3) clusters the standardised features, or what else describes the point MDPs
+///   ([`MdpFamily::describing`]), with every point MDP weighing the same, represents each cluster by the point MDP nearest to its centroid and gives it the
 ///   importance of the whole cluster.
 /// - `all` takes every point MDP with its importance.
 ///
@@ -99,7 +99,8 @@ pub fn choose(
         Sampling::WithoutReplacement => random::without_replacement(&importance, budget, seed),
         Sampling::KMeans => {
             let features: Vec<_> = family.points.iter().map(|p| p.features.clone()).collect();
-            kmeans::representatives(&features, &importance, budget, seed)
+            let rows = if family.describing.is_empty() { &features } else { &family.describing };
+            kmeans::representatives(rows, &importance, budget, seed)
         }
     };
     let draws = chosen

@@ -41,6 +41,8 @@ pub struct CountSettings {
     pub match_m: f64,
     /// Greatest angle between the axes of the street and of the counted line, degrees.
     pub match_deg: f64,
+    /// How far along its street a count stands for other blocks too, metres; 0 keeps it where it is.
+    pub spread_m: f64,
     /// Greatest count per lane of the street, vehicles per day; above it a count is taken for
     /// another road, such as a freeway above or beside.
     pub max_veh_per_day_per_lane: f64,
@@ -57,6 +59,7 @@ impl Default for CountSettings {
             match_m: 30.0,
             // A grid of streets has its next axis at 90 degrees, a fork at 45.
             match_deg: 30.0,
+            spread_m: 1000.0,
             // More than twice what a signal with half the green lets through: 1900 veh/h of
             // saturation flow in a peak hour of 9% of the day give 10,500 vehicles per day. In
             // Salt Lake City 6 of 763 joined arms are above it, all on freeways.
@@ -75,6 +78,7 @@ impl CountSettings {
         for (name, value, low, high) in [
             ("match_m", self.match_m, 1.0, 1000.0),
             ("match_deg", self.match_deg, 1.0, 90.0),
+            ("spread_m", self.spread_m, 0.0, 10_000.0),
             ("max_veh_per_day_per_lane", self.max_veh_per_day_per_lane, 1.0, 1e6),
         ] {
             within(value, low, high).map_err(|expected| (name, format!("{value}: {expected}")))?;

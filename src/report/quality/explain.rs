@@ -39,8 +39,9 @@ pub(super) fn basis(feature: &str) -> &'static str {
              before it, or the length is beyond min_length_m or max_length_m."
         }
         "inflow" => {
-            "Known: a traffic count along the street (--aadt). From its class: the mean of \
-             counted streets. Default: traffic.default_aadt_per_lane."
+            "Known: a traffic count along the street (--aadt). Counted on its street: on another \
+             block up to counts.spread_m away. From its class: the mean of counted streets. Default: \
+             traffic.default_aadt_per_lane."
         }
         _ => "",
     }

@@ -15,8 +15,12 @@ const ROW_PX: f64 = 34.0;
 const LABELLED_SHARE: f64 = 0.05;
 
 /// What values rest on, with the position of its colour in [`palette::ORDERED`].
-pub(super) const SOURCES: [(&str, usize); 3] =
-    [("known from the data", 0), ("from its class of street", 3), ("default", 4)];
+pub(super) const SOURCES: [(&str, usize); 4] = [
+    ("known from the data", 0),
+    ("counted on its street", 1),
+    ("from its class of street", 3),
+    ("default", 4),
+];
 
 /// Width and height of a small histogram, pixels: it fits on a phone without scrolling.
 const SMALL_PX: (f64, f64) = (300.0, 214.0);
@@ -55,7 +59,7 @@ pub(super) fn provenance(q: &Quality) -> String {
         y_label: None,
     });
     for (i, (name, color)) in SOURCES.into_iter().enumerate() {
-        let x = left + 210.0 * i as f64;
+        let x = left + 205.0 * i as f64;
         canvas.rect((x, 10.0), (x + 16.0, 26.0), palette::ORDERED[color], Some("#1a1a1a"));
         canvas.text(x + 22.0, 22.5, name, TextStyle::new(Anchor::Start));
     }
@@ -66,7 +70,7 @@ pub(super) fn provenance(q: &Quality) -> String {
         let name = p.feature.replace('_', " ");
         canvas.text(left - 10.0, middle, &name, TextStyle::new(Anchor::End));
         let mut from = 0.0;
-        let shares = [p.tagged, p.imputed, p.default];
+        let shares = [p.tagged, p.spread, p.imputed, p.default];
         for ((_, color), share) in SOURCES.into_iter().zip(shares).filter(|s| s.1 > 0.0) {
             let (a, b) = (frame.x(100.0 * from), frame.x(100.0 * (from + share)));
             let fill = palette::ORDERED[color];
@@ -77,8 +81,11 @@ pub(super) fn provenance(q: &Quality) -> String {
             }
             from += share;
         }
-        let [known, imputed, default] = shares.map(percent);
-        description.push(format!("{name}: {known} known, {imputed} from class, {default} default"));
+        let [known, spread, imputed, default] = shares.map(percent);
+        description.push(format!(
+            "{name}: {known} known, {spread} counted elsewhere on the street, {imputed} from class, \
+             {default} default"
+        ));
     }
     canvas.finish("provenance-figure", "What the values rest on", &description.join("; "))
 }

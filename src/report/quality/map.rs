@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::osm::drawing::{Drawing, DrawnStreet};
-use crate::osm::quality::{Quality, Spot};
+use crate::osm::quality::Quality;
+use crate::osm::spots::Spot;
 use crate::osm::tags::Highway;
 use crate::report::figures::WIDTH;
 use crate::report::map::{KM_PER_DEGREE, scale_bar};
@@ -202,7 +203,7 @@ fn tip(spot: &Spot) -> String {
         true => "streets without a name".to_owned(),
         false => spot.streets.join(" / "),
     };
-    format!("{}: {streets}; {} arms; {} known", spot.id, spot.arms, percent(spot.known))
+    format!("{}: {streets}; {} arms; {} known", spot.id, spot.arms.len(), percent(spot.known))
 }
 
 fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {

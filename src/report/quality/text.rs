@@ -2,6 +2,7 @@
 
 use crate::osm::intersections::Skip;
 use crate::osm::quality::{Provenance, Quality};
+use crate::report::demand;
 use crate::report::format::{self, count};
 
 /// Share of the inflows that are defaults above which results say little about real traffic.
@@ -51,9 +52,19 @@ pub(super) fn sentences(q: &Quality) -> Vec<String> {
     let features = q.provenance.len().max(1) as f64;
     let mean =
         |of: fn(&Provenance) -> f64| percent(q.provenance.iter().map(of).sum::<f64>() / features);
+    let d = q.demand;
     sentences.push(format!(
-        "Of the lanes, turn lanes, speeds, lengths and inflows of {}, {} come from the data, {} \
-         are taken from other streets of the same class and {} are defaults.",
+        "Demand: {}; inflows: {}.",
+        demand::hour(d.hourly_share, d.directional_split, d.peak_heading_deg),
+        demand::sources(inflow_sources(q))
+    ));
+    let spread = match q.provenance.iter().map(|p| p.spread).sum::<f64>() {
+        0.0 => String::new(),
+        sum => format!("{} are counts from elsewhere on the street, ", percent(sum / features)),
+    };
+    sentences.push(format!(
+        "Of the lanes, turn lanes, speeds, lengths and inflows of {}, {} come from the data, \
+         {spread}{} are taken from other streets of the same class and {} are defaults.",
         approaches(q.approaches),
         mean(|p| p.tagged),
         mean(|p| p.imputed),
@@ -71,6 +82,12 @@ pub(super) fn sentences(q: &Quality) -> Vec<String> {
         false => advice(q, p),
     }));
     sentences
+}
+
+/// Returns what inflows rest on: counted, spread, from the class, default.
+fn inflow_sources(q: &Quality) -> [f64; 4] {
+    let inflow = q.provenance.iter().find(|p| p.feature == "inflow");
+    inflow.map_or([0.0; 4], |p| [p.tagged, p.spread, p.imputed, p.default])
 }
 
 fn approaches(n: usize) -> String {
@@ -113,9 +130,10 @@ fn advice(q: &Quality, p: &Provenance) -> String {
             count(c.counts, "count"),
         ),
         ("inflow", Some(_)) => format!(
-            "The weakest feature is inflow: {unknown} of the approaches have no count, of which \
-             those of classes with counts get their mean ({imputed} of all) and the others a \
-             default ({default}); give counts of more streets with --aadt."
+            "The weakest feature is inflow: {unknown} of the approaches have no count of their own, \
+             so {} get one of another block of their street, {imputed} the mean of their class and \
+             {default} a default; give counts of more streets with --aadt.",
+            percent(p.spread)
         ),
         ("speed", _) => format!(
             "The weakest feature is speed: {unknown} of the approaches have no speed limit in the \
@@ -156,7 +174,7 @@ pub(super) fn warnings(q: &Quality) -> Vec<String> {
             percent(p.default)
         ));
     }
-    if let Some(c) = q.counts.as_ref().filter(|c| c.matched == 0) {
+    if let Some(c) = q.counts.as_ref().filter(|c| c.matched + c.spread == 0) {
         warnings.push(format!(
             "None of the {} matches an approach: the file is of another area, or its coordinates \
              are not WGS 84.",
@@ -209,10 +227,10 @@ fn chosen(reason: Skip) -> bool {
 mod tests {
     use super::*;
     use crate::osm::listing::ListMatch;
-    use crate::osm::quality::{CountsSummary, SkipCount};
+    use crate::osm::quality::{CountsSummary, Demand, SkipCount};
 
     fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
-        Provenance { feature, tagged, imputed, default: 1.0 - tagged - imputed }
+        Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
     }
 
     /// Ten signals in eight intersections, everything known but the inflow.
@@ -228,6 +246,7 @@ mod tests {
             intersections: 8,
             approaches: 32,
             point_mdps: 3,
+            demand: Demand { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
             skipped: Vec::new(),
             provenance: vec![
                 rests_on("lanes", 1.0, 0.0),
@@ -247,7 +266,17 @@ mod tests {
 
     fn counts(matched: usize) -> Option<CountsSummary> {
         let field = "AADT2019".to_owned();
-        Some(CountsSummary { field, counts: 70, approaches: 32, matched, skipped: Vec::new() })
+        let skipped = Vec::new();
+        let (spread, spread_m) = (0, 1000.0);
+        Some(CountsSummary {
+            field,
+            counts: 70,
+            approaches: 32,
+            matched,
+            spread,
+            spread_m,
+            skipped,
+        })
     }
 
     fn row(intersection: Option<&str>) -> ListMatch {
@@ -280,6 +309,8 @@ mod tests {
             sentences(&q),
             [
                 "10 of 10 signals in the extract (100%) belong to an intersection of the family.",
+                "Demand: 9.0% of the day\u{2019}s traffic in the hour, 55% of a two-way street\u{2019}s in \
+                 its peak direction (north- and eastbound); inflows: all defaults by class of street.",
                 "Of the lanes, turn lanes, speeds, lengths and inflows of 32 approaches, 67% come \
                  from the data, 0% are taken from other streets of the same class and 33% are \
                  defaults.",
@@ -294,7 +325,7 @@ mod tests {
     fn counts_that_match_nothing_are_of_another_area() {
         let provenance = vec![rests_on("turn_lanes", 0.0, 0.0), rests_on("inflow", 0.0, 0.0)];
         let q = Quality { counts: counts(0), provenance, ..city() };
-        assert!(sentences(&q)[2].contains("none of the 70 counts lies along an approach"));
+        assert!(sentences(&q)[3].contains("none of the 70 counts lies along an approach"));
         assert!(warned(&q, "None of the 70 counts matches an approach"));
     }
 
@@ -302,7 +333,7 @@ mod tests {
     fn few_counts_ask_for_more() {
         let provenance = vec![rests_on("speed", 0.5, 0.5), rests_on("inflow", 0.25, 0.5)];
         let q = Quality { counts: counts(8), provenance, ..city() };
-        assert!(sentences(&q)[2].contains("75% of the approaches have no count"));
+        assert!(sentences(&q)[3].contains("75% of the approaches have no count of their own"));
         assert_eq!(warnings(&q), [""; 0]);
     }
 
@@ -316,14 +347,14 @@ mod tests {
         ] {
             let provenance = vec![rests_on("inflow", 0.5, 0.5), rests_on(feature, 0.04, 0.5)];
             let q = Quality { provenance, cut_approaches: 12, ..city() };
-            assert!(sentences(&q)[2].contains(what), "{}", sentences(&q)[2]);
+            assert!(sentences(&q)[3].contains(what), "{}", sentences(&q)[3]);
         }
     }
 
     #[test]
     fn a_family_that_is_known_needs_no_advice() {
         let q = Quality { provenance: vec![rests_on("inflow", 0.96, 0.04)], ..city() };
-        assert_eq!(sentences(&q)[2], "Every feature is known for at least 95% of the approaches.");
+        assert_eq!(sentences(&q)[3], "Every feature is known for at least 95% of the approaches.");
         assert_eq!(warnings(&q), [""; 0]);
     }
 
