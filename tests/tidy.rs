@@ -34,7 +34,7 @@ const ARROWS: [(&str, &[&str]); 23] = [
         "eval",
         &["env", "control", "sample", "store", "seed", "sim", "network", "family", "exit", "nn"],
     ),
-    ("report", &["store", "stats", "sample", "seed", "osm"]),
+    ("report", &["store", "stats", "sample", "seed", "osm", "env", "family", "timing"]),
     ("error", &["control", "env", "sample"]),
     ("exit", &["control", "osm", "report"]),
     (

@@ -8,6 +8,7 @@ mod list;
 mod monitor;
 mod osm;
 mod output;
+mod places;
 mod report;
 mod routes;
 mod run;

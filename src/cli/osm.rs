@@ -26,6 +26,7 @@ use crate::osm::extract::Extract;
 use crate::osm::intersections::Skip;
 use crate::osm::quality::{InputFile, Quality, quality};
 use crate::osm::signals::SignalList;
+use crate::osm::surroundings::write_streets;
 use crate::osm::write::{
     APPROACHES_FILE, SCENARIO_FILE, ScenarioInputs, family_facts, scenario_text, write_family,
     write_geojson, write_matches,
@@ -243,7 +244,9 @@ fn write(
     if !city.listed.is_empty() {
         write_matches(out, &city.listed)?;
     }
-    let page = write_quality(out, &quality, &Drawing::new(&input.extract, city))?;
+    let drawing = Drawing::new(&input.extract, city);
+    write_streets(out, &drawing)?;
+    let page = write_quality(out, &quality, &drawing)?;
     Ok((quality, page))
 }
 

@@ -37,6 +37,12 @@ pub(super) fn print(
         for text in text::notes(data) {
             note(text);
         }
+        if let Some(reason) = paths.plans_missing {
+            note(format!(
+                "no plans/*.winner.sumocfg of some point MDPs: {reason}; report from the folder that the \
+                 run was started in, with its networks"
+            ));
+        }
         note(format!("report: {}", paths.html.display()));
     }
     Ok(())

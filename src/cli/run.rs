@@ -93,6 +93,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         Holder { pid: std::process::id(), version: env!("CARGO_PKG_VERSION").to_owned(), started };
     let _lock = RunLock::take(&layout, &holder)?;
     let manifest = establish(&layout, manifest, &tasks)?;
+    super::places::write(&layout, &request, &draft, &args.scenario.scenario)?;
     clean(&layout, args.retry_failed)?;
     work(args, &request, &draft, &layout, &manifest, &networks, jobs)
 }

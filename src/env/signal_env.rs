@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::control::{Drive, GreenPhase, Observation, SignalSpec};
 use crate::error::SimError;
 use crate::family::scenario::{SignalSettings, SimulationSettings};
-use crate::sim::{Scene, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
+use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
 use crate::units::SECONDS_PER_HOUR;
 
 use super::cabinet::Cabinet;
@@ -26,6 +26,17 @@ pub struct Step {
     pub truncated: bool,
 }
 
+/// A program that runs on a signal without a controller's decisions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Running {
+    /// SUMO's id of the signal.
+    pub signal: String,
+    /// Whether it is the network's own, untouched.
+    pub own: bool,
+    /// The program.
+    pub program: Program,
+}
+
 /// The signals of a world as a decision process.
 #[derive(Debug)]
 pub struct SignalEnv<S> {
@@ -39,6 +50,8 @@ pub struct SignalEnv<S> {
     specs: Vec<SignalSpec>,
     /// Of the signals that a controller decides.
     cabinets: Vec<Option<Cabinet>>,
+    /// What the others run.
+    programs: Vec<Option<Running>>,
     observer: Observer,
     snapshot: Snapshot,
     observations: Vec<Observation>,
@@ -71,6 +84,7 @@ impl<S: Sim> SignalEnv<S> {
             signals: Vec::new(),
             specs: Vec::new(),
             cabinets: Vec::new(),
+            programs: Vec::new(),
             observer: Observer::default(),
             snapshot: Snapshot::default(),
             observations: Vec::new(),
@@ -123,6 +137,7 @@ impl<S: Sim> SignalEnv<S> {
             f64::from(self.signal_settings.delta_time_s),
         );
         self.cabinets = vec![None; self.signals.len()];
+        self.programs = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
@@ -191,17 +206,26 @@ impl<S: Sim> SignalEnv<S> {
                 Some(cabinet) => Some(cabinet.program().clone()),
                 None => program(signal, drive)?,
             };
-            match installed {
+            match &installed {
                 Some(installed) => {
-                    self.sim.install(i, &installed)?;
-                    if let Some((phase, left_s)) = aligned(&installed, self.time_s) {
+                    self.sim.install(i, installed)?;
+                    if let Some((phase, left_s)) = aligned(installed, self.time_s) {
                         self.sim.enter(i, phase, left_s)?;
                     }
                 }
                 None => self.sim.select(i, &self.scene.signals[i].active_program)?,
             }
+            if self.cabinets[i].is_none() {
+                self.programs[i] = running(&self.scene.signals[i], installed);
+            }
         }
         self.observe()
+    }
+
+    /// Returns the programs that all signals run since [`Self::drive`], in their order; `None` where a
+    /// controller decides one of them, whose behaviour is then no program.
+    pub fn programs(&self) -> Option<Vec<Running>> {
+        self.programs.iter().cloned().collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
     }
 
     /// Asks for one green phase per signal for the next interval, and lets it go by: a signal that
@@ -290,5 +314,16 @@ impl<S: Sim> SignalEnv<S> {
                 .map(|s| s.lanes.iter().map(flow).collect())
                 .collect(),
         })
+    }
+}
+
+/// Returns what a signal runs: what was installed, or its own program.
+fn running(signal: &SignalInfo, installed: Option<Program>) -> Option<Running> {
+    let own = || signal.programs.iter().find(|p| p.id == signal.active_program).cloned();
+    let id = signal.id.clone();
+    let made = |program, own| Running { signal: id, own, program };
+    match installed {
+        Some(program) => Some(made(program, false)),
+        None => own().map(|program| made(program, true)),
     }
 }

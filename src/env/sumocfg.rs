@@ -83,7 +83,11 @@ impl SumoConfig {
 }
 
 /// Returns the options of a configuration with their values, in order.
-fn options(text: &str) -> Result<Vec<(String, String)>, String> {
+///
+/// # Errors
+///
+/// What is wrong with the text.
+pub fn options(text: &str) -> Result<Vec<(String, String)>, String> {
     let mut options = Vec::new();
     let (mut option, mut between) = (String::new(), String::new());
     let mut reader = Reader::from_str(text);

@@ -5,11 +5,13 @@ use std::time::Instant;
 use crate::control::{ControlError, Controller, EpisodeOutcome, Trainer};
 use crate::env::SignalEnv;
 use crate::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
+use crate::env::signal_env::Running;
 use crate::error::{EvalError, FileError, SimError};
 use crate::nn::archive::Archive;
 use crate::seed;
-use crate::sim::Sim;
+use crate::sim::{self, Sim};
 use crate::store::manifest::Task;
+use crate::store::program::{ProgramKind, ProgramPhase, SignalProgram};
 use crate::store::record::{Metrics, Row, RowKind, Wall, mean_metrics};
 
 use super::checkpoint::Keeper;
@@ -94,6 +96,11 @@ impl<'a, S: Sim> Lab<'a, S> {
     ) -> Result<Option<f64>, EvalError> {
         let rows = held_out(&mut self.env, controller, seeds, &mut |_| {})?;
         Ok(mean_metrics(&rows).get("delay_s").copied())
+    }
+
+    /// Returns the programs that the signals ran in the last episode; none where a controller decides.
+    pub(super) fn programs(&self) -> Vec<SignalProgram> {
+        self.env.programs().unwrap_or_default().into_iter().map(kept).collect()
     }
 
     /// Returns the time that the task has taken so far.
@@ -222,6 +229,25 @@ fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
         ("collisions", f64::from(metrics.counts.collisions)),
     ];
     Ok(named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+}
+
+/// Returns a program as records keep it.
+fn kept(running: Running) -> SignalProgram {
+    let kind = match running.program.kind {
+        sim::ProgramKind::Static => ProgramKind::Static,
+        sim::ProgramKind::Actuated => ProgramKind::Actuated,
+        sim::ProgramKind::Other => ProgramKind::Other,
+    };
+    let phase = |p: sim::ProgramPhase| {
+        let varies =
+            kind != ProgramKind::Static && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
+        // JSON has no infinities.
+        let bound = |s: f64| Some(s).filter(|s| varies && s.is_finite());
+        let (min_s, max_s) = (bound(p.min_s), bound(p.max_s));
+        ProgramPhase { state: p.state, duration_s: p.duration_s, min_s, max_s }
+    };
+    let phases = running.program.phases.into_iter().map(phase).collect();
+    SignalProgram { signal: running.signal, own: running.own, kind, phases }
 }
 
 #[cfg(test)]

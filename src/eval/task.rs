@@ -132,8 +132,9 @@ fn study<S: Sim>(
     // Not before an episode has begun: a training that was killed when it was over is restored then.
     let model = controller.model();
     let training = if model.is_some() { resco(&lab.rows) } else { Metrics::new() };
-    let (rows, details, wall) = (std::mem::take(&mut lab.rows), controller.details(), lab.wall());
-    Ok((TaskResult { rows, training, details, wall }, model))
+    let (programs, rows) = (lab.programs(), std::mem::take(&mut lab.rows));
+    let (details, wall) = (controller.details(), lab.wall());
+    Ok((TaskResult { rows, training, details, programs, wall }, model))
 }
 
 /// Returns what RESCO reports of a learner: the delay in its best training episode, and beside it the

@@ -27,6 +27,7 @@ pub mod sketch;
 pub mod spots;
 pub mod spread;
 pub mod streets;
+pub mod surroundings;
 mod table;
 pub mod tags;
 pub mod traffic;

@@ -13,6 +13,7 @@ use super::extract::Place;
 use super::listing::ListMatch;
 use super::quality::{Demand, Distribution, FamilyFacts, Quality};
 use super::spots::Spot;
+use super::surroundings::INTERSECTIONS_FILE;
 use super::traffic::InflowSource;
 use crate::error::FamilyError;
 use crate::family::MdpFamily;
@@ -269,7 +270,7 @@ pub fn write_geojson(
     let features = rows.chain(skipped).collect();
     let collection = FeatureCollection { bbox: None, features, foreign_members: None };
     let text = serde_json::to_vec(&collection).expect("features are plain data");
-    Ok(write_atomically(&folder.join("intersections.geojson"), &text)?)
+    Ok(write_atomically(&folder.join(INTERSECTIONS_FILE), &text)?)
 }
 
 fn spot_properties(spot: &Spot) -> JsonObject {

@@ -8,16 +8,19 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::ReportError;
 use super::episodes::{Episode, EpisodeSummary, episodes};
+use super::plans::{TaskPlan, plans};
 use super::points::{PointResult, PointSummary, summarise_points};
 use super::ranking::{Common, Estimate, common, rank};
 use super::reference::Reference;
 use super::summaries::{Overloaded, Summaries, overloaded, summarise};
 use super::training::{Training, trained, trainings};
+use super::winners::{Winner, winners};
 use crate::sample::Sampling;
 use crate::seed::derive;
 use crate::stats::score::weighted_mean;
 use crate::stats::{Bootstrap, Design};
 use crate::store::manifest::Manifest;
+use crate::store::places::Places;
 use crate::store::record::{Metrics, Outcome};
 use crate::store::results::Results;
 use rand::SeedableRng;
@@ -48,6 +51,12 @@ pub struct ReportData {
     pub trained: BTreeSet<String>,
     /// The part of the family that the baseline leaves at level of service F.
     pub overloaded: Option<Overloaded>,
+    /// The best method of every point MDP, in the order of [`Self::points`].
+    pub winners: Vec<Option<Winner>>,
+    /// What every finished task ran, in the order of the plan.
+    pub plans: Vec<TaskPlan>,
+    /// Where the intersections are.
+    pub places: Places,
 }
 
 /// What summaries are made from.
@@ -167,7 +176,13 @@ impl ReportData {
         let baseline = Reference::baseline(&manifest.identity).index;
         let overloaded = baseline.and_then(|baseline| overloaded(&points, baseline));
         let trained = trained(results);
+        let winners = winners(&points, &manifest.identity);
+        let plans = plans(results, &rows);
+        let places = results.places.clone();
         Self {
+            winners,
+            plans,
+            places,
             methods,
             lead,
             common,

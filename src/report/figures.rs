@@ -10,7 +10,7 @@ use crate::stats::Histogram;
 pub(super) const WIDTH: f64 = 900.0;
 
 /// Largest score on the axis of the overall performance; more is drawn as an arrow at the edge.
-const OVERALL_LIMIT: f64 = 2.5;
+pub(super) const OVERALL_LIMIT: f64 = 2.5;
 
 /// Height of the row of a method, pixels.
 const ROW_PX: f64 = 34.0;
@@ -29,6 +29,9 @@ const MIN_BAR_PX: f64 = 1.5;
 
 /// Smallest share of a bar that has room for its label.
 const LABELLED_SHARE: f64 = 0.075;
+
+/// Smallest width of a bar that has room for its letter, pixels.
+const LETTER_PX: f64 = 11.0;
 
 /// A figure: its file name without extension, and the SVG.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -103,7 +106,7 @@ pub(super) fn overall(data: &ReportData) -> Option<Figure> {
 }
 
 /// Draws an estimate with its interval; what lies beyond the limit becomes an arrow at the edge.
-fn mark(
+pub(super) fn mark(
     canvas: &mut Canvas,
     frame: &Frame,
     (value, interval): (f64, Option<(f64, f64)>),
@@ -238,7 +241,7 @@ fn overall_mark(
     canvas.text(x + side * 5.0, top + 11.0, &label, TextStyle::new(anchor).bold());
 }
 
-fn reference_line(
+pub(super) fn reference_line(
     canvas: &mut Canvas,
     data: &ReportData,
     frame: &Frame,
@@ -276,7 +279,9 @@ pub(super) fn levels(data: &ReportData) -> Option<Figure> {
     for (l, letter) in LEVELS.iter().enumerate() {
         let x = 12.0 + slot * l as f64;
         canvas.rect((x, 10.0), (x + 16.0, 26.0), palette::ORDERED[l], Some("#1a1a1a"));
-        let label = format!("{letter}: {}", range(l));
+        let style = TextStyle::new(Anchor::Middle).color(palette::ink_on(l));
+        canvas.text(x + 8.0, 22.5, &letter.to_string(), style);
+        let label = range(l);
         canvas.text(x + 22.0, 22.5, &label, TextStyle::new(Anchor::Start));
     }
     for (i, m) in methods.iter().enumerate() {
@@ -288,10 +293,12 @@ pub(super) fn levels(data: &ReportData) -> Option<Figure> {
             let (a, b) = (frame.x(100.0 * from), frame.x(100.0 * (from + share)));
             let corners = ((a, y + 4.0), (b, y + ROW_PX - 4.0));
             canvas.rect(corners.0, corners.1, palette::ORDERED[l], Some("#1a1a1a"));
+            let style = TextStyle::new(Anchor::Middle).color(palette::ink_on(l));
             if share >= LABELLED_SHARE {
-                let style = TextStyle::new(Anchor::Middle).color(palette::ink_on(l));
                 let label = format!("{} {}", LEVELS[l], format::percent(share));
                 canvas.text((a + b) / 2.0, middle, &label, style);
+            } else if b - a >= LETTER_PX {
+                canvas.text((a + b) / 2.0, middle, &LEVELS[l].to_string(), style);
             }
             from += share;
         }

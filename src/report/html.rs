@@ -8,13 +8,16 @@ use super::episodes::{EpisodeSummary, GRIDLOCK_EXCESS, GRIDLOCK_SHARE};
 use super::figures::{Figure, label, level_shares};
 use super::headline::{headline, sentences};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
+use super::names::streets;
 use super::page::render;
+use super::plan_values::plan_values;
 use super::reference::baseline_in_full;
 use super::summaries::Estimated;
 use super::training::LearnerSummary;
-use super::{format, further, text};
+use super::{format, further, narrow, text};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
+use crate::store::places::Place;
 
 const TEMPLATE: &str = include_str!("templates/index.html");
 const STYLE: &str = include_str!("templates/style.css");
@@ -65,6 +68,10 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         gridlock_share => format::percent(GRIDLOCK_SHARE),
         once => text::trained_once(data).join(", "),
         overall => figure("overall"),
+        narrow => narrow::overall(data),
+        plans => plan_values(data),
+        placed => !data.places.intersections.is_empty(),
+        any_failed => data.failed().count() > 0,
         learning => figure("learning"),
         training => training(data),
         distribution => figure("distribution"),
@@ -117,7 +124,8 @@ fn method(data: &ReportData, m: &MethodSummary) -> Value {
         waiting => metric("waiting_s"),
         queue => metric("queue_veh"),
         unfinished => metric("unfinished_veh"),
-        worst_point => worst.map_or_else(dash, |w| w.0.clone()),
+        worst_point => worst.map_or_else(dash, |w| data.title_of(&w.0)),
+        worst_id => worst.map(|w| &w.0).filter(|id| data.title_of(id) != **id),
         worst_score => worst.map(|w| format::score(w.1)),
         points => m.points,
         failed => m.failed,
@@ -238,11 +246,12 @@ fn worst(data: &ReportData) -> Vec<Value> {
                 result.map_or_else(dash, |r| format::delay(r.objective))
             };
             context! {
-                point => p.row.point.as_str(),
-                instances => p.row.instances,
-                importance => format!("{:.2}%", 100.0 * p.row.importance),
+                point => data.title_of(&p.row.point),
+                id => Some(&p.row.point).filter(|id| data.title_of(id) != **id),
+                weight => format!("{:.2}%", 100.0 * p.weight),
+                instances => instances(data, &p.row),
                 features => features(data, &p.row),
-                places => places(&p.row),
+                places => places(data, &p.row),
                 level => letter(r.objective).to_string(),
                 delays => data.methods.iter().map(delay).collect::<Vec<_>>(),
             }
@@ -265,11 +274,28 @@ fn features(data: &ReportData, row: &PointRow) -> String {
     columns.iter().zip(&row.features).map(text).collect::<Vec<_>>().join(", ")
 }
 
-fn places(row: &PointRow) -> Vec<String> {
-    let mut texts: Vec<_> =
-        row.places.iter().take(PLACES).map(|[lat, lon]| format!("{lat:.5}, {lon:.5}")).collect();
-    if row.places.len() > PLACES {
-        texts.push(format!("and {} more", row.places.len() - PLACES));
+/// Returns how many intersections a point MDP has, and how many it stands for where these are more.
+fn instances(data: &ReportData, row: &PointRow) -> String {
+    let stands = |place: &&Place| place.stands.as_ref() == Some(&row.point);
+    let all = data.places.intersections.iter().filter(stands).count();
+    let own = format::count(row.instances as usize, "intersection");
+    match all > row.instances as usize {
+        true => format!("for {all} intersections, {} its own", row.instances),
+        false => own,
+    }
+}
+
+/// Returns where a point MDP is: streets, or coordinates where there are no names.
+fn places(data: &ReportData, row: &PointRow) -> Vec<String> {
+    let places: Vec<&Place> = data.places_of(&row.point).collect();
+    // A single intersection is called by its streets already.
+    let name = |place: &&Place| match streets(place).filter(|_| places.len() > 1) {
+        Some(streets) => streets,
+        None => format!("{:.5}, {:.5}", place.latitude, place.longitude),
+    };
+    let mut texts: Vec<_> = places.iter().take(PLACES).map(name).collect();
+    if places.len() > PLACES {
+        texts.push(format!("and {} more", places.len() - PLACES));
     }
     texts
 }
@@ -277,7 +303,7 @@ fn places(row: &PointRow) -> Vec<String> {
 fn failure(data: &ReportData, row: &ScoreRow) -> Value {
     context! {
         method => row.method.as_str(),
-        point => data.points[row.point].row.point.as_str(),
+        point => data.called(&data.points[row.point].row.point),
         replicate => row.replicate,
         reason => row.reason.clone().unwrap_or_else(|| "no reason was recorded".to_owned()),
     }

@@ -1,32 +1,53 @@
-//! A map of the real instances of the point MDPs, coloured by what the best method achieves there.
+//! A map of the intersections of the family, coloured by what the best method achieves there, with the
+//! streets where a map of them is known.
 //!
 //! The projection is equirectangular with the longitudes scaled by the cosine of the mean latitude,
 //! which is exact to less than 1% across a city.
 
+mod legend;
+mod view;
+
 use super::data::{MethodSummary, ReportData};
 use super::figures::{Figure, WIDTH};
+use super::intersections::{Basis, basis};
 use super::level_of_service::{DELAY, LEVELS, level, range};
+use super::names::streets;
 use super::svg::{Anchor, Canvas, INK, MUTED, TextStyle, nice_step};
 use super::{format, palette};
+use crate::store::places::Place;
+use view::{MARGIN_PX, View};
 
 /// Length of a degree of latitude, kilometres (mean radius of the Earth 6371 km).
 pub(super) const KM_PER_DEGREE: f64 = 111.195;
 
-/// Largest and smallest height of the map itself, pixels.
-const HEIGHT_PX: (f64, f64) = (240.0, 760.0);
+/// Smallest and largest radius of an intersection, pixels.
+const RADIUS_PX: (f64, f64) = (6.0, 8.5);
 
-/// Space around the map, pixels: for the legend above and the scale bar below.
-const MARGIN_PX: (f64, f64, f64) = (24.0, 56.0, 44.0);
+/// Radius relative to the distance that intersections would have if they were spread evenly.
+const RADIUS: f64 = 0.125;
+
+/// Width of the ring of what was not simulated, relative to its radius.
+const RING: f64 = 0.4;
+
+/// Radius of what was not simulated, relative to that of what was.
+const SMALLER: f64 = 0.82;
+
+/// Height of a letter relative to the radius of its dot.
+const LETTER: f64 = 1.4;
+
+/// Colour and width of streets by rank, minor ones first, pixels.
+const STREETS: [(&str, f64); 4] =
+    [("#dedede", 0.8), ("#d2d2d2", 1.1), ("#c2c2c2", 1.6), ("#b0b0b0", 2.4)];
 
 /// Limits of the colours when the objective is no delay: scores.
 const SCORE_LIMITS: [f64; 5] = [0.4, 0.6, 0.8, 1.0, 1.5];
 
-/// A real instance of a point MDP.
-struct Place {
-    latitude: f64,
-    longitude: f64,
+/// An intersection on the map.
+struct Dot {
+    at: (f64, f64),
     /// Position in [`palette::ORDERED`]; `None` without a result.
     class: Option<usize>,
+    basis: Basis,
     /// What the pointer shows.
     tip: String,
 }
@@ -34,70 +55,120 @@ struct Place {
 /// Draws the map; `None` when no place is known or no method has an estimate.
 pub(super) fn places(data: &ReportData) -> Option<Figure> {
     let best = data.best()?;
-    let places = known_places(data, best);
-    if places.is_empty() {
-        return None;
-    }
-    let (south, north) = bounds(places.iter().map(|p| p.latitude));
-    let (west, east) = bounds(places.iter().map(|p| p.longitude));
-    let km_x = KM_PER_DEGREE * ((south + north) / 2.0).to_radians().cos();
-    // A single place still gets a neighbourhood of a kilometre.
-    let (wide, high) =
-        (((east - west) * km_x).max(1.0), ((north - south) * KM_PER_DEGREE).max(1.0));
+    let places = &data.places.intersections;
+    let view = View::new(places.iter().map(|p| (p.latitude, p.longitude)))?;
+    let mut dots: Vec<Dot> = places.iter().map(|p| dot(data, best, p, &view)).collect();
     let (side, top, below) = MARGIN_PX;
-    let pixels = ((WIDTH - 2.0 * side) / wide).min(HEIGHT_PX.1 / high);
-    let map_height = (high * pixels).max(HEIGHT_PX.0);
-    let (mid_lat, mid_lon) = ((south + north) / 2.0, (west + east) / 2.0);
-    let mut canvas = Canvas::new(WIDTH, top + map_height + below);
-    canvas.rect((1.0, top - 14.0), (WIDTH - 1.0, top + map_height + 14.0), "#fafafa", Some(MUTED));
-    // The worst are drawn last, so that they are not hidden.
-    let mut order: Vec<_> = places.iter().collect();
-    order.sort_by_key(|p| p.class.map_or(0, |class| class + 1));
-    for p in order {
-        let x = WIDTH / 2.0 + (p.longitude - mid_lon) * km_x * pixels;
-        let y = top + map_height / 2.0 - (p.latitude - mid_lat) * KM_PER_DEGREE * pixels;
-        let fill = p.class.map_or(palette::UNKNOWN, |c| palette::ORDERED[c]);
-        canvas.circle((x, y), 5.0, fill, Some(&p.tip));
+    let bottom = top + view.height;
+    let mut canvas = Canvas::new(WIDTH, bottom + below);
+    canvas.rect((side, top), (WIDTH - side, bottom), "#fafafa", None);
+    for layer in &data.places.streets {
+        let (color, width) = STREETS[layer.rank.min(STREETS.len() - 1)];
+        let d = view.path(&layer.lines);
+        if !d.is_empty() {
+            canvas.path(d, color, width, None);
+        }
     }
-    legend(&mut canvas, data, places.iter().any(|p| p.class.is_none()));
-    scale_bar(&mut canvas, pixels, (side, top + map_height + 32.0), "north is up");
+    // Streets that leave the map are covered by its margins.
+    for (a, b) in [
+        ((0.0, 0.0), (WIDTH, top)),
+        ((0.0, bottom), (WIDTH, bottom + below)),
+        ((0.0, top), (side, bottom)),
+        ((WIDTH - side, top), (WIDTH, bottom)),
+    ] {
+        canvas.rect(a, b, "#ffffff", None);
+    }
+    let (left, right) = (side, WIDTH - side);
+    let frame = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+    canvas.polyline(frame, MUTED, 1.0, None);
+    // The worst are drawn last, so that they are not hidden.
+    dots.sort_by_key(|d| d.class.map_or(0, |class| class + 1));
+    let even = (WIDTH * view.height / dots.len() as f64).sqrt();
+    let radius = (RADIUS * even).clamp(RADIUS_PX.0, RADIUS_PX.1);
+    for dot in &dots {
+        let letter = dot.class.and_then(|class| letter(data, class));
+        draw(&mut canvas, dot.at, radius, (dot.class, dot.basis), letter, Some(&dot.tip));
+    }
+    legend::draw_legend(&mut canvas, data, &dots);
+    let note = match data.places.streets.is_empty() {
+        true => "north is up",
+        false => "north is up; streets \u{a9} OpenStreetMap contributors, ODbL 1.0",
+    };
+    scale_bar(&mut canvas, view.pixels_per_km, (side + 8.0, bottom + 18.0), note);
     let counts: Vec<String> = (0..LEVELS.len())
-        .map(|c| (c, places.iter().filter(|p| p.class == Some(c)).count()))
+        .map(|c| (c, dots.iter().filter(|d| d.class == Some(c)).count()))
         .filter(|(_, n)| *n > 0)
         .map(|(c, n)| format!("{}: {n}", class_name(data, c)))
         .collect();
-    let title = format!("Map of {} under {}", format::count(places.len(), "place"), best.method);
+    let title =
+        format!("Map of {} under {}", format::count(dots.len(), "intersection"), best.method);
     Some(Figure { name: "map", svg: canvas.finish("map", &title, &counts.join("; ")) })
 }
 
-fn known_places(data: &ReportData, best: &MethodSummary) -> Vec<Place> {
+fn dot(data: &ReportData, best: &MethodSummary, place: &Place, view: &View) -> Dot {
     let objective = &data.manifest.identity.objective;
-    let mut places = Vec::new();
-    for point in &data.points {
-        let result = point.results[best.index].as_ref();
-        let class = result.and_then(|r| classify(data, r.objective, r.score));
-        let tip = match result {
-            Some(r) => format!(
-                "{}: {objective} {}, score {}",
-                point.row.point,
-                format::delay(r.objective),
-                r.score.map_or_else(|| "-".to_owned(), format::score)
-            ),
-            None => format!("{}: no result", point.row.point),
-        };
-        let known = point.row.places.iter().filter(|p| p.iter().all(|degrees| degrees.is_finite()));
-        places.extend(known.map(|[latitude, longitude]| Place {
-            latitude: *latitude,
-            longitude: *longitude,
-            class,
-            tip: tip.clone(),
-        }));
+    let (basis, point) = basis(data, place);
+    let point = point.map(|p| &data.points[p]);
+    let result = point.and_then(|p| p.results[best.index].as_ref());
+    let name = match (streets(place), place.id.as_str()) {
+        (Some(streets), id) => format!("{streets} ({id})"),
+        (None, "") => place.point.clone(),
+        (None, id) => format!("{id} ({})", place.point),
+    };
+    let of = match (basis, point) {
+        (Basis::Represented, Some(p)) => format!(" (of {}, which stands for it)", p.row.point),
+        (Basis::PointMdp, Some(p)) if place.point != name => format!(" (of {})", p.row.point),
+        _ => String::new(),
+    };
+    let tip = match result {
+        Some(r) => format!(
+            "{name}: {objective} {}{}, score {}{of}",
+            format::delay(r.objective),
+            class_letter(data, r.objective),
+            r.score.map_or_else(|| "-".to_owned(), format::score)
+        ),
+        None => format!("{name}: no result"),
+    };
+    Dot {
+        at: view.place(place.latitude, place.longitude),
+        class: result.and_then(|r| classify(data, r.objective, r.score)),
+        basis,
+        tip,
     }
-    places
 }
 
-fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+fn class_letter(data: &ReportData, objective: f64) -> String {
+    match data.manifest.identity.objective == DELAY {
+        true => format!(" (level {})", LEVELS[level(objective)]),
+        false => String::new(),
+    }
+}
+
+/// Draws an intersection: filled where it or its point MDP was simulated, else a ring.
+fn draw(
+    canvas: &mut Canvas,
+    at: (f64, f64),
+    radius: f64,
+    (class, basis): (Option<usize>, Basis),
+    letter: Option<char>,
+    tip: Option<&str>,
+) {
+    let hollow = matches!(basis, Basis::Represented | Basis::None);
+    let radius = if hollow { SMALLER * radius } else { radius };
+    let color = class.map_or(palette::UNKNOWN, |c| palette::ORDERED[c]);
+    canvas.circle(at, radius, if hollow { "#ffffff" } else { color }, tip);
+    if hollow {
+        let (width, r) = (RING * radius, radius * (1.0 - RING / 2.0) - 0.3);
+        let (west, arc) = (at.0 - r, format!("a{r:.2} {r:.2} 0 1 0"));
+        let d = format!("M{west:.1} {:.1}{arc} {:.2} 0{arc} {:.2} 0", at.1, 2.0 * r, -2.0 * r);
+        canvas.path(d, color, width, tip);
+    }
+    if let (Some(letter), Some(class)) = (letter, class) {
+        let ink = if hollow { INK } else { palette::ink_on(class) };
+        let size = (LETTER * radius).round();
+        let style = TextStyle::new(Anchor::Middle).bold().color(ink).sized(size as u32);
+        canvas.text(at.0, at.1 + 0.36 * size, &letter.to_string(), style);
+    }
 }
 
 fn classify(data: &ReportData, objective: f64, score: Option<f64>) -> Option<usize> {
@@ -105,6 +176,11 @@ fn classify(data: &ReportData, objective: f64, score: Option<f64>) -> Option<usi
         true => Some(level(objective)),
         false => score.map(|s| SCORE_LIMITS.iter().filter(|l| s > **l).count()),
     }
+}
+
+/// Returns the letter of a class, if classes have one.
+fn letter(data: &ReportData, class: usize) -> Option<char> {
+    (data.manifest.identity.objective == DELAY).then(|| LEVELS[class])
 }
 
 fn class_name(data: &ReportData, class: usize) -> String {
@@ -115,23 +191,6 @@ fn class_name(data: &ReportData, class: usize) -> String {
         0 => format!("score to {}", SCORE_LIMITS[0]),
         c if c < SCORE_LIMITS.len() => format!("to {}", SCORE_LIMITS[c]),
         _ => format!("over {}", SCORE_LIMITS[SCORE_LIMITS.len() - 1]),
-    }
-}
-
-fn legend(canvas: &mut Canvas, data: &ReportData, unknown: bool) {
-    let mut entries: Vec<(&str, String)> = palette::ORDERED
-        .into_iter()
-        .enumerate()
-        .map(|(class, color)| (color, class_name(data, class)))
-        .collect();
-    if unknown {
-        entries.push((palette::UNKNOWN, "no result".to_owned()));
-    }
-    let slot = (WIDTH - 24.0) / entries.len() as f64;
-    for (i, (color, label)) in entries.iter().enumerate() {
-        let x = 12.0 + slot * i as f64;
-        canvas.circle((x + 6.0, 18.0), 6.0, color, None);
-        canvas.text(x + 17.0, 22.5, label, TextStyle::new(Anchor::Start));
     }
 }
 

@@ -14,11 +14,16 @@ mod format;
 mod further;
 mod headline;
 mod html;
+mod intersections;
 mod json;
 pub mod level_of_service;
 mod map;
+mod names;
+mod narrow;
 mod page;
 mod palette;
+mod plan_values;
+pub mod plans;
 mod points;
 pub mod quality;
 mod ranking;
@@ -28,6 +33,7 @@ mod summaries;
 mod svg;
 pub mod text;
 mod training;
+mod winners;
 mod write;
 
 use std::path::PathBuf;
@@ -35,11 +41,13 @@ use std::path::PathBuf;
 pub use data::{MethodSummary, ReportData};
 pub use episodes::{Episode, EpisodeSummary};
 pub use json::JsonRow;
+pub use plans::TaskPlan;
 pub use points::{PointResult, PointSummary};
 pub use ranking::Common;
 pub use reference::{Reference, check_name};
 pub use summaries::{Estimated, Overloaded, Summaries};
 pub use training::{LearnerSummary, Training};
+pub use winners::Winner;
 pub use write::{write, write_data};
 
 use crate::error::{FileError, StoreError};
@@ -95,6 +103,14 @@ pub struct ReportPaths {
     pub episodes: PathBuf,
     /// `DIR/report/training.csv`; there when a method learned.
     pub training: Option<PathBuf>,
+    /// `DIR/report/intersections.csv`; there when coordinates are known.
+    pub intersections: Option<PathBuf>,
+    /// `DIR/report/results.geojson`; there when coordinates are known.
+    pub geojson: Option<PathBuf>,
+    /// `DIR/report/plans.csv`.
+    pub plans: PathBuf,
+    /// Why a file in `DIR/report/plans/` is missing that shows the best method of a point MDP.
+    pub plans_missing: Option<String>,
     /// `DIR/report/*.svg`.
     pub figures: Vec<PathBuf>,
 }

@@ -22,18 +22,20 @@ const METHODS: [(&str, &str, &str); 10] = [
     ("max-pressure-resco", "#0011dd", ""),
 ];
 
-/// Colours from best to worst, readable in the same order by colour-blind readers.
+/// Colours from best to worst, each darker than the one before, so that the order stays in print and
+/// for colour-blind readers.
 ///
-/// Source: C. Brewer, colorbrewer2.org, diverging `RdYlBu` with six classes, reversed.
+/// Source: C. Brewer, colorbrewer2.org, sequential `YlOrRd` and `Reds` of nine classes, chosen for steps of
+/// lightness that all readers see.
 pub(super) const ORDERED: [&str; 6] =
-    ["#4575b4", "#91bfdb", "#e0f3f8", "#fee090", "#fc8d59", "#d73027"];
+    ["#ffffcc", "#fed976", "#fd8d3c", "#fc4e2a", "#cb181d", "#67000d"];
 
 /// Colour of what is not known.
 pub(super) const UNKNOWN: &str = "#9e9e9e";
 
 /// Returns the colour of a text on one of [`ORDERED`].
 pub(super) fn ink_on(ordered: usize) -> &'static str {
-    if ordered == 0 || ordered + 1 == ORDERED.len() { "#ffffff" } else { "#1a1a1a" }
+    if ordered < 4 { "#1a1a1a" } else { "#ffffff" }
 }
 
 /// Returns the colour of the baseline.
@@ -100,6 +102,32 @@ mod tests {
                     assert!(far > APART, "{} and {}: {far}", a.0, b.0);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn levels_darken_from_best_to_worst_for_all_eyes_and_in_print() {
+        let lightness = |color: &str, eye| seen(color, eye)[0];
+        for eye in &EYES {
+            for pair in ORDERED.windows(2) {
+                let step = lightness(pair[0], eye) - lightness(pair[1], eye);
+                assert!(step > 0.04, "{pair:?}: {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn letters_can_be_read_on_every_level() {
+        let light = |color: &str| {
+            let c = |i: usize| f64::from(u8::from_str_radix(&color[i..i + 2], 16).unwrap()) / 255.0;
+            let linear =
+                |v: f64| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+            0.2126 * linear(c(1)) + 0.7152 * linear(c(3)) + 0.0722 * linear(c(5))
+        };
+        for (level, color) in ORDERED.iter().enumerate() {
+            let (a, b) = (light(color), light(ink_on(level)));
+            let contrast = (a.max(b) + 0.05) / (a.min(b) + 0.05);
+            assert!(contrast > 4.5, "{color}: {contrast}");
         }
     }
 

@@ -69,6 +69,11 @@ impl TextStyle {
         Self { size_px: TEXT_PX - 2, ..self }
     }
 
+    /// Returns the style in so many pixels.
+    pub(super) fn sized(self, size_px: u32) -> Self {
+        Self { size_px, ..self }
+    }
+
     /// Returns the style in another colour.
     pub(super) fn color(self, color: &'static str) -> Self {
         Self { color, ..self }

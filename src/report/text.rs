@@ -111,10 +111,10 @@ pub(super) fn warnings(data: &ReportData) -> Vec<String> {
              missing\"."));
     }
     let identity = &data.manifest.identity;
-    let still: Vec<&str> = (data.rows.iter())
+    let still: Vec<String> = (data.rows.iter())
         .filter(|r| r.method == data.reference.name)
         .filter(|r| r.metrics.get(&identity.objective) == Some(&0.0))
-        .map(|r| data.points[r.point].row.point.as_str())
+        .map(|r| data.called(&data.points[r.point].row.point))
         .collect();
     if !still.is_empty() {
         notes.push(format!(

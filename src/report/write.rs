@@ -3,7 +3,9 @@
 use std::fs;
 
 use super::data::ReportData;
-use super::{ReportError, ReportPaths, context, csv, curves, figures, html, map};
+use super::{
+    ReportError, ReportPaths, context, csv, curves, figures, html, intersections, map, plans,
+};
 use crate::error::FileError;
 use crate::files::write_atomically;
 use crate::store::Layout;
@@ -43,7 +45,13 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
     .flatten()
     .collect();
     let page = html::page(data, &figures).map_err(ReportError::Template)?;
+    let written = plans::write(&folder, data)?;
+    let placed = |name: &str| (!data.places.intersections.is_empty()).then(|| folder.join(name));
     let mut paths = ReportPaths {
+        plans: written.table,
+        plans_missing: written.missing,
+        intersections: placed("intersections.csv"),
+        geojson: placed("results.geojson"),
         html: folder.join("index.html"),
         scores: folder.join("scores.csv"),
         summary: folder.join("summary.csv"),
@@ -61,6 +69,12 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
     write_atomically(&paths.episodes, csv::episodes(data).as_bytes())?;
     if let Some(path) = &paths.training {
         write_atomically(path, csv::training(data).as_bytes())?;
+    }
+    if let Some(path) = &paths.intersections {
+        write_atomically(path, intersections::table(data).as_bytes())?;
+    }
+    if let Some(path) = &paths.geojson {
+        write_atomically(path, intersections::geojson(data).as_bytes())?;
     }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;

@@ -92,6 +92,11 @@ pub(super) fn representatives(
     chosen
 }
 
+/// Returns the cluster of each row, the same as [`representatives`] has.
+pub(super) fn labels(features: &[Vec<f64>], k: usize, seed: u64) -> Vec<usize> {
+    cluster(&standardise(features), k, seed).labels
+}
+
 fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum()
 }

@@ -5,6 +5,8 @@
 pub mod kmeans;
 mod random;
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use crate::family::MdpFamily;
@@ -97,17 +99,36 @@ pub fn choose(
         Sampling::All => importance.iter().enumerate().map(|(i, p)| (i, *p, 1)).collect(),
         Sampling::WithReplacement => random::with_replacement(&importance, budget, seed),
         Sampling::WithoutReplacement => random::without_replacement(&importance, budget, seed),
-        Sampling::KMeans => {
-            let features: Vec<_> = family.points.iter().map(|p| p.features.clone()).collect();
-            let rows = if family.describing.is_empty() { &features } else { &family.describing };
-            kmeans::representatives(rows, &importance, budget, seed)
-        }
+        Sampling::KMeans => kmeans::representatives(&features(family), &importance, budget, seed),
     };
     let draws = chosen
         .into_iter()
         .map(|(i, weight, count)| Draw { point: family.points[i].id.clone(), weight, count })
         .collect();
     Ok(SamplePlan { sampling, budget, family_size: size, seed, draws })
+}
+
+/// Returns per point MDP of the family the position of the chosen one that stands for it: its own, or
+/// with k-means that of its cluster; `None` where none does, as with random draws.
+pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
+    let chosen: Vec<usize> =
+        plan.draws.iter().filter_map(|draw| family.position(&draw.point)).collect();
+    let own = |point: usize| chosen.contains(&point).then_some(point);
+    let size = family.points.len();
+    if plan.sampling != Sampling::KMeans {
+        return (0..size).map(own).collect();
+    }
+    let labels = kmeans::labels(&features(family), plan.budget, plan.seed);
+    let of_cluster = |label: usize| chosen.iter().copied().find(|c| labels[*c] == label);
+    (0..size).map(|point| of_cluster(labels[point])).collect()
+}
+
+/// Returns the features that point MDPs are clustered by.
+fn features(family: &MdpFamily) -> Cow<'_, [Vec<f64>]> {
+    match family.describing.is_empty() {
+        true => family.points.iter().map(|p| p.features.clone()).collect(),
+        false => Cow::Borrowed(&family.describing),
+    }
 }
 
 #[cfg(test)]
@@ -161,5 +182,30 @@ mod tests {
             assert_eq!(plan, choose(&family, sampling, 40, 3).unwrap());
             assert_ne!(plan.draws, choose(&family, sampling, 40, 4).unwrap().draws);
         }
+    }
+
+    #[test]
+    fn every_cluster_stands_for_as_many_point_mdps_as_its_draw_counts() {
+        let family = load("salt-lake-city").unwrap().family;
+        let plan = choose(&family, Sampling::KMeans, 20, 3).unwrap();
+        let stands = stands(&family, &plan);
+        for draw in &plan.draws {
+            let chosen = family.position(&draw.point);
+            let members: Vec<usize> =
+                (0..family.points.len()).filter(|p| stands[*p] == chosen).collect();
+            assert_eq!(members.len() as u32, draw.count);
+            assert!(members.contains(&chosen.unwrap()));
+            let weight: f64 = members.iter().map(|m| family.points[*m].importance).sum();
+            assert!((weight - draw.weight).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_random_draw_stands_for_itself_alone() {
+        let family = load("salt-lake-city").unwrap().family;
+        let plan = choose(&family, Sampling::WithoutReplacement, 20, 3).unwrap();
+        let stands = stands(&family, &plan);
+        assert_eq!(stands.iter().flatten().count(), 20);
+        assert!((0..stands.len()).all(|p| stands[p].is_none_or(|s| s == p)));
     }
 }

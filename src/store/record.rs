@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::manifest::Task;
+use super::program::SignalProgram;
 use super::{Layout, SCHEMA_VERSION};
 use crate::error::{FileError, StoreError};
 use crate::hash::hex;
@@ -91,6 +92,10 @@ pub struct Summary {
     /// What the method says of itself, such as the signal plan that tuning found.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub details: BTreeMap<String, String>,
+    /// What the signals ran, where that is a program; empty for methods that decide while they run, and
+    /// in records from before it was kept.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub programs: Vec<SignalProgram>,
     /// Number of rows that follow.
     pub rows: usize,
     /// sha256 over the summary without `checksum` and `wall`, and over the rows.
@@ -117,6 +122,8 @@ pub struct TaskResult {
     pub training: Metrics,
     /// What the method says of itself.
     pub details: BTreeMap<String, String>,
+    /// What the signals ran, where that is a program.
+    pub programs: Vec<SignalProgram>,
     /// Wall-clock values.
     pub wall: Wall,
 }
@@ -129,6 +136,7 @@ impl Record {
         summary.metrics = result.training;
         summary.metrics.extend(mean_metrics(&result.rows));
         summary.details = result.details;
+        summary.programs = result.programs;
         Self { summary, rows: result.rows }.sealed()
     }
 
@@ -229,6 +237,7 @@ impl Summary {
             reason: None,
             metrics: Metrics::new(),
             details: BTreeMap::new(),
+            programs: Vec::new(),
             rows: 0,
             checksum: String::new(),
             wall,

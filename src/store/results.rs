@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
+use super::places::Places;
 use super::record::{Outcome, Record};
 use crate::error::StoreError;
 
@@ -16,6 +17,8 @@ pub struct Results {
     pub plan: Vec<Task>,
     /// Records by task.
     pub records: BTreeMap<usize, Record>,
+    /// Where the intersections are; empty when that is not known.
+    pub places: Places,
 }
 
 impl Results {
@@ -34,7 +37,9 @@ impl Results {
                 records.insert(task.task, record);
             }
         }
-        Ok(Self { manifest, plan, records })
+        let places = Places::read(&layout.places())?;
+        let places = places.unwrap_or_else(|| Places::of_points(&manifest.identity.points));
+        Ok(Self { manifest, plan, records, places })
     }
 
     /// Returns the tasks without a record.

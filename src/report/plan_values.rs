@@ -1,0 +1,52 @@
+//! What the page says of signal plans: who wins where, and whose behaviour is a program.
+
+use minijinja::{Value, context};
+
+use super::data::ReportData;
+use super::format;
+use super::plans::{Source, TaskPlan};
+
+/// Returns the section on signal plans; undefined without a finished task.
+pub(super) fn plan_values(data: &ReportData) -> Option<Value> {
+    let identity = &data.manifest.identity;
+    let rows: Vec<Value> = identity
+        .methods
+        .iter()
+        .enumerate()
+        .filter_map(|(index, method)| {
+            let plans: Vec<&TaskPlan> = data.plans.iter().filter(|p| p.method == index).collect();
+            let wins = || {
+                let best = |p: &usize| data.winners[*p].as_ref().is_some_and(|w| w.best == index);
+                (0..data.points.len()).filter(best)
+            };
+            let weight: f64 = wins().map(|p| data.points[p].weight).sum();
+            (!plans.is_empty()).then(|| {
+                context! {
+                    name => method.as_str(),
+                    wins => wins().count(),
+                    share => format::percent(weight),
+                    behaviour => behaviour(&plans),
+                }
+            })
+        })
+        .collect();
+    (!rows.is_empty())
+        .then(|| context! { rows, whole => data.plans.iter().any(TaskPlan::is_whole) })
+}
+
+/// Says what a method does, and where that can be had.
+fn behaviour(plans: &[&TaskPlan]) -> &'static str {
+    let all = |source: &[Source]| plans.iter().all(|p| source.contains(&p.source));
+    let own = |p: &&TaskPlan| p.programs.iter().all(|program| program.own);
+    if all(&[Source::Decides]) {
+        "decides while it runs: there is no program to load"
+    } else if all(&[Source::NotKept]) {
+        "a program, which these records do not have: they are from an earlier version"
+    } else if plans.iter().all(own) {
+        "the network\u{2019}s own program: nothing to load"
+    } else if all(&[Source::Recorded, Source::Described]) {
+        "a program"
+    } else {
+        "a program, of which these records have greens and cycles: they are from an earlier version"
+    }
+}

@@ -1,0 +1,206 @@
+//! Writes `plans.csv` and the folder `plans/`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::config::{Show, configuration, way};
+use super::program_xml::additional;
+use super::{TUNED, TaskPlan, table};
+use crate::error::FileError;
+use crate::files::write_atomically;
+use crate::hash::sha256;
+use crate::report::csv;
+use crate::report::data::ReportData;
+use crate::report::format;
+use crate::store::manifest::PointRow;
+
+/// Environment of a point MDP whose network lies in the networks folder.
+const GENERATED: &str = "network";
+
+/// Name of the folder within the report.
+const FOLDER: &str = "plans";
+
+/// What was written.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(in crate::report) struct Written {
+    /// `plans.csv`.
+    pub(in crate::report) table: PathBuf,
+    /// Files in `plans/` for `sumo -a`.
+    pub(in crate::report) programs: usize,
+    /// Configurations that show the best method.
+    pub(in crate::report) configurations: usize,
+    /// Why a configuration is missing that could be there, if one is.
+    pub(in crate::report) missing: Option<String>,
+}
+
+/// Writes the plans of a report into its folder; what an earlier report left there is replaced.
+///
+/// # Errors
+///
+/// [`FileError`] when a file cannot be written.
+pub(in crate::report) fn write(folder: &Path, data: &ReportData) -> Result<Written, FileError> {
+    let plans = folder.join(FOLDER);
+    if plans.exists() {
+        fs::remove_dir_all(&plans).map_err(FileError::at("remove", &plans))?;
+    }
+    let mut written = Written { table: folder.join("plans.csv"), ..Written::default() };
+    let mut rows = Vec::new();
+    for point in 0..data.points.len() {
+        let shown = best_replicates(data, point);
+        for plan in data.plans.iter().filter(|p| p.point == point) {
+            let is_shown = shown.iter().any(|s| std::ptr::eq(*s, plan));
+            let file = if is_shown { program_file(data, plan) } else { None };
+            if let Some((name, text)) = &file {
+                make(&plans)?;
+                write_atomically(&plans.join(name), text.as_bytes())?;
+                written.programs += 1;
+            }
+            if is_shown && data.winners[point].as_ref().is_some_and(|w| w.best == plan.method) {
+                let additional = file.as_ref().map(|f| f.0.as_str());
+                show(&plans, data, plan, additional, &mut written)?;
+            }
+            rows.extend(table::rows(data, plan, file.as_ref().map(|f| f.0.as_str())));
+        }
+    }
+    let header = table::HEADER.map(str::to_owned);
+    write_atomically(&written.table, csv::table(&header, rows.into_iter()).as_bytes())?;
+    Ok(written)
+}
+
+fn make(folder: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(folder).map_err(FileError::at("create", folder))
+}
+
+/// Returns one plan per method with programs on a point MDP: of several trainings that of the least
+/// objective.
+fn best_replicates(data: &ReportData, point: usize) -> Vec<&TaskPlan> {
+    let mut best: Vec<&TaskPlan> = Vec::new();
+    let value = |plan: &TaskPlan| plan.objective.unwrap_or(f64::INFINITY);
+    for plan in data.plans.iter().filter(|p| p.point == point && p.is_whole()) {
+        match best.iter_mut().find(|b| b.method == plan.method) {
+            Some(other) if value(plan) < value(other) => *other = plan,
+            Some(_) => {}
+            None => best.push(plan),
+        }
+    }
+    best
+}
+
+/// Returns name and text of a plan's file for SUMO; `None` where there is nothing to load.
+fn program_file(data: &ReportData, plan: &TaskPlan) -> Option<(String, String)> {
+    let identity = &data.manifest.identity;
+    let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
+    let own = point.environment == GENERATED && method == TUNED;
+    let text = additional(method, &plan.programs, own, &comment(data, plan))?;
+    let name = match method {
+        TUNED => format!("{}.add.xml", point.point),
+        other => format!("{}.{other}.add.xml", point.point),
+    };
+    Some((name, text))
+}
+
+/// Says what a plan is.
+fn comment(data: &ReportData, plan: &TaskPlan) -> Vec<String> {
+    let identity = &data.manifest.identity;
+    let (point, method) = (&identity.points[plan.point].point, &identity.methods[plan.method]);
+    let streets = data.streets_of(point).map_or_else(String::new, |s| format!(" ({s})"));
+    let mut lines = vec![format!("{method} on {point}{streets}")];
+    if let Some(value) = plan.objective {
+        let n = format::count(identity.evaluation_seeds.len(), "evaluation episode");
+        lines.push(format!("{} {} over {n}", identity.objective, format::delay(value)));
+    }
+    if identity.replicates_of(method) > 1 {
+        lines.push(format!("training {} of those that were recorded, the best", plan.replicate));
+    }
+    lines
+}
+
+/// Writes the configuration that shows the best method of a point MDP.
+fn show(
+    plans: &Path,
+    data: &ReportData,
+    plan: &TaskPlan,
+    additional: Option<&str>,
+    written: &mut Written,
+) -> Result<(), FileError> {
+    let identity = &data.manifest.identity;
+    let point = &identity.points[plan.point];
+    let (own, text) = match own_configuration(data, point, plans) {
+        Ok(found) => found,
+        Err(reason) => {
+            written.missing.get_or_insert(reason);
+            return Ok(());
+        }
+    };
+    make(plans)?;
+    let path = plans.join(format!("{}.winner.sumocfg", point.point));
+    let absolute = |path: &Path| fs::canonicalize(path).map_err(FileError::at("find", path));
+    let folder = own.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let way = way(&absolute(plans)?, &absolute(folder)?);
+    let seed = point.evaluation_seeds(&identity.evaluation_seeds).first().copied();
+    let teleport = identity.settings.pointer("/simulation/time_to_teleport_s");
+    let mut comment = comment(data, plan);
+    comment.push("open it with: sumo-gui -c THIS_FILE".to_owned());
+    if let (Some(seed), true) = (seed, point.environment == GENERATED) {
+        comment.push(format!(
+            "the vehicles of the recorded episode: tsc-family routes with this point and seed {seed}, \
+             then add the option route-files"
+        ));
+    }
+    let show = Show {
+        text: &text,
+        way: &way,
+        additional,
+        seed: seed.unwrap_or_default(),
+        time_to_teleport_s: teleport.and_then(serde_json::Value::as_f64).unwrap_or(-1.0),
+        comment: &comment,
+    };
+    match configuration(&show) {
+        Ok(text) => {
+            write_atomically(&path, text.as_bytes())?;
+            written.configurations += 1;
+        }
+        Err(reason) => {
+            written.missing.get_or_insert_with(|| format!("{}: {reason}", own.display()));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the configuration of a point MDP's own scenario and its text: from where the run found it,
+/// seen from the current folder or from one that the results lie in.
+///
+/// # Errors
+///
+/// Why it is not to be had.
+fn own_configuration(
+    data: &ReportData,
+    point: &PointRow,
+    plans: &Path,
+) -> Result<(PathBuf, String), String> {
+    let config = match point.environment.as_str() {
+        GENERATED => {
+            let networks = Path::new(&data.manifest.provenance.networks);
+            networks.join(&point.point).join(format!("{}.sumocfg", point.point))
+        }
+        environment => PathBuf::from(environment),
+    };
+    let above = fs::canonicalize(plans.parent().unwrap_or(plans)).unwrap_or_default();
+    let found = std::iter::once(config.clone())
+        .chain(above.ancestors().map(|folder| folder.join(&config)))
+        .find(|path| path.is_file());
+    let config = found.ok_or_else(|| format!("{} is not here", config.display()))?;
+    let reading = |e: std::io::Error| format!("{}: {e}", config.display());
+    let network = config.with_extension("net.xml");
+    for file in [&config, &network] {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        if let Some(planned) = point.sha256.get(&*name) {
+            let bytes = fs::read(file).map_err(reading)?;
+            if sha256(&bytes) != *planned {
+                return Err(format!("{} was altered since the run", file.display()));
+            }
+        }
+    }
+    let text = fs::read_to_string(&config).map_err(reading)?;
+    Ok((config, text))
+}

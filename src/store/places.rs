@@ -1,0 +1,129 @@
+//! Where a family's intersections are, all of them, and the streets around them: what maps and tables
+//! of a report show beside the records. It decides no record.
+
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::manifest::PointRow;
+use crate::error::{FileError, StoreError};
+
+/// An intersection of the family.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Place {
+    /// Its id in the table of approaches; empty when that is not known.
+    #[serde(default)]
+    pub id: String,
+    /// Names of its streets; empty when the map has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub streets: Vec<String>,
+    /// Degrees.
+    pub latitude: f64,
+    /// Degrees.
+    pub longitude: f64,
+    /// Its point MDP, simulated or not.
+    pub point: String,
+    /// The simulated point MDP that stands for it: its own, or with k-means that of its cluster; `None`
+    /// where none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stands: Option<String>,
+}
+
+/// Streets of one rank, to be drawn under the intersections.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Streets {
+    /// 0 for minor ones to 3 for primary ones.
+    pub rank: usize,
+    /// Lines of longitude and latitude, degrees, as in GeoJSON.
+    pub lines: Vec<Vec<[f64; 2]>>,
+}
+
+/// Where a family's intersections are.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Places {
+    /// All intersections, in the order of the table of approaches.
+    pub intersections: Vec<Place>,
+    /// Streets, minor ones first; empty when there is no map.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub streets: Vec<Streets>,
+}
+
+impl Places {
+    /// Returns what a manifest says of places, for results from before they were kept: those of the
+    /// simulated point MDPs, without names.
+    pub fn of_points(points: &[PointRow]) -> Self {
+        let place = |point: &PointRow, [latitude, longitude]: [f64; 2]| Place {
+            latitude,
+            longitude,
+            point: point.point.clone(),
+            stands: Some(point.point.clone()),
+            ..Place::default()
+        };
+        let mut intersections = Vec::new();
+        for point in points {
+            let known =
+                point.places.iter().filter(|at| at.iter().all(|degrees| degrees.is_finite()));
+            intersections.extend(known.map(|at| place(point, *at)));
+        }
+        Self { intersections, streets: Vec::new() }
+    }
+
+    /// Reads a file of places; `None` when there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] when it cannot be read or is no such file.
+    pub fn read(path: &Path) -> Result<Option<Self>, StoreError> {
+        let text = match fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(FileError::at("read", path)(e).into()),
+        };
+        let places: Self = serde_json::from_str(&text).map_err(|e| StoreError::Malformed {
+            path: path.to_path_buf(),
+            reason: format!("{e}; delete it, and the next `tsc-family run` writes it again"),
+        })?;
+        Ok(Some(places))
+    }
+
+    /// Returns the text of a file of places, an intersection per line.
+    pub fn to_json(&self) -> String {
+        let line = |value: serde_json::Result<String>| value.expect("places are plain data");
+        let rows = |rows: Vec<String>| rows.join(",\n");
+        let intersections = self.intersections.iter().map(|p| line(serde_json::to_string(p)));
+        let streets = self.streets.iter().map(|s| line(serde_json::to_string(s)));
+        format!(
+            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]}}\n",
+            rows(intersections.collect()),
+            rows(streets.collect())
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_read_back() {
+        let place = Place {
+            id: "n7".into(),
+            streets: vec!["Main Street".into()],
+            latitude: 40.5,
+            longitude: -111.5,
+            point: "p".into(),
+            stands: None,
+        };
+        let streets = vec![Streets { rank: 3, lines: vec![vec![[-111.5, 40.5], [-111.4, 40.5]]] }];
+        let places = Places { intersections: vec![place], streets };
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("places.json");
+        assert_eq!(Places::read(&path).unwrap(), None);
+        fs::write(&path, places.to_json()).unwrap();
+        assert_eq!(Places::read(&path).unwrap(), Some(places));
+        fs::write(&path, "{").unwrap();
+        let e = Places::read(&path).unwrap_err().to_string();
+        assert!(e.contains("places.json") && e.contains("delete it"), "{e}");
+    }
+}
