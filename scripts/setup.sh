@@ -10,11 +10,29 @@ command -v cargo >/dev/null || {
 
 missing=()
 has_file() { compgen -G "$1" >/dev/null; }
+# Prints Debian's packages of the libraries that a wheel's file takes from the system and does not find there:
+# libsumo contains the window, so it wants those of X and GL, which a server may not have.
+lacking() {
+    ldd "$@" 2>/dev/null | awk '/=> not found/ { print $1 }' | sort -u | while read -r library; do
+        case $library in
+            libGL.so.*) echo libgl1 ;;
+            libX11.so.*) echo libx11-6 ;;
+            libXext.so.*) echo libxext6 ;;
+            libXrender.so.*) echo libxrender1 ;;
+            libatomic.so.*) echo libatomic1 ;;
+            libexpat.so.*) echo libexpat1 ;;
+            libxcb.so.*) echo libxcb1 ;;
+            libz.so.*) echo zlib1g ;;
+            *) echo "$library" ;;
+        esac
+    done
+}
 
 # SUMO: an installation named by the environment (the layout of the eclipse-sumo wheel, or folders
 # of its own) serves as well as Debian's package.
 if [ -n "${SUMO_LIB_DIR:-}" ] && [ -n "${SUMO_INCLUDE_DIR:-}" ]; then :
-elif [ -n "${SUMO_HOME:-}" ] && [ -e "$SUMO_HOME/lib64/libsumocpp.so" ]; then :
+elif [ -n "${SUMO_HOME:-}" ] && [ -e "$SUMO_HOME/lib64/libsumocpp.so" ]; then
+    mapfile -t -O "${#missing[@]}" missing < <(lacking "$SUMO_HOME/lib64/libsumocpp.so" "$SUMO_HOME/bin/netconvert")
 else
     { [ -x /usr/bin/netconvert ] && has_file '/usr/lib/python3/dist-packages/libsumo/_libsumo*.so'; } ||
         missing+=(sumo)
@@ -22,14 +40,14 @@ else
 fi
 command -v c++ >/dev/null || missing+=(g++)
 # Not libclang-cpp, which comes with other packages and is of no use to bindgen.
-{ [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang-[0-9]*.so*'; } ||
-    missing+=(libclang-dev)
+{ [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang-[0-9]*.so*' ||
+    has_file '/usr/lib*/libclang.so*' || has_file '/usr/lib*/llvm*/lib*/libclang.so*'; } || missing+=(libclang-dev)
 
 [ ${#missing[@]} -eq 0 ] && exit 0
 
 if ! command -v apt-get >/dev/null; then
-    echo "missing: ${missing[*]} (Debian's names); install them, or SUMO with \`pip install" \
-        "eclipse-sumo\` and set SUMO_HOME to its folder \`sumo\`" >&2
+    echo "missing: ${missing[*]} (Debian's names); install them; SUMO also comes with \`pip install" \
+        "eclipse-sumo\`, then set SUMO_HOME to its folder \`sumo\` (README.md, Set up)" >&2
     exit 1
 fi
 install="apt-get install -y --no-install-recommends ${missing[*]}"

@@ -62,7 +62,8 @@ fn what_is_not_executed_names_files_and_programs_that_exist() {
             for command in block.commands() {
                 let mut words = command.split_whitespace();
                 let program = words.next().unwrap();
-                let known = program == "tsc-family" || OTHERS.contains(&program);
+                let name = program.rsplit('/').next().unwrap();
+                let known = name == "tsc-family" || OTHERS.contains(&name);
                 assert!(known, "{}: unknown program {program}", block.place);
                 // Paths that start with a folder of the repository.
                 for word in words {
@@ -95,6 +96,14 @@ fn the_examples_of_the_help_are_accepted() {
         }
     }
     assert!(count > 20, "only {count} examples found");
+}
+
+#[test]
+fn the_wheel_of_the_readme_is_the_one_that_ci_builds_against() {
+    let script = std::fs::read_to_string(Path::new(REPO).join("scripts/wheel.sh")).unwrap();
+    let version = script.split_once("WHEEL_VERSION:-").unwrap().1.split('}').next().unwrap();
+    let readme = &markdown()[Path::new("README.md")].text;
+    assert!(readme.contains(&format!("eclipse-sumo=={version}\n")), "CI has {version}");
 }
 
 /// Options of other programs that our pages name.
