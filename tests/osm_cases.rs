@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use tsc_family::osm::arms::Arm;
 use tsc_family::osm::config::OsmConfig;
 use tsc_family::osm::graph::Graph;
-use tsc_family::osm::intersections::{Found, intersections};
+use tsc_family::osm::intersections::{Flag, Found, intersections};
 use tsc_family::osm::read::read;
 use tsc_family::osm::streets::Source;
 
@@ -30,10 +30,11 @@ fn cases() -> Vec<PathBuf> {
 }
 
 fn found(case: &Path) -> Found {
-    let extract = read(&case.join("input.osm"), &|_, _| {}).unwrap();
+    let mut extract = read(&case.join("input.osm"), &|_, _| {}).unwrap();
     let config = case.join("config.toml");
     let config =
         if config.exists() { OsmConfig::read(&config).unwrap() } else { OsmConfig::default() };
+    extract.retain_ways(|way| config.streets.is_street(way.street.highway));
     intersections(&Graph::new(&extract), &config, &[])
 }
 
@@ -41,7 +42,9 @@ fn describe(found: &Found) -> String {
     let mut blocks: Vec<(i64, String)> = Vec::new();
     for i in &found.intersections {
         let signals: Vec<String> = i.signals.iter().map(i64::to_string).collect();
-        let mut text = format!("intersection {}: signals {}\n", i.id, signals.join(" "));
+        let flags = i.flags.iter().filter(|f| **f != Flag::Cut).map(|f| format!("; {}", f.text()));
+        let flags: String = flags.collect();
+        let mut text = format!("intersection {}: signals {}{flags}\n", i.id, signals.join(" "));
         for (arm, turns) in i.arms.iter().zip(&i.turns) {
             let turns = turns.map_or_else(
                 || "-".to_owned(),
@@ -52,7 +55,7 @@ fn describe(found: &Found) -> String {
             );
             writeln!(text, "  {}", line(arm, &turns)).unwrap();
         }
-        blocks.push((i.signals[0], text));
+        blocks.push((i.signals.first().or(i.nodes.first()).copied().unwrap(), text));
     }
     for skipped in &found.skipped {
         let signal = skipped.signals[0];

@@ -294,7 +294,9 @@ fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmE
     if let Ok(Some(progress)) = progress.into_inner() {
         progress.finish();
     }
-    Ok(Input { config, signals, counts, boundary, extract: extract? })
+    let mut extract = extract?;
+    extract.retain_ways(|way| config.streets.is_street(way.street.highway));
+    Ok(Input { config, signals, counts, boundary, extract })
 }
 
 fn input_files(args: &BuildNetworksArgs, osm: &Path) -> Result<Vec<InputFile>, FileError> {

@@ -13,7 +13,10 @@ use crate::units::{normalise_degrees, turn_degrees};
 
 /// Largest angle between the two carriageways of one street, degrees: of one name, where a name is
 /// missing, and where the name changes.
-const CARRIAGEWAYS_DEG: [f64; 3] = [60.0, 30.0, 15.0];
+const CARRIAGEWAYS_DEG: [f64; 3] = [45.0, 30.0, 15.0];
+
+/// Longest carriageways around an island at the end of a street, which are one arm at any angle, metres.
+const FLARE_M: f64 = 80.0;
 
 /// Smallest angle between the bearings of two arms, degrees; nearer ones are one arm.
 const APART_DEG: f64 = 5.0;
@@ -119,8 +122,10 @@ fn join(graph: &Graph<'_>, legs: &[Leg]) -> Vec<Vec<usize>> {
                 merge(i, j);
             } else if a.inbound != b.inbound && a.outbound != b.outbound {
                 let (inward, outward) = if a.inbound { (a, b) } else { (b, a) };
-                let flare =
-                    inward.chain.end == outward.chain.end && graph.steps(a.chain.end).len() == 3;
+                let flare = inward.chain.end == outward.chain.end
+                    && graph.steps(a.chain.end).len() == 3
+                    && (same_name || name.is_none() || other.is_none())
+                    && a.length_m.max(b.length_m) <= FLARE_M;
                 let limit_deg = match (name, other) {
                     _ if same_name => CARRIAGEWAYS_DEG[0],
                     (Some(_), Some(_)) => CARRIAGEWAYS_DEG[2],
@@ -168,9 +173,17 @@ fn arm(
     let legs: Vec<&Leg> = members.iter().map(|l| &around.legs[*l]).collect();
     let stop_line_m = config.streets.stop_line_m;
     let lanes = |leg: &Leg, inwards: bool| at_stop_line(graph, streets, leg, inwards, stop_line_m);
-    let inward: Vec<(Lanes, &Leg)> =
-        legs.iter().filter(|l| l.inbound).map(|l| (lanes(l, true), *l)).collect();
-    let outward: Vec<Lanes> = legs.iter().filter(|l| l.outbound).map(|l| lanes(l, false)).collect();
+    let stop_lines: Vec<(Lanes, usize, &Leg)> = legs
+        .iter()
+        .filter(|l| l.inbound)
+        .map(|l| {
+            let (lanes, piece) = lanes(l, true);
+            (lanes, piece, *l)
+        })
+        .collect();
+    let inward: Vec<(Lanes, &Leg)> = stop_lines.iter().map(|(lanes, _, l)| (*lanes, *l)).collect();
+    let outward: Vec<Lanes> =
+        legs.iter().filter(|l| l.outbound).map(|l| lanes(l, false).0).collect();
     // The widest inbound leg stands for the street.
     let main = inward.iter().max_by_key(|(lanes, _)| lanes.lanes).map_or(legs[0], |(_, l)| *l);
     let toward = if main.inbound { main.first().reversed() } else { main.first() };
@@ -186,10 +199,18 @@ fn arm(
     let sum = |f: &dyn Fn(&Lanes) -> u32| inward.iter().map(|(lanes, _)| f(lanes)).sum::<u32>();
     let (mut left, mut right) = (sum(&|l| l.left_only), sum(&|l| l.right_only));
     let mut slip_lanes = 0;
+    let mut counted = 0;
     for slip in slips.iter().map(|s| &around.slips[*s]) {
         let first = slip.steps[0];
-        let lanes = streets.lanes(&graph.way(first).street, first.forward).lanes;
+        let tagged = streets.lanes(&graph.way(first).street, first.forward);
+        // What is usual for a class of links says nothing about a slip lane.
+        let lanes = if tagged.source == Source::Tagged { tagged.lanes } else { 1 };
         slip_lanes += lanes;
+        if stop_lines.iter().any(|(lanes, piece, leg)| forks_after(leg, *piece, slip, lanes)) {
+            // They are among the lanes before the fork, and marked there if turns are.
+            counted += lanes;
+            continue;
+        }
         match turns_left(graph, slip) {
             true => left += lanes,
             false => right += lanes,
@@ -202,7 +223,7 @@ fn arm(
     };
     Arm {
         bearing_deg: bearing(centre, &legs),
-        lanes_in: sum(&|l| l.lanes) + slip_lanes,
+        lanes_in: sum(&|l| l.lanes) + slip_lanes - counted,
         lanes_out: outward.iter().map(|lanes| lanes.lanes - u32::from(lanes.centre)).sum(),
         left_turn_lanes: left,
         right_turn_lanes: right,
@@ -235,7 +256,15 @@ fn speed_mph(graph: &Graph<'_>, streets: &Streets, leg: &Leg) -> (f64, Source) {
     limits.find(|(_, source)| *source == Source::Tagged).unwrap_or(limit(&leg.first()))
 }
 
-/// Returns the lanes of a leg: of the pieces near the junction the first with marked turns, as long
+/// Returns whether a slip lane leaves a leg between a piece of it, by its position from the junction, and the
+/// junction, so that it is among the lanes of that piece.
+fn forks_after(leg: &Leg, piece: usize, slip: &Slip, lanes: &Lanes) -> bool {
+    let SlipKind::Before(leaves) = slip.kind else { return false };
+    let fork = leg.chain.steps.iter().position(|s| s.piece == leaves.piece);
+    fork.is_some_and(|fork| piece > fork) && lanes.lanes > 1
+}
+
+/// Returns the lanes of a leg and the piece that they are of, by its position from the junction: of the pieces near the junction the first with marked turns, as long
 /// as it has the lanes of the very first piece or that one is untagged; else the first with a tagged
 /// number; else the very first.
 fn at_stop_line(
@@ -244,7 +273,7 @@ fn at_stop_line(
     leg: &Leg,
     inwards: bool,
     stop_line_m: f64,
-) -> Lanes {
+) -> (Lanes, usize) {
     let lanes = |step: &Step| {
         let forward = if inwards { !step.forward } else { step.forward };
         streets.lanes(&graph.way(*step).street, forward)
@@ -261,9 +290,9 @@ fn at_stop_line(
     }
     let first = lanes(&leg.chain.steps[0]);
     let fits = |l: &&Lanes| first.source != Source::Tagged || l.lanes == first.lanes;
-    let marked = near.iter().filter(|l| l.marked && inwards).find(fits);
-    let tagged = near.iter().find(|l| l.source == Source::Tagged);
-    *marked.or(tagged).unwrap_or(&first)
+    let marked = near.iter().position(|l| l.marked && inwards && fits(&l));
+    let tagged = near.iter().position(|l| l.source == Source::Tagged);
+    marked.or(tagged).map_or((first, 0), |piece| (near[piece], piece))
 }
 
 /// Returns the length of an arm, its places, and the node where it ends; where its carriageways

@@ -42,6 +42,14 @@ pub struct OsmConfig {
 pub struct StreetSettings {
     /// Speed limit, miles per hour (the paper's).
     pub default_speed_mph: f64,
+    /// Whether motorways are streets.
+    ///
+    /// Deviation: the paper removes them, and with them approaches where one ends at a signal.
+    pub motorways: bool,
+    /// Whether ramps (`motorway_link`) are streets.
+    ///
+    /// Deviation: the paper removes them, too, and with them the intersections at their ends.
+    pub motorway_links: bool,
     /// Lanes per direction by highway class.
     pub default_lanes: BTreeMap<Highway, u8>,
     /// Distance from the junction within which the best tagged piece of a leg gives its lanes,
@@ -52,13 +60,26 @@ pub struct StreetSettings {
 impl Default for StreetSettings {
     fn default() -> Self {
         let lanes = |class: Highway| match class {
-            Highway::Trunk | Highway::Primary => 2,
+            Highway::Motorway | Highway::Trunk | Highway::Primary => 2,
             _ => 1,
         };
         Self {
             default_speed_mph: 25.0,
+            motorways: true,
+            motorway_links: true,
             default_lanes: Highway::NAMES.iter().map(|(c, _)| (*c, lanes(*c))).collect(),
             stop_line_m: 25.0,
+        }
+    }
+}
+
+impl StreetSettings {
+    /// Returns whether ways of a class are streets.
+    pub fn is_street(&self, class: Highway) -> bool {
+        match class {
+            Highway::Motorway => self.motorways,
+            Highway::MotorwayLink => self.motorway_links,
+            _ => true,
         }
     }
 }
@@ -71,6 +92,9 @@ pub struct IntersectionSettings {
     pub signal_reach_m: f64,
     /// Signalised junctions at most this far apart along a street are one, metres.
     pub join_m: f64,
+    /// Whether a junction has a signal if pedestrians cross all of its streets at one, although no node
+    /// is a signal for vehicles.
+    pub from_crossings: bool,
     /// Widest median: crossings with the two carriageways of one street at most this far apart
     /// are one intersection, metres.
     pub median_m: f64,
@@ -93,6 +117,7 @@ impl Default for IntersectionSettings {
         Self {
             signal_reach_m: 50.0,
             join_m: 30.0,
+            from_crossings: true,
             median_m: 45.0,
             max_extent_m: 100.0,
             slip_reach_m: 80.0,
@@ -136,6 +161,7 @@ impl Default for TrafficSettings {
         let aadt = |class: Highway| match class {
             Highway::Trunk | Highway::TrunkLink | Highway::Primary | Highway::PrimaryLink => 4250.0,
             Highway::Secondary | Highway::SecondaryLink => 4250.0,
+            Highway::Motorway | Highway::MotorwayLink => 4250.0,
             Highway::Tertiary | Highway::TertiaryLink => 1850.0,
             _ => 195.0,
         };

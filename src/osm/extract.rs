@@ -144,6 +144,10 @@ pub struct Extract {
     pub nodes: Nodes,
     /// Signals, by id; also those that are on no drivable way.
     pub signals: Vec<SignalNode>,
+    /// Nodes on the ways that are crossings of pedestrians with signals, but no signals for vehicles, by id.
+    pub crossings: Vec<i64>,
+    /// Nodes on the ways with a stop or give-way sign, by id.
+    pub signs: Vec<i64>,
     /// Turn restrictions for motor vehicles, between ways that are kept.
     pub restrictions: Vec<Restriction>,
     /// What was skipped and why.
@@ -156,6 +160,11 @@ impl Extract {
         &self.refs[way.refs.clone()]
     }
 
+    /// Removes ways, such as those of a class that a setting leaves out.
+    pub fn retain_ways(&mut self, keep: impl Fn(&Way) -> bool) {
+        self.ways.retain(keep);
+    }
+
     /// Returns the memory that the kept data takes, bytes.
     pub fn kept_bytes(&self) -> usize {
         let turns: usize = self.ways.iter().map(|w| w.street.heap_bytes()).sum();
@@ -165,6 +174,8 @@ impl Extract {
             + size_of_val(&*self.nodes.ids)
             + size_of_val(&*self.nodes.places)
             + size_of_val(&*self.signals)
+            + size_of_val(&*self.crossings)
+            + size_of_val(&*self.signs)
             + size_of_val(&*self.restrictions)
     }
 }

@@ -9,13 +9,15 @@ use super::arms::{Arm, arms};
 use super::config::OsmConfig;
 use super::extract::Place;
 use super::graph::Graph;
-use super::legs::{Surroundings, surroundings};
+use super::legs::{Leg, Surroundings, surroundings};
 use super::sites::{Site, Uncontrolled, sites};
 use super::streets::Streets;
 use super::turns::{Restrictions, crossings};
 use crate::family::approaches::MAX_LANES;
 use crate::network::intersection::{Arm as NetworkArm, IntersectionSpec, Turns};
+use crate::network::lanes::layout;
 use crate::network::movements::{ARMS, Turn, movements};
+use crate::network::phases::{Conflicts, phases};
 use crate::units::mph_to_mps;
 
 /// Why a signal is no intersection of the family.
@@ -28,8 +30,16 @@ pub enum Skip {
     NoJunction,
     /// The extract ends before or at the junction.
     Border,
+    /// Its street ends at it, probably because the extract was cut out there.
+    EndOfStreet,
+    /// It is a pedestrian crossing on one street of a junction, whose other streets have no signal.
+    Crossing,
+    /// No two streams need green at different times, so there is nothing to control.
+    OneGreen,
     /// It controls a roundabout.
     Roundabout,
+    /// It meters a ramp: only motorways and their ramps meet, and they merge.
+    RampMeter,
     /// Fewer than three arms.
     FewArms,
     /// Fewer than two arms lead to the signal.
@@ -53,7 +63,11 @@ impl Skip {
             Self::NotOnStreet => "not on a drivable street",
             Self::NoJunction => "no junction within reach",
             Self::Border => "at the border of the extract",
+            Self::EndOfStreet => "at the end of a street",
+            Self::Crossing => "pedestrian crossing on one street",
+            Self::OneGreen => "a single green",
             Self::Roundabout => "roundabout",
+            Self::RampMeter => "ramp meter",
             Self::FewArms => "fewer than three arms",
             Self::FewApproaches => "fewer than two approaches",
             Self::ManyArms => "more than six arms",
@@ -61,6 +75,32 @@ impl Skip {
             Self::OutsideBoundary => "outside the boundary",
             Self::NotListed => "not in the signal list",
             Self::NoNetwork => "no sound network can be built",
+        }
+    }
+}
+
+/// What is unusual about an intersection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Flag {
+    /// No node is a signal for vehicles: pedestrians cross all of its streets at signals.
+    CrossingsOnly,
+    /// All of its signals are also crossings of pedestrians.
+    AllCrossings,
+    /// No two streams need green at different times.
+    OneGreen,
+    /// An arm that the extract cuts off.
+    Cut,
+}
+
+impl Flag {
+    /// Returns the flag in words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::CrossingsOnly => "known by its crossings only",
+            Self::AllCrossings => "all signals are at crossings",
+            Self::OneGreen => "a single green",
+            Self::Cut => "an arm is cut off by the border",
         }
     }
 }
@@ -85,6 +125,8 @@ pub struct Intersection {
     /// Per arm the turns that exist; `None` for an arm without incoming lanes, and where the map
     /// leaves no way across.
     pub turns: Vec<Option<Turns>>,
+    /// What is unusual about it, sorted.
+    pub flags: Vec<Flag>,
 }
 
 impl Intersection {
@@ -147,6 +189,7 @@ pub fn intersections(graph: &Graph<'_>, config: &OsmConfig, listed: &[u32]) -> F
             Uncontrolled::NotOnStreet => Skip::NotOnStreet,
             Uncontrolled::NoJunction => Skip::NoJunction,
             Uncontrolled::Border => Skip::Border,
+            Uncontrolled::EndOfStreet => Skip::EndOfStreet,
         };
         Skipped { signals: vec![signal.id], place: signal.place, reason }
     }));
@@ -173,6 +216,13 @@ fn intersection(
         return skip(Skip::Roundabout);
     }
     let around = surroundings(graph, site, &config.intersections);
+    let metered =
+        !site.signals.is_empty() && site.signals.iter().all(|s| extract.signals[*s].tags.meter);
+    let merges = around.legs.iter().filter(|l| l.outbound).count() <= 1;
+    let on_motorway = |l: &Leg| graph.way(l.first()).street.highway.is_motorway();
+    if metered || (merges && around.legs.iter().all(on_motorway)) {
+        return skip(Skip::RampMeter);
+    }
     let mut arms = arms(graph, streets, config, &around, centre);
     if arms.len() < 3 {
         let cut = site.nodes.iter().any(|n| graph.is_cut(*n));
@@ -205,6 +255,10 @@ fn intersection(
             arm.right_turn_lanes = 0;
         }
     }
+    let flags = flags(site, graph, &arms, &turns);
+    if !site.listed && crosses_one_street(graph, site, &around, &arms) {
+        return skip(Skip::Crossing);
+    }
     let first = signals.first().or(nodes.first()).copied().unwrap_or_default();
     let junctions = site.nodes.iter().map(|n| graph.place(*n));
     let places = junctions.chain(site.signals.iter().map(|s| extract.signals[*s].place)).collect();
@@ -217,7 +271,48 @@ fn intersection(
         signals,
         arms,
         turns,
+        flags,
     })
+}
+
+fn flags(site: &Site, graph: &Graph<'_>, arms: &[Arm], turns: &[Option<Turns>]) -> Vec<Flag> {
+    let signals = || site.signals.iter().map(|s| &graph.extract.signals[*s]);
+    let holds = [
+        (Flag::CrossingsOnly, site.signals.is_empty() && !site.listed),
+        (Flag::AllCrossings, !site.signals.is_empty() && signals().all(|s| s.tags.crossing)),
+        (Flag::OneGreen, has_one_green(arms, turns)),
+        (Flag::Cut, arms.iter().any(|a| a.cut)),
+    ];
+    holds.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
+}
+
+/// Returns whether all streams can have green at the same time.
+fn has_one_green(arms: &[Arm], turns: &[Option<Turns>]) -> bool {
+    let mut spec = spec(arms);
+    for (arm, turns) in spec.arms.iter_mut().zip(turns) {
+        arm.turns = *turns;
+    }
+    let greens = layout(&spec).map(|l| phases(&spec, &l, &Conflicts::of(&l.movements)).len());
+    greens.is_ok_and(|greens| greens == 1)
+}
+
+/// Returns whether all signals of a site are pedestrian crossings before the junction, on one of its arms.
+fn crosses_one_street(graph: &Graph<'_>, site: &Site, around: &Surroundings, arms: &[Arm]) -> bool {
+    let extract = graph.extract;
+    let signals: Vec<u32> = site
+        .signals
+        .iter()
+        .map(|s| &extract.signals[*s])
+        .filter(|s| s.tags.crossing)
+        .filter_map(|s| extract.nodes.index(s.id).map(|n| n as u32))
+        .collect();
+    let on_arm = |arm: &Arm, node: u32| {
+        let mut steps = arm.legs.iter().flat_map(|l| &around.legs[*l].chain.steps);
+        steps.any(|s| graph.target(*s) == node)
+    };
+    !site.signals.is_empty()
+        && signals.len() == site.signals.len()
+        && arms.iter().any(|arm| signals.iter().all(|node| on_arm(arm, *node)))
 }
 
 /// Returns the middle of some nodes.

@@ -288,6 +288,7 @@ mod tests {
             signals: vec![i as i64],
             arms: vec![],
             turns: vec![],
+            flags: vec![],
         }
     }
 

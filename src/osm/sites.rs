@@ -12,9 +12,11 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashSet};
 
 use super::config::IntersectionSettings;
+use super::crossings::crossed_all_around;
 use super::extract::SignalNode;
 use super::geometry::{bearing_deg, distance_m};
 use super::graph::{Graph, Step};
+use super::near::{adjoining, touch};
 use crate::units::turn_degrees;
 
 /// Largest deviation of two carriageways from opposite headings, degrees.
@@ -23,10 +25,6 @@ const OPPOSITE_DEG: f64 = 40.0;
 /// Largest deviation from a right angle between a carriageway and the way across the median,
 /// degrees.
 const ACROSS_DEG: f64 = 50.0;
-
-/// Shortest distance between two junctions at which a vehicle can wait between them, metres: half a
-/// street of four lanes (7 m) and a car (5 m).
-const ROOM_TO_WAIT_M: f64 = 12.0;
 
 /// Smallest angle at which one street turns into another at a node where a third one is missing,
 /// degrees: a street that only changes its name goes on more or less straight.
@@ -41,6 +39,8 @@ pub enum Uncontrolled {
     NoJunction,
     /// The extract ends before a junction.
     Border,
+    /// Its street ends at it: probably where the extract was cut out.
+    EndOfStreet,
 }
 
 /// Junctions that are one intersection, and its signals.
@@ -49,8 +49,10 @@ pub struct Site {
     /// Junction nodes, sorted.
     pub nodes: Vec<u32>,
     /// Positions in [`Extract::signals`](super::extract::Extract::signals), sorted; empty for a
-    /// junction that only a signal list names.
+    /// junction that only a signal list names or whose crossings alone have signals.
     pub signals: Vec<usize>,
+    /// Whether a signal list names one of its junctions.
+    pub listed: bool,
 }
 
 /// Returns the sites of an extract and the signals that belong to none.
@@ -86,6 +88,11 @@ pub fn sites(
             None => true,
         }
     });
+    if settings.from_crossings {
+        for node in crossed_all_around(graph, settings.join_m) {
+            anchors.entry(node).or_default();
+        }
+    }
     let groups = group(graph, settings, &anchors, &corners);
     let sites = groups
         .into_iter()
@@ -93,7 +100,8 @@ pub fn sites(
             let mut signals: Vec<usize> =
                 nodes.iter().filter_map(|n| anchors.get(n)).flatten().copied().collect();
             signals.sort_unstable();
-            Site { nodes, signals }
+            let listed = nodes.iter().any(|n| listed.contains(n));
+            Site { nodes, signals, listed }
         })
         .collect();
     (sites, left)
@@ -134,6 +142,8 @@ fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u
         });
         if ends_at_border || graph.is_cut(node) {
             Uncontrolled::Border
+        } else if graph.neighbours(node, &none).len() == 1 {
+            Uncontrolled::EndOfStreet
         } else {
             Uncontrolled::NoJunction
         }
@@ -203,9 +213,12 @@ fn group(
     let mut groups = Groups::new(graph, settings.max_extent_m, anchors.keys().copied());
     let mut links = Vec::new();
     for a in anchors.keys().copied() {
-        let reached = within_reach(graph, a, settings.median_m.max(settings.join_m));
+        let reached = within_reach(graph, a, settings.max_extent_m);
         for (b, r) in reached.range(a + 1..).filter(|(b, _)| anchors.contains_key(b)) {
-            if r.metres <= settings.join_m || opposite(graph, a, *b) {
+            if r.metres <= settings.join_m
+                || (r.metres <= settings.median_m && opposite(graph, a, *b))
+                || touch(graph, a, *b)
+            {
                 links.push((r.metres, a, *b, path(&reached, *b)));
             }
         }
@@ -227,7 +240,7 @@ fn group(
     }
     let members: Vec<u32> = groups.of.keys().copied().collect();
     for a in members {
-        for b in without_room(graph, settings.join_m, &groups, a) {
+        for b in adjoining(graph, settings.join_m, &groups.of, a) {
             groups.add(a, b);
         }
     }
@@ -237,34 +250,6 @@ fn group(
         }
     }
     groups.members()
-}
-
-/// Returns the junctions without a signal next to a node of a group before which no vehicle can
-/// wait: they are too near, or two-way streets from two nodes of the group lead there, which encloses
-/// a triangle. Where links begin or end is no such junction.
-fn without_room(graph: &Graph<'_>, join_m: f64, groups: &Groups<'_, '_>, a: u32) -> Vec<u32> {
-    let none = HashSet::new();
-    let two_way = |from: u32| {
-        let chains = graph.steps(from).iter().map(|s| graph.chain(*s, &none, &|_| false));
-        chains.filter_map(|chain| {
-            let back: Vec<Step> = chain.steps.iter().map(|s| s.reversed()).collect();
-            let both = graph.all_allowed(&chain.steps) && graph.all_allowed(&back);
-            both.then(|| (chain.end, graph.length_m(&chain.steps)))
-        })
-    };
-    let group = groups.of[&a];
-    let found = two_way(a).filter(|(b, metres)| {
-        let link = |s: &Step| graph.way(*s).street.highway.is_link();
-        let leads_to_group = |(end, metres): &(u32, f64)| {
-            *end != a && *metres <= join_m && groups.of.get(end) == Some(&group)
-        };
-        *metres <= join_m
-            && !groups.of.contains_key(b)
-            && graph.is_junction(*b, &none)
-            && !graph.steps(*b).iter().any(link)
-            && (*metres <= ROOM_TO_WAIT_M || two_way(*b).any(|end| leads_to_group(&end)))
-    });
-    found.map(|(b, _)| b).collect()
 }
 
 /// Returns the nodes between the start of a search and a node.

@@ -1,7 +1,7 @@
-//! The tags of an extract as they stand in the file, read without the product's own readers, and
-//! written as the OSM XML that netconvert gets.
+//! All ways of an extract with their tags, read without the product's own readers, and written as the OSM XML
+//! that netconvert gets.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -11,14 +11,13 @@ use flate2::read::MultiGzDecoder;
 use osmpbfreader::{OsmId, OsmObj, OsmPbfReader};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
-use tsc_family::osm::tags::drivable;
 
 type Tags = Vec<(String, String)>;
 
 /// Kind, id, role.
 type Member = (&'static str, i64, String);
 
-/// Streets with their nodes, and turn restrictions.
+/// Ways with their nodes, and turn restrictions.
 #[derive(Debug, Default)]
 pub(crate) struct Raw {
     /// Latitude, longitude, tags.
@@ -38,10 +37,6 @@ impl Raw {
             MultiGzDecoder::new(File::open(path).unwrap()).read_to_string(&mut text).unwrap();
             raw.read_xml(&text);
         }
-        raw.ways.retain(|_, (_, tags)| {
-            let tags: Vec<(&str, &str)> = tags.iter().map(|(k, v)| (&**k, &**v)).collect();
-            drivable(&tags)
-        });
         raw.relations.retain(|_, (_, tags)| tags.iter().any(|(k, _)| k == "restriction"));
         raw
     }
@@ -122,8 +117,17 @@ impl Raw {
         }
     }
 
-    /// Returns OSM XML; ways in `lanes` get that number as their tag `lanes`.
-    pub(crate) fn xml(&self, lanes: &HashMap<i64, u32>) -> String {
+    /// Returns the ways that are closed to the public's motor vehicles, or reserved for parking.
+    pub(crate) fn closed(&self) -> BTreeSet<i64> {
+        let keys = ["access", "vehicle", "motor_vehicle", "motorcar"];
+        let closed = |(key, value): &(String, String)| {
+            (keys.contains(&&**key) && ["no", "private"].contains(&&**value)) || key == "service"
+        };
+        self.ways.iter().filter(|(_, way)| way.1.iter().any(closed)).map(|(id, _)| *id).collect()
+    }
+
+    /// Returns OSM XML.
+    pub(crate) fn xml(&self) -> String {
         let mut xml = String::from("<osm version=\"0.6\">\n");
         let mut nodes: Vec<i64> = self.ways.values().flat_map(|w| w.0.iter().copied()).collect();
         nodes.sort_unstable();
@@ -139,12 +143,7 @@ impl Raw {
             for node in refs.iter().filter(|n| self.nodes.contains_key(n)) {
                 write!(xml, "<nd ref=\"{node}\"/>").unwrap();
             }
-            let mut tags = tags.clone();
-            if let Some(lanes) = lanes.get(id) {
-                tags.retain(|(key, _)| key != "lanes");
-                tags.push(("lanes".to_owned(), lanes.to_string()));
-            }
-            close(&mut xml, &tags, "way");
+            close(&mut xml, tags, "way");
         }
         for (id, (members, tags)) in &self.relations {
             write!(xml, "<relation id=\"{id}\">").unwrap();

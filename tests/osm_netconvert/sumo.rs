@@ -2,7 +2,9 @@
 //!
 //! Arms are grouped here by edges and nothing that the product knows: an edge in and an edge out
 //! that are the two directions of one way, or that lead to the same junction, are one; so are a
-//! one-way edge in and one out of the same street name at a small angle.
+//! one-way edge in and one out of the same street name, or where a name is missing, at a small angle.
+//! Two conventions can be asked for (`Conventions`): streets that are closed to the public are no arms, and streets
+//! of one name side by side, such as frontage roads, are one.
 //! Only lanes that passenger cars may use count.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,7 +23,7 @@ use super::raw::attributes;
 /// 20 m for signals, 25 m from a signal to the junction that it is guessed to be for. Beyond these
 /// it makes one signal of neighbouring intersections: with 30 m for signals, 10% fewer of the
 /// intersections of Washington can be matched.
-const OPTIONS: [&str; 18] = [
+const OPTIONS: [&str; 22] = [
     "-X",
     "never",
     "--geometry.remove",
@@ -41,6 +43,10 @@ const OPTIONS: [&str; 18] = [
     // Ids of clusters name all their nodes, which is how intersections are matched.
     "--max-join-ids",
     "1000",
+    "--keep-edges.by-vclass",
+    "passenger",
+    "--remove-edges.by-type",
+    "highway.service,highway.services,highway.track",
 ];
 
 /// Where along an edge its direction is taken, metres from the junction.
@@ -48,6 +54,12 @@ const DIRECTION_AT_M: f64 = 30.0;
 
 /// Largest angle between two edges that are one arm, degrees.
 const SAME_ARM_DEG: f64 = 45.0;
+
+/// Largest angle between the carriageways of one street of which one has no name, degrees.
+const UNNAMED_DEG: f64 = 30.0;
+
+/// Largest angle between streets of one name side by side, degrees.
+const SIDE_BY_SIDE_DEG: f64 = 20.0;
 
 /// Last words of street names that say which part of a city the address is in.
 const QUADRANTS: [&str; 4] = ["Northeast", "Northwest", "Southeast", "Southwest"];
@@ -89,22 +101,32 @@ struct Edge {
     lanes: u32,
 }
 
+/// Conventions of this project that netconvert does not have.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Conventions {
+    /// Ways that are closed to the public.
+    pub(crate) closed: BTreeSet<i64>,
+    /// Whether streets of one name side by side are one arm.
+    pub(crate) side_by_side: bool,
+}
+
 /// Returns whether netconvert is there.
 pub(crate) fn is_there() -> bool {
     Command::new("netconvert").arg("--version").output().is_ok_and(|o| o.status.success())
 }
 
-/// Runs netconvert on an OSM file and returns its signals.
-pub(crate) fn signals(osm: &Path) -> Vec<SumoSignal> {
+/// Runs netconvert on an OSM file and returns the network.
+pub(crate) fn network(osm: &Path) -> String {
     let net = osm.with_extension("net.xml");
     let mut run = Command::new("netconvert");
     run.args(OPTIONS).arg("--osm-files").arg(osm).arg("-o").arg(&net);
     let output = run.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    parse(&fs::read_to_string(net).unwrap())
+    fs::read_to_string(net).unwrap()
 }
 
-fn parse(text: &str) -> Vec<SumoSignal> {
+/// Returns the signals of a network.
+pub(crate) fn signals(text: &str, conventions: &Conventions) -> Vec<SumoSignal> {
     let mut edges: BTreeMap<String, Edge> = BTreeMap::new();
     let mut junctions: BTreeMap<String, (f64, f64)> = BTreeMap::new();
     let mut controlled: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
@@ -164,7 +186,7 @@ fn parse(text: &str) -> Vec<SumoSignal> {
     let signals = controlled.into_iter().map(|(id, junctions)| SumoSignal {
         id,
         nodes: ids(&junctions),
-        arms: arms(&edges, &junctions),
+        arms: arms(&edges, &junctions, conventions),
     });
     signals.collect()
 }
@@ -175,10 +197,15 @@ fn places(shape: &str) -> Vec<(f64, f64)> {
 }
 
 /// Returns the arms around some junctions.
-fn arms(edges: &BTreeMap<String, Edge>, inside: &BTreeSet<String>) -> Vec<SumoArm> {
+fn arms(
+    edges: &BTreeMap<String, Edge>,
+    inside: &BTreeSet<String>,
+    conventions: &Conventions,
+) -> Vec<SumoArm> {
     let around: Vec<(&String, &Edge, bool, f64)> = edges
         .iter()
         .filter(|(_, e)| e.lanes > 0 && inside.contains(&e.from) != inside.contains(&e.to))
+        .filter(|(id, _)| !conventions.closed.contains(&way(id)))
         .map(|(id, e)| {
             let inwards = inside.contains(&e.to);
             (id, e, inwards, direction_deg(&e.shape, inwards))
@@ -191,9 +218,11 @@ fn arms(edges: &BTreeMap<String, Edge>, inside: &BTreeSet<String>) -> Vec<SumoAr
             let one_way =
                 id.strip_prefix('-') == Some(other) || other.strip_prefix('-') == Some(id);
             let same_ends = a.from == b.to && a.to == b.from && angle <= SAME_ARM_DEG;
+            let unnamed = a.name.is_none() || b.name.is_none();
             let rank = match (one_way || same_ends, same_street(a, b)) {
                 (true, _) => 0,
                 (false, true) if angle <= SAME_ARM_DEG => 1,
+                _ if unnamed && angle <= UNNAMED_DEG => 2,
                 _ => continue,
             };
             pairs.push((rank, angle, i, j));
@@ -206,21 +235,40 @@ fn arms(edges: &BTreeMap<String, Edge>, inside: &BTreeSet<String>) -> Vec<SumoAr
             (partner[i], partner[j]) = (Some(j), Some(i));
         }
     }
-    let mut arms = Vec::new();
+    let mut arms: Vec<(SumoArm, &Edge)> = Vec::new();
     for (i, (_, _, inwards, _)) in around.iter().enumerate() {
         if partner[i].is_some() && !inwards {
             continue;
         }
-        let mut arm = SumoArm { bearing_deg: around[i].3, ..SumoArm::default() };
+        let beside = |known: &(SumoArm, &Edge)| {
+            let angle =
+                ((known.0.bearing_deg - around[i].3 + 540.0).rem_euclid(360.0) - 180.0).abs();
+            angle <= SIDE_BY_SIDE_DEG && same_street(known.1, around[i].1)
+        };
+        let known = arms.iter_mut().find(|known| conventions.side_by_side && beside(known));
+        let arm = match known {
+            Some((arm, _)) => arm,
+            None => {
+                let arm = SumoArm { bearing_deg: around[i].3, ..SumoArm::default() };
+                arms.push((arm, around[i].1));
+                &mut arms.last_mut().unwrap().0
+            }
+        };
         for (id, edge, inwards, _) in [Some(i), partner[i]].into_iter().flatten().map(|k| around[k])
         {
             *if inwards { &mut arm.lanes_in } else { &mut arm.lanes_out } += edge.lanes;
             arm.edges.push(id.clone());
         }
-        arms.push(arm);
     }
+    let mut arms: Vec<SumoArm> = arms.into_iter().map(|(arm, _)| arm).collect();
     arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg));
     arms
+}
+
+/// Returns the way that an edge is on.
+fn way(edge: &str) -> i64 {
+    let id = edge.trim_start_matches('-').split('#').next().unwrap();
+    id.parse().unwrap()
 }
 
 /// Returns whether two edges have the same street name; the quadrant of a city, a part of addresses,

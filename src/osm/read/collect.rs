@@ -3,7 +3,7 @@
 use super::turns::{Member, is_restriction, restrictions};
 use crate::osm::extract::{Extract, Nodes, Place, Restriction, SignalNode, Via, Way};
 use crate::osm::oddities::Oddities;
-use crate::osm::tags::{SignalTags, Street, Tags};
+use crate::osm::tags::{SignalTags, Street, Tags, is_crossing_signal, tag};
 
 /// What the first pass keeps: ways and turn restrictions.
 #[derive(Debug, Default)]
@@ -78,7 +78,16 @@ impl Streets {
         refs.shrink_to_fit();
         restrictions.shrink_to_fit();
         let nodes = Nodes::wanted(refs.clone());
-        Extract { ways, refs, nodes, signals: Vec::new(), restrictions, oddities }
+        Extract {
+            ways,
+            refs,
+            nodes,
+            signals: Vec::new(),
+            crossings: Vec::new(),
+            signs: Vec::new(),
+            restrictions,
+            oddities,
+        }
     }
 }
 
@@ -118,6 +127,8 @@ fn in_order(ways: &mut [Way], refs: &[i64]) -> Vec<i64> {
 pub(super) struct Places {
     found: Vec<(i64, Place)>,
     signals: Vec<SignalNode>,
+    crossings: Vec<i64>,
+    signs: Vec<i64>,
     oddities: Oddities,
 }
 
@@ -141,6 +152,12 @@ impl Places {
         };
         if wanted {
             self.found.push((id, place));
+            if is_crossing_signal(tags) {
+                self.crossings.push(id);
+            }
+            if matches!(tag(tags, "highway"), Some("stop" | "give_way")) {
+                self.signs.push(id);
+            }
         }
         if let Some(tags) = signal {
             self.signals.push(SignalNode { id, place, tags });
@@ -157,13 +174,20 @@ impl Places {
             extract.nodes.set(id, place);
         }
         extract.signals.extend(self.signals);
+        extract.crossings.extend(self.crossings);
+        extract.signs.extend(self.signs);
         extract.oddities.merge(self.oddities);
     }
 }
 
 /// Puts the signals in order and counts the nodes that were not found.
 pub(super) fn complete(extract: &mut Extract) {
-    let Extract { nodes, signals, oddities, .. } = extract;
+    let Extract { nodes, signals, crossings, signs, oddities, .. } = extract;
+    for ids in [crossings, signs] {
+        ids.sort_unstable();
+        ids.dedup();
+        ids.shrink_to_fit();
+    }
     last_of_each(signals, |s| s.id, "two signals with one id", "node", oddities);
     signals.shrink_to_fit();
     for index in (0..nodes.len()).filter(|index| nodes.place(*index).is_none()) {

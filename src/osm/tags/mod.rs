@@ -1,8 +1,11 @@
 //! What the tags of ways and nodes mean: which ways are drivable, which way traffic goes, what a
 //! signal node controls.
 //!
-//! Drivable is what OSMnx's filter `drive` keeps, without motorways and motorway links, as the
-//! paper has it.
+//! Drivable is what OSMnx's filter `drive` keeps.
+//!
+//! Deviation: the paper removes motorways and their links. They are streets here unless
+//! `streets.motorways` and `streets.motorway_links` say otherwise: an off-ramp that ends at a signal is an
+//! approach of it, and so is a motorway that does.
 //!
 //! Deviation: streets that are private to motor vehicles by another tag than `access`
 //! (`motor_vehicle=private`, `motorcar=private`, `vehicle=no` or `private`) are not drivable either.
@@ -29,6 +32,8 @@ pub fn tag<'a>(tags: &Tags<'a>, key: &str) -> Option<&'a str> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Highway {
+    /// `motorway`.
+    Motorway,
     /// `trunk`.
     Trunk,
     /// `primary`.
@@ -51,13 +56,16 @@ pub enum Highway {
     SecondaryLink,
     /// `tertiary_link`.
     TertiaryLink,
+    /// `motorway_link`: a ramp.
+    MotorwayLink,
     /// Any other value that the filter lets through, such as `road`.
     Other,
 }
 
 impl Highway {
     /// All classes with the names that files and settings use.
-    pub const NAMES: [(Self, &'static str); 12] = [
+    pub const NAMES: [(Self, &'static str); 14] = [
+        (Self::Motorway, "motorway"),
         (Self::Trunk, "trunk"),
         (Self::Primary, "primary"),
         (Self::Secondary, "secondary"),
@@ -69,6 +77,7 @@ impl Highway {
         (Self::PrimaryLink, "primary_link"),
         (Self::SecondaryLink, "secondary_link"),
         (Self::TertiaryLink, "tertiary_link"),
+        (Self::MotorwayLink, "motorway_link"),
         (Self::Other, "other"),
     ];
 
@@ -77,15 +86,20 @@ impl Highway {
         Self::NAMES[self as usize].1
     }
 
+    /// Returns whether it is a motorway or a ramp of one.
+    pub fn is_motorway(self) -> bool {
+        matches!(self, Self::Motorway | Self::MotorwayLink)
+    }
+
     /// Returns whether it is a link, such as a slip lane.
     pub fn is_link(self) -> bool {
-        use Highway::{PrimaryLink, SecondaryLink, TertiaryLink, TrunkLink};
-        matches!(self, TrunkLink | PrimaryLink | SecondaryLink | TertiaryLink)
+        use Highway::{MotorwayLink, PrimaryLink, SecondaryLink, TertiaryLink, TrunkLink};
+        matches!(self, TrunkLink | PrimaryLink | SecondaryLink | TertiaryLink | MotorwayLink)
     }
 }
 
-/// Values of `highway` that are not drivable (OSMnx's filter) or that the paper leaves out.
-const NOT_DRIVABLE: [&str; 29] = [
+/// Values of `highway` that are not drivable (OSMnx's filter).
+const NOT_DRIVABLE: [&str; 27] = [
     "abandoned",
     "bridleway",
     "bus_guideway",
@@ -112,9 +126,6 @@ const NOT_DRIVABLE: [&str; 29] = [
     "crossing",
     "demolished",
     "via_ferrata",
-    // The paper removes motorways and their links.
-    "motorway",
-    "motorway_link",
     "motorway_junction",
 ];
 
@@ -213,7 +224,8 @@ pub fn drivable(tags: &Tags<'_>) -> bool {
         && !is("service", &SERVICE)
 }
 
-/// Returns which way traffic goes, as OSMnx reads `oneway`.
+/// Returns which way traffic goes, as OSMnx reads `oneway`; a motorway is one-way unless it says otherwise,
+/// as OpenStreetMap has it.
 ///
 /// Deviation: `oneway=no` on a roundabout does not make it two-way in OSMnx either, but
 /// `junction=circular` counts as a roundabout here.
@@ -223,6 +235,7 @@ fn direction(tags: &Tags<'_>) -> Direction {
         Some("-1" | "reverse" | "T") => Direction::Backward,
         Some("yes" | "true" | "1" | "F") => Direction::Forward,
         _ if roundabout => Direction::Forward,
+        None if tag(tags, "highway") == Some("motorway") => Direction::Forward,
         _ => Direction::Both,
     }
 }
@@ -234,6 +247,8 @@ pub struct SignalTags {
     pub forward: Option<bool>,
     /// Whether it is (also) a crossing of pedestrians.
     pub crossing: bool,
+    /// Whether it meters a ramp.
+    pub meter: bool,
 }
 
 impl SignalTags {
@@ -256,8 +271,19 @@ impl SignalTags {
                 Some("backward") => Some(false),
                 _ => None,
             };
-        Some(Self { forward, crossing })
+        let meter = tag(tags, "traffic_signals") == Some("ramp_meter");
+        Some(Self { forward, crossing, meter })
     }
+}
+
+/// Returns whether a node with these tags is a crossing of pedestrians with signals, which stop vehicles too
+/// but are not mapped as signals for them.
+pub fn is_crossing_signal(tags: &Tags<'_>) -> bool {
+    let is = |key, values: &[&str]| tag(tags, key).is_some_and(|v| values.contains(&v));
+    is("highway", &["crossing"])
+        && (is("crossing", &["traffic_signals", "toucan", "pelican", "puffin", "pegasus"])
+            || is("crossing:signals", &["yes"])
+            || is("crossing_ref", &["toucan", "pelican", "puffin", "pegasus"]))
 }
 
 #[cfg(test)]
@@ -274,11 +300,12 @@ mod tests {
     }
 
     #[test]
-    fn what_osmnx_drives_on_is_drivable_but_motorways_are_not() {
-        for value in ["trunk", "residential", "living_street", "primary_link", "road"] {
+    fn what_osmnx_drives_on_is_drivable() {
+        for value in ["motorway", "trunk", "residential", "living_street", "motorway_link", "road"]
+        {
             assert!(drivable(&[("highway", value)]), "{value}");
         }
-        for value in ["service", "footway", "construction", "motorway", "motorway_link", "track"] {
+        for value in ["service", "footway", "construction", "track"] {
             assert!(!drivable(&[("highway", value)]), "{value}");
         }
         for other in [
@@ -337,7 +364,20 @@ mod tests {
         );
         let both =
             SignalTags::parse(&[("crossing", "traffic_signals"), ("highway", "traffic_signals")]);
-        assert_eq!(both, Some(SignalTags { forward: None, crossing: true }));
+        assert_eq!(both, Some(SignalTags { forward: None, crossing: true, meter: false }));
+    }
+
+    #[test]
+    fn a_crossing_is_signalised_by_any_of_its_tags() {
+        for tag in [
+            ("crossing", "traffic_signals"),
+            ("crossing:signals", "yes"),
+            ("crossing_ref", "puffin"),
+        ] {
+            assert!(is_crossing_signal(&[("highway", "crossing"), tag]), "{tag:?}");
+        }
+        assert!(!is_crossing_signal(&[("highway", "crossing"), ("crossing", "zebra")]));
+        assert!(!is_crossing_signal(&[("highway", "footway"), ("crossing", "traffic_signals")]));
     }
 
     #[test]
