@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use tsc_family::osm::arms::Arm;
 use tsc_family::osm::config::OsmConfig;
 use tsc_family::osm::graph::Graph;
-use tsc_family::osm::intersections::{Flag, Found, intersections};
+use tsc_family::osm::intersections::{Found, intersections};
 use tsc_family::osm::read::read;
 use tsc_family::osm::streets::Source;
 
@@ -42,7 +42,7 @@ fn describe(found: &Found) -> String {
     let mut blocks: Vec<(i64, String)> = Vec::new();
     for i in &found.intersections {
         let signals: Vec<String> = i.signals.iter().map(i64::to_string).collect();
-        let flags = i.flags.iter().filter(|f| **f != Flag::Cut).map(|f| format!("; {}", f.text()));
+        let flags = i.flags.iter().map(|f| format!("; {}", f.words()));
         let flags: String = flags.collect();
         let mut text = format!("intersection {}: signals {}{flags}\n", i.id, signals.join(" "));
         for (arm, turns) in i.arms.iter().zip(&i.turns) {

@@ -9,6 +9,7 @@ use std::fs;
 
 use made_up::{well_formed, well_linked, words};
 use tsc_family::osm::drawing::{Drawing, DrawnStreet};
+use tsc_family::osm::flags::Flag;
 use tsc_family::osm::intersections::Skip;
 use tsc_family::osm::listing::ListMatch;
 use tsc_family::osm::oddities::{Oddities, Oddity};
@@ -16,7 +17,7 @@ use tsc_family::osm::quality::{
     CountsSummary, Demand, Distribution, InputFile, Provenance, Quality, SkipCount,
 };
 use tsc_family::osm::sketch::{Sketch, SketchArm};
-use tsc_family::osm::spots::{Flag, Spot, SpotArm};
+use tsc_family::osm::spots::{Spot, SpotArm};
 use tsc_family::osm::streets::Source;
 use tsc_family::osm::tags::Highway;
 use tsc_family::osm::traffic::InflowSource;

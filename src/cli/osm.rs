@@ -98,6 +98,9 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         let inflows = Some(city.inflow_sources());
         let scenario = scenario(args, (osm, &out), &input.config, inflows)?;
         let loaded = from_text(&scenario, &file, &[], &own)?;
+        if loaded.scenario.family.detail == Detail::PerApproach && city.leave_out_one_green() > 0 {
+            continue;
+        }
         let specs = intersections(&loaded)?;
         let options = BuildOptions { force: args.force && built == 0, leave_out: true };
         let folder = out.join(networks_folder(loaded.scenario.preset));

@@ -1,6 +1,6 @@
 //! A city: the intersections of an extract with their traffic, as the approaches of a family.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use geo::{BoundingRect, Coord, LineString, Rect};
@@ -10,8 +10,9 @@ use super::boundary::Boundary;
 use super::config::OsmConfig;
 use super::counts::Counts;
 use super::extract::Extract;
+use super::flags::Flag;
 use super::graph::Graph;
-use super::intersections::{Found, Skip, Skipped, intersections};
+use super::intersections::{Found, Intersection, Skip, Skipped, intersections};
 use super::listing::{ListMatch, keep_listed, unmapped};
 use super::signals::SignalList;
 use super::spread::Spread;
@@ -87,14 +88,19 @@ impl City {
 
     /// Takes intersections out for which no sound network can be built, each with the reason.
     pub fn leave_out(&mut self, reasons: BTreeMap<String, String>) {
+        self.take_out(&|id| reasons.contains_key(id), Skip::NoNetwork);
+        self.left_out.extend(reasons);
+    }
+
+    fn take_out(&mut self, which: &dyn Fn(&str) -> bool, reason: Skip) {
         let all = std::mem::take(&mut self.found.intersections);
         let traffic = std::mem::take(&mut self.traffic);
         for (intersection, traffic) in all.into_iter().zip(traffic) {
-            if reasons.contains_key(&intersection.id) {
+            if which(&intersection.id) {
                 self.found.skipped.push(Skipped {
                     signals: intersection.signals,
                     place: intersection.centre,
-                    reason: Skip::NoNetwork,
+                    reason,
                 });
             } else {
                 self.found.intersections.push(intersection);
@@ -102,12 +108,23 @@ impl City {
             }
         }
         for row in &mut self.listed {
-            if row.intersection.as_ref().is_some_and(|id| reasons.contains_key(id)) {
+            if row.intersection.as_ref().is_some_and(|id| which(id)) {
                 row.intersection = None;
-                row.reason = Some(Skip::NoNetwork.reason());
+                row.reason = Some(reason.reason());
             }
         }
-        self.left_out.extend(reasons);
+    }
+
+    /// Takes intersections out at which nothing is to decide, and returns how many.
+    ///
+    /// As six features they stand for an intersection that has more than one green; built with their own arms
+    /// they have a score without any meaning.
+    pub fn leave_out_one_green(&mut self) -> usize {
+        let one_green = |i: &&Intersection| i.flags.contains(&Flag::OneGreen);
+        let ids: BTreeSet<String> =
+            self.found.intersections.iter().filter(one_green).map(|i| i.id.clone()).collect();
+        self.take_out(&|id| ids.contains(id), Skip::OneGreen);
+        ids.len()
     }
 
     /// Returns the table of approaches, one row per arm.

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::arms::{Arm, arms};
 use super::config::OsmConfig;
 use super::extract::Place;
+use super::flags::Flag;
 use super::graph::Graph;
 use super::legs::{Leg, Surroundings, surroundings};
 use super::sites::{Site, Uncontrolled, sites};
@@ -79,32 +80,6 @@ impl Skip {
     }
 }
 
-/// What is unusual about an intersection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Flag {
-    /// No node is a signal for vehicles: pedestrians cross all of its streets at signals.
-    CrossingsOnly,
-    /// All of its signals are also crossings of pedestrians.
-    AllCrossings,
-    /// No two streams need green at different times.
-    OneGreen,
-    /// An arm that the extract cuts off.
-    Cut,
-}
-
-impl Flag {
-    /// Returns the flag in words.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::CrossingsOnly => "known by its crossings only",
-            Self::AllCrossings => "all signals are at crossings",
-            Self::OneGreen => "a single green",
-            Self::Cut => "an arm is cut off by the border",
-        }
-    }
-}
-
 /// A signalised intersection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intersection {
@@ -125,7 +100,7 @@ pub struct Intersection {
     /// Per arm the turns that exist; `None` for an arm without incoming lanes, and where the map
     /// leaves no way across.
     pub turns: Vec<Option<Turns>>,
-    /// What is unusual about it, sorted.
+    /// What is worth a look about its signals.
     pub flags: Vec<Flag>,
 }
 
@@ -281,7 +256,6 @@ fn flags(site: &Site, graph: &Graph<'_>, arms: &[Arm], turns: &[Option<Turns>]) 
         (Flag::CrossingsOnly, site.signals.is_empty() && !site.listed),
         (Flag::AllCrossings, !site.signals.is_empty() && signals().all(|s| s.tags.crossing)),
         (Flag::OneGreen, has_one_green(arms, turns)),
-        (Flag::Cut, arms.iter().any(|a| a.cut)),
     ];
     holds.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
 }

@@ -14,6 +14,7 @@ pub mod drawing;
 pub mod error;
 pub mod extract;
 mod features;
+pub mod flags;
 pub mod geometry;
 pub mod graph;
 pub mod intersections;

@@ -2,9 +2,10 @@
 
 use super::city::{City, arm_name};
 use super::extract::{Extract, Place};
+use super::flags::Flag;
 use super::geometry::LocalMetric;
 use super::intersections::Intersection;
-use super::spots::{Flag, flags};
+use super::spots::flags;
 
 /// Half the width of what is drawn around an intersection, metres.
 pub const RADIUS_M: f64 = 90.0;

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::arms::Arm;
 use super::city::{City, arm_name};
+use super::flags::Flag;
 use super::intersections::Intersection;
 use super::streets::Source;
 use super::traffic::{ArmTraffic, InflowSource};
@@ -26,47 +27,6 @@ const MANY_RIGHT: u32 = 2;
 /// Distance from its place in the signal list beyond which a match is doubtful, metres: more than a
 /// junction is wide.
 const FAR_M: f64 = 25.0;
-
-/// What is worth a look at an intersection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Flag {
-    /// The map leaves an approach no way across.
-    NoWayAcross,
-    /// Two neighbouring arms are at a small angle.
-    CloseArms,
-    /// Five or six arms.
-    ManyArms,
-    /// An approach of seven or more lanes.
-    ManyLanes,
-    /// An approach of two or more lanes for right turns only.
-    ManyRight,
-    /// The map has no signal there, only the list.
-    NotOnMap,
-    /// Its row in the signal list is far away.
-    FarFromList,
-    /// The extract ends before the next junction of an approach.
-    Cut,
-    /// An approach is shorter or longer than the settings allow and was given another length.
-    OtherLength,
-}
-
-impl Flag {
-    /// Returns the flag in words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::NoWayAcross => "an approach without a way across",
-            Self::CloseArms => "two arms less than 25 degrees apart",
-            Self::ManyArms => "five or more arms",
-            Self::ManyLanes => "an approach of seven or more lanes",
-            Self::ManyRight => "two or more right-only lanes",
-            Self::Cut => "cut by the extract",
-            Self::OtherLength => "an approach was given another length",
-            Self::NotOnMap => "no signal on the map",
-            Self::FarFromList => "more than 25 m from its row in the list",
-        }
-    }
-}
 
 /// One arm as it was read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -197,10 +157,13 @@ pub(super) fn flags(i: &Intersection) -> Vec<Flag> {
         (Flag::ManyArms, i.arms.len() >= MANY_ARMS),
         (Flag::ManyLanes, any(&|arm, _| arm.lanes_in >= MANY_LANES)),
         (Flag::ManyRight, any(&|arm, _| arm.right_turn_lanes >= MANY_RIGHT)),
-        (Flag::NotOnMap, i.signals.is_empty()),
+        (Flag::NotOnMap, i.signals.is_empty() && !i.flags.contains(&Flag::CrossingsOnly)),
         (Flag::FarFromList, i.list_distance_m.is_some_and(|metres| metres > FAR_M)),
         (Flag::Cut, any(&|arm, _| arm.cut)),
         (Flag::OtherLength, any(&|arm, _| arm.clamped && !arm.cut)),
     ];
-    flags.into_iter().filter(|(_, applies)| *applies).map(|(flag, _)| flag).collect()
+    let applying = flags.into_iter().filter(|(_, applies)| *applies).map(|(flag, _)| flag);
+    let mut all: Vec<Flag> = i.flags.iter().copied().chain(applying).collect();
+    all.sort_unstable();
+    all
 }

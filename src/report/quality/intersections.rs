@@ -4,8 +4,9 @@ use minijinja::{Value, context};
 
 use super::map_link;
 use super::text::percent;
+use crate::osm::flags::Flag;
 use crate::osm::quality::Quality;
-use crate::osm::spots::{Flag, Spot, SpotArm};
+use crate::osm::spots::{Spot, SpotArm};
 use crate::osm::streets::Source;
 use crate::osm::traffic::InflowSource;
 
