@@ -84,27 +84,31 @@ pub enum SimError {
     Io(#[from] FileError),
 }
 
+/// A request that makes no sense, with the reason and the way out.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Refused(pub String);
+
 /// Why a scenario or a family is unusable.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FamilyError {
     /// Neither a file nor an embedded scenario.
-    #[error(
-        "no scenario {name:?}: neither a file nor an embedded scenario ({embedded}); \
-         `tsc-family list` shows the default one"
-    )]
+    #[error("no scenario {name:?}: neither a file nor an embedded scenario ({embedded}){meant}")]
     UnknownScenario {
         /// What was asked for.
         name: String,
         /// The embedded names.
         embedded: String,
+        /// What may have been meant.
+        meant: String,
     },
     /// The TOML does not parse or has unknown or missing fields.
     #[error("{file}: {message}")]
     Toml {
-        /// The scenario file.
+        /// The scenario file, with the line where it is known.
         file: String,
-        /// The parser's message with line and column.
+        /// What is wrong, with the setting.
         message: String,
     },
     /// A setting from the command line does not exist or has a value of a wrong type.
@@ -275,19 +279,17 @@ pub enum StoreError {
     },
     /// The directory belongs to another run.
     #[error(
-        "{} holds another run: {field} is {found} there and {wanted} now; give another --out, or \
-         repeat the first command to continue it",
+        "{} holds another run: {difference}; give another --out, or repeat the first command ({command}) \
+         to continue it",
         .path.display()
     )]
     Mismatch {
         /// The directory.
         path: PathBuf,
-        /// Dotted name of the first field that differs.
-        field: String,
-        /// Value in the directory.
-        found: String,
-        /// Value of this run.
-        wanted: String,
+        /// What differs, with both values.
+        difference: String,
+        /// The command that began the run.
+        command: String,
     },
     /// Another process works on the directory.
     #[error(

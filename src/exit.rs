@@ -4,7 +4,9 @@ use std::error::Error;
 use std::io::ErrorKind;
 
 use crate::control::ControlError;
-use crate::error::{EvalError, FamilyError, FileError, NetworkError, SimError, StoreError};
+use crate::error::{
+    EvalError, FamilyError, FileError, NetworkError, Refused, SimError, StoreError,
+};
 use crate::osm::OsmError;
 use crate::report::ReportError;
 
@@ -71,6 +73,9 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     }
     if let Some(e) = error.downcast_ref::<NetworkError>() {
         return Some(network(e));
+    }
+    if error.is::<Refused>() {
+        return Some(USAGE);
     }
     if let Some(e) = error.downcast_ref::<OsmError>() {
         return Some(osm(e));

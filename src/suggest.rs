@@ -8,15 +8,37 @@ const MOST: usize = 3;
 
 /// Returns the names that a word may have meant, the likeliest first; none if it is like none.
 pub fn similar<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    best(names.into_iter().map(|name| (likeness(word, name), name)))
+}
+
+/// Returns the dotted names that a setting may have meant, the likeliest first. Of `demand.horizon` both
+/// parts count; `horizon` alone is compared with the last parts.
+pub fn similar_settings<'a>(key: &str, names: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    let last = |name: &'a str| name.rsplit_once('.').map_or(("", name), |parts| parts);
+    best(names.into_iter().map(|name| {
+        let of_last = |word: &str| likeness(word, last(name).1);
+        let likeness = match key.rsplit_once('.') {
+            Some((table, word)) => {
+                (0.3 * likeness(table, last(name).0) + 0.7 * of_last(word)).max(likeness(key, name))
+            }
+            None => of_last(key),
+        };
+        (likeness, name)
+    }))
+}
+
+/// Returns how like a word is to a name, from 0 to 1.
+fn likeness(word: &str, name: &str) -> f64 {
     let plain = |text: &str| text.trim().to_lowercase().replace([' ', '_'], "-");
-    let word = plain(word);
-    let likeness = |name: &'a str| (strsim::jaro(&word, &plain(name)), name);
-    let mut names: Vec<_> =
-        names.into_iter().map(likeness).filter(|(likeness, _)| *likeness > SIMILAR).collect();
+    strsim::jaro(&plain(word), &plain(name))
+}
+
+fn best<'a>(names: impl Iterator<Item = (f64, &'a str)>) -> Vec<&'a str> {
+    let mut names: Vec<_> = names.filter(|(likeness, _)| *likeness > SIMILAR).collect();
     names.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(b.1)));
-    let best = names.first().map_or(0.0, |(likeness, _)| *likeness);
+    let top = names.first().map_or(0.0, |(likeness, _)| *likeness);
     // Beside a name that is nearly it, others are noise.
-    names.retain(|(likeness, _)| 1.0 - likeness <= 2.0 * (1.0 - best) + f64::EPSILON);
+    names.retain(|(likeness, _)| 1.0 - likeness <= 2.0 * (1.0 - top) + f64::EPSILON);
     names.into_iter().map(|(_, name)| name).take(MOST).collect()
 }
 
@@ -44,6 +66,20 @@ mod tests {
         ] {
             assert_eq!(similar(word, NAMES)[0], expected, "{word}");
         }
+    }
+
+    #[test]
+    fn a_setting_is_recognised_by_both_parts_or_the_last() {
+        let names = ["demand.horizon_s", "idqn.learning_rate", "ippo.learning_rate", "name"];
+        for (key, expected) in [
+            ("demand.horizon", "demand.horizon_s"),
+            ("horizon", "demand.horizon_s"),
+            ("dqn.learning_rate", "idqn.learning_rate"),
+            ("learning_rat", "idqn.learning_rate"),
+        ] {
+            assert_eq!(similar_settings(key, names)[0], expected, "{key}");
+        }
+        assert!(similar_settings("weather", names).is_empty());
     }
 
     #[test]

@@ -91,6 +91,7 @@ fn bad_settings_from_the_command_line_are_refused_by_name() {
         ("set_without_value", "--set demand.horizon_s"),
         ("set_without_name", "--set =600"),
         ("set_unknown", "--set demand.horizon=600"),
+        ("set_unknown_value", "--set baseline.program=netconver"),
         ("set_unknown_table", "--set dqn.learning_rate=5e-4"),
         ("set_wrong_type", "--set demand.horizon_s=soon"),
         ("set_out_of_range", "--set demand.horizon_s=5"),

@@ -6,6 +6,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::BuildNetworksArgs;
+use super::effects::Use;
+use super::folder::NETWORKS;
 use super::osm;
 use super::output::{Progress, line};
 use crate::exit;
@@ -25,6 +27,8 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     }
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
+    Use::BUILD.check(&loaded, &args.scenario.settings())?;
+    NETWORKS.check(&out, "--out", Some(args.force))?;
     let specs = intersections(&loaded)?;
     let start = std::time::Instant::now();
     let options = BuildOptions { force: args.force, leave_out: false };
@@ -77,6 +81,7 @@ pub(super) fn prepare(
     networks: &Path,
     quiet: bool,
 ) -> anyhow::Result<BTreeMap<String, BTreeMap<String, String>>> {
+    NETWORKS.check(networks, "--networks", None)?;
     let mut specs = intersections(loaded)?;
     specs.retain(|s| points.contains(s.point.as_str()));
     build(loaded, &specs, networks, BuildOptions::default(), quiet)?;

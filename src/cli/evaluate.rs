@@ -7,9 +7,11 @@ use serde_json::json;
 
 use super::EvaluateArgs;
 use super::build_networks::{default_folder, prepare};
+use super::effects::Use;
 use super::output::{Progress, line, note};
+use crate::control::baseline::Baseline;
 use crate::env::World;
-use crate::error::EvalError;
+use crate::error::{EvalError, Refused};
 use crate::eval::content;
 use crate::eval::contest::{Place, Standing};
 use crate::eval::environment::generated_world;
@@ -20,6 +22,7 @@ use crate::family::load::{LoadedScenario, load_with};
 use crate::family::scenario::Scenario;
 use crate::report::level_of_service::letter;
 use crate::store::record::Row;
+use crate::suggest::did_you_mean;
 
 /// Point MDPs that an error names.
 const NAMED_POINTS: usize = 3;
@@ -43,6 +46,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let scenario = model.scenario(&loaded.scenario, &args.scenario.settings())?;
     // The baseline is timed as the model is.
     loaded.scenario.signal = scenario.signal.clone();
+    check(args, &loaded, &model.card.method)?;
     let place = place(args, &loaded)?;
     let seeds = place.evaluation_seeds(args.seed, args.eval_seeds.get());
     if !args.json {
@@ -75,6 +79,29 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
+/// Refuses what has no effect.
+fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::Result<()> {
+    let imported = args.sumocfg.is_some();
+    if imported && args.networks.is_some() {
+        return Err(
+            Refused("--networks has no effect: a SUMO configuration is given".into()).into()
+        );
+    }
+    let settings = args.scenario.settings();
+    if settings.iter().flat_map(|s| s.keys()).any(|key| key.starts_with("training.")) {
+        return Err(Refused("training.* has no effect: nothing is trained here".into()).into());
+    }
+    let methods = [Baseline::NAME.to_owned(), method.to_owned()];
+    let used = Use {
+        family: !imported,
+        networks: !imported,
+        simulation: true,
+        methods: Some(&methods),
+        ..Use::BUILD
+    };
+    used.check(loaded, &settings)
+}
+
 /// Returns where the model is to be evaluated; the network is built if it is missing.
 fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> {
     if let Some(config) = &args.sumocfg {
@@ -87,6 +114,7 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
     let Some(index) = loaded.family.position(&point) else {
         return Err(unknown_point(&point, loaded, &args.scenario.scenario).into());
     };
+    let point = loaded.family.points[index].id.clone();
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
     prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
@@ -103,6 +131,8 @@ pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str
         let more = points.len() - named.len();
         some.push_str(&format!(" and {more} more, which `tsc-family list {scenario}` shows"));
     }
+    let names = points.iter().flat_map(|p| [p.id.as_str(), p.title.as_str()]);
+    some.push_str(&did_you_mean(point, names.collect::<BTreeSet<_>>()));
     EvalError::NoPoint { scenario: loaded.family.name.clone(), point: point.to_owned(), some }
 }
 

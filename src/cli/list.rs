@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde_json::{Map, Value};
 
 use super::ListArgs;
+use super::effects::Use;
 use super::output::line;
 use crate::exit;
 use crate::family::MdpFamily;
@@ -26,6 +27,7 @@ const PAPER: [(&str, &str); 6] = [
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
+    Use::LIST.check(&loaded, &args.scenario.settings())?;
     if args.json {
         for text in json_lines(&loaded.family) {
             line(text)?;
@@ -42,6 +44,9 @@ fn json_lines(family: &MdpFamily) -> impl Iterator<Item = String> {
     family.points.iter().map(|point| {
         let mut object = Map::new();
         object.insert("point".into(), point.id.clone().into());
+        if point.title != point.id {
+            object.insert("name".into(), point.title.clone().into());
+        }
         object.insert("importance".into(), point.importance.into());
         object.insert("intersections".into(), point.instances.into());
         for (feature, value) in family.features.iter().zip(&point.features) {
@@ -68,6 +73,9 @@ fn table(loaded: &LoadedScenario) -> String {
         for (feature, value) in family.features.iter().zip(&point.features) {
             write!(text, "  {:>width$}", short(*value), width = feature.name.len())
                 .expect("writing to a string cannot fail");
+        }
+        if point.title != point.id {
+            write!(text, "  {}", point.title).expect("writing to a string cannot fail");
         }
     }
     let instances: u64 = family.points.iter().map(|p| u64::from(p.instances)).sum();

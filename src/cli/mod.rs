@@ -2,8 +2,10 @@
 
 mod build_networks;
 mod doctor;
+mod effects;
 mod estimate;
 mod evaluate;
+mod folder;
 mod list;
 mod monitor;
 mod osm;
@@ -141,11 +143,12 @@ pub struct BuildNetworksArgs {
     /// Folder to write to [default: networks/NAME of the scenario or extract]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Build all networks again, also those that are up to date or were altered
+    /// Build all networks again, also those that are up to date or were altered, and write into a
+    /// folder that holds other things
     #[arg(long)]
     pub force: bool,
     /// Processors to use [default: all]
-    #[arg(long, short, value_name = "J")]
+    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
     /// Print no progress
     #[arg(long, short)]
@@ -165,7 +168,7 @@ Examples:
   tsc-family run --budget 20 --out results/slc
   tsc-family run --budget all --eval-seeds 10 --out results/all
   tsc-family run smoke --methods max-pressure,actuated --out results/smoke
-  tsc-family run smoke --episodes 20 --set signal.delta_time_s=5 --out results/short
+  tsc-family run smoke --methods idqn --episodes 20 --set signal.delta_time_s=5 --out results/short
   tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
   tsc-family run --budget 80 --dry-run")]
 pub struct RunArgs {
@@ -181,7 +184,7 @@ pub struct RunArgs {
     /// How the point MDPs of a budget are chosen [default: k-means]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
-    /// Methods, separated by commas; `baseline` always runs
+    /// Methods, separated by commas, or `all`; `baseline` always runs
     #[arg(
         long,
         value_name = "NAMES",
@@ -190,24 +193,27 @@ pub struct RunArgs {
     )]
     pub methods: Vec<String>,
     /// Seed from which all others are derived
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
     pub seed: u64,
     /// Training episodes of every learner; short for `--set training.episodes=N` [default: the
     /// scenario's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
     pub episodes: Option<NonZeroU32>,
     /// Independent trainings on every point MDP, for methods that tune or learn
-    #[arg(long, value_name = "R", default_value = "1")]
+    #[arg(long, value_name = "R", default_value = "1", value_parser = at_least_one)]
     pub replicates: NonZeroU32,
     /// Evaluation episodes per task, the same for all methods
-    #[arg(long, value_name = "K", default_value = "5")]
+    #[arg(long, value_name = "K", default_value = "5", value_parser = at_least_one)]
     pub eval_seeds: NonZeroU32,
     /// Worker processes at the same time [default: one per processor]
-    #[arg(long, short, value_name = "J")]
+    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
     /// Results directory [default: results/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Write into a folder that holds other things than results
+    #[arg(long)]
+    pub force: bool,
     /// Folder of the networks; missing ones are built [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
@@ -253,10 +259,10 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE", group = "place")]
     pub sumocfg: Option<PathBuf>,
     /// Evaluation episodes of each
-    #[arg(long, value_name = "K", default_value = "5")]
+    #[arg(long, value_name = "K", default_value = "5", value_parser = at_least_one)]
     pub eval_seeds: NonZeroU32,
     /// Seed from which those of the episodes are derived, as in `run`
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
     pub seed: u64,
     /// Folder of the networks [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
@@ -339,6 +345,23 @@ fn parse_budget(text: &str) -> Result<Budget, String> {
     // A budget of 0 is refused with the family's size, once that is known.
     let number = text.parse().map_err(|_| "expected a whole number or `all`".to_owned())?;
     Ok(Budget(Some(number)))
+}
+
+fn at_least_one(text: &str) -> Result<NonZeroU32, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
+}
+
+fn at_least_one_worker(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "expected a whole number, 1 or more".to_owned())
+}
+
+/// Reads a seed.
+///
+/// # Errors
+///
+/// What is expected.
+pub(super) fn parse_seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
 /// Runs a command and returns its exit code.

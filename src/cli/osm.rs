@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use super::BuildNetworksArgs;
 use super::build_networks::{build, networks_folder};
+use super::folder::CITY;
 use super::output::{Progress, line, note};
 use crate::error::FileError;
 use crate::exit;
@@ -73,6 +74,7 @@ struct Input {
 pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
     let start = Instant::now();
     let out = args.out.clone().unwrap_or_else(|| Path::new("networks").join(stem(osm)));
+    CITY.check(&out, "--out", Some(args.force))?;
     let input = input(args, osm, &out)?;
     let read_in = start.elapsed();
     let inputs = Inputs {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::ScenarioArg;
 use super::build_networks::{default_folder, prepare};
+use super::effects::Use;
 use super::evaluate::unknown_point;
 use super::osm::quoted;
 use super::output::{line, note};
@@ -30,7 +31,7 @@ pub struct RoutesArgs {
     #[arg(long, value_name = "ID")]
     pub point: String,
     /// Seed of the episode
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::parse_seed)]
     pub seed: u64,
     /// Route file to write
     #[arg(long, value_name = "FILE")]
@@ -42,10 +43,12 @@ pub struct RoutesArgs {
 
 pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
-    let point = &args.point;
-    if loaded.family.position(point).is_none() {
-        return Err(unknown_point(point, &loaded, &args.scenario.scenario).into());
-    }
+    let used = Use { simulation: true, ..Use::BUILD };
+    used.check(&loaded, &args.scenario.settings())?;
+    let Some(index) = loaded.family.position(&args.point) else {
+        return Err(unknown_point(&args.point, &loaded, &args.scenario.scenario).into());
+    };
+    let point = &loaded.family.points[index].id;
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     prepare(&loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;

@@ -12,18 +12,21 @@ use serde_json::{Value, json};
 
 use super::RunArgs;
 use super::build_networks::{default_folder, prepare};
+use super::effects::{Use, any};
 use super::estimate::{Effort, estimate};
+use super::folder::RESULTS;
 use super::monitor::Monitor;
 use super::output::{line, note};
 use super::report::print;
 use super::signals::warning_lines;
-use crate::error::{FamilyError, FileError, SimError};
+use crate::control::registry::{METHODS, Training};
+use crate::error::{FamilyError, FileError, Refused, SimError};
 use crate::eval::plan::{Draft, Request, complete, draft, establish};
 use crate::eval::pool::Pool;
 use crate::exit;
 use crate::family::load::{LoadedScenario, load_with};
 use crate::family::overrides::Override;
-use crate::family::scenario::{DemandSettings, SignalSettings};
+use crate::family::scenario::{DemandSettings, Preset, SignalSettings};
 use crate::report::{self, JsonRow, ReportData, check_name};
 use crate::sample::Sampling;
 use crate::store::Layout;
@@ -31,13 +34,16 @@ use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{Manifest, Provenance, Task};
 use crate::store::results::Results;
 
+/// What stands for all methods.
+const ALL: &str = "all";
+
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let request = Request {
         scenario: scenario(args)?,
         sumocfgs: args.sumocfg.clone(),
         budget: args.budget.0,
         sampling: args.sampling.unwrap_or(Sampling::KMeans),
-        methods: args.methods.clone(),
+        methods: methods(&args.methods),
         base_seed: args.seed,
         evaluation_seeds: args.eval_seeds.get(),
         replicates: args.replicates.get(),
@@ -46,18 +52,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     if let Some(method) = &args.against {
         check_name(method, &draft.methods)?;
     }
-    if !args.quiet && request.budget.is_none() && args.sampling.is_some() {
-        note("--sampling has no effect: without a --budget, every point MDP is evaluated");
-    }
-    let demand = &request.scenario.scenario.demand;
-    if !args.quiet && !args.sumocfg.is_empty() && *demand != DemandSettings::default() {
-        note(
-            "settings of demand have no effect on --sumocfg scenarios, whose vehicles are their own",
-        );
-    }
-    if !args.quiet && request.replicates > 1 && draft.replicated.is_empty() {
-        note("--replicates has no effect: none of the methods tunes or learns");
-    }
+    check(args, &request, &draft)?;
     let jobs = args.jobs.or_else(|| available_parallelism().ok()).map_or(1, |j| j.get());
     if args.dry_run {
         if args.json {
@@ -78,14 +73,14 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         .networks
         .clone()
         .unwrap_or_else(|| default_folder(&args.scenario.scenario, &request.scenario));
+    let name = if args.sumocfg.is_empty() { &request.scenario.scenario.name } else { "imported" };
+    let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
+    RESULTS.check(&out, "--out", Some(args.force))?;
     let hashes = networks_of(&request, &draft, &networks, args.quiet || args.json)?;
     let signal = &request.scenario.scenario.signal;
     let simulator = simulator(&request.sumocfgs, signal)?;
     let provenance = provenance(&networks);
     let (manifest, tasks) = complete(&request, &draft, &hashes, simulator, provenance)?;
-
-    let name = if args.sumocfg.is_empty() { &request.scenario.scenario.name } else { "imported" };
-    let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(name));
     let layout = Layout::new(&out);
     fs::create_dir_all(&out).map_err(FileError::at("create", &out))?;
     let started = now();
@@ -96,6 +91,56 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     super::places::write(&layout, &request, &draft, &args.scenario.scenario)?;
     clean(&layout, args.retry_failed)?;
     work(args, &request, &draft, &layout, &manifest, &networks, jobs)
+}
+
+/// Returns the methods by name; `all` stands for every one.
+fn methods(names: &[String]) -> Vec<String> {
+    if names.iter().any(|name| name == ALL) {
+        return METHODS.iter().map(|m| m.name.to_owned()).collect();
+    }
+    names.to_vec()
+}
+
+/// Refuses what has no effect.
+fn check(args: &RunArgs, request: &Request, draft: &Draft) -> anyhow::Result<()> {
+    let imported = !args.sumocfg.is_empty();
+    let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
+        Err(Refused(format!("{flag} has no effect: {reason}; leave it out")).into())
+    };
+    if args.sampling.is_some() && request.budget.is_none() {
+        return refuse("--sampling", "without a --budget, every point MDP is evaluated");
+    }
+    if args.sampling.is_some() && draft.family.points.len() == 1 {
+        return refuse("--sampling", "there is one point MDP only");
+    }
+    if request.replicates > 1 && draft.replicated.is_empty() {
+        return refuse("--replicates", "none of the methods tunes or learns");
+    }
+    if args.episodes.is_some() && !any(&draft.methods, Training::Learned) {
+        let learners = METHODS.iter().filter(|m| m.training == Training::Learned);
+        let learners: Vec<&str> = learners.map(|m| m.name).collect();
+        let reason = format!("none of the methods learns, as {} do", learners.join(", "));
+        return refuse("--episodes", &reason);
+    }
+    if imported && args.networks.is_some() {
+        return refuse("--networks", "the SUMO scenarios bring their networks");
+    }
+    let used = Use {
+        family: !imported,
+        networks: !imported,
+        simulation: true,
+        methods: Some(&draft.methods),
+        ..Use::BUILD
+    };
+    used.check(&request.scenario, &args.scenario.settings())?;
+    let demand = &request.scenario.scenario.demand;
+    let plain = request.scenario.scenario.preset == Preset::default();
+    if imported && plain && !args.quiet && *demand != DemandSettings::default() {
+        note(
+            "the scenario file's [demand] has no effect: the vehicles of SUMO scenarios are their own",
+        );
+    }
+    Ok(())
 }
 
 /// Says what may be wrong with the signals of imported scenarios.

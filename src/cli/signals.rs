@@ -11,12 +11,14 @@ use serde_json::{Value, json};
 
 use super::ScenarioArg;
 use super::build_networks::{default_folder, prepare};
+use super::effects::Use;
 use super::evaluate::unknown_point;
+use super::folder::DRAWINGS;
 use super::output::{line, note};
 use crate::control::Service;
 use crate::env::derive::DerivedSignal;
 use crate::env::warnings;
-use crate::error::{FileError, SimError};
+use crate::error::{FileError, Refused, SimError};
 use crate::eval::environment::generated_world;
 use crate::exit;
 use crate::family::load::load_with;
@@ -57,6 +59,9 @@ pub struct SignalsArgs {
     /// Folder to draw each signal to, as NUMBER-ID.svg
     #[arg(long, value_name = "DIR")]
     pub svg: Option<PathBuf>,
+    /// Draw into a folder that holds other files
+    #[arg(long, requires = "svg")]
+    pub force: bool,
     /// Print JSON lines: one per signal
     #[arg(long)]
     pub json: bool,
@@ -65,13 +70,25 @@ pub struct SignalsArgs {
 pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let path = Path::new(&args.place);
-    let config = if path.is_file() || path.extension().is_some_and(|e| e == "sumocfg") {
+    if let Some(folder) = &args.svg {
+        DRAWINGS.check(folder, "--svg", Some(args.force))?;
+    }
+    let imported = path.is_file() || path.extension().is_some_and(|e| e == "sumocfg");
+    if imported && args.networks.is_some() {
+        return Err(
+            Refused("--networks has no effect: a SUMO configuration is given".into()).into()
+        );
+    }
+    let used = Use { family: !imported, networks: !imported, ..Use::BUILD };
+    used.check(&loaded, &args.scenario.settings())?;
+    let config = if imported {
         path.to_path_buf()
-    } else if loaded.family.position(&args.place).is_some() {
+    } else if let Some(index) = loaded.family.position(&args.place) {
+        let point = &loaded.family.points[index].id;
         let folder = || default_folder(&args.scenario.scenario, &loaded);
         let networks = args.networks.clone().unwrap_or_else(folder);
-        prepare(&loaded, &BTreeSet::from([args.place.as_str()]), &networks, true)?;
-        generated_world(&networks, &args.place)?.config
+        prepare(&loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
+        generated_world(&networks, point)?.config
     } else {
         return Err(unknown_point(&args.place, &loaded, &args.scenario.scenario).into());
     };

@@ -216,12 +216,14 @@ pub struct EpisodeOutcome {
 #[non_exhaustive]
 pub enum ControlError {
     /// A name that no controller has.
-    #[error("unknown method {name:?}; known are {known}")]
+    #[error("unknown method {name:?}; known are {known}{meant}")]
     Unknown {
         /// What was asked for.
         name: String,
         /// Names that exist.
         known: String,
+        /// What may have been meant.
+        meant: String,
     },
     /// A signal that the method cannot control.
     #[error("{method} cannot control signal {signal}: {reason}")]

@@ -14,6 +14,7 @@ use super::program::Program;
 use super::webster::Constants;
 use super::{ControlError, Controller};
 use super::{idqn, ippo, max_pressure, mplight, mplight_star};
+use crate::suggest::did_you_mean;
 
 /// Settings of all controllers; the defaults are the scenario's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -182,7 +183,9 @@ pub fn create(
         }
         _ => {
             let known: Vec<_> = METHODS.iter().map(|m| m.name).collect();
-            return Err(ControlError::Unknown { name: name.to_owned(), known: known.join(", ") });
+            let meant = did_you_mean(name, known.iter().copied());
+            let known = known.join(", ");
+            return Err(ControlError::Unknown { name: name.to_owned(), known, meant });
         }
     })
 }

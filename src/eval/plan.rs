@@ -15,7 +15,7 @@ use crate::network::index::INDEX_FILE;
 use crate::sample::{SamplePlan, Sampling, choose};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
-use crate::store::{Layout, SCHEMA_VERSION};
+use crate::store::{Layout, SCHEMA_VERSION, difference};
 
 use super::content;
 use super::environment::hash_scenario;
@@ -236,7 +236,7 @@ pub fn complete(
 ///
 /// # Errors
 ///
-/// [`StoreError::Mismatch`] naming the first field that differs.
+/// [`StoreError::Mismatch`] naming what differs.
 pub fn establish(
     layout: &Layout,
     manifest: Manifest,
@@ -244,11 +244,11 @@ pub fn establish(
 ) -> Result<Manifest, StoreError> {
     if layout.manifest().exists() {
         let existing = Manifest::read(layout)?;
-        return match existing.first_difference(&manifest) {
+        return match difference::between(&existing.identity, &manifest.identity) {
             None => Ok(existing),
-            Some((field, found, wanted)) => {
-                let path = layout.root().to_path_buf();
-                Err(StoreError::Mismatch { path, field, found, wanted })
+            Some(difference) => {
+                let (path, command) = (layout.root().to_path_buf(), existing.provenance.command);
+                Err(StoreError::Mismatch { path, difference, command })
             }
         };
     }
@@ -333,7 +333,7 @@ pub(super) mod tests {
         assert_eq!(
             e,
             "unknown method \"maxpressure\"; known are baseline, fixed-time, max-pressure, \
-             max-pressure-resco, actuated, idqn, ippo, mplight, mplight-star, mplight-star-resco, program"
+             max-pressure-resco, actuated, idqn, ippo, mplight, mplight-star, mplight-star-resco, program; did you mean max-pressure?"
         );
     }
 
@@ -387,6 +387,6 @@ pub(super) mod tests {
         let mut other = manifest;
         other.identity.base_seed = 9;
         let e = establish(&layout, other, &tasks).unwrap_err().to_string();
-        assert!(e.contains("base_seed is 0 there and 9 now"), "{e}");
+        assert!(e.contains("--seed is 0 there and 9 now"), "{e}");
     }
 }

@@ -17,7 +17,6 @@ pub(super) fn name_of(file: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::family::load::from_text;
 
     #[test]

@@ -14,9 +14,10 @@ use super::names::{check_id, safe_id};
 use super::overrides::{Override, overlay};
 use super::points;
 use super::scenario::{Detail, Preset, Scenario, SixFeatures};
-use super::{Feature, MdpFamily, PointMdp, columns};
+use super::{Feature, MdpFamily, PointMdp, columns, wording};
 use crate::error::{FamilyError, FileError};
 use crate::sheet;
+use crate::suggest::did_you_mean;
 
 /// Scenarios that the binary carries, so that it works from any directory.
 pub const EMBEDDED: [(&str, &str); 3] = [
@@ -79,9 +80,12 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
     let path = Path::new(name);
     if !path.exists() {
         let embedded: Vec<_> = EMBEDDED.iter().map(|(n, _)| *n).collect();
+        let mut known: Vec<String> = embedded.iter().map(|n| (*n).to_owned()).collect();
+        known.extend(beside(path));
         return Err(FamilyError::UnknownScenario {
             name: name.to_owned(),
             embedded: embedded.join(", "),
+            meant: did_you_mean(name, known.iter().map(String::as_str)),
         });
     }
     let path = if path.is_dir() { path.join("scenario.toml") } else { path.to_path_buf() };
@@ -89,6 +93,17 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let table = |table: &str| read_text(&folder.join(table));
     from_text(&text, &path.display().to_string(), overrides, &table)
+}
+
+/// Returns the scenarios in the folder of a path.
+fn beside(path: &Path) -> Vec<String> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let read = std::fs::read_dir(if folder == Path::new("") { Path::new(".") } else { folder });
+    let paths = read.into_iter().flatten().flatten().map(|e| folder.join(e.file_name()));
+    let scenario = |p: &PathBuf| {
+        p.extension().is_some_and(|e| e == "toml") || p.join("scenario.toml").is_file()
+    };
+    paths.filter(scenario).map(|p| p.display().to_string()).collect()
 }
 
 /// Returns a scenario whose text stands on a preset's, with settings replaced.
@@ -103,7 +118,8 @@ fn with_preset(
     overlay(&mut settings, table(text));
     settings.entry("name").or_insert_with(|| name_of(file).into());
     let mut scenario: Scenario = settings.try_into().map_err(|e: toml::de::Error| {
-        let message = format!("with the preset {}: {}", preset.name(), e.message());
+        let reason = wording::explain(e.message(), "");
+        let message = format!("with the preset {}: {reason}", preset.name());
         FamilyError::Toml { file: file.to_owned(), message }
     })?;
     for setting in overrides {
@@ -131,10 +147,8 @@ pub fn from_text(
     overrides: &[Override],
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
 ) -> Result<LoadedScenario, FamilyError> {
-    let mut scenario: Scenario = toml::from_str(text).map_err(|e| FamilyError::Toml {
-        file: file.to_owned(),
-        message: e.to_string().trim_end().to_owned(),
-    })?;
+    let mut scenario: Scenario =
+        toml::from_str(text).map_err(|e| wording::file_error(file, text, &e))?;
     // A name that is written and empty is the user's mistake, one that is not written is the file's.
     if !text.parse::<Table>().is_ok_and(|table| table.contains_key("name")) {
         scenario.name = name_of(file);

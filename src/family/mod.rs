@@ -18,6 +18,7 @@ pub mod overrides;
 pub mod points;
 pub mod scenario;
 pub mod signal;
+pub mod wording;
 
 use serde::Serialize;
 

@@ -5,19 +5,8 @@ use std::str::FromStr;
 use toml::{Table, Value};
 
 use super::scenario::{Preset, Scenario};
+use super::wording::explain;
 use crate::error::FamilyError;
-
-/// Rust's words in messages of the deserialiser, and what a user calls them.
-const WORDS: [(&str, &str); 8] = [
-    ("unknown field", "unknown setting"),
-    ("unknown variant", "unknown value"),
-    ("invalid type: map", "invalid type: table"),
-    ("expected f32", "expected a number"),
-    ("expected f64", "expected a number"),
-    ("expected u32", "expected a whole number that is not negative"),
-    ("expected usize", "expected a whole number that is not negative"),
-    ("expected a boolean", "expected true or false"),
-];
 
 /// A setting by its dotted name, such as `demand.horizon_s`, and its new value.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +49,8 @@ impl Override {
         // All defaults are written out, so that a part of a table can be replaced as well.
         let mut settings = Table::try_from(scenario).expect("a scenario is plain data");
         self.put_into(&mut settings)?;
-        settings.try_into().map_err(|e: toml::de::Error| self.wrong(readable(e.message())))
+        let key = self.path.join(".");
+        settings.try_into().map_err(|e: toml::de::Error| self.wrong(self.reason(e.message(), &key)))
     }
 
     /// Puts the setting into the text of a scenario, where it need not be right yet.
@@ -81,6 +71,27 @@ impl Override {
         }
         put(table, last, self.value.clone());
         Ok(())
+    }
+
+    /// Returns what is wrong with the setting; its name is in front of the message already.
+    fn reason(&self, message: &str, key: &str) -> String {
+        let text = explain(message, key);
+        text.strip_prefix(&format!("{key}: ")).map_or_else(|| text.clone(), str::to_owned)
+    }
+
+    /// Returns the dotted names of what it sets: of a table, those of the settings in it.
+    pub fn keys(&self) -> Vec<String> {
+        fn gather(above: &str, value: &Value, keys: &mut Vec<String>) {
+            match value {
+                Value::Table(inner) => {
+                    inner.iter().for_each(|(k, v)| gather(&format!("{above}.{k}"), v, keys));
+                }
+                _ => keys.push(above.to_owned()),
+            }
+        }
+        let mut keys = Vec::new();
+        gather(&self.path.join("."), &self.value, &mut keys);
+        keys
     }
 
     fn wrong(&self, message: String) -> FamilyError {
@@ -121,16 +132,6 @@ fn put(table: &mut Table, key: &str, value: Value) {
         (_, value) => {
             table.insert(key.to_owned(), value);
         }
-    }
-}
-
-/// Returns a message of the deserialiser in a user's words.
-pub fn readable(message: &str) -> String {
-    let message =
-        WORDS.iter().fold(message.trim().to_owned(), |text, (from, to)| text.replace(from, to));
-    match message.split_once("expected struct ") {
-        Some((before, _)) => format!("{before}expected a table"),
-        None => message,
     }
 }
 
@@ -179,42 +180,41 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_setting_says_which_there_are() {
-        assert_eq!(
-            refused("demand.horizon=600"),
-            "--set demand.horizon=600: unknown setting `horizon`, expected one of `horizon_s`, \
-             `turn_shares`, `peak_hour_factor`, `approach_spread`"
-        );
-        let e = refused("learning_rate=1");
-        assert!(e.contains("unknown setting `learning_rate`, expected one of `name`"), "{e}");
-        let e = refused("dqn.learning_rate=1");
-        assert!(e.contains("unknown setting `dqn`, expected one of `name`"), "{e}");
+    fn an_unknown_setting_says_which_it_may_be() {
+        for (text, meant) in [
+            ("demand.horizon=600", "demand.horizon_s"),
+            ("horizon_s=600", "demand.horizon_s"),
+            ("dqn.learning_rate=1", "idqn.learning_rate"),
+            ("demand={horizon=600}", "demand.horizon_s"),
+        ] {
+            let e = refused(text);
+            assert!(e.starts_with(&format!("--set {text}: unknown setting ")), "{e}");
+            assert!(e.contains(&format!("did you mean {meant}")), "{e}");
+        }
     }
 
     #[test]
     fn a_value_of_a_wrong_type_says_what_is_expected() {
         let cases = [
-            ("demand.horizon_s=soon", "invalid type: string \"soon\", expected a number"),
-            (
-                "training.episodes=1.5",
-                "invalid type: floating point `1.5`, expected a whole number that is not negative",
-            ),
-            (
-                "idqn.batch_size=-3",
-                "invalid value: integer `-3`, expected a whole number that is not negative",
-            ),
-            ("ippo.evaluate_mode=1", "invalid type: integer `1`, expected true or false"),
-            ("demand=3", "invalid type: integer `3`, expected a table"),
-            ("name={a=1}", "invalid type: table, expected a string"),
+            ("demand.horizon_s=soon", "expected a number, found the text \"soon\""),
+            ("training.episodes=1.5", "expected a whole number from 0 to 4294967295, found 1.5"),
+            ("idqn.batch_size=-3", "expected a whole number that is not negative, found -3"),
+            ("ippo.evaluate_mode=1", "expected true or false, found 1"),
+            ("demand=3", "expected a table, found 3"),
+            ("name={a=1}", "expected a text, found a table"),
             ("demand.horizon_s.x=3", "demand.horizon_s is one value and has no settings"),
-            (
-                "baseline.program=own",
-                "unknown value `own`, expected one of `auto`, `netconvert`, `equal-split`",
-            ),
+            ("baseline.program=own", "own is none of its values auto, netconvert, equal-split"),
         ];
         for (text, expected) in cases {
             assert_eq!(refused(text), format!("--set {text}: {expected}"));
         }
+    }
+
+    #[test]
+    fn a_table_sets_what_it_names() {
+        let keys = |text: &str| text.parse::<Override>().unwrap().keys();
+        assert_eq!(keys("demand.horizon_s=6"), ["demand.horizon_s"]);
+        assert_eq!(keys("demand={turn_shares={left=1}}"), ["demand.turn_shares.left"]);
     }
 
     #[test]

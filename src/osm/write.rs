@@ -21,8 +21,9 @@ use crate::family::check::check;
 use crate::family::features::six_features;
 use crate::family::inflow::InflowSources;
 use crate::family::load::LoadedScenario;
-use crate::family::overrides::{Override, readable};
+use crate::family::overrides::Override;
 use crate::family::scenario::{Detail, Scenario, SixFeatures};
+use crate::family::wording::explain;
 use crate::files::write_atomically;
 
 /// Name of the scenario file within a city's folder.
@@ -108,7 +109,7 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
     let own = table.clone().try_into::<Scenario>();
     let mut scenario = own.map_err(|e: toml::de::Error| FamilyError::Toml {
         file: format!("{source}, [scenario]"),
-        message: readable(e.message()),
+        message: explain(e.message(), ""),
     })?;
     for setting in overrides {
         scenario = setting.apply(&scenario)?;

@@ -187,50 +187,6 @@ impl Manifest {
         }
         serde_json::from_value(value).map_err(|e| malformed(e.to_string()))
     }
-
-    /// Returns the dotted name and both values of the first field of the identity that differs.
-    pub fn first_difference(&self, other: &Self) -> Option<(String, String, String)> {
-        let value = |m: &Self| serde_json::to_value(&m.identity).expect("plain data");
-        difference("", &value(self), &value(other))
-    }
-}
-
-fn difference(
-    at: &str,
-    a: &serde_json::Value,
-    b: &serde_json::Value,
-) -> Option<(String, String, String)> {
-    use serde_json::Value;
-    if a == b {
-        return None;
-    }
-    let join = |key: &str| if at.is_empty() { key.to_owned() } else { format!("{at}.{key}") };
-    let pair = |x: Option<&Value>, y: Option<&Value>, key: &str| {
-        let null = Value::Null;
-        difference(&join(key), x.unwrap_or(&null), y.unwrap_or(&null))
-    };
-    match (a, b) {
-        (Value::Object(x), Value::Object(y)) => {
-            let keys: std::collections::BTreeSet<_> = x.keys().chain(y.keys()).collect();
-            // What people set comes before the hashes that follow from it.
-            let (settings, rest): (Vec<_>, Vec<_>) =
-                keys.into_iter().partition(|k| *k == "settings" || *k == "preset");
-            settings.into_iter().chain(rest).find_map(|k| pair(x.get(k), y.get(k), k))
-        }
-        (Value::Array(x), Value::Array(y)) if x.len() == y.len() => {
-            (0..x.len()).find_map(|i| pair(x.get(i), y.get(i), &i.to_string()))
-        }
-        _ => Some((at.to_owned(), shorten(a), shorten(b))),
-    }
-}
-
-fn shorten(value: &serde_json::Value) -> String {
-    const MAX: usize = 80;
-    let text = value.to_string();
-    if text.chars().count() <= MAX {
-        return text;
-    }
-    format!("{}...", text.chars().take(MAX).collect::<String>())
 }
 
 impl Identity {

@@ -15,6 +15,7 @@
 //! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
 
 mod commit;
+pub mod difference;
 pub mod lock;
 pub mod manifest;
 pub mod places;

@@ -1,0 +1,128 @@
+//! Folders that are written into: one with something else in it is refused without `--force`.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::Path;
+
+use crate::error::{FileError, Refused};
+
+/// Files that are no one's work.
+const NOTHING: [&str; 3] = [".gitkeep", ".gitignore", ".DS_Store"];
+
+/// Most files that a message names.
+const NAMED: usize = 3;
+
+/// What a folder is for: what messages call it, and how to tell by its files that it is one already.
+pub(super) struct Kind {
+    what: &'static str,
+    own: fn(&str) -> bool,
+    /// Whether all files have to be of the kind, not just one.
+    all: bool,
+}
+
+/// What `run` writes.
+pub(super) const RESULTS: Kind = Kind {
+    what: "results directory",
+    own: |name| ["manifest.json", "plan.jsonl", "lock.json"].contains(&name),
+    all: false,
+};
+
+/// What `build-networks` writes.
+pub(super) const NETWORKS: Kind =
+    Kind { what: "folder of networks", own: |name| name == "INDEX.csv", all: false };
+
+/// What `build-networks --osm` writes.
+pub(super) const CITY: Kind = Kind {
+    what: "folder that build-networks --osm wrote",
+    own: |name| ["scenario.toml", "approaches.csv", "quality.json"].contains(&name),
+    all: false,
+};
+
+/// What `signals --svg` writes.
+pub(super) const DRAWINGS: Kind =
+    Kind { what: "folder of drawings", own: |name| name.ends_with(".svg"), all: true };
+
+impl Kind {
+    /// Checks that a folder is missing, empty or of the kind, or that it is to be written in spite of
+    /// that.
+    ///
+    /// # Errors
+    ///
+    /// What else is in it, and the way out; `flag` is what named it.
+    pub(super) fn check(&self, path: &Path, flag: &str, force: Option<bool>) -> anyhow::Result<()> {
+        if path.exists() && !path.is_dir() {
+            let path = path.display();
+            anyhow::bail!(Refused(format!("{flag} {path} is a file; give the path of a folder")));
+        }
+        if !path.exists() || force == Some(true) {
+            return Ok(());
+        }
+        let entries = fs::read_dir(path).map_err(FileError::at("read", path))?;
+        let names: Vec<OsString> = entries.flatten().map(|e| e.file_name()).collect();
+        let mut names: Vec<String> =
+            names.iter().map(|n| n.to_string_lossy().into_owned()).collect();
+        names.retain(|name| !NOTHING.contains(&name.as_str()));
+        names.sort();
+        let own = |name: &String| (self.own)(name);
+        let fine = if self.all { names.iter().all(own) } else { names.iter().any(own) };
+        if names.is_empty() || fine {
+            return Ok(());
+        }
+        let mut others = names.into_iter().filter(|name| !own(name));
+        let mut named = others.by_ref().take(NAMED).collect::<Vec<_>>().join(", ");
+        let more = others.count();
+        if more > 0 {
+            named.push_str(&format!(" and {more} more"));
+        }
+        let way_out =
+            if force.is_some() { ", or --force to write into it all the same" } else { "" };
+        anyhow::bail!(Refused(format!(
+            "{flag} {} is not empty and no {} (it holds {named}); give another folder{way_out}",
+            path.display(),
+            self.what
+        )));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(files: &[&str], kind: &Kind, force: Option<bool>) -> Option<String> {
+        let folder = tempfile::tempdir().unwrap();
+        for file in files {
+            fs::write(folder.path().join(file), "").unwrap();
+        }
+        let error = kind.check(folder.path(), "--out", force).err()?;
+        Some(error.to_string().replace(&folder.path().display().to_string(), "DIR"))
+    }
+
+    #[test]
+    fn a_folder_of_other_things_is_refused_unless_it_is_forced() {
+        let files = ["thesis.tex", "a", "b", "c", ".gitkeep"];
+        assert_eq!(
+            check(&files, &RESULTS, Some(false)).unwrap(),
+            "--out DIR is not empty and no results directory (it holds a, b, c and 1 more); give \
+             another folder, or --force to write into it all the same"
+        );
+        assert_eq!(check(&files, &RESULTS, Some(true)), None);
+        assert!(check(&files, &NETWORKS, None).unwrap().ends_with("give another folder"));
+    }
+
+    #[test]
+    fn a_folder_of_the_kind_and_an_empty_one_are_taken() {
+        assert_eq!(check(&[], &RESULTS, Some(false)), None);
+        assert_eq!(check(&[".gitkeep"], &RESULTS, Some(false)), None);
+        assert_eq!(check(&["manifest.json", "notes.md"], &RESULTS, Some(false)), None);
+        assert_eq!(check(&["INDEX.csv"], &NETWORKS, Some(false)), None);
+        assert_eq!(check(&["00-a.svg", "01-b.svg"], &DRAWINGS, Some(false)), None);
+        assert!(check(&["00-a.svg", "x.txt"], &DRAWINGS, Some(false)).unwrap().contains("x.txt"));
+    }
+
+    #[test]
+    fn a_file_is_no_folder() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let e = RESULTS.check(file.path(), "--out", Some(true)).unwrap_err().to_string();
+        assert!(e.ends_with("is a file; give the path of a folder"), "{e}");
+    }
+}

@@ -1,0 +1,225 @@
+//! What makes one run another one, in words: the settings and flags that people give come before the
+//! files and hashes that follow from them.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+
+use serde_json::Value;
+
+use super::manifest::{Identity, PointRow};
+
+/// Most settings or points that are named.
+const NAMED: usize = 3;
+
+/// Digits of a hash that are shown.
+const DIGITS: usize = 12;
+
+/// Most characters of a value that are shown.
+const QUOTED: usize = 80;
+
+/// Returns what differs between an existing run and the one that is asked for; nothing if they are the
+/// same.
+pub fn between(there: &Identity, now: &Identity) -> Option<String> {
+    if there == now {
+        return None;
+    }
+    let flags = [
+        differs("the scenario", &there.scenario, &now.scenario),
+        settings(&there.settings, &now.settings),
+        differs("--methods", &there.methods.join(","), &now.methods.join(",")),
+        differs("--seed", &there.base_seed, &now.base_seed),
+        differs("--eval-seeds", &there.evaluation_seeds.len(), &now.evaluation_seeds.len()),
+        differs("--replicates", &there.replicates, &now.replicates),
+        differs("--budget", &there.sample.budget, &now.sample.budget),
+        differs("--sampling", &there.sample.sampling, &now.sample.sampling),
+    ];
+    if let Some(text) = flags.into_iter().flatten().next() {
+        return Some(text);
+    }
+    let versions = [
+        differs("tsc-family", &there.tsc_family, &now.tsc_family),
+        differs("SUMO", &there.simulator, &now.simulator),
+    ];
+    let points = points(&there.points, &now.points);
+    let rest = versions.into_iter().flatten().next().or(points);
+    // Everything that is compared has its words above but constants of a version.
+    Some(rest.unwrap_or_else(|| {
+        "it was planned by a version of tsc-family that chooses otherwise".to_owned()
+    }))
+}
+
+fn differs<T: PartialEq + Debug>(what: &str, there: &T, now: &T) -> Option<String> {
+    let plain = |value: &T| format!("{value:?}").trim_matches('"').to_owned();
+    (there != now).then(|| format!("{what} is {} there and {} now", plain(there), plain(now)))
+}
+
+/// Returns the settings that differ.
+fn settings(there: &Value, now: &Value) -> Option<String> {
+    let (there, now) = (flat(there), flat(now));
+    let keys: std::collections::BTreeSet<&String> = there.keys().chain(now.keys()).collect();
+    let differ: Vec<&String> =
+        keys.into_iter().filter(|key| there.get(*key) != now.get(*key)).collect();
+    let shown = |values: &BTreeMap<String, Value>, key: &String| match values.get(key) {
+        None | Some(Value::Null) => "not set".to_owned(),
+        Some(value) => shortened(&value.to_string()),
+    };
+    let text = |key: &&String| {
+        format!("{key} is {} there and {} now", shown(&there, key), shown(&now, key))
+    };
+    // Other settings follow from the preset.
+    if let Some(preset) = differ.iter().find(|key| key.as_str() == "preset") {
+        return Some(text(preset));
+    }
+    if differ.is_empty() {
+        return None;
+    }
+    let named: Vec<String> = differ.iter().take(NAMED).map(text).collect();
+    let more = match differ.len() - named.len() {
+        0 => String::new(),
+        more => format!(", and {more} more settings differ"),
+    };
+    Some(format!("the setting {}{more}", named.join(", ")))
+}
+
+/// Returns the values of a tree by their dotted names.
+fn flat(value: &Value) -> BTreeMap<String, Value> {
+    fn gather(above: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
+        match value {
+            Value::Object(inner) => {
+                for (key, value) in inner {
+                    let dot = if above.is_empty() { "" } else { "." };
+                    gather(&format!("{above}{dot}{key}"), value, into);
+                }
+            }
+            _ => {
+                into.insert(above.to_owned(), value.clone());
+            }
+        }
+    }
+    let mut values = BTreeMap::new();
+    gather("", value, &mut values);
+    values
+}
+
+/// Returns what differs between the point MDPs where all settings are the same: the table that they come
+/// from, or the files of their networks.
+fn points(there: &[PointRow], now: &[PointRow]) -> Option<String> {
+    let names =
+        |rows: &[PointRow]| -> Vec<String> { rows.iter().map(|row| row.point.clone()).collect() };
+    let (old, new) = (names(there), names(now));
+    if old != new {
+        let only = |a: &[String], b: &[String]| {
+            let names: Vec<&str> =
+                a.iter().filter(|n| !b.contains(n)).take(NAMED).map(String::as_str).collect();
+            if names.is_empty() { "no other".to_owned() } else { names.join(", ") }
+        };
+        return Some(format!(
+            "other point MDPs were chosen, since the table of the family was changed: {} there and {} \
+             now",
+            only(&old, &new),
+            only(&new, &old)
+        ));
+    }
+    let (old, new) = there.iter().zip(now).find(|(old, new)| old != new)?;
+    let name = old.name();
+    let table = old.features != new.features
+        || old.importance != new.importance
+        || old.instances != new.instances
+        || old.places != new.places;
+    if table {
+        let values = |row: &PointRow| format!("{:?}", (row.importance, &row.features));
+        return Some(format!(
+            "the point MDP {name} is another one, since the table of the family was changed: importance \
+             and features are {} there and {} now",
+            shortened(&values(old)),
+            shortened(&values(new))
+        ));
+    }
+    let files = old.sha256.keys().chain(new.sha256.keys());
+    let file = files.into_iter().find(|file| old.sha256.get(*file) != new.sha256.get(*file));
+    Some(match file {
+        Some(file) => {
+            let hash = |row: &PointRow| match row.sha256.get(file) {
+                Some(hash) => format!("has the sha256 {}...", &hash[..hash.len().min(DIGITS)]),
+                None => "is missing".to_owned(),
+            };
+            format!(
+                "the settings are the same, but the file {file} of the point MDP {name} was changed: it \
+                 {} there and {} now; restore it",
+                hash(old),
+                hash(new)
+            )
+        }
+        None => format!("the point MDP {name} has another environment or content than there"),
+    })
+}
+
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(QUOTED) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn point(sha256: &str, lanes: f64) -> PointRow {
+        PointRow {
+            point: "busy".into(),
+            title: String::new(),
+            importance: 1.0,
+            instances: 1,
+            features: vec![lanes],
+            places: vec![],
+            content: String::new(),
+            environment: "network".into(),
+            sha256: BTreeMap::from([("busy.net.xml".to_owned(), sha256.repeat(32))]),
+        }
+    }
+
+    #[test]
+    fn settings_are_named_with_both_values() {
+        let there =
+            json!({"preset": "resco", "demand": {"horizon_s": 600.0}, "a": 1, "b": 1, "c": 1});
+        let mut now = there.clone();
+        now["demand"]["horizon_s"] = json!(1200.0);
+        assert_eq!(
+            settings(&there, &now).unwrap(),
+            "the setting demand.horizon_s is 600.0 there and 1200.0 now"
+        );
+        now["a"] = json!(2);
+        now["b"] = json!(2);
+        now["c"] = Value::Null;
+        assert_eq!(
+            settings(&there, &now).unwrap(),
+            "the setting a is 1 there and 2 now, b is 1 there and 2 now, c is 1 there and not set now, \
+             and 1 more settings differ"
+        );
+        now["preset"] = json!("field");
+        let text = settings(&there, &now).unwrap();
+        assert_eq!(text, "preset is \"resco\" there and \"field\" now");
+        assert_eq!(settings(&there, &there), None);
+    }
+
+    #[test]
+    fn a_file_is_named_only_where_the_table_is_the_same() {
+        let text = points(&[point("ab", 2.0)], &[point("cd", 2.0)]).unwrap();
+        assert_eq!(
+            text,
+            "the settings are the same, but the file busy.net.xml of the point MDP busy was changed: \
+             it has the sha256 abababababab... there and has the sha256 cdcdcdcdcdcd... now; restore it"
+        );
+        let text = points(&[point("ab", 2.0)], &[point("cd", 3.0)]).unwrap();
+        assert!(text.contains("(1.0, [2.0]) there and (1.0, [3.0]) now"), "{text}");
+    }
+
+    #[test]
+    fn other_point_mdps_are_named() {
+        let other = PointRow { point: "quiet".into(), ..point("ab", 2.0) };
+        let text = points(&[point("ab", 2.0)], &[point("ab", 2.0), other]).unwrap();
+        assert!(text.ends_with("changed: no other there and quiet now"), "{text}");
+    }
+}
