@@ -9,7 +9,9 @@ use crate::family::overrides::Override;
 use crate::family::scenario::{BaselineProgram, Detail};
 
 /// Settings that only derive a family from approaches.
-const OF_APPROACHES: [&str; 5] = [
+const OF_APPROACHES: [&str; 7] = [
+    "family.directional_split",
+    "family.peak_heading_deg",
     "family.detail",
     "family.hourly_share",
     "family.inflow_cap_vph_per_lane",

@@ -1,9 +1,8 @@
 //! How much work a run is: the episodes of its tasks and about how long they take.
 
 use std::fmt::Write;
-use std::time::Duration;
 
-use super::output::duration;
+use super::forecast::{Forecast, Job, range};
 use crate::control::ippo::Ippo;
 use crate::control::registry::{Training, training};
 use crate::eval::plan::{Draft, Request};
@@ -22,6 +21,16 @@ const SECONDS_PER_DECISION: f64 = 6e-4;
 
 /// The same for `ippo`, which updates its network once in many decisions.
 const SECONDS_PER_DECISION_IPPO: f64 = 5e-5;
+
+/// Flow per incoming lane from which vehicles queue and cost more, vehicles per hour; measured on the
+/// Salt Lake City family in the mean and the design hour.
+const FREE_VPH_PER_LANE: f64 = 350.0;
+
+/// Flow above that which doubles the cost of a vehicle, vehicles per hour and lane.
+const DOUBLING_VPH_PER_LANE: f64 = 400.0;
+
+/// Most times that a queueing vehicle costs as much as one that does not: roads are full then.
+const MAX_CONGESTION: f64 = 3.0;
 
 /// Approaches of a six-feature point MDP.
 const APPROACHES: f64 = 4.0;
@@ -44,8 +53,13 @@ impl Effort {
     pub(super) fn of(request: &Request, draft: &Draft, method: &str, point: &str) -> Self {
         let scenario = &request.scenario.scenario;
         let hours = scenario.demand.horizon_s / SECONDS_PER_HOUR;
-        let vehicles = inflow_vph(draft, point).unwrap_or(0.0) * APPROACHES * hours;
-        let evaluation_s = SECONDS_PER_EPISODE + vehicles * SECONDS_PER_VEHICLE;
+        let inflow_vph = feature(draft, point, "inflow_vph").unwrap_or(0.0);
+        let vehicles = inflow_vph * APPROACHES * hours;
+        let lanes_in = feature(draft, point, "lanes").map_or(1.0, |lanes| (lanes / 2.0).ceil());
+        let congestion = 1.0
+            + (inflow_vph / lanes_in.max(1.0) - FREE_VPH_PER_LANE).max(0.0) / DOUBLING_VPH_PER_LANE;
+        let vehicle_s = SECONDS_PER_VEHICLE * congestion.min(MAX_CONGESTION);
+        let evaluation_s = SECONDS_PER_EPISODE + vehicles * vehicle_s;
         let decisions = scenario.demand.horizon_s / f64::from(scenario.signal.delta_time_s);
         let (training, training_s) = match training(method) {
             Training::None => (0, 0.0),
@@ -74,15 +88,15 @@ impl Effort {
     }
 }
 
-/// Returns the arriving vehicles per hour and approach of a point MDP that has this feature.
-fn inflow_vph(draft: &Draft, point: &str) -> Option<f64> {
+/// Returns a feature of a point MDP that has it.
+fn feature(draft: &Draft, point: &str, name: &str) -> Option<f64> {
     let family = &draft.family;
-    let feature = family.features.iter().position(|f| f.name == "inflow_vph")?;
+    let feature = family.features.iter().position(|f| f.name == name)?;
     Some(family.points[family.position(point)?].features[feature])
 }
 
-/// Returns the plan in words.
-pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize) -> String {
+/// Returns the plan in words, for so many workers on so many processors.
+pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize, processors: usize) -> String {
     let sample = &draft.sample;
     let replicates = |method: &String| match draft.replicated.contains(method) {
         true => u64::from(request.replicates),
@@ -98,20 +112,24 @@ pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize) -> String 
         sample.seed,
         draft.methods.len(),
     );
-    let (mut episodes, mut seconds) = (0, 0.0);
+    let mut episodes = 0;
+    let mut all = Vec::new();
     for draw in &sample.draws {
         for method in &draft.methods {
             let effort = Effort::of(request, draft, method, &draw.point);
             episodes += replicates(method) * u64::from(effort.episodes());
-            seconds += replicates(method) as f64 * effort.seconds(effort.episodes());
+            for _ in 0..replicates(method) {
+                let (task, method, point) = (all.len(), method.clone(), draw.point.clone());
+                all.push(Job { task, method, point, effort });
+            }
         }
         write!(text, "\n{:40} weight {:.4}", draw.point, draw.weight)
             .expect("writing to a string cannot fail");
     }
     write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
-    if sample.draws.iter().any(|d| inflow_vph(draft, &d.point).is_some()) {
-        let time = duration(Duration::from_secs_f64(seconds / (tasks.min(jobs as u64) as f64)));
-        write!(text, ", roughly {time} with {jobs} workers")
+    if sample.draws.iter().any(|d| feature(draft, &d.point, "inflow_vph").is_some()) {
+        let time = range(Forecast::new(all, jobs, processors).left(0.0));
+        write!(text, ", about {time} with {jobs} workers")
             .expect("writing to a string cannot fail");
     }
     text

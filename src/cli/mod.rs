@@ -6,6 +6,7 @@ mod effects;
 mod estimate;
 mod evaluate;
 mod folder;
+mod forecast;
 mod list;
 mod monitor;
 mod osm;

@@ -1,10 +1,13 @@
 //! What `run` says while its workers work: progress, notes and JSON lines.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::thread::available_parallelism;
+use std::time::Instant;
 
 use serde_json::json;
 
 use super::estimate::Effort;
+use super::forecast::{Forecast, Job, range};
 use super::output::{Progress, line, note};
 use crate::control::registry::{Training, training};
 use crate::eval::plan::OBJECTIVE;
@@ -16,8 +19,8 @@ use crate::store::record::{Outcome, Record};
 /// training that explores.
 const RECENT_EPISODES: usize = 5;
 
-/// Units of the progress bar per second of estimated processor time.
-const UNITS_PER_SECOND: f64 = 1000.0;
+/// Units of the progress bar for the whole run.
+const UNITS: u64 = 1000;
 
 /// A task to do and how far it is.
 struct Work {
@@ -37,10 +40,6 @@ impl Work {
         }
     }
 
-    fn units(&self, episodes: u32) -> u64 {
-        (self.effort.seconds(episodes) * UNITS_PER_SECOND) as u64
-    }
-
     /// Returns how far the task is; `baseline` is the baseline's delay on its point MDP, seconds.
     fn status(&self, baseline: Option<f64>) -> String {
         let mean_s = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
@@ -58,6 +57,10 @@ impl Work {
 /// Turns the pool's events into progress, notes and JSON lines.
 pub(super) struct Monitor {
     progress: Progress,
+    forecast: Forecast,
+    start: Instant,
+    /// Largest share of the time that has been shown as gone.
+    shown: u64,
     work: BTreeMap<usize, Work>,
     /// The baseline's delay by point MDP, seconds.
     baselines: BTreeMap<String, f64>,
@@ -78,22 +81,33 @@ impl Monitor {
     ///
     /// * `baseline` — name of the method that delays are compared with.
     /// * `records` — what earlier runs have done.
+    /// * `jobs` — workers at the same time.
     pub(super) fn new<'a>(
         todo: impl IntoIterator<Item = (Task, Effort)>,
         baseline: &str,
         records: impl IntoIterator<Item = &'a Record>,
+        jobs: usize,
         json: bool,
         quiet: bool,
     ) -> Self {
+        let todo: Vec<(Task, Effort)> = todo.into_iter().collect();
+        let all = todo.iter().map(|(task, effort)| {
+            let (method, point) = (task.method.clone(), task.point.clone());
+            Job { task: task.task, method, point, effort: *effort }
+        });
+        let processors = available_parallelism().map_or(1, |n| n.get());
+        let forecast = Forecast::new(all.collect(), jobs, processors);
         let work: BTreeMap<usize, Work> = todo
             .into_iter()
             .map(|(task, effort)| {
                 (task.task, Work { task, effort, episodes: 0, recent: VecDeque::new() })
             })
             .collect();
-        let total = work.values().map(|w| w.units(w.effort.episodes())).sum();
         let mut monitor = Self {
-            progress: Progress::new(total, None, quiet || json),
+            progress: Progress::new(UNITS, None, quiet || json),
+            forecast,
+            start: Instant::now(),
+            shown: 0,
             work,
             baselines: BTreeMap::new(),
             baseline: baseline.to_owned(),
@@ -114,6 +128,7 @@ impl Monitor {
 
     /// Takes note of an event and shows the progress.
     pub(super) fn handle(&mut self, event: Event) {
+        let now_s = self.start.elapsed().as_secs_f64();
         match event {
             Event::Progress { task, progress } => {
                 let Some(work) = self.work.get_mut(&task) else { return };
@@ -123,20 +138,31 @@ impl Monitor {
                     work.recent.pop_front();
                 }
                 self.latest = Some(task);
+                self.forecast.episode(task, work.episodes, now_s);
             }
             Event::Retry { task, reason } => {
                 let Some(work) = self.work.get_mut(&task) else { return };
                 work.episodes = 0;
                 work.recent.clear();
+                self.forecast.retry(task, now_s);
                 let text =
                     format!("task {task} ({}) failed and is tried again: {reason}", work.name());
                 self.latest = self.latest.filter(|latest| *latest != task);
                 self.say(&text);
             }
-            Event::Finished(record) => self.finish(&record),
+            Event::Finished(record) => {
+                let well = record.summary.outcome == Outcome::Ok;
+                self.forecast.finish(record.summary.task, well, now_s);
+                self.finish(&record);
+            }
         }
-        let units = self.work.values().map(|w| w.units(w.episodes)).sum();
-        self.progress.set(units, &self.message());
+        let left = self.forecast.left(now_s);
+        let middle_s = (left[0].as_secs_f64() * left[1].as_secs_f64()).sqrt();
+        let share = now_s / (now_s + middle_s).max(f64::MIN_POSITIVE);
+        // A forecast that gets longer moves no bar back.
+        self.shown = self.shown.max((UNITS as f64 * share) as u64);
+        self.progress.set_left(range(left));
+        self.progress.set(self.shown, &self.message());
     }
 
     /// Removes the bar.
@@ -240,7 +266,7 @@ mod tests {
             _ => effort((0, 0.0), (5, 1.0)),
         };
         let todo: Vec<_> = tasks().into_iter().map(|t| (t.clone(), effort(&t))).collect();
-        Monitor::new(todo, "baseline", records, false, true)
+        Monitor::new(todo, "baseline", records, 2, false, true)
     }
 
     fn progress(task: usize, episodes: u32, delay_s: f64) -> Event {

@@ -28,6 +28,8 @@ pub(super) struct Progress {
     bar: ProgressBar,
     what: Option<&'static str>,
     total: u64,
+    /// Time that is left, where whoever works knows better than what has passed tells.
+    left: Option<String>,
     plain: bool,
     last_line: Instant,
     start: Instant,
@@ -42,8 +44,11 @@ impl Progress {
         } else {
             ProgressBar::new(total)
         };
-        let count = if what.is_some() { "{pos}/{len} {prefix}" } else { "{percent}%" };
-        let template = format!("{{bar:30}} {count}, {{elapsed}} gone, {{eta}} left  {{wide_msg}}");
+        let (count, left) = match what {
+            Some(_) => ("{pos}/{len} {prefix}", "{eta}"),
+            None => ("{percent}%", "{prefix}"),
+        };
+        let template = format!("{{bar:30}} {count}, {{elapsed}} gone, {left} left  {{wide_msg}}");
         let style = ProgressStyle::with_template(&template).expect("the template is valid");
         bar.set_style(style.progress_chars("=> "));
         bar.set_prefix(what.unwrap_or_default());
@@ -52,7 +57,13 @@ impl Progress {
         }
         let plain = !quiet && !terminal;
         let now = Instant::now();
-        Self { bar, what, total, plain, last_line: now, start: now }
+        Self { bar, what, total, left: None, plain, last_line: now, start: now }
+    }
+
+    /// Says how long it still takes.
+    pub(super) fn set_left(&mut self, left: String) {
+        self.bar.set_prefix(left.clone());
+        self.left = Some(left);
     }
 
     /// Says how many units are done.
@@ -67,7 +78,9 @@ impl Progress {
 
     fn plain_line(&self, done: u64, message: &str) -> String {
         let elapsed = self.start.elapsed();
-        let left = if done == 0 {
+        let left = if let Some(left) = &self.left {
+            left.clone()
+        } else if done == 0 {
             "unknown time".to_owned()
         } else {
             let factor = self.total.saturating_sub(done) as f64 / done as f64;

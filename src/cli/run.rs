@@ -53,7 +53,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         check_name(method, &draft.methods)?;
     }
     check(args, &request, &draft)?;
-    let jobs = args.jobs.or_else(|| available_parallelism().ok()).map_or(1, |j| j.get());
+    let processors = available_parallelism().map_or(1, |j| j.get());
+    let jobs = args.jobs.map_or(processors, |j| j.get());
     if args.dry_run {
         if args.json {
             for draw in &draft.sample.draws {
@@ -62,7 +63,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
                 line(value)?;
             }
         } else {
-            line(estimate(&request, &draft, jobs))?;
+            line(estimate(&request, &draft, jobs, processors))?;
         }
         if !args.quiet {
             warn(&request)?;
@@ -202,6 +203,7 @@ fn work(
         todo.iter().map(|t| (t.clone(), effort(t))),
         &manifest.identity.baseline,
         results.records.values(),
+        jobs,
         args.json,
         args.quiet,
     );
