@@ -171,6 +171,11 @@ fn a_row_that_is_off_goes_to_the_junction_with_a_signal() {
         (city.found.intersections[0].nodes.clone(), city.listed[0].on_map)
     };
     assert_eq!([node(5.0), node(25.0)], [(vec![10], true), (vec![10], true)]);
+    // A second row between them is a duplicate, though the other junction is nearer.
+    let signals = list(&[row("a", 1.0), row("b", 22.0)].concat());
+    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+    let city = City::new(&extract, &OsmConfig::default(), &inputs);
+    assert_eq!((ids(&city), city.listed[1].duplicate_of), (vec!["a"], Some(2)));
     // Right on the other junction, and the signal is clearly farther away.
     assert_eq!(node(37.0), (vec![20], false));
 }

@@ -3,7 +3,8 @@
 //! Coordinates of lists are off by some metres, often by half a junction. So a row goes to the nearest
 //! intersection that has a signal on the map, each to one row, nearest first, even if a junction
 //! without one is nearer. A junction without a signal on the map is taken where no such intersection
-//! is left, and where a row stands right on it and the signal is clearly farther away.
+//! is within reach, and where a row stands right on it and the signal is clearly farther away; other
+//! rows beside an intersection that a nearer row has are duplicates of that row.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -90,8 +91,9 @@ pub struct Named {
     on_junction: BTreeSet<usize>,
 }
 
-/// Returns the junctions that a list names: of each row for which no intersection of the map is left
-/// the nearest junction within reach, unless an intersection or a signal of the map is as near.
+/// Returns the junctions that a list names: of each row without an intersection of the map within
+/// reach, and of each that stands right on a junction, the nearest one, unless a signal of the map is
+/// as near.
 ///
 /// # Arguments
 ///
@@ -125,9 +127,8 @@ pub fn unmapped(graph: &Graph<'_>, mapped: &Found, rows: &[ListedSignal], match_
     };
     let on_junction: BTreeSet<usize> =
         (0..rows.len()).filter(|row| own[*row].as_ref().is_some_and(on)).collect();
-    let taken = assign(&mapped.intersections, rows, &on_junction, match_m);
-    let left = (0..rows.len())
-        .filter(|row| on_junction.contains(row) || !taken.row_of.values().any(|(r, _)| r == row));
+    let near = assign(&mapped.intersections, rows, &on_junction, match_m).nearest;
+    let left = (0..rows.len()).filter(|row| on_junction.contains(row) || !near.contains_key(row));
     let named: BTreeSet<u32> = left.filter_map(|row| own[row].map(|(node, ..)| node)).collect();
     Named { nodes: named.into_iter().collect(), on_junction }
 }

@@ -15,6 +15,11 @@ const SIZE_PX: f64 = 260.0;
 /// Where the thick line of an arm begins and ends and where its label stands, metres from the centre.
 const ARM_M: (f64, f64, f64) = (12.0, 56.0, 72.0);
 
+/// How much farther out a label stands beside another one, metres, and the angle up to which it has to,
+/// degrees.
+const BESIDE_M: f64 = 13.0;
+const CLOSE_DEG: f64 = 35.0;
+
 /// Colour of the streets of the map.
 const STREET: &str = "#9a9a9a";
 
@@ -53,7 +58,7 @@ fn figure(index: usize, sketch: &Sketch) -> String {
         canvas.polyline(places, STREET, 1.4, None);
     }
     let (start, end, label) = ARM_M;
-    for arm in &sketch.arms {
+    for (i, arm) in sketch.arms.iter().enumerate() {
         let (sin, cos) = arm.bearing_deg.to_radians().sin_cos();
         let along = |metres: f64| at((metres * sin, metres * cos));
         let (color, width) = match arm.lanes_in {
@@ -61,7 +66,8 @@ fn figure(index: usize, sketch: &Sketch) -> String {
             lanes => (ARM.0, LANE_PX.0 + LANE_PX.1 * f64::from(lanes)),
         };
         canvas.line(along(start), along(end), color, width, None);
-        let (x, y) = along(label);
+        // The labels of arms side by side would overlap.
+        let (x, y) = along(if close(sketch, i) { label + BESIDE_M } else { label });
         canvas.text(x, y + 4.5, &words(arm), TextStyle::new(Anchor::Middle).bold());
     }
     for (places, color, radius) in [(&sketch.nodes, NODES.0, 2.6), (&sketch.signals, NODES.1, 3.6)]
@@ -73,6 +79,13 @@ fn figure(index: usize, sketch: &Sketch) -> String {
     let arms: Vec<String> = sketch.arms.iter().map(words).collect();
     let title = format!("{} as it was read", sketch.id);
     canvas.finish(&format!("sketch-{index}"), &title, &arms.join(", "))
+}
+
+/// Returns whether an arm is one of two side by side whose label has to give way.
+fn close(sketch: &Sketch, i: usize) -> bool {
+    let before = i.checked_sub(1).map(|i| sketch.arms[i].bearing_deg);
+    let before = before.or_else(|| sketch.arms.last().map(|a| a.bearing_deg - 360.0));
+    i % 2 == 1 && before.is_some_and(|before| sketch.arms[i].bearing_deg - before < CLOSE_DEG)
 }
 
 /// Returns the name of an arm with its lanes, such as `A 3/2`.
