@@ -49,5 +49,5 @@ fn winner(point: &PointSummary, identity: &Identity) -> Option<Winner> {
     let interval = own.as_ref().filter(is_divisor).and_then(Bootstrap::interval);
     let lead = own.as_ref().zip(other.as_ref());
     let lead = lead.and_then(|(own, other)| own.difference(other).interval());
-    Some(Winner { best, runner_up, interval, lead: lead.map(|(low, high)| (low, high)) })
+    Some(Winner { best, runner_up, interval, lead })
 }
