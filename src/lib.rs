@@ -17,6 +17,7 @@ pub mod rl;
 pub mod sample;
 pub mod seed;
 pub mod sheet;
+pub mod side;
 pub mod sim;
 pub mod stats;
 pub mod store;

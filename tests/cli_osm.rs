@@ -286,3 +286,55 @@ fn a_scenario_file_in_a_city_s_folder_uses_its_networks() {
     let text = succeed(folder.path(), "build-networks city/scenario.toml");
     assert!(text.contains("city/networks: 0 built, 1 up to date"), "{text}");
 }
+
+#[test]
+fn left_hand_traffic_is_recognised_and_said_everywhere() {
+    let (folder, text) = built("left_hand_divided", "--detail per-approach");
+    let said =
+        "traffic keeps to the left: lies in GB; 4 of 4 ways with an opposite carriageway say so";
+    assert!(text.contains(said), "{text}");
+    let city = folder.path().join("city");
+    let scenario = fs::read_to_string(city.join("scenario.toml")).unwrap();
+    assert!(scenario.contains(&format!("# {said}.")), "{scenario}");
+    assert!(scenario.contains("[network]\ndriving_side = \"left\""), "{scenario}");
+    let quality: Value =
+        serde_json::from_slice(&fs::read(city.join("quality.json")).unwrap()).unwrap();
+    assert_eq!(quality["side"]["driving_side"], "left");
+    assert_eq!(quality["side"]["decided_by"], "country");
+    let page = fs::read_to_string(city.join("quality.html")).unwrap();
+    assert!(page.contains("Traffic keeps to the left: lies in GB"), "{page}");
+    let net = fs::read_to_string(city.join("networks/n101/n101.net.xml")).unwrap();
+    assert!(net.contains("lefthand=\"true\""));
+    let signals = succeed(folder.path(), "signals n101 city");
+    assert!(signals.contains("signal c (left-hand traffic"), "{signals}");
+    // The lane beside the centre turns right, across opposing traffic.
+    let row =
+        |lane: &str| signals.lines().find(|l| l.contains(lane) && l.contains("right")).is_some();
+    assert!(row("in0_1") && !row("in0_0"), "{signals}");
+}
+
+#[test]
+fn the_side_that_is_set_is_taken_and_a_contradiction_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = build(folder.path(), "left_hand_divided", "--driving-side right");
+    assert!(output.status.success());
+    let scenario = fs::read_to_string(folder.path().join("city/scenario.toml")).unwrap();
+    assert!(!scenario.contains("driving_side ="), "{scenario}");
+    assert!(stderr(&output).contains(
+        "warning: --driving-side right, but the streets are those of traffic that keeps to the left"
+    ));
+    let message = refused("four_arms", "--set network.driving_side=left");
+    assert!(message.contains("with --osm --driving-side decides it"), "{message}");
+}
+
+#[test]
+fn options_of_extracts_are_refused_without_one() {
+    let folder = tempfile::tempdir().unwrap();
+    for option in ["--driving-side left", "--signals a.csv", "--boundary 1,2,3,4"] {
+        let output = run(folder.path(), &format!("build-networks smoke --out nets {option}"));
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{option}: {message}");
+        assert!(message.contains("give one with --osm"), "{message}");
+        assert!(!folder.path().join("nets").exists());
+    }
+}

@@ -18,6 +18,7 @@ use tsc_family::network::net_file::NetFile;
 use tsc_family::network::phases::ProgramPhase;
 use tsc_family::network::plain::DEFAULT_PROGRAM;
 use tsc_family::network::validate::validate;
+use tsc_family::side::DrivingSide;
 
 const EXIT_LENGTH_M: f64 = 60.0;
 
@@ -34,7 +35,8 @@ fn spec(point: &str, bearings_deg: &[f64]) -> IntersectionSpec {
         inflow_vph: 400.0,
         turns: None,
     };
-    IntersectionSpec { point: point.into(), arms: bearings_deg.iter().map(arm).collect() }
+    let arms = bearings_deg.iter().map(arm).collect();
+    IntersectionSpec { point: point.into(), arms, side: DrivingSide::Right }
 }
 
 fn cross() -> IntersectionSpec {

@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 use tsc_family::osm::arms::Arm;
 use tsc_family::osm::config::OsmConfig;
 use tsc_family::osm::graph::Graph;
-use tsc_family::osm::intersections::{Found, intersections};
+use tsc_family::osm::intersections::Found;
+use tsc_family::osm::mirror;
 use tsc_family::osm::read::read;
+use tsc_family::osm::side::decide;
 use tsc_family::osm::streets::Source;
 
 /// How far bearings may be off, degrees.
@@ -34,8 +36,9 @@ fn found(case: &Path) -> Found {
     let config = case.join("config.toml");
     let config =
         if config.exists() { OsmConfig::read(&config).unwrap() } else { OsmConfig::default() };
+    let side = decide(&extract, config.streets.driving_side, None).unwrap().driving_side;
     extract.retain_ways(|way| config.streets.is_street(way.street.highway));
-    intersections(&Graph::new(&extract), &config, &[])
+    mirror::found(&Graph::new(&extract), &config, &[], side).0
 }
 
 fn describe(found: &Found) -> String {

@@ -11,10 +11,13 @@ use common::succeed;
 use tsc_family::osm::city::{City, Inputs};
 use tsc_family::osm::config::OsmConfig;
 use tsc_family::osm::read::read;
+use tsc_family::osm::side::{SideSetting, decide};
+use tsc_family::side::DrivingSide;
 
 /// Ten minutes, and vehicles that stand for five are teleported: none does at low demand.
 const SCENARIO: &str = "\
 name = \"cases\"
+network.driving_side = \"SIDE\"
 demand.horizon_s = 600
 simulation.time_to_teleport_s = 300
 [family]
@@ -23,8 +26,9 @@ detail = \"per-approach\"
 hourly_share = 0.02
 ";
 
-/// Writes the approaches of all cases as one table, each intersection under the name of its case.
-fn write_approaches(file: &Path) -> usize {
+/// Writes the approaches of all cases of a side as one table, each intersection under the name of its
+/// case.
+fn write_approaches(file: &Path, wanted: DrivingSide) -> usize {
     let mut writer = csv::Writer::from_path(file).unwrap();
     let mut intersections = 0;
     for case in fs::read_dir("tests/networks").unwrap() {
@@ -34,7 +38,11 @@ fn write_approaches(file: &Path) -> usize {
         }
         let extract = read(&case.join("input.osm"), &|_, _| {}).unwrap();
         let config = OsmConfig::default();
-        let city = City::new(&extract, &config, &Inputs::default());
+        let side = decide(&extract, SideSetting::Auto, None).unwrap();
+        if side.driving_side != wanted {
+            continue;
+        }
+        let city = City::new(&extract, &config, &Inputs { side: Some(&side), ..Inputs::default() });
         intersections += city.found.intersections.len();
         for mut row in city.approaches(&config) {
             let name = case.file_name().unwrap().to_string_lossy();
@@ -48,10 +56,20 @@ fn write_approaches(file: &Path) -> usize {
 
 #[test]
 fn every_case_simulates_without_an_error_or_a_teleport() {
+    assert!(simulated(DrivingSide::Right) > 30);
+}
+
+#[test]
+fn every_case_of_left_hand_traffic_simulates_without_an_error_or_a_teleport() {
+    assert!(simulated(DrivingSide::Left) >= 2);
+}
+
+/// Simulates the cases of a side and returns how many intersections they have.
+fn simulated(side: DrivingSide) -> usize {
     let folder = tempfile::tempdir().unwrap();
-    let intersections = write_approaches(&folder.path().join("approaches.csv"));
-    assert!(intersections > 30, "only {intersections}");
-    fs::write(folder.path().join("scenario.toml"), SCENARIO).unwrap();
+    let intersections = write_approaches(&folder.path().join("approaches.csv"), side);
+    let scenario = SCENARIO.replace("SIDE", side.name());
+    fs::write(folder.path().join("scenario.toml"), scenario).unwrap();
     succeed(
         folder.path(),
         "run scenario.toml --methods max-pressure --eval-seeds 1 --quiet --out out",
@@ -68,4 +86,5 @@ fn every_case_simulates_without_an_error_or_a_teleport() {
         rows += 1;
     }
     assert_eq!(rows, 2 * intersections);
+    intersections
 }

@@ -16,12 +16,16 @@ use tsc_family::osm::oddities::{Oddities, Oddity};
 use tsc_family::osm::quality::{
     CountsSummary, Demand, Distribution, InputFile, Provenance, Quality, SkipCount,
 };
+use tsc_family::osm::side::countries::Country;
+use tsc_family::osm::side::evidence::Votes;
+use tsc_family::osm::side::{DecidedBy, SideDecision};
 use tsc_family::osm::sketch::{Sketch, SketchArm};
 use tsc_family::osm::spots::{Spot, SpotArm};
 use tsc_family::osm::streets::Source;
 use tsc_family::osm::tags::Highway;
 use tsc_family::osm::traffic::InflowSource;
 use tsc_family::report::quality::write_quality;
+use tsc_family::side::DrivingSide;
 
 fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
     Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
@@ -101,6 +105,19 @@ fn plain() -> Quality {
         version: "0.1.0",
         inputs: vec![file("extract", "a <b> & \"c\".osm.pbf")],
         written: BTreeMap::new(),
+        side: SideDecision {
+            driving_side: DrivingSide::Left,
+            decided_by: DecidedBy::Streets,
+            countries: vec![Country {
+                code: "US".to_owned(),
+                driving_side: DrivingSide::Right,
+                places: 10,
+            }],
+            roundabouts: Votes { right: 0, left: 4 },
+            carriageways: Votes { right: 1, left: 9 },
+            tags: Votes::default(),
+            warning: Some("the streets say otherwise than the country".to_owned()),
+        },
         ways: 30,
         signals: 10,
         signals_used: 4,

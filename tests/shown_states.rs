@@ -20,6 +20,7 @@ use tsc_family::family::overrides::Override;
 use tsc_family::family::scenario::{Scenario, SixFeatures};
 use tsc_family::network::build::{BuildOptions, build_all};
 use tsc_family::network::intersection::IntersectionSpec;
+use tsc_family::side::DrivingSide;
 use tsc_family::sim::libsumo::SumoSim;
 
 const RESCO: Limits =
@@ -54,7 +55,12 @@ impl Watch {
         let networks = folder.join("networks");
         let Scenario { network, demand, signal, .. } = scenario;
         let features = SixFeatures::from_array(features);
-        let spec = IntersectionSpec::from_six_features("p", &features, demand.approach_spread);
+        let spec = IntersectionSpec::from_six_features(
+            "p",
+            &features,
+            demand.approach_spread,
+            DrivingSide::Right,
+        );
         let options = BuildOptions { force: true, leave_out: false };
         build_all(&[spec], network, demand, signal, &networks, options, &|_| ()).unwrap();
         let mut world = generated_world(&networks, "p").unwrap();

@@ -11,6 +11,7 @@ use tsc_family::family::scenario::{
 use tsc_family::network::build::{BuildOptions, build_all};
 use tsc_family::network::demand::DemandSpec;
 use tsc_family::network::intersection::IntersectionSpec;
+use tsc_family::side::DrivingSide;
 use tsc_family::sim::libsumo::SumoSim;
 
 /// Returns the median.
@@ -24,7 +25,7 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
 pub(crate) fn network(folder: &Path, inflow_vph: f64) -> PathBuf {
     let point = format!("q{inflow_vph:.0}");
     let features = SixFeatures::from_array([5.0, 35.0, 300.0, inflow_vph, 1.0, 0.0]);
-    let spec = IntersectionSpec::from_six_features(&point, &features, 0.0);
+    let spec = IntersectionSpec::from_six_features(&point, &features, 0.0, DrivingSide::Right);
     let out = folder.join("networks");
     build_all(
         &[spec],

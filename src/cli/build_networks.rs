@@ -16,6 +16,7 @@ use crate::family::scenario::Preset;
 use crate::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::network::index::Index;
 use crate::network::intersection::{IntersectionSpec, intersections};
+use crate::osm::OsmError;
 use crate::osm::write::SCENARIO_FILE;
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
@@ -25,6 +26,7 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     if let Some(extract) = &args.osm.osm {
         return osm::run(args, extract);
     }
+    without_extract(&args.osm, &args.scenario.scenario)?;
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     Use::BUILD.check(&loaded, &args.scenario.settings())?;
@@ -44,6 +46,20 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         ))?;
     }
     Ok(exit::DONE)
+}
+
+/// Refuses options that have no effect because there is no extract.
+fn without_extract(options: &osm::OsmArgs, scenario: &str) -> Result<(), OsmError> {
+    let given = [
+        ("--signals", options.signals.is_some()),
+        ("--aadt", options.aadt.is_some()),
+        ("--boundary", options.boundary.is_some()),
+        ("--config", options.config.is_some()),
+        ("--driving-side", options.driving_side.is_some()),
+    ];
+    let Some((option, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
+    let reason = format!("{option} is for extracts; give one with --osm, or leave it out");
+    Err(OsmError::Nothing { path: scenario.into(), reason })
 }
 
 /// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder or as

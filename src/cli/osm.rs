@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::BuildNetworksArgs;
 use super::build_networks::{build, networks_folder};
 use super::folder::CITY;
-use super::output::{Progress, line, note};
+use super::output::{Progress, line, note, quoted};
 use crate::error::FileError;
 use crate::exit;
 use crate::family::inflow::InflowSources;
@@ -26,6 +26,7 @@ use crate::osm::drawing::Drawing;
 use crate::osm::extract::Extract;
 use crate::osm::intersections::Skip;
 use crate::osm::quality::{InputFile, Quality, quality};
+use crate::osm::side::{SideDecision, SideSetting, decide};
 use crate::osm::signals::SignalList;
 use crate::osm::surroundings::write_streets;
 use crate::osm::write::{
@@ -57,6 +58,9 @@ pub struct OsmArgs {
     /// Settings of the derivation, TOML
     #[arg(long, value_name = "FILE", requires = "osm")]
     pub config: Option<PathBuf>,
+    /// Side of the street that traffic keeps to [default: auto, by country and streets]
+    #[arg(long, value_enum, value_name = "SIDE", requires = "osm")]
+    pub driving_side: Option<SideSetting>,
     /// Six features per intersection, or its real arms
     #[arg(long, value_enum, requires = "osm", default_value = "six-features")]
     pub detail: Detail,
@@ -68,6 +72,7 @@ struct Input {
     signals: Option<SignalList>,
     counts: Option<Counts>,
     boundary: Option<Boundary>,
+    side: SideDecision,
     extract: Extract,
 }
 
@@ -81,7 +86,11 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         signals: input.signals.as_ref(),
         counts: input.counts.as_ref(),
         boundary: input.boundary.as_ref(),
+        side: Some(&input.side),
     };
+    if let Some(warning) = &input.side.warning {
+        note(format!("warning: {warning}"));
+    }
     let mut city = City::new(&input.extract, &input.config, &inputs);
     if let (Some(path), Some(counts), false) = (&args.osm.aadt, inputs.counts, city.is_counted()) {
         return Err(unmatched(path, counts, &city).into());
@@ -98,7 +107,7 @@ pub(super) fn run(args: &BuildNetworksArgs, osm: &Path) -> anyhow::Result<u8> {
         let own = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
         let file = out.join(SCENARIO_FILE).display().to_string();
         let inflows = Some(city.inflow_sources());
-        let scenario = scenario(args, (osm, &out), &input.config, inflows)?;
+        let scenario = scenario(args, (osm, &out), &input.config, (inflows, Some(&input.side)))?;
         let loaded = from_text(&scenario, &file, &[], &own)?;
         if loaded.scenario.family.detail == Detail::PerApproach && city.leave_out_one_green() > 0 {
             continue;
@@ -152,13 +161,6 @@ fn culprit(args: &BuildNetworksArgs, osm: &Path, city: &City) -> PathBuf {
         _ => None,
     };
     file.unwrap_or_else(|| osm.to_path_buf())
-}
-
-/// Returns a path for a shell.
-pub(super) fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./".contains(c);
-    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 /// Refuses to overwrite tables in a folder that this command did not write, or that were edited
@@ -260,7 +262,7 @@ fn scenario(
     args: &BuildNetworksArgs,
     (osm, out): (&Path, &Path),
     config: &OsmConfig,
-    inflows: Option<InflowSources>,
+    (inflows, side): (Option<InflowSources>, Option<&SideDecision>),
 ) -> Result<String, OsmError> {
     let from = &args.osm;
     let source = from.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
@@ -273,6 +275,7 @@ fn scenario(
         config,
         overrides: &settings,
         source: &format!("{source}{flags}"),
+        side,
         inflows,
     })
 }
@@ -285,7 +288,7 @@ fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmE
     }
     let config = from.config.as_deref().map(OsmConfig::read).transpose()?.unwrap_or_default();
     // A mistake in the settings is known before the extract is read.
-    scenario(args, (osm, out), &config, None)?;
+    scenario(args, (osm, out), &config, (None, None))?;
     let boundary = from.boundary.as_deref().map(Boundary::parse).transpose()?;
     let signals = from.signals.as_deref();
     let signals = signals.map(|p| SignalList::read(p, &config.signals)).transpose()?;
@@ -300,8 +303,11 @@ fn input(args: &BuildNetworksArgs, osm: &Path, out: &Path) -> Result<Input, OsmE
         progress.finish();
     }
     let mut extract = extract?;
+    let setting = from.driving_side.unwrap_or(config.streets.driving_side);
+    let side = decide(&extract, setting, boundary.as_ref())
+        .map_err(|reason| OsmError::Nothing { path: osm.to_path_buf(), reason })?;
     extract.retain_ways(|way| config.streets.is_street(way.street.highway));
-    Ok(Input { config, signals, counts, boundary, extract })
+    Ok(Input { config, signals, counts, boundary, side, extract })
 }
 
 fn input_files(args: &BuildNetworksArgs, osm: &Path) -> Result<Vec<InputFile>, FileError> {
@@ -330,6 +336,7 @@ fn summary(quality: &Quality) -> Vec<String> {
         "{} signals: {} in {} intersections, which are {} point MDPs",
         quality.signals, quality.signals_used, quality.intersections, quality.point_mdps
     )];
+    lines.push(quality.side.text());
     lines.extend(quality.skipped.iter().map(|s| format!("  {} {}", s.signals, s.text)));
     let known: Vec<String> = quality
         .provenance

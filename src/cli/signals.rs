@@ -23,6 +23,7 @@ use crate::eval::environment::generated_world;
 use crate::exit;
 use crate::family::load::load_with;
 use crate::family::scenario::SignalSettings;
+use crate::side::DrivingSide;
 use crate::sim::Scene;
 use crate::sim::topology::Topology;
 
@@ -32,6 +33,8 @@ pub(super) struct Look {
     detection_m: f64,
     scene: Scene,
     topology: Topology,
+    /// Side of the street that traffic keeps to; movements and turns are those of right-hand traffic.
+    side: DrivingSide,
     signals: Vec<DerivedSignal>,
 }
 
@@ -136,6 +139,8 @@ pub(super) fn warning_lines(
 #[cfg(feature = "libsumo")]
 fn look(config: &Path, settings: &SignalSettings) -> Result<Look, SimError> {
     use crate::env::derive::derive;
+    use crate::env::side::{as_right_hand, driving_side};
+    use crate::env::sumocfg::SumoConfig;
     use crate::sim::libsumo::SumoSim;
     use crate::sim::{SignalInfo, Sim, StartOptions};
 
@@ -147,11 +152,13 @@ fn look(config: &Path, settings: &SignalSettings) -> Result<Look, SimError> {
     };
     let mut sim = SumoSim::new()?;
     let scene = sim.start(&options).map_err(|e| super::run::explained(e, config))?;
+    let side = driving_side(&SumoConfig::read(config)?);
+    let scene = as_right_hand(scene, side);
     let topology = sim.topology()?;
     sim.close()?;
     let derived = |signal: &SignalInfo| derive(&scene, signal, settings);
     let signals = scene.signals.iter().map(derived).collect::<Result<_, _>>()?;
-    Ok(Look { detection_m, scene, topology, signals })
+    Ok(Look { detection_m, scene, topology, side, signals })
 }
 
 #[cfg(not(feature = "libsumo"))]
@@ -194,7 +201,7 @@ impl Look {
         let movements = spec.movements.iter().enumerate().map(|(m, movement)| {
             json!({
                 "movement": movement.index,
-                "turn": text::turn(movement.turn),
+                "turn": text::turn(movement.turn, self.side),
                 "lanes": self.lanes(signal, m),
                 "links": signal.movement_links[m],
                 "downstream": self.downstream(signal, m),
@@ -225,6 +232,7 @@ impl Look {
             .collect();
         json!({
             "signal": spec.id,
+            "driving_side": self.side,
             "lanes": lanes.collect::<Vec<_>>(),
             "movements": movements.collect::<Vec<_>>(),
             "phases": phases.collect::<Vec<_>>(),

@@ -11,6 +11,7 @@ mod limits;
 mod movements;
 pub mod observe;
 pub mod pairs;
+pub mod side;
 pub mod signal;
 pub mod signal_env;
 pub mod sumocfg;

@@ -14,6 +14,7 @@ use super::derive::{DerivedSignal, derive};
 use super::episode::EpisodeMetrics;
 use super::limits::share_turns;
 use super::observe::Observer;
+use super::side::as_right_hand;
 use super::signal::{aligned, program};
 use super::world::World;
 
@@ -127,6 +128,7 @@ impl<S: Sim> SignalEnv<S> {
         let start = Instant::now();
         let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
         self.simulator += start.elapsed();
+        let scene = as_right_hand(scene, self.world.side);
         if scene != self.scene {
             self.describe(scene)?;
         }

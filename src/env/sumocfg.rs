@@ -34,6 +34,7 @@ pub struct SumoConfig {
     pub step_length_s: f64,
     /// Files that define the scenario (network, routes, additional files): name as written, path.
     pub files: Vec<(String, PathBuf)>,
+    networks: Vec<PathBuf>,
 }
 
 impl SumoConfig {
@@ -53,14 +54,20 @@ impl SumoConfig {
             .map_err(|reason| SimError::Config { path: config.to_path_buf(), reason })
     }
 
+    /// Returns the paths of its networks.
+    pub fn networks(&self) -> impl Iterator<Item = &Path> {
+        self.networks.iter().map(PathBuf::as_path)
+    }
+
     fn parse(text: &str, folder: &Path) -> Result<Self, String> {
+        let mut has_network = false;
         let mut settings = Self {
             begin_s: 0.0,
             end_s: None,
             step_length_s: DEFAULT_STEP_LENGTH_S,
             files: Vec::new(),
+            networks: Vec::new(),
         };
-        let mut has_network = false;
         for (option, value) in options(text)? {
             match option.as_str() {
                 "begin" | "b" => settings.begin_s = seconds(&value)?,
@@ -68,9 +75,13 @@ impl SumoConfig {
                 "step-length" => settings.step_length_s = seconds(&value)?,
                 "net-file" | "net" | "n" | "route-files" | "routes" | "r" | "additional-files"
                 | "additional" | "a" => {
-                    has_network |= option.starts_with('n');
                     let files = value.split([',', ' ']).filter(|f| !f.is_empty());
-                    settings.files.extend(files.map(|f| (f.to_owned(), folder.join(f))));
+                    let files = files.map(|f| (f.to_owned(), folder.join(f)));
+                    if option.starts_with('n') {
+                        has_network = true;
+                        settings.networks.extend(files.clone().map(|(_, path)| path));
+                    }
+                    settings.files.extend(files);
                 }
                 _ => {}
             }

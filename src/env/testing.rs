@@ -51,6 +51,7 @@ pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
         end_s: 60.0,
         steps_per_second: 1,
         routes,
+        side: crate::side::DrivingSide::Right,
         turn_shares: vec![],
     }
 }

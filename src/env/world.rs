@@ -3,8 +3,10 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use super::side::driving_side;
 use super::sumocfg::SumoConfig;
 use crate::error::{FileError, SimError};
+use crate::side::DrivingSide;
 
 /// How far the steps of a second may be from a whole number.
 const STEPS_TOLERANCE: f64 = 1e-6;
@@ -24,6 +26,8 @@ pub struct World {
     pub steps_per_second: u32,
     /// Makes the vehicles of an episode; `None` keeps the configuration's own.
     pub routes: Option<RouteWriter>,
+    /// Side of the street that traffic keeps to.
+    pub side: DrivingSide,
     /// How vehicles turn, where the demand says so.
     pub turn_shares: Vec<TurnShare>,
 }
@@ -81,6 +85,7 @@ impl World {
             end_s,
             steps_per_second: steps.round() as u32,
             routes: None,
+            side: driving_side(&settings),
             turn_shares: Vec::new(),
         })
     }

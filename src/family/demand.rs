@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::side::DrivingSide;
+
 /// Largest [`DemandSettings::approach_spread`]: a larger one leaves an approach without vehicles.
 pub const MAX_APPROACH_SPREAD: f64 = 0.745;
 
@@ -50,6 +52,15 @@ pub struct TurnShares {
     pub through: f64,
     /// Right turns.
     pub right: f64,
+}
+
+impl TurnShares {
+    /// Returns the shares, which are as on the ground, as right-hand traffic would have them.
+    #[must_use]
+    pub fn as_right_hand(self, side: DrivingSide) -> Self {
+        let (left, right) = side.swapped((self.left, self.right));
+        Self { left, right, ..self }
+    }
 }
 
 impl Default for TurnShares {

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::control::{idqn, ippo, max_pressure, mplight, mplight_star};
+use crate::side::DrivingSide;
 
 pub use super::demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
 use super::inflow::{EVEN_SPLIT, InflowSources, NORTH_EAST_DEG, is_even, is_north_east};
@@ -212,8 +213,13 @@ pub struct NetworkSettings {
     /// Cycle that netconvert's default program gets, seconds.
     pub default_cycle_s: f64,
     /// Duration of left-turn phases in netconvert's default program, seconds, within the limits of
-    /// `[signal]`.
+    /// `[signal]`. In left-hand traffic these are the phases of right turns, which cross opposing
+    /// traffic there.
     pub default_left_green_s: f64,
+    /// Side of the street that traffic keeps to. Tables and shares of turns are as on the ground;
+    /// networks of left-hand traffic are the mirror image of right-hand ones.
+    #[serde(skip_serializing_if = "DrivingSide::is_right")]
+    pub driving_side: DrivingSide,
 }
 
 impl Default for NetworkSettings {
@@ -223,6 +229,7 @@ impl Default for NetworkSettings {
             phase_green_s: 30.0,
             default_cycle_s: 90.0,
             default_left_green_s: 6.0,
+            driving_side: DrivingSide::Right,
         }
     }
 }

@@ -77,7 +77,8 @@ pub struct SignalSettings {
     pub all_red_s: u32,
     /// Shortest green, seconds.
     pub min_green_s: u32,
-    /// Shortest green of a phase for left turns alone, seconds.
+    /// Shortest green of a phase for left turns alone, seconds; in left-hand traffic for right turns alone,
+    /// which cross opposing traffic there.
     pub min_left_green_s: u32,
     /// Longest green, seconds; without it there is no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]

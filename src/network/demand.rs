@@ -106,7 +106,7 @@ impl DemandSpec {
     ///
     /// The turn shares are renormalised over the turns that the arm has; several exits of the same
     /// turn share its part equally. Where all turns of an arm have the share 0, they are equally
-    /// likely.
+    /// likely. The shares are as on the ground.
     ///
     /// # Errors
     ///
@@ -116,6 +116,7 @@ impl DemandSpec {
         settings: &DemandSettings,
     ) -> Result<Self, NetworkError> {
         let movements = movements(spec)?;
+        let shares = settings.turn_shares.as_right_hand(spec.side);
         let stream = |(i, inflow_vph): (usize, f64)| {
             let own: Vec<_> = movements.iter().filter(|m| m.from == i).copied().collect();
             Stream {
@@ -123,7 +124,7 @@ impl DemandSpec {
                 inflow_vph,
                 depart_lane: DEPART_LANE.to_owned(),
                 depart_speed: DEPART_SPEED.to_owned(),
-                routes: routes(&own, &settings.turn_shares),
+                routes: routes(&own, &shares),
             }
         };
         let inflows = spec.arms.iter().map(|a| a.inflow_vph).enumerate();

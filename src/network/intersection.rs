@@ -1,4 +1,7 @@
 //! An intersection as the generator sees it: arms around a centre, each with its own features.
+//!
+//! The generator knows right-hand traffic only: the arms of left-hand traffic are mirrored here, and
+//! [`plain`](super::plain) mirrors the drawing back.
 
 use serde::Serialize;
 
@@ -8,6 +11,7 @@ use crate::family::check::within;
 use crate::family::features::simulated_inflow_vph;
 use crate::family::load::LoadedScenario;
 use crate::family::scenario::{Detail, FamilySettings, SixFeatures};
+use crate::side::DrivingSide;
 use crate::units::{mph_to_mps, normalise_degrees};
 
 /// Turns that exist from an arm.
@@ -55,8 +59,12 @@ pub struct Arm {
 pub struct IntersectionSpec {
     /// Id of the point MDP.
     pub point: String,
-    /// Three to six arms (two for tests), sorted by bearing.
+    /// Three to six arms (two for tests), sorted by bearing; of left-hand traffic the mirror image,
+    /// east and west, left and right exchanged.
     pub arms: Vec<Arm>,
+    /// Side of the street that traffic keeps to.
+    #[serde(skip_serializing_if = "DrivingSide::is_right")]
+    pub side: DrivingSide,
 }
 
 /// Lanes of a direction that no turn lane uses up.
@@ -72,13 +80,20 @@ impl IntersectionSpec {
     /// their inflow, which varies around the feature by `approach_spread`.
     ///
     /// `lanes` counts both directions: incoming lanes are half of it rounded up, and at least the
-    /// turn lanes plus one; the other lanes lead away, at least one.
+    /// turn lanes plus one; the other lanes lead away, at least one. The features are as on the
+    /// ground.
     ///
     /// Source: this project's rule; the paper does not say how six features become a junction.
-    pub fn from_six_features(point: &str, features: &SixFeatures, approach_spread: f64) -> Self {
+    pub fn from_six_features(
+        point: &str,
+        features: &SixFeatures,
+        approach_spread: f64,
+        side: DrivingSide,
+    ) -> Self {
         let whole = |value: f64| value.max(0.0).round() as u32;
         let lanes = whole(features.lanes);
-        let (left, right) = (whole(features.left_turn_lanes), whole(features.right_turn_lanes));
+        let turn_lanes = (whole(features.left_turn_lanes), whole(features.right_turn_lanes));
+        let (left, right) = side.swapped(turn_lanes);
         let lanes_in = lanes.div_ceil(2).max(left + right + MIN_SHARED_LANES);
         let arm = |(bearing_deg, steps): (f64, f64)| Arm {
             bearing_deg,
@@ -91,35 +106,38 @@ impl IntersectionSpec {
             inflow_vph: features.inflow_vph * (1.0 + approach_spread * steps / 5.0_f64.sqrt()),
             turns: None,
         };
-        Self { point: point.to_owned(), arms: FOUR_ARMS.map(arm).to_vec() }
+        Self { point: point.to_owned(), arms: FOUR_ARMS.map(arm).to_vec(), side }
     }
 
-    /// Returns a real intersection with its own arms.
+    /// Returns a real intersection with its own arms, which the table has as on the ground.
     pub fn from_approaches(
         point: &str,
         intersection: &Intersection,
         settings: &FamilySettings,
+        side: DrivingSide,
     ) -> Self {
         let mut arms: Vec<_> =
-            intersection.arms.iter().map(|a| Arm::from_approach(a, settings)).collect();
+            intersection.arms.iter().map(|a| Arm::from_approach(a, settings, side)).collect();
         arms.sort_by(|a, b| a.bearing_deg.total_cmp(&b.bearing_deg));
-        Self { point: point.to_owned(), arms }
+        Self { point: point.to_owned(), arms, side }
     }
 }
 
 impl Arm {
-    fn from_approach(approach: &Approach, settings: &FamilySettings) -> Self {
-        let turns = (!approach.movements.is_empty()).then(|| Turns {
-            left: approach.movements.contains('l'),
-            through: approach.movements.contains('s'),
-            right: approach.movements.contains('r'),
+    fn from_approach(approach: &Approach, settings: &FamilySettings, side: DrivingSide) -> Self {
+        let has = |letter| approach.movements.contains(letter);
+        let turns = (!approach.movements.is_empty()).then(|| {
+            let (left, right) = side.swapped((has('l'), has('r')));
+            Turns { left, through: has('s'), right }
         });
+        let (left_turn_lanes, right_turn_lanes) =
+            side.swapped((approach.left_turn_lanes, approach.right_turn_lanes));
         Self {
-            bearing_deg: normalise_degrees(approach.bearing_deg),
+            bearing_deg: side.bearing_deg(normalise_degrees(approach.bearing_deg)),
             lanes_in: approach.lanes_in,
             lanes_out: approach.lanes_out,
-            left_turn_lanes: approach.left_turn_lanes,
-            right_turn_lanes: approach.right_turn_lanes,
+            left_turn_lanes,
+            right_turn_lanes,
             speed_mps: mph_to_mps(approach.speed_mph),
             length_m: approach.length_m * settings.length_scale,
             inflow_vph: simulated_inflow_vph(approach, settings),
@@ -136,6 +154,7 @@ impl Arm {
 /// that no intersection can have.
 pub fn intersections(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, NetworkError> {
     let family = &loaded.family;
+    let side = loaded.scenario.network.driving_side;
     if loaded.scenario.family.detail == Detail::PerApproach {
         return Ok(family
             .points
@@ -143,7 +162,8 @@ pub fn intersections(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, N
             .zip(&loaded.members)
             .map(|(point, members)| {
                 let intersection = &loaded.intersections[members[0]];
-                IntersectionSpec::from_approaches(&point.id, intersection, &loaded.scenario.family)
+                let settings = &loaded.scenario.family;
+                IntersectionSpec::from_approaches(&point.id, intersection, settings, side)
             })
             .collect());
     }
@@ -163,7 +183,7 @@ pub fn intersections(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, N
             let features = SixFeatures::from_array(columns.map(|c| point.features[c]));
             check_six(&point.id, &features)?;
             let spread = loaded.scenario.demand.approach_spread;
-            Ok(IntersectionSpec::from_six_features(&point.id, &features, spread))
+            Ok(IntersectionSpec::from_six_features(&point.id, &features, spread, side))
         })
         .collect()
 }
@@ -193,13 +213,23 @@ mod tests {
 
     fn six(lanes: f64, left: f64, right: f64) -> IntersectionSpec {
         let values = [lanes, 30.0, 300.0, 500.0, left, right];
-        IntersectionSpec::from_six_features("p", &SixFeatures::from_array(values), 0.0)
+        IntersectionSpec::from_six_features(
+            "p",
+            &SixFeatures::from_array(values),
+            0.0,
+            DrivingSide::Right,
+        )
     }
 
     /// Inflows of a point MDP of 500 veh/h per approach: north, east, south, west.
     fn inflows(approach_spread: f64) -> Vec<f64> {
         let features = SixFeatures::from_array([4.0, 30.0, 300.0, 500.0, 0.0, 0.0]);
-        let spec = IntersectionSpec::from_six_features("p", &features, approach_spread);
+        let spec = IntersectionSpec::from_six_features(
+            "p",
+            &features,
+            approach_spread,
+            DrivingSide::Right,
+        );
         spec.arms.iter().map(|a| a.inflow_vph).collect()
     }
 

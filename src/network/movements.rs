@@ -158,6 +158,7 @@ fn exits(arms: &[Arm], from: usize) -> Vec<Movement> {
 #[cfg(test)]
 pub(crate) mod shapes {
     use super::super::intersection::{Arm, IntersectionSpec};
+    use crate::side::DrivingSide;
 
     /// Two-lane arms at these bearings.
     pub(crate) fn spec(bearings_deg: &[f64]) -> IntersectionSpec {
@@ -172,7 +173,8 @@ pub(crate) mod shapes {
             inflow_vph: 400.0,
             turns: None,
         };
-        IntersectionSpec { point: "p".into(), arms: bearings_deg.iter().map(arm).collect() }
+        let arms = bearings_deg.iter().map(arm).collect();
+        IntersectionSpec { point: "p".into(), arms, side: DrivingSide::Right }
     }
 
     pub(crate) fn cross() -> IntersectionSpec {

@@ -25,9 +25,8 @@ use super::retime::{retime, timing};
 use crate::error::{FileError, NetworkError};
 use crate::family::scenario::{NetworkSettings, SignalSettings};
 
-/// Options of every run: no downloads of schemas, right-hand traffic, no U-turns.
-const OPTIONS: [&str; 8] =
-    ["-X", "never", "--lefthand", "false", "--no-turnarounds", "true", "--precision", "2"];
+/// Options of every run: no downloads of schemas, no U-turns.
+const OPTIONS: [&str; 6] = ["-X", "never", "--no-turnarounds", "true", "--precision", "2"];
 
 /// Id that netconvert gives to the program it makes.
 const FIRST_PROGRAM: &str = "0";
@@ -180,6 +179,7 @@ impl Netconvert {
         let result = Command::new(&self.path)
             .current_dir(folder)
             .args(OPTIONS)
+            .args(["--lefthand", if spec.side.is_right() { "false" } else { "true" }])
             .args(["-n", "p.nod.xml", "-e", "p.edg.xml", "-x", "p.con.xml", "-o", output])
             .args(["--tls.cycle.time", &whole(settings.default_cycle_s)])
             .args(["--tls.left-green.time", &whole(settings.default_left_green_s)])

@@ -3,6 +3,9 @@
 //! Node `c` is the signal. Arm `k`, clockwise from north, has the incoming edge `in{k}` from node
 //! `n{k}` and the outgoing edge `out{k}` to node `x{k}`, where it has lanes in that direction.
 //!
+//! In left-hand traffic, which netconvert's `--lefthand` builds, the drawing is the mirror image: arms
+//! count anticlockwise, and lanes from the left, as SUMO counts them there.
+//!
 //! The lengths of edges are given as attributes, so that SUMO's length from the arm's end to the
 //! stop line is exactly the feature; the nodes lie as much further out as the junction is
 //! estimated to be wide, so that the drawing nearly agrees.
@@ -56,7 +59,9 @@ pub fn nodes(
         ];
         for (id, _, length_m) in ends.iter().filter(|(_, lanes, _)| *lanes > 0) {
             let (sin, cos) = arm.bearing_deg.to_radians().sin_cos();
-            let (x, y) = ((length_m + radius_m) * sin, (length_m + radius_m) * cos);
+            let (east, y) = ((length_m + radius_m) * sin, (length_m + radius_m) * cos);
+            // The drawing shows the ground, so that of left-hand traffic is mirrored back.
+            let x = if spec.side.is_right() { east } else { 0.0 - east };
             line(&mut nodes, format_args!("<node id=\"{id}\" x=\"{x:.2}\" y=\"{y:.2}\"/>"));
         }
     }

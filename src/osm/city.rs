@@ -12,8 +12,10 @@ use super::counts::Counts;
 use super::extract::Extract;
 use super::flags::Flag;
 use super::graph::Graph;
-use super::intersections::{Found, Intersection, Skip, Skipped, intersections};
-use super::listing::{ListMatch, keep_listed, unmapped};
+use super::intersections::{Found, Intersection, Skip, Skipped};
+use super::listing::{ListMatch, keep_listed};
+use super::mirror;
+use super::side::SideDecision;
 use super::signals::SignalList;
 use super::spread::Spread;
 use super::traffic::{ArmTraffic, InflowSource, traffic};
@@ -30,6 +32,8 @@ pub struct Inputs<'a> {
     pub counts: Option<&'a Counts>,
     /// Where intersections must lie.
     pub boundary: Option<&'a Boundary>,
+    /// Side of the street that traffic keeps to; `None` for the right.
+    pub side: Option<&'a SideDecision>,
 }
 
 /// The intersections of a city.
@@ -46,19 +50,18 @@ pub struct City {
     /// The smallest box around the streets of the extract, degrees: x is the longitude and y the
     /// latitude; nothing without any street.
     pub covered: Option<Rect<f64>>,
+    /// Side of the street that traffic keeps to, and why.
+    pub side: SideDecision,
 }
 
 impl City {
     /// Returns the city of an extract.
     pub fn new(extract: &Extract, config: &OsmConfig, inputs: &Inputs<'_>) -> Self {
-        let graph = Graph::new(extract);
         let match_m = config.intersections.list_match_m;
         let rows = inputs.signals.map_or(&[][..], |list| &list.signals[..]);
-        let mut found = intersections(&graph, config, &[]);
-        let named = unmapped(&graph, &found, rows, match_m);
-        if !named.nodes.is_empty() {
-            found = intersections(&graph, config, &named.nodes);
-        }
+        let graph = Graph::new(extract);
+        let side = inputs.side.cloned().unwrap_or_default();
+        let (mut found, named) = mirror::found(&graph, config, rows, side.driving_side);
         // A junction outside the boundary ends the reach of a count as well.
         let limit_m = config.counts.spread_m;
         let spread = inputs
@@ -83,7 +86,8 @@ impl City {
         };
         let counts = spread.as_ref().map(|(counts, spread)| (*counts, spread));
         let traffic = traffic(&found.intersections, counts, &config.traffic);
-        Self { found, traffic, listed, left_out: BTreeMap::new(), covered: covered(extract) }
+        let (left_out, covered) = (BTreeMap::new(), covered(extract));
+        Self { found, traffic, listed, left_out, covered, side }
     }
 
     /// Takes intersections out for which no sound network can be built, each with the reason.

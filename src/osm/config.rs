@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::OsmError;
 use super::counts::CountSettings;
 use super::error::shortened;
+use super::side::SideSetting;
 use super::signals::SignalColumns;
 use super::table;
 use super::tags::Highway;
@@ -52,6 +53,8 @@ pub struct StreetSettings {
     pub motorway_links: bool,
     /// Lanes per direction by highway class.
     pub default_lanes: BTreeMap<Highway, u8>,
+    /// Side of the street that traffic keeps to.
+    pub driving_side: SideSetting,
     /// Distance from the junction within which the best tagged piece of a leg gives its lanes,
     /// metres: ways are often split shortly before the stop line, and the last bit left untagged.
     pub stop_line_m: f64,
@@ -68,6 +71,7 @@ impl Default for StreetSettings {
             motorways: true,
             motorway_links: true,
             default_lanes: Highway::NAMES.iter().map(|(c, _)| (*c, lanes(*c))).collect(),
+            driving_side: SideSetting::Auto,
             stop_line_m: 25.0,
         }
     }

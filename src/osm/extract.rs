@@ -28,6 +28,12 @@ impl Place {
         })
     }
 
+    /// Returns the place with east and west exchanged.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        Self { longitude_e7: -self.longitude_e7, ..self }
+    }
+
     /// Returns the latitude, degrees.
     pub fn latitude(self) -> f64 {
         f64::from(self.latitude_e7) / PER_DEGREE
@@ -120,6 +126,13 @@ impl Nodes {
     /// Returns where a node is; `None` if the file does not have it.
     pub fn place(&self, index: usize) -> Option<Place> {
         self.places[index]
+    }
+
+    /// Exchanges east and west.
+    pub fn mirror(&mut self) {
+        for place in self.places.iter_mut().flatten() {
+            *place = place.mirrored();
+        }
     }
 
     /// Returns how many there are.

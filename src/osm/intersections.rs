@@ -19,6 +19,7 @@ use crate::network::intersection::{Arm as NetworkArm, IntersectionSpec, Turns};
 use crate::network::lanes::layout;
 use crate::network::movements::{ARMS, Turn, movements};
 use crate::network::phases::{Conflicts, phases};
+use crate::side::DrivingSide;
 use crate::units::mph_to_mps;
 
 /// Why a signal is no intersection of the family.
@@ -334,5 +335,5 @@ fn spec(arms: &[Arm]) -> IntersectionSpec {
         inflow_vph: 0.0,
         turns: None,
     });
-    IntersectionSpec { point: String::new(), arms: arms.collect() }
+    IntersectionSpec { point: String::new(), arms: arms.collect(), side: DrivingSide::Right }
 }

@@ -11,6 +11,7 @@ use super::extract::Extract;
 use super::intersections::Skip;
 use super::listing::ListMatch;
 use super::oddities::{Oddities, Oddity};
+use super::side::SideDecision;
 use super::spots::{Spot, spots};
 use super::streets::Source;
 use super::traffic::InflowSource;
@@ -128,6 +129,8 @@ pub struct Quality {
     pub inputs: Vec<InputFile>,
     /// Hashes of the tables that were written with it, so that edited ones are noticed.
     pub written: BTreeMap<String, String>,
+    /// Side of the street that traffic keeps to, and why.
+    pub side: SideDecision,
     /// Drivable ways.
     pub ways: usize,
     /// Signal nodes in the extract.
@@ -222,6 +225,7 @@ pub fn quality(
         version: env!("CARGO_PKG_VERSION"),
         inputs,
         written,
+        side: city.side.clone(),
         ways: extract.ways.len(),
         signals: extract.signals.len(),
         signals_used: city.found.intersections.iter().map(|i| i.signals.len()).sum(),

@@ -12,6 +12,7 @@ use super::config::OsmConfig;
 use super::extract::Place;
 use super::listing::ListMatch;
 use super::quality::{Demand, Distribution, FamilyFacts, Quality};
+use super::side::SideDecision;
 use super::spots::Spot;
 use super::surroundings::INTERSECTIONS_FILE;
 use super::traffic::InflowSource;
@@ -25,6 +26,7 @@ use crate::family::overrides::Override;
 use crate::family::scenario::{Detail, Scenario, SixFeatures};
 use crate::family::wording::explain;
 use crate::files::write_atomically;
+use crate::side::DrivingSide;
 
 /// Name of the scenario file within a city's folder.
 pub const SCENARIO_FILE: &str = "scenario.toml";
@@ -59,6 +61,8 @@ pub struct ScenarioInputs<'a> {
     pub config: &'a OsmConfig,
     /// Settings from the command line.
     pub overrides: &'a [Override],
+    /// Side of the street that traffic keeps to; `None` as long as it is not known.
+    pub side: Option<&'a SideDecision>,
     /// What errors call the settings: a file, or the command line.
     pub source: &'a str,
     /// What the inflows of the table rest on, once that is known.
@@ -72,7 +76,8 @@ pub struct ScenarioInputs<'a> {
 /// [`OsmError::Family`] for a setting that does not exist, is out of range, or is decided by the
 /// command.
 pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
-    let ScenarioInputs { name, extract, detail, config, overrides, source, inflows } = *inputs;
+    let ScenarioInputs { name, extract, detail, config, overrides, source, side, inflows } =
+        *inputs;
     let mut table = Table::new();
     table.insert("name".to_owned(), name.into());
     let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
@@ -100,6 +105,10 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
             }
         }
     }
+    let driving_side = side.map_or(DrivingSide::Right, |side| side.driving_side);
+    if let Some(side) = side.filter(|side| !side.driving_side.is_right()) {
+        side.put_into(&mut table);
+    }
     let wrong = |field: &str, value: String, expected: String| FamilyError::Setting {
         file: source.to_owned(),
         field: field.to_owned(),
@@ -119,6 +128,7 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
     let decided = [
         ("name", scenario.name == name, "--out"),
         ("family.detail", scenario.family.detail == detail, "--detail"),
+        ("network.driving_side", scenario.network.driving_side == driving_side, "--driving-side"),
         ("family.points", scenario.family.points.is_none(), "the map"),
         (
             "family.approaches",
@@ -131,9 +141,10 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, OsmError> {
         return Err(wrong(field, "another value".to_owned(), expected).into());
     }
     let settings = toml::to_string(&table).expect("settings are plain data");
+    let side = side.map(|side| format!("# {}.\n", side.text())).unwrap_or_default();
     Ok(format!(
         "# Made from {extract} by `tsc-family build-networks --osm`; what is not here has its \
-         default.\n{DEMAND_NOTE}{settings}"
+         default.\n{side}{DEMAND_NOTE}{settings}"
     ))
 }
 

@@ -3,14 +3,16 @@
 use super::Look;
 use crate::control::{Service, Turn};
 use crate::env::warnings;
+use crate::side::DrivingSide;
 use crate::sim::topology::edge;
 
-/// Returns the word for a turn.
-pub(super) fn turn(turn: Turn) -> &'static str {
+/// Returns the word for a turn as it is on the ground.
+pub(super) fn turn(turn: Turn, side: DrivingSide) -> &'static str {
+    let (left, right) = side.swapped(("left", "right"));
     match turn {
-        Turn::Right => "right",
+        Turn::Right => right,
         Turn::Through => "through",
-        Turn::Left => "left",
+        Turn::Left => left,
     }
 }
 
@@ -18,7 +20,14 @@ pub(super) fn turn(turn: Turn) -> &'static str {
 pub(super) fn text(look: &Look, number: usize) -> String {
     let signal = &look.signals[number];
     let spec = &signal.spec;
-    let mut lines = vec![format!("signal {}", spec.id)];
+    let head = match look.side {
+        DrivingSide::Right => format!("signal {}", spec.id),
+        DrivingSide::Left => format!(
+            "signal {} (left-hand traffic; movements are numbered as in the mirror image)",
+            spec.id
+        ),
+    };
+    let mut lines = vec![head];
 
     let mut rows = vec![row(["lane", "length (m)", "seen (m)", "street (m)", "upstream"])];
     for (i, lane) in spec.lanes.iter().enumerate() {
@@ -39,7 +48,7 @@ pub(super) fn text(look: &Look, number: usize) -> String {
         rows.push(vec![
             movement.index.to_string(),
             lanes.first().map_or("", |lane| edge(lane)).to_owned(),
-            turn(movement.turn).to_owned(),
+            turn(movement.turn, look.side).to_owned(),
             list(&lanes),
             list(&signal.movement_links[m]),
             list(look.downstream(signal, m)),

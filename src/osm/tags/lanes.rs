@@ -14,12 +14,14 @@ pub struct TurnLane(u8);
 impl TurnLane {
     /// Nothing is marked, or `none`.
     pub const UNMARKED: Self = Self(0);
-    /// Left turns of any sharpness, and U-turns.
+    /// Left turns of any sharpness.
     pub const LEFT: Self = Self(1);
     /// Straight on, also after merging into a neighbouring lane.
     pub const THROUGH: Self = Self(2);
     /// Right turns of any sharpness.
     pub const RIGHT: Self = Self(4);
+    /// U-turns.
+    pub const REVERSE: Self = Self(8);
 
     /// Returns the set of both.
     #[must_use]
@@ -27,14 +29,23 @@ impl TurnLane {
         Self(self.0 | other.0)
     }
 
-    /// Returns whether only left turns are marked.
+    /// Returns whether only left turns are marked, of which a U-turn is one in right-hand traffic.
     pub fn is_left_only(self) -> bool {
-        self == Self::LEFT
+        self != Self::UNMARKED && Self::LEFT.with(Self::REVERSE).has(self)
     }
 
     /// Returns whether only right turns are marked.
     pub fn is_right_only(self) -> bool {
         self == Self::RIGHT
+    }
+
+    /// Returns the set with left and right exchanged.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        let same = Self(self.0 & (Self::THROUGH.0 | Self::REVERSE.0));
+        let left = if self.has(Self::RIGHT) { Self::LEFT } else { Self::UNMARKED };
+        let right = if self.has(Self::LEFT) { Self::RIGHT } else { Self::UNMARKED };
+        same.with(left).with(right)
     }
 
     /// Returns whether all turns of another set are marked.
@@ -47,7 +58,8 @@ impl TurnLane {
         text.split(';').map(str::trim).try_fold(Self::UNMARKED, |set, turn| {
             Some(set.with(match turn {
                 "" | "none" => Self::UNMARKED,
-                "left" | "slight_left" | "sharp_left" | "reverse" => Self::LEFT,
+                "left" | "slight_left" | "sharp_left" => Self::LEFT,
+                "reverse" => Self::REVERSE,
                 "through" | "merge_to_left" | "merge_to_right" => Self::THROUGH,
                 "right" | "slight_right" | "sharp_right" => Self::RIGHT,
                 _ => return None,
@@ -157,6 +169,16 @@ impl TurnTags {
         (turns != Self::default()).then_some(turns)
     }
 
+    /// Exchanges left and right: the order of the lanes and their turns.
+    pub fn mirror(&mut self) {
+        for lanes in [&mut self.plain, &mut self.forward, &mut self.backward] {
+            lanes.reverse();
+            for lane in lanes.iter_mut() {
+                *lane = lane.mirrored();
+            }
+        }
+    }
+
     /// Returns the memory beside the tags themselves, bytes.
     pub fn heap_bytes(&self) -> usize {
         self.plain.len() + self.forward.len() + self.backward.len()
@@ -244,11 +266,24 @@ mod tests {
         let (left, through, right) = (TurnLane::LEFT, TurnLane::THROUGH, TurnLane::RIGHT);
         assert_eq!(
             turns("left;reverse|through|through;slight_right|sharp_right"),
-            Some(vec![left, through, through.with(right), right])
+            Some(vec![left.with(TurnLane::REVERSE), through, through.with(right), right])
         );
         assert_eq!(turns("||none"), Some(vec![TurnLane::UNMARKED; 3]));
         assert_eq!(turns("merge_to_left|through"), Some(vec![through; 2]));
         assert_eq!(turns("left|sideways"), None);
+    }
+
+    #[test]
+    fn a_u_turn_crosses_opposing_traffic_on_either_side() {
+        let lanes = turns("left;reverse|reverse|through;reverse|right").unwrap();
+        assert_eq!(
+            lanes.iter().map(|l| l.is_left_only()).collect::<Vec<_>>(),
+            [true, true, false, false]
+        );
+        let left_hand = turns("left|through;reverse|reverse|reverse;right").unwrap();
+        let mut tags = TurnTags { forward: left_hand.into(), ..TurnTags::default() };
+        tags.mirror();
+        assert_eq!(*tags.forward, *lanes);
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub mod speed;
 use serde::{Deserialize, Serialize};
 
 use super::oddities::Oddities;
+use crate::side::DrivingSide;
 use lanes::{LaneTags, TurnTags};
 use speed::SpeedTags;
 
@@ -176,6 +177,8 @@ pub struct Street {
     pub turns: Option<Box<TurnTags>>,
     /// Speed limits.
     pub speed: SpeedTags,
+    /// Side of the street that traffic keeps to on it.
+    pub driving_side: Option<DrivingSide>,
     /// Its name, or else its number.
     pub name: Option<Box<str>>,
 }
@@ -201,6 +204,11 @@ impl Street {
             lanes: LaneTags::parse(way, tags, direction, oddities),
             turns: TurnTags::parse(way, tags, oddities).map(Box::new),
             speed: SpeedTags::parse(way, tags, oddities),
+            driving_side: match tag(tags, "driving_side") {
+                Some("left") => Some(DrivingSide::Left),
+                Some("right") => Some(DrivingSide::Right),
+                _ => None,
+            },
             name: name.map(Into::into),
         })
     }

@@ -2,6 +2,13 @@
 
 use crate::osm::intersections::Skip;
 
+/// Returns a text as a sentence.
+pub(super) fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase).into_iter().flatten();
+    first.chain(letters).chain(['.']).collect()
+}
+
 /// Says what a reason means and what helps.
 pub(super) fn meaning(reason: Skip) -> &'static str {
     match reason {

@@ -1,5 +1,6 @@
 //! What the page on the quality of a family says in words: the summary, what to do, warnings.
 
+use super::explain::sentence;
 use crate::osm::intersections::Skip;
 use crate::osm::quality::{Provenance, Quality};
 use crate::report::demand;
@@ -81,6 +82,7 @@ pub(super) fn sentences(q: &Quality) -> Vec<String> {
         }
         false => advice(q, p),
     }));
+    sentences.push(sentence(&q.side.text()));
     sentences
 }
 
@@ -166,6 +168,7 @@ fn advice(q: &Quality, p: &Provenance) -> String {
 /// Returns what a reader must know before using the family.
 pub(super) fn warnings(q: &Quality) -> Vec<String> {
     let mut warnings = Vec::new();
+    warnings.extend(q.side.warning.as_deref().map(sentence));
     let inflow = q.provenance.iter().find(|p| p.feature == "inflow");
     if let Some(p) = inflow.filter(|p| p.default > MANY_DEFAULTS) {
         warnings.push(format!(
@@ -228,6 +231,7 @@ mod tests {
     use super::*;
     use crate::osm::listing::ListMatch;
     use crate::osm::quality::{CountsSummary, Demand, SkipCount};
+    use crate::osm::side::SideDecision;
 
     fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
         Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
@@ -240,6 +244,7 @@ mod tests {
             version: "0.1.0",
             inputs: Vec::new(),
             written: std::collections::BTreeMap::new(),
+            side: SideDecision::default(),
             ways: 30,
             signals: 10,
             signals_used: 10,
@@ -316,6 +321,7 @@ mod tests {
                  defaults.",
                 "The weakest feature is inflow: no counts were given, so all inflows are defaults \
                  by class of street; give traffic counts with --aadt.",
+                "Traffic keeps to the right: assumed.",
             ]
         );
         assert!(warned(&q, "Inflows are defaults on 100% of the approaches"));
