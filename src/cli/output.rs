@@ -133,6 +133,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_path_with_spaces_is_quoted_for_the_shell() {
+        assert_eq!(quoted(Path::new("networks/a-b")), "networks/a-b");
+        assert_eq!(quoted(Path::new("my city's")), "'my city'\\''s'");
+    }
+
+    #[test]
     fn a_plain_line_counts_units_that_have_a_name_and_percents_of_others() {
         let line = |what| Progress::new(8, what, true).plain_line(2, "x");
         assert!(line(Some("networks")).starts_with("2/8 networks, 0 s left, x"));

@@ -13,6 +13,7 @@ pub mod lanes;
 pub mod movements;
 pub mod net_file;
 pub mod netconvert;
+pub mod one_green;
 mod peak;
 pub mod phases;
 pub mod plain;

@@ -1,6 +1,6 @@
 //! What the generator reads back from a network that netconvert wrote.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
@@ -177,6 +177,16 @@ impl NetFile {
     fn bit(&self, a: &NetLink, b: &NetLink, bits: impl Fn(&Request) -> &[bool]) -> bool {
         let row = self.requests.get(&a.request);
         row.and_then(|row| bits(row).get(b.request).copied()).unwrap_or(false)
+    }
+
+    /// Returns whether a program shows one green only, so that there is nothing to decide.
+    pub fn has_one_green(&self, program: &str) -> bool {
+        let is_green =
+            |p: &&ProgramPhase| p.state.contains(['g', 'G']) && !p.state.contains(['y', 'Y']);
+        let phases = self.program(program).unwrap_or_default();
+        let greens: BTreeSet<&str> =
+            phases.iter().filter(is_green).map(|p| p.state.as_str()).collect();
+        greens.len() == 1
     }
 
     /// Returns a program's phases.

@@ -123,8 +123,13 @@ impl City {
     ///
     /// As six features they stand for an intersection that has more than one green; built with their own arms
     /// they have a score without any meaning.
-    pub fn leave_out_one_green(&mut self) -> usize {
-        let one_green = |i: &&Intersection| i.flags.contains(&Flag::OneGreen);
+    ///
+    /// # Arguments
+    ///
+    /// * `built` — by id those whose network turned out to have one green.
+    pub fn leave_out_one_green(&mut self, built: &BTreeMap<String, String>) -> usize {
+        let one_green =
+            |i: &&Intersection| i.flags.contains(&Flag::OneGreen) || built.contains_key(&i.id);
         let ids: BTreeSet<String> =
             self.found.intersections.iter().filter(one_green).map(|i| i.id.clone()).collect();
         self.take_out(&|id| ids.contains(id), Skip::OneGreen);
