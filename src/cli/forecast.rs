@@ -25,6 +25,9 @@ const LEAST_ERROR: f64 = 0.12;
 /// Most seconds, minutes that a range is given in.
 const MAX_IN_UNIT: f64 = 90.0;
 
+/// By method and point MDP, how much of what was expected counts; `None` if it does not.
+type Share<'a> = dyn Fn(&(&str, &str, Seen)) -> Option<f64> + 'a;
+
 /// A task that is not finished.
 #[derive(Debug, Clone)]
 pub(super) struct Job {
@@ -140,7 +143,7 @@ impl Forecast {
     /// Returns the shortest and the longest time that the run may still take.
     pub(super) fn left(&self, now_s: f64) -> [Duration; 2] {
         let seen = self.seen();
-        let sum = |of: &dyn Fn(&(&str, &str, Seen)) -> Option<f64>| {
+        let sum = |of: &Share<'_>| {
             seen.iter().fold(Seen::default(), |sum, one| match of(one) {
                 None => sum,
                 Some(by) => Seen {
