@@ -7,6 +7,7 @@ use clap::Parser;
 use tsc_family::{cli, exit};
 
 fn main() -> ExitCode {
+    cli::complete();
     match cli::run(cli::Cli::parse()) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {

@@ -6,7 +6,7 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use common::{run, stderr, stdout, succeed};
+use common::{run, stderr, stdout};
 use serde_json::{Value, json};
 use tsc_family::nn::archive::Archive;
 
@@ -103,10 +103,4 @@ fn a_point_or_a_scenario_is_needed_and_not_both() {
     assert!(text.contains("<--point <ID>|--sumocfg <FILE>>"), "{text}");
     let text = refused(folder.path(), "evaluate --model m --point busy --sumocfg a.sumocfg");
     assert!(text.contains("cannot be used with"), "{text}");
-}
-
-#[test]
-fn completions_know_the_options_of_evaluate() {
-    let folder = tempfile::tempdir().unwrap();
-    assert!(succeed(folder.path(), "completions fish").contains("evaluate\" -l sumocfg"));
 }

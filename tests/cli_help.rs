@@ -20,6 +20,7 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_signals", "signals --help"),
         ("help_report", "report --help"),
         ("help_doctor", "doctor --help"),
+        ("help_completions", "completions --help"),
     ] {
         insta::assert_snapshot!(name, help(args));
     }
@@ -42,13 +43,6 @@ fn the_manual_page_names_every_command() {
         assert!(page.contains(command), "{command}");
     }
     assert!(!page.contains("worker DIR"));
-}
-
-#[test]
-fn completions_know_the_options_of_run() {
-    for shell in ["bash", "zsh", "fish"] {
-        assert!(help(&format!("completions {shell}")).contains("eval-seeds"), "{shell}");
-    }
 }
 
 #[test]

@@ -30,6 +30,7 @@ use crate::family::overrides::Override;
 use crate::family::scenario::Preset;
 use crate::sample::Sampling;
 use osm::OsmArgs;
+pub use shell::complete;
 
 /// Evaluate traffic signal controllers over the whole family of a city's intersections
 #[derive(Debug, Parser)]
@@ -328,8 +329,10 @@ pub struct WorkerArgs {
 /// `tsc-family completions`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Example:
-  tsc-family completions bash > ~/.local/share/bash-completion/completions/tsc-family")]
+Examples:
+  tsc-family completions bash > ~/.local/share/bash-completion/completions/tsc-family
+  echo 'source <(tsc-family completions zsh)' >> ~/.zshrc
+  tsc-family completions fish > ~/.config/fish/completions/tsc-family.fish")]
 pub struct CompletionsArgs {
     /// The shell
     pub shell: clap_complete::Shell,
