@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 
+use tsc_family::family::load::from_text;
 use tsc_family::osm::boundary::Boundary;
 use tsc_family::osm::city::{City, Inputs};
 use tsc_family::osm::config::OsmConfig;
@@ -222,13 +223,28 @@ fn an_intersection_that_is_not_listed_is_left_out() {
 }
 
 #[test]
-fn an_id_that_is_no_file_name_is_not_taken_over() {
-    let signals = list("../a,40.0,-75.0\n");
-    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-    let city = City::new(&four_arms(&[]), &OsmConfig::default(), &inputs);
-    assert_eq!(ids(&city), ["n101"]);
-    assert_eq!(city.listed[0].intersection.as_deref(), Some("n101"));
-    assert!(city.listed[0].reason.unwrap().starts_with("its id cannot name files"));
+fn an_id_of_free_text_names_the_intersection_and_its_network_gets_a_safe_one() {
+    for detail in ["six-features", "per-approach"] {
+        let signals = list("\"../Main St,  5th\",40.0,-75.0\n");
+        let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+        let config = OsmConfig::default();
+        let city = City::new(&four_arms(&[]), &config, &inputs);
+        assert_eq!(ids(&city), ["../Main St, 5th"]);
+        assert_eq!(city.listed[0].intersection.as_deref(), Some("../Main St, 5th"));
+        assert_eq!(city.listed[0].reason, None);
+        let table = city.table(&config, Path::new("x.osm")).unwrap();
+        let table = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
+        let text =
+            format!("name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"{detail}\"\n");
+        let loaded = from_text(&text, "x.toml", &[], &table).unwrap();
+        assert_eq!(loaded.intersections[0].id, "../Main St, 5th");
+        let point = &loaded.family.points[0];
+        assert!(!point.id.contains('/') && !point.id.contains(' '), "{}", point.id);
+        if detail == "per-approach" {
+            assert!(point.id.starts_with("Main-St-5th-"), "{}", point.id);
+            assert_eq!(point.title, "../Main St, 5th");
+        }
+    }
 }
 
 #[test]

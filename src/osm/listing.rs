@@ -17,7 +17,7 @@ use super::geometry::EARTH_RADIUS_M;
 use super::graph::Graph;
 use super::intersections::{Found, Intersection, Skip, Skipped};
 use super::signals::ListedSignal;
-use crate::family::names::check_id;
+use crate::family::names::title;
 
 /// Why a row has no intersection although one is within reach.
 pub const DUPLICATE: &str = "duplicate of another row";
@@ -29,8 +29,8 @@ const NOTHING_NEAR: &str = "no junction of streets within reach";
 const NO_PLACE: &str = "at latitude 0, longitude 0, which stands for no place";
 
 /// Why an intersection does not have the id of its row.
-const NO_NAME: &str = "its id cannot name files or is that of another intersection, so the \
-                       intersection keeps that of the map";
+const NO_NAME: &str = "its id is that of another intersection or no name, so the intersection keeps \
+                       that of the map";
 
 /// Distance up to which a row stands right on a junction, metres: half the width of one.
 const ON_JUNCTION_M: f64 = 10.0;
@@ -192,8 +192,9 @@ fn assign(
 
 /// Keeps the intersections that a list names, each under its id in the list, and says what became
 /// of every row. A row and an intersection are matched if they are within reach, nearest first, each
-/// once, with a signal on the map before those without one. An id that cannot name files, or that
-/// another intersection has by the map, is not taken over.
+/// once, with a signal on the map before those without one. An id may be free text, such as the names
+/// of the streets; what names files is made from it. One that is nothing but blanks, has control
+/// characters or is another intersection's is not taken over.
 pub fn keep_listed(
     found: &mut Found,
     rows: &[ListedSignal],
@@ -236,15 +237,15 @@ pub fn keep_listed(
         })
         .collect();
     let all = std::mem::take(&mut found.intersections);
-    let of_map: HashSet<String> = all.iter().map(|i| i.id.clone()).collect();
+    let mut taken: HashSet<String> = all.iter().map(|i| i.id.clone()).collect();
     for (index, mut intersection) in all.into_iter().enumerate() {
         match row_of.get(&index) {
             Some((row, metres)) => {
-                let id = &rows[*row].id;
-                if check_id("signal", id).is_ok() && !of_map.contains(id) {
-                    intersection.id.clone_from(id);
-                } else if *id != intersection.id {
-                    matches[*row].reason = Some(NO_NAME);
+                // The table of approaches is read with one blank between words.
+                match title("signal", &rows[*row].id) {
+                    Ok(id) if id == intersection.id => {}
+                    Ok(id) if taken.insert(id.clone()) => intersection.id = id,
+                    _ => matches[*row].reason = Some(NO_NAME),
                 }
                 intersection.list_distance_m = Some(*metres);
                 matches[*row].intersection = Some(intersection.id.clone());
@@ -306,19 +307,21 @@ mod tests {
     #[test]
     fn an_id_of_another_intersection_is_not_taken_over() {
         let (ids, refused) = named(&["n1", "../a", "n2", "1001"]);
-        assert_eq!(ids, ["n0", "n1", "n2", "1001"]);
-        assert_eq!(refused, [true, true, false, false]);
+        assert_eq!(ids, ["n0", "../a", "n2", "1001"]);
+        assert_eq!(refused, [true, false, false, false]);
     }
 
     #[test]
-    fn an_id_that_cannot_name_files_is_said_so() {
-        let long = "7".repeat(crate::family::names::MAX_ID + 1);
-        for id in ["a/b", "Münster", &long, "", ".a", "INDEX.csv", "index.CSV"] {
-            assert_eq!(named(&[id]), (vec!["n0".to_owned()], vec![true]), "{id}");
-        }
-        let longest = &long[1..];
-        for id in [longest, "INDEX", "a-b_c.d"] {
+    fn an_id_may_be_free_text() {
+        let long = "7".repeat(300);
+        for id in ["a/b", "Main St / 5th", "M\u{fc}nster", &long, ".a", "INDEX.csv", "a-b_c.d"] {
             assert_eq!(named(&[id]), (vec![id.to_owned()], vec![false]), "{id}");
+        }
+        let (ids, refused) = named(&["Main  St", "Main St", "Main\nSt"]);
+        assert_eq!(ids, ["Main St", "n1", "n2"]);
+        assert_eq!(refused, [false, true, true]);
+        for id in ["", " ", "a\u{7}"] {
+            assert_eq!(named(&[id]), (vec!["n0".to_owned()], vec![true]), "{id:?}");
         }
     }
 
