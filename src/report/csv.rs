@@ -1,7 +1,8 @@
 //! The tables of a report: `scores.csv` with one row per task, `summary.csv` with one per method,
 //! `episodes.csv` with one per episode, `training.csv` with one per task of a learner.
 //!
-//! A cell is empty where nothing was measured; it is never 0 for that reason.
+//! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
+//! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
 
 use super::data::{MethodSummary, ReportData, ScoreRow};
 use super::episodes::{Episode, EpisodeSummary};
@@ -31,7 +32,7 @@ pub(super) fn scores(data: &ReportData) -> String {
     header.push("level_of_service".to_owned());
     header.extend(identity.features.iter().map(|f| f.name.clone()));
     header.extend(["weight", "against"].map(str::to_owned));
-    table(&header, data.rows.iter().map(|row| score_row(data, row)))
+    titled(data, header, data.rows.iter().map(|row| (row.point, score_row(data, row))))
 }
 
 fn score_row(data: &ReportData, row: &ScoreRow) -> Vec<String> {
@@ -138,13 +139,13 @@ fn with_interval(summary: Option<Estimated>) -> [String; 3] {
 
 /// Returns `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
 pub(super) fn episodes(data: &ReportData) -> String {
-    let header: Vec<String> = ["method", "point", "replicate", "kind", "episode", "seed"]
+    let header = ["method", "point", "replicate", "kind", "episode", "seed"]
         .into_iter()
         .chain([data.manifest.identity.objective.as_str()])
         .chain(OF_EPISODE)
         .map(str::to_owned)
         .collect();
-    table(&header, data.episodes.iter().map(|e| episode_row(data, e)))
+    titled(data, header, data.episodes.iter().map(|e| (e.point, episode_row(data, e))))
 }
 
 fn episode_row(data: &ReportData, e: &Episode) -> Vec<String> {
@@ -175,7 +176,7 @@ pub(super) fn training(data: &ReportData) -> String {
         .map(str::to_owned)
         .chain(of_episodes(&data.manifest.identity.objective))
         .collect::<Vec<_>>();
-    table(&header, data.trainings.iter().map(|t| training_row(data, t)))
+    titled(data, header, data.trainings.iter().map(|t| (t.point, training_row(data, t))))
 }
 
 fn training_row(data: &ReportData, t: &Training) -> Vec<String> {
@@ -206,6 +207,21 @@ fn training_row(data: &ReportData, t: &Training) -> Vec<String> {
 /// Returns the shortest text that reads back as the same number.
 fn number(value: Option<f64>) -> String {
     value.map_or_else(String::new, |v| v.to_string())
+}
+
+/// Returns a table whose rows are each of a point MDP, with what that is called where it is not its id.
+pub(super) fn titled(
+    data: &ReportData,
+    mut header: Vec<String>,
+    rows: impl Iterator<Item = (usize, Vec<String>)>,
+) -> String {
+    let titles = data.titles();
+    header.extend(titles.as_ref().map(|_| "title".to_owned()));
+    let row = |(point, mut cells): (usize, Vec<String>)| {
+        cells.extend(titles.as_ref().map(|titles| titles[point].clone()));
+        cells
+    };
+    table(&header, rows.map(row))
 }
 
 pub(super) fn table(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {

@@ -112,12 +112,14 @@ fn dot(data: &ReportData, best: &MethodSummary, place: &Place, view: &View) -> D
     let result = point.and_then(|p| p.results[best.index].as_ref());
     let name = match (streets(place), place.id.as_str()) {
         (Some(streets), id) => format!("{streets} ({id})"),
-        (None, "") => place.point.clone(),
+        (None, "") => data.called(&place.point),
         (None, id) => format!("{id} ({})", place.point),
     };
     let of = match (basis, point) {
-        (Basis::Represented, Some(p)) => format!(" (of {}, which stands for it)", p.row.point),
-        (Basis::PointMdp, Some(p)) if place.point != name => format!(" (of {})", p.row.point),
+        (Basis::Represented, Some(p)) => {
+            format!(" (of {}, which stands for it)", data.called(&p.row.point))
+        }
+        (Basis::PointMdp, Some(p)) if !place.id.is_empty() => format!(" (of {})", p.row.name()),
         _ => String::new(),
     };
     let tip = match result {

@@ -37,6 +37,14 @@ impl ReportData {
         row.map_or(point, |p| p.row.name()).to_owned()
     }
 
+    /// Returns what every point MDP is called, in the order of [`ReportData::points`]; `None` where all
+    /// are called by their ids, so that tables need no column for it.
+    pub(super) fn titles(&self) -> Option<Vec<String>> {
+        let titles: Vec<String> = self.points.iter().map(|p| self.title_of(&p.row.point)).collect();
+        let differ = self.points.iter().zip(&titles).any(|(p, title)| p.row.point != *title);
+        differ.then_some(titles)
+    }
+
     /// Returns what a point MDP is called with its id behind it, for those who have to type that.
     pub(super) fn called(&self, point: &str) -> String {
         match self.title_of(point) {

@@ -59,11 +59,13 @@ pub(in crate::report) fn write(folder: &Path, data: &ReportData) -> Result<Writt
                 let additional = file.as_ref().map(|f| f.0.as_str());
                 show(&plans, data, plan, additional, &mut written)?;
             }
-            rows.extend(table::rows(data, plan, file.as_ref().map(|f| f.0.as_str())));
+            let cells = table::rows(data, plan, file.as_ref().map(|f| f.0.as_str()));
+            rows.extend(cells.into_iter().map(|cells| (point, cells)));
         }
     }
-    let header = table::HEADER.map(str::to_owned);
-    write_atomically(&written.table, csv::table(&header, rows.into_iter()).as_bytes())?;
+    let header = table::HEADER.map(str::to_owned).to_vec();
+    let text = csv::titled(data, header, rows.into_iter());
+    write_atomically(&written.table, text.as_bytes())?;
     Ok(written)
 }
 
