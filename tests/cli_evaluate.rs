@@ -1,6 +1,7 @@
 //! `tsc-family evaluate`: what it refuses, word by word.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+#[expect(dead_code, reason = "what succeeds here needs SUMO and a model: that is in cli_learn")]
 mod common;
 
 use std::fs;

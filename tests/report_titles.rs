@@ -27,7 +27,7 @@ fn titled(root: &std::path::Path, title: &str) -> Layout {
 fn last_cells(layout: &Layout, file: &str) -> Vec<String> {
     let mut builder = csv::ReaderBuilder::new();
     let mut reader = builder.has_headers(false).from_path(layout.report().join(file)).unwrap();
-    reader.records().map(|row| row.unwrap().iter().last().unwrap().to_owned()).collect()
+    reader.records().map(|row| row.unwrap().iter().next_back().unwrap().to_owned()).collect()
 }
 
 #[test]
