@@ -30,6 +30,17 @@ const METHODS: [(&str, &str, &str); 10] = [
 pub(super) const ORDERED: [&str; 6] =
     ["#ffffcc", "#fed976", "#fd8d3c", "#fc4e2a", "#cb181d", "#67000d"];
 
+/// Colours from what is known to what is assumed, each lighter than the one before.
+///
+/// Source: C. Brewer, colorbrewer2.org, sequential `Blues` of nine classes.
+pub(super) const KNOWN: [&str; 6] =
+    ["#08306b", "#2070b4", "#4f9bcb", "#94c4df", "#cde0f1", "#f7fbff"];
+
+/// Returns the colour of a text on one of [`KNOWN`].
+pub(super) fn ink_on_known(known: usize) -> &'static str {
+    if known < 2 { "#ffffff" } else { "#1a1a1a" }
+}
+
 /// Colour of what is not known.
 pub(super) const UNKNOWN: &str = "#9e9e9e";
 
@@ -109,8 +120,8 @@ mod tests {
     fn levels_darken_from_best_to_worst_for_all_eyes_and_in_print() {
         let lightness = |color: &str, eye| seen(color, eye)[0];
         for eye in &EYES {
-            for pair in ORDERED.windows(2) {
-                let step = lightness(pair[0], eye) - lightness(pair[1], eye);
+            for pair in ORDERED.windows(2).chain(KNOWN.windows(2)) {
+                let step = (lightness(pair[0], eye) - lightness(pair[1], eye)).abs();
                 assert!(step > 0.04, "{pair:?}: {step}");
             }
         }
@@ -124,8 +135,10 @@ mod tests {
                 |v: f64| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
             0.2126 * linear(c(1)) + 0.7152 * linear(c(3)) + 0.0722 * linear(c(5))
         };
-        for (level, color) in ORDERED.iter().enumerate() {
-            let (a, b) = (light(color), light(ink_on(level)));
+        let levels = ORDERED.iter().enumerate().map(|(level, color)| (color, ink_on(level)));
+        let known = KNOWN.iter().enumerate().map(|(known, color)| (color, ink_on_known(known)));
+        for (color, ink) in levels.chain(known) {
+            let (a, b) = (light(color), light(ink));
             let contrast = (a.max(b) + 0.05) / (a.min(b) + 0.05);
             assert!(contrast > 4.5, "{color}: {contrast}");
         }

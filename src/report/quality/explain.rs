@@ -12,7 +12,7 @@ pub(super) fn sentence(text: &str) -> String {
 /// Says what a reason means and what helps.
 pub(super) fn meaning(reason: Skip) -> &'static str {
     match reason {
-        Skip::NotOnStreet => "Such as on a motorway, a service road or a path.",
+        Skip::NotOnStreet => "Such as on a service road or a path.",
         Skip::NoJunction => "Such as at a pedestrian crossing in mid-block.",
         Skip::Border => "The junction or one of its arms is cut off: give a larger extract.",
         Skip::EndOfStreet => "Probably where the extract was cut out: give a larger one.",

@@ -14,12 +14,12 @@ const ROW_PX: f64 = 34.0;
 /// Smallest share of a bar that has room for its label.
 const LABELLED_SHARE: f64 = 0.05;
 
-/// What values rest on, with the position of its colour in [`palette::ORDERED`].
+/// What values rest on, with the position of its colour in [`palette::KNOWN`].
 pub(super) const SOURCES: [(&str, usize); 4] = [
     ("known from the data", 0),
-    ("counted on its street", 1),
-    ("from its class of street", 3),
-    ("default", 4),
+    ("counted on its street", 2),
+    ("from its class of street", 4),
+    ("default", 5),
 ];
 
 /// Width and height of a small histogram, pixels: it fits on a phone without scrolling.
@@ -60,7 +60,7 @@ pub(super) fn provenance(q: &Quality) -> String {
     });
     for (i, (name, color)) in SOURCES.into_iter().enumerate() {
         let x = left + 205.0 * i as f64;
-        canvas.rect((x, 10.0), (x + 16.0, 26.0), palette::ORDERED[color], Some("#1a1a1a"));
+        canvas.rect((x, 10.0), (x + 16.0, 26.0), palette::KNOWN[color], Some("#1a1a1a"));
         canvas.text(x + 22.0, 22.5, name, TextStyle::new(Anchor::Start));
     }
     let mut description = Vec::new();
@@ -73,10 +73,10 @@ pub(super) fn provenance(q: &Quality) -> String {
         let shares = [p.tagged, p.spread, p.imputed, p.default];
         for ((_, color), share) in SOURCES.into_iter().zip(shares).filter(|s| s.1 > 0.0) {
             let (a, b) = (frame.x(100.0 * from), frame.x(100.0 * (from + share)));
-            let fill = palette::ORDERED[color];
+            let fill = palette::KNOWN[color];
             canvas.rect((a, y + 4.0), (b, y + ROW_PX - 4.0), fill, Some("#1a1a1a"));
             if share >= LABELLED_SHARE {
-                let style = TextStyle::new(Anchor::Middle).color(palette::ink_on(color));
+                let style = TextStyle::new(Anchor::Middle).color(palette::ink_on_known(color));
                 canvas.text((a + b) / 2.0, middle, &percent(share), style);
             }
             from += share;
@@ -183,7 +183,7 @@ fn histogram(id: &str, title: &str, x_label: &str, what: &str, bars: &Bars<'_>) 
         x_label: Some(x_label.to_owned()),
         y_label: None,
     });
-    let (bottom, color) = (frame.y(0.0), palette::ORDERED[0]);
+    let (bottom, color) = (frame.y(0.0), palette::KNOWN[0]);
     for (b, n) in h.counts.iter().enumerate().filter(|(_, n)| **n > 0) {
         let from = start + b as f64;
         let (x, x2) = (frame.x(from * width), frame.x((from + 1.0) * width));

@@ -86,7 +86,7 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     let radius = radius(q.spots.len(), view.height);
     for spot in spots {
         let at = view.place(spot.latitude, spot.longitude);
-        canvas.circle(at, radius, palette::ORDERED[class(spot.known)], Some(&tip(spot)));
+        canvas.circle(at, radius, palette::KNOWN[class(spot.known)], Some(&tip(spot)));
     }
     // Streets that leave the map are covered by its margins.
     for (a, b) in [
@@ -212,7 +212,7 @@ fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {
     let slot = (WIDTH - 64.0) / CLASSES.len() as f64;
     for (c, (name, n)) in CLASSES.into_iter().zip(counts(q)).enumerate() {
         let x = 60.0 + slot * c as f64;
-        canvas.circle((x + 6.0, 15.5), 6.0, palette::ORDERED[c], None);
+        canvas.circle((x + 6.0, 15.5), 6.0, palette::KNOWN[c], None);
         canvas.text(x + 17.0, 20.0, &format!("{name} ({n})"), start);
     }
     let mut x = 60.0;
