@@ -90,9 +90,10 @@ fn greens(plan: &[Vec<(String, String)>], seconds: usize) -> Vec<Option<String>>
 fn plain_sumo_shows_the_plans_of_generated_networks_and_repeats_their_delays() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let settings = "--preset field --set demand.horizon_s=300 --set fixed_time.simulations=8";
+    let settings = "--preset field --set demand.horizon_s=300";
+    let search = "--set fixed_time.simulations=8";
     let methods = "--methods fixed-time,actuated,max-pressure --eval-seeds 2";
-    succeed(folder, &format!("run smoke {methods} {settings} --quiet --out out"));
+    succeed(folder, &format!("run smoke {methods} {settings} {search} --quiet --out out"));
     watch(folder, "c");
     let plans = Path::new("out/report/plans");
     let (mut programs, mut winners) = (0, 0);
