@@ -92,6 +92,7 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         more_rows => intersections::more(q),
         sketches => sketches::sketches(q, drawing),
         flagged => q.spots.iter().filter(|s| !s.flags.is_empty()).count(),
+        categories => intersections::categories(q),
         crosses => drawing.skipped.len(),
         ignored => ignored.collect::<Vec<_>>(),
         inputs => inputs.collect::<Vec<_>>(),

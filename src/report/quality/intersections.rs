@@ -1,5 +1,8 @@
 //! The table of intersections on the page on quality.
 
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
 use minijinja::{Value, context};
 
 use super::map_link;
@@ -38,6 +41,17 @@ pub(super) fn streets(spot: &Spot) -> String {
 pub(super) fn flags(spot: &Spot) -> String {
     let words: Vec<&str> = spot.flags.iter().map(|f| Flag::words(*f)).collect();
     if words.is_empty() { NONE.to_owned() } else { words.join("; ") }
+}
+
+/// Returns what is worth a look, each with the number of intersections, most frequent first.
+pub(super) fn categories(q: &Quality) -> Vec<(&'static str, usize)> {
+    let mut counts: BTreeMap<Flag, usize> = BTreeMap::new();
+    for flag in q.spots.iter().flat_map(|s| &s.flags) {
+        *counts.entry(*flag).or_default() += 1;
+    }
+    let mut counts: Vec<(Flag, usize)> = counts.into_iter().collect();
+    counts.sort_by_key(|(flag, n)| (Reverse(*n), *flag));
+    counts.into_iter().map(|(flag, n)| (flag.words(), n)).collect()
 }
 
 fn row(spot: &Spot) -> Value {
