@@ -231,10 +231,10 @@ fn intersection(
             arm.right_turn_lanes = 0;
         }
     }
-    let flags = flags(site, graph, &arms, &turns);
     if !site.listed && crosses_one_street(graph, site, &around, &arms) {
         return skip(Skip::Crossing);
     }
+    let flags = flags(site, graph, &arms, &turns);
     let first = signals.first().or(nodes.first()).copied().unwrap_or_default();
     let junctions = site.nodes.iter().map(|n| graph.place(*n));
     let places = junctions.chain(site.signals.iter().map(|s| extract.signals[*s].place)).collect();

@@ -10,7 +10,7 @@ use std::fmt::Write;
 use crate::osm::drawing::{Drawing, DrawnStreet};
 use crate::osm::quality::Quality;
 use crate::osm::spots::Spot;
-use crate::osm::tags::Highway;
+use crate::osm::surroundings::rank;
 use crate::report::figures::WIDTH;
 use crate::report::map::{KM_PER_DEGREE, scale_bar};
 use crate::report::svg::{Anchor, Canvas, MUTED, TextStyle};
@@ -63,7 +63,7 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     let (right, bottom) = (WIDTH - side, top + view.height);
     let mut canvas = Canvas::new(WIDTH, bottom + below);
     for (layer, (color, width)) in STREETS.into_iter().enumerate() {
-        let streets = drawing.streets.iter().filter(|s| self::layer(s.highway) == layer);
+        let streets = drawing.streets.iter().filter(|s| rank(s.highway) == layer);
         let d = path(streets, &view);
         if !d.is_empty() {
             canvas.path(d, color, width, None);
@@ -172,16 +172,6 @@ fn path<'a>(streets: impl Iterator<Item = &'a DrawnStreet>, view: &View) -> Stri
     d
 }
 
-/// Returns the position of a street in [`STREETS`].
-fn layer(highway: Highway) -> usize {
-    match highway {
-        Highway::Trunk | Highway::Primary => 3,
-        Highway::Secondary => 2,
-        Highway::Tertiary => 1,
-        _ => 0,
-    }
-}
-
 fn radius(spots: usize, height: f64) -> f64 {
     (RADIUS * (WIDTH * height / spots as f64).sqrt()).clamp(RADIUS_PX.0, RADIUS_PX.1)
 }
@@ -234,6 +224,7 @@ fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::osm::tags::Highway;
 
     #[test]
     fn a_third_is_in_the_class_that_starts_there() {
