@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 mod common;
 
 use common::{env, median, network, sumo};
-use tsc_family::control::{Drive, GreenPhase};
-use tsc_family::env::SignalEnv;
-use tsc_family::sim::Sim;
-use tsc_family::sim::libsumo::SumoSim;
+use tsc_family::traffic::control::{Drive, GreenPhase};
+use tsc_family::traffic::env::SignalEnv;
+use tsc_family::traffic::sim::Sim;
+use tsc_family::traffic::sim::libsumo::SumoSim;
 
 /// Interleaved pairs per inflow.
 const PAIRS: usize = 11;

@@ -15,17 +15,17 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use common::{env, median, network, sumo};
-use tsc_family::control::registry::create;
-use tsc_family::control::{
+use tsc_family::run::plan::control_settings;
+use tsc_family::traffic::control::registry::create;
+use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
-use tsc_family::env::{SignalEnv, World, run_episode};
-use tsc_family::eval::plan::control_settings;
-use tsc_family::family::load::load;
-use tsc_family::family::scenario::{SignalSettings, SimulationSettings};
-use tsc_family::sim::libsumo::SumoSim;
-use tsc_family::sim::tripinfo;
-use tsc_family::timing::yellow;
+use tsc_family::traffic::env::{SignalEnv, World, run_episode};
+use tsc_family::traffic::family::load::load;
+use tsc_family::traffic::settings::{SignalSettings, SimulationSettings};
+use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::tripinfo;
+use tsc_family::traffic::timing::yellow;
 
 /// Methods and RESCO's ratios to the plain binary with libsumo, on cologne1 and ingolstadt1.
 const METHODS: [(&str, &str); 5] = [

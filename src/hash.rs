@@ -7,7 +7,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::error::FileError;
+use crate::files::FileError;
 
 /// Bytes that are read at a time: extracts of countries do not fit into memory twice.
 const BUFFER: usize = 1 << 16;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
-use tsc_family::{cli, exit};
+use tsc_family::cli::{self, exit};
 
 fn main() -> ExitCode {
     cli::complete();

@@ -8,9 +8,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{stderr, stdout};
-use tsc_family::control::registry::METHODS;
-use tsc_family::family::load::EMBEDDED;
-use tsc_family::family::wording::settings;
+use tsc_family::settings::wording::settings;
+use tsc_family::traffic::control::registry::METHODS;
+use tsc_family::traffic::family::load::EMBEDDED;
 
 /// Has bash complete the last word of a line in a folder, as at the press of Tab, and returns what it
 /// offers. The line is split as bash does, at `=` too.

@@ -6,20 +6,20 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use tsc_family::control::registry::create;
-use tsc_family::control::{ControlError, Controller, EpisodeOutcome, Trainer};
-use tsc_family::env::{EpisodeMetrics, SignalEnv, run_episode};
-use tsc_family::eval::environment::{environment, generated_world};
-use tsc_family::eval::plan::control_settings;
-use tsc_family::family::load::load_with;
-use tsc_family::family::scenario::Scenario;
-use tsc_family::network::build::{BuildOptions, build_all};
-use tsc_family::network::demand::DemandSpec;
-use tsc_family::network::index::file;
-use tsc_family::network::intersection::{Arm, IntersectionSpec, Turns};
-use tsc_family::network::net_file::NetFile;
-use tsc_family::side::DrivingSide;
-use tsc_family::sim::libsumo::SumoSim;
+use tsc_family::run::plan::control_settings;
+use tsc_family::traffic::control::registry::create;
+use tsc_family::traffic::control::{ControlError, Controller, EpisodeOutcome, Trainer};
+use tsc_family::traffic::env::{EpisodeMetrics, SignalEnv, run_episode};
+use tsc_family::traffic::environment::{environment, generated_world};
+use tsc_family::traffic::family::load::load_with;
+use tsc_family::traffic::network::build::{BuildOptions, build_all};
+use tsc_family::traffic::network::demand::DemandSpec;
+use tsc_family::traffic::network::index::file;
+use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, Turns};
+use tsc_family::traffic::network::net_file::NetFile;
+use tsc_family::traffic::settings::Scenario;
+use tsc_family::traffic::side::DrivingSide;
+use tsc_family::traffic::sim::libsumo::SumoSim;
 
 /// Controllers that need no long training.
 const METHODS: [&str; 4] = ["baseline", "fixed-time", "actuated", "max-pressure"];

@@ -7,8 +7,8 @@ mod fixture;
 use std::fs;
 
 use fixture::Scenario;
-use tsc_family::sim::libsumo::SumoSim;
-use tsc_family::sim::{Sim, Snapshot};
+use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::{Sim, Snapshot};
 
 /// More vehicles than the edges from W can take in, with SUMO's random speeds.
 const ROUTES: &str = r#"<flow id="f" begin="0" end="300" number="300" departLane="random">

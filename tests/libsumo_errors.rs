@@ -7,8 +7,8 @@ mod fixture;
 use std::path::PathBuf;
 
 use fixture::{EDGES, NODES, Scenario};
-use tsc_family::sim::libsumo::SumoSim;
-use tsc_family::sim::{Sim, SimError, Snapshot, StartOptions};
+use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::{Sim, SimError, Snapshot, StartOptions};
 
 const GOOD: &str = r#"<vehicle id="v" depart="0"><route edges="WA AB BE"/></vehicle>"#;
 const UNKNOWN_EDGE: &str = r#"<vehicle id="v" depart="0"><route edges="WA missing"/></vehicle>"#;

@@ -7,8 +7,8 @@ mod fixture;
 use std::collections::{HashMap, HashSet};
 
 use fixture::Scenario;
-use tsc_family::sim::libsumo::SumoSim;
-use tsc_family::sim::{Direction, Sim, Snapshot};
+use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::{Direction, Sim, Snapshot};
 
 /// Far enough apart that the vehicles are seen in this order: 0, 1, 2, 3 and then the flow.
 const ROUTES: &str = r#"

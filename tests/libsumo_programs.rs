@@ -5,8 +5,8 @@
 mod fixture;
 
 use fixture::Scenario;
-use tsc_family::sim::libsumo::SumoSim;
-use tsc_family::sim::{Program, ProgramKind, ProgramPhase, Sim, SimError, Snapshot};
+use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::{Program, ProgramKind, ProgramPhase, Sim, SimError, Snapshot};
 
 /// Vehicles from N that follow each other closely enough to prolong an actuated green.
 const ROUTES: &str = r#"<flow id="f" begin="0" end="500" period="2" departPos="100">

@@ -14,8 +14,8 @@ mod fixture;
 use std::collections::BTreeMap;
 
 use fixture::Scenario;
-use tsc_family::sim::libsumo::SumoSim;
-use tsc_family::sim::{Scene, Sim, Snapshot, StartOptions};
+use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::{Scene, Sim, Snapshot, StartOptions};
 
 const NODES: &str = r#"<nodes>
     <node id="W" x="-260" y="0"/> <node id="V" x="-120" y="0"/> <node id="D" x="-120" y="-90"/>

@@ -6,19 +6,19 @@ use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
 
-use tsc_family::error::NetworkError;
-use tsc_family::family::load::{self, LoadedScenario};
-use tsc_family::family::overrides::Override;
-use tsc_family::family::scenario::{DemandSettings, NetworkSettings, Scenario, SignalSettings};
-use tsc_family::network::build::{BuildOptions, BuildSummary, build_all};
-use tsc_family::network::demand::DemandSpec;
-use tsc_family::network::index::Index;
-use tsc_family::network::intersection::{Arm, IntersectionSpec, Turns, intersections};
-use tsc_family::network::net_file::NetFile;
-use tsc_family::network::phases::ProgramPhase;
-use tsc_family::network::plain::DEFAULT_PROGRAM;
-use tsc_family::network::validate::validate;
-use tsc_family::side::DrivingSide;
+use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::family::load::{self, LoadedScenario};
+use tsc_family::traffic::network::build::{BuildOptions, BuildSummary, build_all};
+use tsc_family::traffic::network::demand::DemandSpec;
+use tsc_family::traffic::network::error::NetworkError;
+use tsc_family::traffic::network::index::Index;
+use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, Turns, intersections};
+use tsc_family::traffic::network::net_file::NetFile;
+use tsc_family::traffic::network::phases::ProgramPhase;
+use tsc_family::traffic::network::plain::DEFAULT_PROGRAM;
+use tsc_family::traffic::network::validate::validate;
+use tsc_family::traffic::settings::{DemandSettings, NetworkSettings, Scenario, SignalSettings};
+use tsc_family::traffic::side::DrivingSide;
 
 const EXIT_LENGTH_M: f64 = 60.0;
 

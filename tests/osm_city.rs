@@ -4,7 +4,6 @@
 use std::fs;
 use std::path::Path;
 
-use tsc_family::family::load::from_text;
 use tsc_family::osm::boundary::Boundary;
 use tsc_family::osm::city::{City, Inputs};
 use tsc_family::osm::config::OsmConfig;
@@ -14,6 +13,7 @@ use tsc_family::osm::intersections::Skip;
 use tsc_family::osm::read::read;
 use tsc_family::osm::signals::{SignalColumns, SignalList};
 use tsc_family::osm::traffic::InflowSource;
+use tsc_family::traffic::family::load::from_text;
 
 /// The four arms of Main Street (east and west) and First Street, after replacing some text.
 fn four_arms(replace: &[(&str, &str)]) -> Extract {

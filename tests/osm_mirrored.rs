@@ -10,14 +10,14 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use flate2::read::MultiGzDecoder;
-use tsc_family::family::approaches::Approach;
 use tsc_family::osm::city::{City, Inputs};
 use tsc_family::osm::config::OsmConfig;
 use tsc_family::osm::extract::Extract;
 use tsc_family::osm::mirror::mirrored_extract;
 use tsc_family::osm::read::read;
 use tsc_family::osm::side::{DecidedBy, SideDecision, SideSetting, decide};
-use tsc_family::side::DrivingSide;
+use tsc_family::traffic::family::approaches::Approach;
+use tsc_family::traffic::side::DrivingSide;
 
 /// Where larger extracts are, if they are.
 const EXTRACTS: &str = "../shared/data/osm";

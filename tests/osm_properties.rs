@@ -3,13 +3,13 @@
 
 use proptest::prelude::*;
 
-use tsc_family::network::intersection::Turns;
 use tsc_family::osm::config::OsmConfig;
 use tsc_family::osm::extract::{Extract, Nodes, Place, SignalNode, Way};
 use tsc_family::osm::graph::Graph;
 use tsc_family::osm::intersections::{Intersection, intersections};
 use tsc_family::osm::oddities::Oddities;
 use tsc_family::osm::tags::{SignalTags, Street};
+use tsc_family::traffic::network::intersection::Turns;
 
 /// The middle of every intersection.
 const CENTRE: (f64, f64) = (40.0, -75.0);

@@ -9,13 +9,13 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use tsc_family::family::approaches::Approach;
-use tsc_family::family::features::inflow_vph;
-use tsc_family::family::load::{LoadedScenario, load};
 use tsc_family::osm::counts::{CountMatch, CountSettings, Counts};
 use tsc_family::osm::extract::Place;
 use tsc_family::osm::geometry::{LocalMetric, distance_m};
 use tsc_family::osm::signals::{SignalColumns, SignalList};
+use tsc_family::traffic::family::approaches::Approach;
+use tsc_family::traffic::family::features::inflow_vph;
+use tsc_family::traffic::family::load::{LoadedScenario, load};
 
 /// Metres on the ground per metre of the table's lengths, which were measured in EPSG:3395.
 const LENGTH_SCALE: f64 = 0.757;

@@ -12,7 +12,7 @@ use tsc_family::osm::city::{City, Inputs};
 use tsc_family::osm::config::OsmConfig;
 use tsc_family::osm::read::read;
 use tsc_family::osm::side::{SideSetting, decide};
-use tsc_family::side::DrivingSide;
+use tsc_family::traffic::side::DrivingSide;
 
 /// Ten minutes, and vehicles that stand for five are teleported: none does at low demand.
 const SCENARIO: &str = "\

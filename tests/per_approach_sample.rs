@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use tsc_family::family::load::load_with;
 use tsc_family::sample::kmeans::{cluster, standardise};
 use tsc_family::sample::{Sampling, choose};
+use tsc_family::traffic::family::load::load_with;
 
 /// Number of clusters.
 const BUDGET: usize = 40;

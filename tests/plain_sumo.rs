@@ -11,8 +11,8 @@ use std::process::Command;
 
 use common::{run, stderr, succeed};
 use serde_json::Value;
-use tsc_family::sim::tripinfo;
-use tsc_family::sim::tripinfo::TripTotals;
+use tsc_family::traffic::sim::tripinfo;
+use tsc_family::traffic::sim::tripinfo::TripTotals;
 
 /// The rows of a task's record.
 fn rows(results: &Path, task: usize) -> Vec<Value> {

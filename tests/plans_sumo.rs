@@ -13,7 +13,7 @@ use std::process::Command;
 use common::{stderr, succeed};
 use libsumo_fixture::Scenario;
 use serde_json::Value;
-use tsc_family::sim::tripinfo;
+use tsc_family::traffic::sim::tripinfo;
 
 /// What both simulations have beside network, vehicles and programs.
 const OPTIONS: &str = "--time-to-teleport -1 --xml-validation never --no-step-log \

@@ -25,7 +25,7 @@ use tsc_family::osm::streets::Source;
 use tsc_family::osm::tags::Highway;
 use tsc_family::osm::traffic::InflowSource;
 use tsc_family::report::quality::write_quality;
-use tsc_family::side::DrivingSide;
+use tsc_family::traffic::side::DrivingSide;
 
 fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
     Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }

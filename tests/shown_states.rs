@@ -8,20 +8,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use shown::{Limits, states, violations};
-use tsc_family::control::registry::{METHODS, create};
-use tsc_family::control::{
+use tsc_family::run::plan::control_settings;
+use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::control::registry::{METHODS, create};
+use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
-use tsc_family::env::{SignalEnv, run_episode};
-use tsc_family::eval::environment::{environment, generated_world};
-use tsc_family::eval::plan::control_settings;
-use tsc_family::family::load::load_with;
-use tsc_family::family::overrides::Override;
-use tsc_family::family::scenario::{Scenario, SixFeatures};
-use tsc_family::network::build::{BuildOptions, build_all};
-use tsc_family::network::intersection::IntersectionSpec;
-use tsc_family::side::DrivingSide;
-use tsc_family::sim::libsumo::SumoSim;
+use tsc_family::traffic::env::{SignalEnv, run_episode};
+use tsc_family::traffic::environment::{environment, generated_world};
+use tsc_family::traffic::family::load::load_with;
+use tsc_family::traffic::network::build::{BuildOptions, build_all};
+use tsc_family::traffic::network::intersection::IntersectionSpec;
+use tsc_family::traffic::settings::{Scenario, SixFeatures};
+use tsc_family::traffic::side::DrivingSide;
+use tsc_family::traffic::sim::libsumo::SumoSim;
 
 const RESCO: Limits =
     Limits { yellow: 3, all_red: 0, min_through: 7, min_left: 7, max_green: usize::MAX };

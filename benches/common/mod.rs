@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use tsc_family::env::{SignalEnv, World};
-use tsc_family::family::scenario::{
+use tsc_family::traffic::env::{SignalEnv, World};
+use tsc_family::traffic::network::build::{BuildOptions, build_all};
+use tsc_family::traffic::network::demand::DemandSpec;
+use tsc_family::traffic::network::intersection::IntersectionSpec;
+use tsc_family::traffic::settings::{
     DemandSettings, NetworkSettings, SignalSettings, SimulationSettings, SixFeatures,
 };
-use tsc_family::network::build::{BuildOptions, build_all};
-use tsc_family::network::demand::DemandSpec;
-use tsc_family::network::intersection::IntersectionSpec;
-use tsc_family::side::DrivingSide;
-use tsc_family::sim::libsumo::SumoSim;
+use tsc_family::traffic::side::DrivingSide;
+use tsc_family::traffic::sim::libsumo::SumoSim;
 
 /// Returns the median.
 pub(crate) fn median(values: &mut [f64]) -> f64 {

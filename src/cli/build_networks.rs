@@ -10,14 +10,14 @@ use super::effects::Use;
 use super::folder::NETWORKS;
 use super::osm;
 use super::output::{Progress, line};
-use crate::exit;
-use crate::family::load::{LoadedScenario, load_with};
-use crate::family::scenario::Preset;
-use crate::network::build::{BuildOptions, BuildSummary, build_all};
-use crate::network::index::Index;
-use crate::network::intersection::{IntersectionSpec, intersections};
+use crate::cli::exit;
 use crate::osm::OsmError;
 use crate::osm::write::SCENARIO_FILE;
+use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
+use crate::traffic::network::index::Index;
+use crate::traffic::network::intersection::{IntersectionSpec, intersections};
+use crate::traffic::settings::Preset;
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     if let Some(jobs) = args.jobs {

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::DoctorArgs;
 use super::output::line;
-use crate::exit;
-use crate::network::netconvert::Netconvert;
+use crate::cli::exit;
+use crate::traffic::network::netconvert::Netconvert;
 
 /// What doctor found.
 #[derive(Debug, Serialize)]
@@ -83,8 +83,8 @@ fn number(text: &str) -> String {
 
 #[cfg(feature = "libsumo")]
 fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
-    use crate::sim::Sim;
-    use crate::sim::libsumo::{INCLUDE_DIR, KIND, LIBRARY, SumoSim};
+    use crate::traffic::sim::Sim;
+    use crate::traffic::sim::libsumo::{INCLUDE_DIR, KIND, LIBRARY, SumoSim};
 
     let linked = format!("{LIBRARY} ({KIND}, headers {INCLUDE_DIR})");
     let version = SumoSim::new().and_then(|mut sim| sim.version());

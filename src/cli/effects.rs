@@ -2,11 +2,11 @@
 //! believes that it has. What a scenario file or a preset sets is not looked at, since one file serves
 //! several commands.
 
-use crate::control::registry::{METHODS, Training};
-use crate::error::Refused;
-use crate::family::load::LoadedScenario;
-use crate::family::overrides::Override;
-use crate::family::scenario::{BaselineProgram, Detail};
+use crate::cli::refused::Refused;
+use crate::settings::overrides::Override;
+use crate::traffic::control::registry::{METHODS, Training};
+use crate::traffic::family::load::LoadedScenario;
+use crate::traffic::settings::{BaselineProgram, Detail};
 
 /// Settings that only derive a family from approaches.
 const OF_APPROACHES: [&str; 7] = [
@@ -157,7 +157,7 @@ pub(super) fn any(methods: &[String], training: Training) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::family::load::load_with;
+    use crate::traffic::family::load::load_with;
 
     fn refused(of: Use<'_>, scenario: &str, settings: &[&str]) -> Option<String> {
         let settings: Vec<Override> = settings.iter().map(|s| s.parse().unwrap()).collect();

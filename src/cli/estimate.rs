@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::forecast::{Forecast, Job, range};
-use crate::control::ippo::Ippo;
-use crate::control::registry::{Training, training};
-use crate::eval::plan::{Draft, Request};
+use crate::run::plan::{Draft, Request};
+use crate::traffic::control::ippo::Ippo;
+use crate::traffic::control::registry::{Training, training};
 use crate::units::SECONDS_PER_HOUR;
 
 /// Processor time that SUMO takes per vehicle of an isolated intersection, seconds; measured on

@@ -9,20 +9,21 @@ use super::EvaluateArgs;
 use super::build_networks::{default_folder, prepare};
 use super::effects::Use;
 use super::output::{Progress, line, note};
-use crate::control::baseline::Baseline;
-use crate::env::World;
-use crate::error::{EvalError, Refused};
-use crate::eval::content;
-use crate::eval::contest::{Place, Standing};
-use crate::eval::environment::generated_world;
-use crate::eval::model::SavedModel;
-use crate::eval::plan::imported_id;
-use crate::exit;
-use crate::family::load::{LoadedScenario, load_with};
-use crate::family::scenario::Scenario;
+use crate::cli::exit;
+use crate::cli::refused::Refused;
 use crate::report::level_of_service::letter;
+use crate::run::error::EvalError;
+use crate::run::model::SavedModel;
+use crate::run::plan::imported_id;
 use crate::store::record::Row;
 use crate::suggest::did_you_mean;
+use crate::traffic::content;
+use crate::traffic::contest::{Place, Standing};
+use crate::traffic::control::baseline::Baseline;
+use crate::traffic::env::World;
+use crate::traffic::environment::generated_world;
+use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::settings::Scenario;
 
 /// Point MDPs that an error names.
 const NAMED_POINTS: usize = 3;
@@ -144,9 +145,9 @@ fn play(
     seeds: &[u64],
     done: &mut dyn FnMut(&Row),
 ) -> anyhow::Result<[Standing; 2]> {
-    use crate::error::FileError;
-    use crate::eval::contest::contest;
-    use crate::sim::libsumo::SumoSim;
+    use crate::files::FileError;
+    use crate::traffic::contest::contest;
+    use crate::traffic::sim::libsumo::SumoSim;
 
     let sim = SumoSim::new()?;
     let folder = std::env::temp_dir();
@@ -162,7 +163,8 @@ fn play(
     _: &[u64],
     _: &mut dyn FnMut(&Row),
 ) -> anyhow::Result<[Standing; 2]> {
-    Err(crate::sim::SimError::Unavailable("built without the feature `libsumo`".into()).into())
+    Err(crate::traffic::sim::SimError::Unavailable("built without the feature `libsumo`".into())
+        .into())
 }
 
 fn json_line(standing: &Standing, point: &str, episodes: usize) -> serde_json::Value {

@@ -4,7 +4,8 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 
-use crate::error::{FileError, Refused};
+use crate::cli::refused::Refused;
+use crate::files::FileError;
 
 /// Files that are no one's work.
 const NOTHING: [&str; 3] = [".gitkeep", ".gitignore", ".DS_Store"];

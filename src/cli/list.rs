@@ -7,10 +7,10 @@ use serde_json::{Map, Value};
 use super::ListArgs;
 use super::effects::Use;
 use super::output::line;
-use crate::exit;
+use crate::cli::exit;
 use crate::family::MdpFamily;
-use crate::family::features::six_features;
-use crate::family::load::{LoadedScenario, load_with};
+use crate::traffic::family::features::six_features;
+use crate::traffic::family::load::{LoadedScenario, load_with};
 
 /// Mean and standard deviation of each feature in the paper's table.
 ///
@@ -168,7 +168,7 @@ fn raw_moments(loaded: &LoadedScenario) -> Option<[(f64, f64); 6]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::family::load::load;
+    use crate::traffic::family::load::load;
 
     #[test]
     fn a_json_line_has_the_features_by_name() {

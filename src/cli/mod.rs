@@ -5,6 +5,7 @@ mod doctor;
 mod effects;
 mod estimate;
 mod evaluate;
+pub mod exit;
 mod folder;
 mod forecast;
 mod list;
@@ -12,6 +13,7 @@ mod monitor;
 mod osm;
 mod output;
 mod places;
+pub mod refused;
 mod report;
 mod routes;
 mod run;
@@ -24,11 +26,10 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
-use crate::eval::checkpoint::CHECKPOINT_EVERY_S;
-use crate::exit;
-use crate::family::overrides::Override;
-use crate::family::scenario::Preset;
+use crate::run::checkpoint::CHECKPOINT_EVERY_S;
 use crate::sample::Sampling;
+use crate::settings::overrides::Override;
+use crate::traffic::settings::Preset;
 use osm::OsmArgs;
 pub use shell::complete;
 

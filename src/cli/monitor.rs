@@ -9,11 +9,11 @@ use serde_json::json;
 use super::estimate::Effort;
 use super::forecast::{Forecast, Job, range};
 use super::output::{Progress, line, note};
-use crate::control::registry::{Training, training};
-use crate::eval::plan::OBJECTIVE;
-use crate::eval::pool::Event;
+use crate::run::plan::OBJECTIVE;
+use crate::run::pool::Event;
 use crate::store::manifest::Task;
 use crate::store::record::{Outcome, Record};
+use crate::traffic::control::registry::{Training, training};
 
 /// Episodes over which the delay of a task in progress is averaged: one alone says little of a
 /// training that explores.
@@ -243,7 +243,7 @@ impl Monitor {
 mod tests {
     use super::*;
     use crate::cli::estimate::testing::effort;
-    use crate::eval::pool;
+    use crate::run::pool;
     use crate::store::record::{TaskResult, Wall};
 
     fn task(task: usize, method: &str, replicate: u32) -> Task {

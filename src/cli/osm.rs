@@ -9,16 +9,10 @@ use super::BuildNetworksArgs;
 use super::build_networks::{build, networks_folder};
 use super::folder::CITY;
 use super::output::{Progress, line, note, quoted};
-use crate::error::FileError;
-use crate::exit;
-use crate::family::inflow::InflowSources;
-use crate::family::load::{LoadedScenario, from_text};
-use crate::family::scenario::Detail;
+use crate::cli::exit;
+use crate::files::FileError;
 use crate::files::write_atomically;
 use crate::hash::{sha256, sha256_file};
-use crate::network::build::BuildOptions;
-use crate::network::intersection::intersections;
-use crate::network::one_green::one_green;
 use crate::osm::boundary::Boundary;
 use crate::osm::city::{City, Inputs, extent};
 use crate::osm::config::OsmConfig;
@@ -36,6 +30,12 @@ use crate::osm::write::{
 };
 use crate::osm::{OsmError, read};
 use crate::report::quality::{QUALITY_FILE, write_quality};
+use crate::traffic::family::load::{LoadedScenario, from_text};
+use crate::traffic::network::build::BuildOptions;
+use crate::traffic::network::intersection::intersections;
+use crate::traffic::network::one_green::one_green;
+use crate::traffic::settings::Detail;
+use crate::traffic::settings::inflow::InflowSources;
 
 /// Budget of the command that is suggested in the end.
 const EXAMPLE_BUDGET: usize = 20;

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::eval::plan::{Draft, Request};
 use crate::files::write_atomically;
 use crate::osm::surroundings::{Named, read_names, read_streets};
+use crate::run::plan::{Draft, Request};
 use crate::sample::stands;
 use crate::store::Layout;
 use crate::store::places::{Place, Places, Streets};

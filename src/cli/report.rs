@@ -2,7 +2,7 @@
 
 use super::ReportArgs;
 use super::output::{line, note};
-use crate::exit;
+use crate::cli::exit;
 use crate::report::{self, ReportData, text};
 use crate::store::Layout;
 use crate::store::results::Results;

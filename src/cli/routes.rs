@@ -8,10 +8,10 @@ use super::build_networks::{default_folder, prepare};
 use super::effects::Use;
 use super::evaluate::unknown_point;
 use super::output::{line, note, quoted};
-use crate::exit;
-use crate::family::load::load_with;
-use crate::network::demand::DemandSpec;
-use crate::network::index::file;
+use crate::cli::exit;
+use crate::traffic::family::load::load_with;
+use crate::traffic::network::demand::DemandSpec;
+use crate::traffic::network::index::file;
 
 /// `tsc-family routes`.
 #[derive(Debug, clap::Args)]

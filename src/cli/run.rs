@@ -19,20 +19,23 @@ use super::monitor::Monitor;
 use super::output::{line, note};
 use super::report::print;
 use super::signals::warning_lines;
-use crate::control::registry::{METHODS, Training};
-use crate::error::{FamilyError, FileError, Refused, SimError};
-use crate::eval::plan::{Draft, Request, complete, draft, establish};
-use crate::eval::pool::Pool;
-use crate::exit;
-use crate::family::load::{LoadedScenario, load_with};
-use crate::family::overrides::Override;
-use crate::family::scenario::{DemandSettings, Preset, SignalSettings};
+use crate::cli::exit;
+use crate::cli::refused::Refused;
+use crate::family::error::FamilyError;
+use crate::files::FileError;
 use crate::report::{self, JsonRow, ReportData, check_name};
+use crate::run::plan::{Draft, Request, complete, draft, establish};
+use crate::run::pool::Pool;
 use crate::sample::Sampling;
+use crate::settings::overrides::Override;
 use crate::store::Layout;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{Manifest, Provenance, Task};
 use crate::store::results::Results;
+use crate::traffic::control::registry::{METHODS, Training};
+use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::settings::{DemandSettings, Preset, SignalSettings};
+use crate::traffic::sim::error::SimError;
 
 /// What stands for all methods.
 const ALL: &str = "all";
@@ -284,9 +287,9 @@ fn networks_of(
 /// cannot be simulated is refused before anything is written.
 #[cfg(feature = "libsumo")]
 pub(super) fn simulator(sumocfgs: &[PathBuf], settings: &SignalSettings) -> anyhow::Result<String> {
-    use crate::env::derive::derive;
-    use crate::sim::libsumo::SumoSim;
-    use crate::sim::{Sim, StartOptions};
+    use crate::traffic::env::derive::derive;
+    use crate::traffic::sim::libsumo::SumoSim;
+    use crate::traffic::sim::{Sim, StartOptions};
 
     let mut sim = SumoSim::new()?;
     for config in sumocfgs {

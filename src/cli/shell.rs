@@ -14,10 +14,10 @@ use clap_complete::engine::{
 use clap_complete::env::{CompleteEnv, Shells};
 
 use super::{Cli, CompletionsArgs};
-use crate::control::registry::{METHODS, Method};
-use crate::exit;
-use crate::family::load::EMBEDDED;
-use crate::family::wording::settings;
+use crate::cli::exit;
+use crate::settings::wording::settings;
+use crate::traffic::control::registry::{METHODS, Method};
+use crate::traffic::family::load::EMBEDDED;
 
 /// Environment variable by which a shell's script asks for completions; its value is the shell.
 const ASKS: &str = "TSC_FAMILY_COMPLETE";

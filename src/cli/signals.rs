@@ -15,17 +15,19 @@ use super::effects::Use;
 use super::evaluate::unknown_point;
 use super::folder::DRAWINGS;
 use super::output::{line, note};
-use crate::control::Service;
-use crate::env::derive::DerivedSignal;
-use crate::env::warnings;
-use crate::error::{FileError, Refused, SimError};
-use crate::eval::environment::generated_world;
-use crate::exit;
-use crate::family::load::load_with;
-use crate::family::scenario::SignalSettings;
-use crate::side::DrivingSide;
-use crate::sim::Scene;
-use crate::sim::topology::Topology;
+use crate::cli::exit;
+use crate::cli::refused::Refused;
+use crate::files::FileError;
+use crate::traffic::control::Service;
+use crate::traffic::env::derive::DerivedSignal;
+use crate::traffic::env::warnings;
+use crate::traffic::environment::generated_world;
+use crate::traffic::family::load::load_with;
+use crate::traffic::settings::SignalSettings;
+use crate::traffic::side::DrivingSide;
+use crate::traffic::sim::Scene;
+use crate::traffic::sim::error::SimError;
+use crate::traffic::sim::topology::Topology;
 
 /// The signals of a scenario and the network around them.
 pub(super) struct Look {
@@ -138,11 +140,11 @@ pub(super) fn warning_lines(
 
 #[cfg(feature = "libsumo")]
 fn look(config: &Path, settings: &SignalSettings) -> Result<Look, SimError> {
-    use crate::env::derive::derive;
-    use crate::env::side::{as_right_hand, driving_side};
-    use crate::env::sumocfg::SumoConfig;
-    use crate::sim::libsumo::SumoSim;
-    use crate::sim::{SignalInfo, Sim, StartOptions};
+    use crate::traffic::env::derive::derive;
+    use crate::traffic::env::side::{as_right_hand, driving_side};
+    use crate::traffic::env::sumocfg::SumoConfig;
+    use crate::traffic::sim::libsumo::SumoSim;
+    use crate::traffic::sim::{SignalInfo, Sim, StartOptions};
 
     let detection_m = settings.detection_m;
     let options = StartOptions {

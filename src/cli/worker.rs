@@ -10,13 +10,14 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     use std::path::PathBuf;
     use std::time::Duration;
 
-    use crate::error::{EvalError, FileError};
-    use crate::eval::lab::News;
-    use crate::eval::task::{Workplace, perform, stops_run};
-    use crate::exit;
-    use crate::sim::libsumo::SumoSim;
+    use crate::cli::exit;
+    use crate::files::FileError;
+    use crate::run::error::EvalError;
+    use crate::run::lab::News;
+    use crate::run::task::{Workplace, perform, stops_run};
     use crate::store::Layout;
     use crate::store::manifest::{Manifest, read_plan};
+    use crate::traffic::sim::libsumo::SumoSim;
 
     if args.watch_stdin {
         end_with_parent();
@@ -67,7 +68,8 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
 #[cfg(not(feature = "libsumo"))]
 pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     let _ = (args, end_with_parent);
-    Err(crate::sim::SimError::Unavailable("built without the feature `libsumo`".into()).into())
+    Err(crate::traffic::sim::SimError::Unavailable("built without the feature `libsumo`".into())
+        .into())
 }
 
 /// Ends this process when standard input closes: its parent is gone.

@@ -2,17 +2,17 @@
 
 use csv::StringRecord;
 
-use crate::error::FamilyError;
+use crate::family::error::FamilyError;
 use crate::sheet::{Fault, Row};
 use crate::suggest::{did_you_mean, similar};
 
 /// Returns the error for what is wrong at a line of a table.
-pub(super) fn at(file: &str, fault: Fault) -> FamilyError {
+pub fn at(file: &str, fault: Fault) -> FamilyError {
     FamilyError::Csv { file: file.to_owned(), line: fault.line, message: fault.message }
 }
 
 /// Where columns are.
-pub(super) struct Columns(Vec<(String, usize)>);
+pub struct Columns(Vec<(String, usize)>);
 
 impl Columns {
     /// Returns the columns of a table, which has to have some and may have others.
@@ -20,7 +20,7 @@ impl Columns {
     /// # Errors
     ///
     /// What is wrong with the names of the columns, and the way out.
-    pub(super) fn find(headers: &StringRecord, needed: &[&str]) -> Result<Self, String> {
+    pub fn find(headers: &StringRecord, needed: &[&str]) -> Result<Self, String> {
         for (i, name) in headers.iter().enumerate() {
             if name.is_empty() {
                 return Err(format!("column {} has no name; give it one or remove it", i + 1));
@@ -53,7 +53,7 @@ impl Columns {
     /// # Errors
     ///
     /// The name of the first such column, and the way out.
-    pub(super) fn only(&self, known: &[&str]) -> Result<(), String> {
+    pub fn only(&self, known: &[&str]) -> Result<(), String> {
         match self.0.iter().find(|(name, _)| !known.contains(&name.as_str())) {
             None => Ok(()),
             Some((name, _)) => {
@@ -64,17 +64,17 @@ impl Columns {
     }
 
     /// Returns where a column is that may be missing.
-    pub(super) fn get(&self, name: &str) -> Option<usize> {
+    pub fn get(&self, name: &str) -> Option<usize> {
         self.0.iter().find(|(column, _)| column == name).map(|(_, i)| *i)
     }
 
     /// Returns where a column is.
-    pub(super) fn at(&self, name: &str) -> usize {
+    pub fn at(&self, name: &str) -> usize {
         self.get(name).expect("the column was looked for")
     }
 
     /// Returns the names of all columns, in the order of the table.
-    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+    pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.iter().map(|(name, _)| name.as_str())
     }
 
@@ -83,7 +83,7 @@ impl Columns {
     /// # Errors
     ///
     /// What is there instead.
-    pub(super) fn optional(&self, row: &Row, name: &str) -> Result<Option<f64>, String> {
+    pub fn optional(&self, row: &Row, name: &str) -> Result<Option<f64>, String> {
         let at = self.at(name);
         row.number(at).map_err(|way_out| format!("{name} = {:?}: {way_out}", row.text(at)))
     }
@@ -93,7 +93,7 @@ impl Columns {
     /// # Errors
     ///
     /// What is there instead.
-    pub(super) fn number(&self, row: &Row, name: &str) -> Result<f64, String> {
+    pub fn number(&self, row: &Row, name: &str) -> Result<f64, String> {
         self.optional(row, name)?.ok_or_else(|| format!("{name} is empty; give a number"))
     }
 
@@ -102,7 +102,7 @@ impl Columns {
     /// # Errors
     ///
     /// What is there instead.
-    pub(super) fn whole(&self, row: &Row, name: &str) -> Result<u32, String> {
+    pub fn whole(&self, row: &Row, name: &str) -> Result<u32, String> {
         let wrong = || {
             let text = row.text(self.at(name));
             format!("{name} = {text:?}: expected a whole number that is not negative")

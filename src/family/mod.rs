@@ -1,28 +1,14 @@
 //! MDP families: point MDPs, their context features and their importance.
 //!
-//! A family knows nothing of traffic. What derives one from the approaches of a city's
-//! intersections is in [`approaches`] and [`features`]; what reads a scenario is in [`load`].
+//! A family knows neither its task nor what its features mean.
 
-pub mod approaches;
-pub mod check;
-mod columns;
-mod default_name;
-mod demand;
-pub mod describing;
-pub mod features;
-mod impute;
-pub mod inflow;
-pub mod load;
+pub mod columns;
+pub mod error;
 pub mod names;
-pub mod overrides;
-pub mod points;
-pub mod scenario;
-pub mod signal;
-pub mod wording;
 
 use serde::Serialize;
 
-pub use crate::error::FamilyError;
+pub use error::FamilyError;
 
 /// How far the importance of a family may be from 1 in total.
 pub const IMPORTANCE_TOLERANCE: f64 = 1e-9;

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use safetensors::tensor::{Dtype, SafeTensors, View, serialize};
 use serde_json::Value;
 
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::files::write_atomically;
 
 /// Key of the card in the file's metadata.

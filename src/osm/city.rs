@@ -19,9 +19,9 @@ use super::side::SideDecision;
 use super::signals::SignalList;
 use super::spread::Spread;
 use super::traffic::{ArmTraffic, InflowSource, traffic};
-use crate::family::approaches::Approach;
-use crate::family::inflow::InflowSources;
-use crate::network::intersection::Turns;
+use crate::traffic::family::approaches::Approach;
+use crate::traffic::network::intersection::Turns;
+use crate::traffic::settings::inflow::InflowSources;
 
 /// What decides beside the extract.
 #[derive(Debug, Clone, Copy, Default)]

@@ -12,8 +12,8 @@ use super::side::SideSetting;
 use super::signals::SignalColumns;
 use super::table;
 use super::tags::Highway;
-use crate::family::check::within;
-use crate::family::inflow::{EVEN_SPLIT, NORTH_EAST_DEG};
+use crate::settings::within;
+use crate::traffic::settings::inflow::{EVEN_SPLIT, NORTH_EAST_DEG};
 
 /// Most characters of what the parser says, which quotes whole lines.
 const PARSER_CHARS: usize = 500;
@@ -148,7 +148,7 @@ pub struct TrafficSettings {
     /// to the scenario; only where counts are totals of both directions, else directions are as counted.
     pub directional_split: f64,
     /// Heading around which the peak direction of all streets lies, degrees clockwise from north,
-    /// written to the scenario: see [`crate::family::inflow`] for the rule.
+    /// written to the scenario: see [`crate::traffic::settings::inflow`] for the rule.
     pub peak_heading_deg: f64,
     /// Annual average daily traffic per lane by highway class where no count is known, vehicles
     /// per day.

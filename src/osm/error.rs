@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::error::{FamilyError, FileError};
+use crate::family::error::FamilyError;
+use crate::files::FileError;
 
 /// Why an extract, a signal list, counts or a boundary cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -14,12 +14,12 @@ use super::legs::{Leg, Surroundings, surroundings};
 use super::sites::{Site, Uncontrolled, sites};
 use super::streets::Streets;
 use super::turns::{Restrictions, crossings};
-use crate::family::approaches::MAX_LANES;
-use crate::network::intersection::{Arm as NetworkArm, IntersectionSpec, Turns};
-use crate::network::lanes::layout;
-use crate::network::movements::{ARMS, Turn, movements};
-use crate::network::phases::{Conflicts, phases};
-use crate::side::DrivingSide;
+use crate::traffic::family::approaches::MAX_LANES;
+use crate::traffic::network::intersection::{Arm as NetworkArm, IntersectionSpec, Turns};
+use crate::traffic::network::lanes::layout;
+use crate::traffic::network::movements::{ARMS, Turn, movements};
+use crate::traffic::network::phases::{Conflicts, phases};
+use crate::traffic::side::DrivingSide;
 use crate::units::mph_to_mps;
 
 /// Why a signal is no intersection of the family.

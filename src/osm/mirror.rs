@@ -13,8 +13,8 @@ use super::graph::Graph;
 use super::intersections::{Found, Intersection, intersections};
 use super::listing::{Named, unmapped};
 use super::signals::ListedSignal;
-use crate::network::intersection::Turns;
-use crate::side::{DrivingSide, mirrored_deg};
+use crate::traffic::network::intersection::Turns;
+use crate::traffic::side::{DrivingSide, mirrored_deg};
 
 /// Returns the intersections of an extract of right-hand or left-hand traffic, as on the ground, and the
 /// junctions that a list names.

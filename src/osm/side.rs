@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::boundary::Boundary;
 use super::extract::{Extract, Place};
-use crate::side::DrivingSide;
+use crate::traffic::side::DrivingSide;
 use countries::{Country, countries};
 use evidence::Votes;
 

@@ -9,7 +9,7 @@ use super::flags::Flag;
 use super::intersections::Intersection;
 use super::streets::Source;
 use super::traffic::{ArmTraffic, InflowSource};
-use crate::network::intersection::Turns;
+use crate::traffic::network::intersection::Turns;
 use crate::units::turn_degrees;
 
 /// Angle between neighbouring arms below which they may be one, degrees.

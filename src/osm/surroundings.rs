@@ -13,7 +13,7 @@ use geojson::{
 use super::OsmError;
 use super::drawing::Drawing;
 use super::tags::Highway;
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::files::write_atomically;
 
 /// Name of the file of streets.

@@ -11,7 +11,7 @@ use super::counts::Counts;
 use super::intersections::Intersection;
 use super::spread::Spread;
 use super::tags::Highway;
-use crate::family::inflow::EVEN_SPLIT;
+use crate::traffic::settings::inflow::EVEN_SPLIT;
 
 /// Fewest counted arms of a class whose mean stands for the others.
 const MIN_COUNTED: u32 = 3;

@@ -16,17 +16,17 @@ use super::side::SideDecision;
 use super::spots::Spot;
 use super::surroundings::INTERSECTIONS_FILE;
 use super::traffic::InflowSource;
-use crate::error::FamilyError;
 use crate::family::MdpFamily;
-use crate::family::check::check;
-use crate::family::features::six_features;
-use crate::family::inflow::InflowSources;
-use crate::family::load::LoadedScenario;
-use crate::family::overrides::Override;
-use crate::family::scenario::{Detail, Scenario, SixFeatures};
-use crate::family::wording::explain;
+use crate::family::error::FamilyError;
 use crate::files::write_atomically;
-use crate::side::DrivingSide;
+use crate::settings::overrides::Override;
+use crate::settings::wording::explain;
+use crate::traffic::family::features::six_features;
+use crate::traffic::family::load::LoadedScenario;
+use crate::traffic::settings::check::check;
+use crate::traffic::settings::inflow::InflowSources;
+use crate::traffic::settings::{Detail, Scenario, SixFeatures};
+use crate::traffic::side::DrivingSide;
 
 /// Name of the scenario file within a city's folder.
 pub const SCENARIO_FILE: &str = "scenario.toml";

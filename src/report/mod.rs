@@ -50,7 +50,8 @@ pub use training::{LearnerSummary, Training};
 pub use winners::Winner;
 pub use write::{write, write_data};
 
-use crate::error::{FileError, StoreError};
+use crate::files::FileError;
+use crate::store::error::StoreError;
 
 /// Why a report could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -16,9 +16,9 @@ mod table;
 pub(super) use files::write;
 
 use super::data::ScoreRow;
-use crate::family::signal::SignalSettings;
 use crate::store::program::SignalProgram;
 use crate::store::results::Results;
+use crate::traffic::settings::signal::SignalSettings;
 
 /// Methods whose behaviour is a program, for records from before programs were kept.
 const ALWAYS_PROGRAMS: [&str; 4] = ["baseline", "fixed-time", "actuated", "program"];

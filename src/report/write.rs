@@ -6,7 +6,7 @@ use super::data::ReportData;
 use super::{
     ReportError, ReportPaths, context, csv, curves, figures, html, intersections, map, plans,
 };
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::files::write_atomically;
 use crate::store::Layout;
 use crate::store::results::Results;

@@ -134,7 +134,7 @@ fn features(family: &MdpFamily) -> Cow<'_, [Vec<f64>]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::family::load::load;
+    use crate::traffic::family::load::load;
     use proptest::prelude::*;
 
     const CHOICES: [Sampling; 3] =

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Layout;
 use super::record::{Outcome, Record};
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::files::readable;
 
 impl Record {

@@ -7,7 +7,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Layout;
-use crate::error::{FileError, StoreError};
+use crate::files::FileError;
+use crate::store::error::StoreError;
 
 /// Who holds the lock, for people.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -8,10 +8,11 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Layout, SCHEMA_VERSION};
-use crate::error::{FileError, StoreError};
+use crate::files::FileError;
 use crate::hash::sha256;
 use crate::sample::SamplePlan;
 use crate::seed;
+use crate::store::error::StoreError;
 
 /// One task of a plan: a method on a point MDP, once.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

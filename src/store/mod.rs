@@ -16,6 +16,7 @@
 
 mod commit;
 pub mod difference;
+pub mod error;
 pub mod lock;
 pub mod manifest;
 pub mod places;
@@ -25,8 +26,8 @@ pub mod results;
 
 use std::path::{Path, PathBuf};
 
-pub use crate::error::StoreError;
 pub use commit::remove_checkpoint;
+pub use error::StoreError;
 
 /// Version of the files in a results directory; a change of their form raises it.
 pub const SCHEMA_VERSION: u32 = 1;

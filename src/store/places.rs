@@ -7,7 +7,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::manifest::PointRow;
-use crate::error::{FileError, StoreError};
+use crate::files::FileError;
+use crate::store::error::StoreError;
 
 /// An intersection of the family.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

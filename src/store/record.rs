@@ -12,8 +12,9 @@ use sha2::{Digest, Sha256};
 use super::manifest::Task;
 use super::program::SignalProgram;
 use super::{Layout, SCHEMA_VERSION};
-use crate::error::{FileError, StoreError};
+use crate::files::FileError;
 use crate::hash::hex;
+use crate::store::error::StoreError;
 
 /// Named metrics; the unit is the suffix of the name.
 pub type Metrics = BTreeMap<String, f64>;

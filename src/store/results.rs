@@ -6,7 +6,7 @@ use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
 use super::places::Places;
 use super::record::{Outcome, Record};
-use crate::error::StoreError;
+use crate::store::error::StoreError;
 
 /// A results directory in memory.
 #[derive(Debug, Clone, PartialEq)]

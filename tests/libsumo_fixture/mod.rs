@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use tempfile::TempDir;
-use tsc_family::sim::StartOptions;
+use tsc_family::traffic::sim::StartOptions;
 
 pub(crate) const NODES: &str = r#"<nodes>
     <node id="W" x="-300" y="0"/> <node id="E" x="600" y="0"/> <node id="N" x="0" y="300"/>

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use tsc_family::cli::Cli;
-use tsc_family::family::load::load;
-use tsc_family::family::overrides::Override;
+use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::family::load::load;
 
 use crate::pages::blocks::{Block, Kind, blocks};
 use crate::pages::{Page, markdown};

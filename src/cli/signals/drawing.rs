@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::Look;
-use crate::sim::topology::{StreetLane, edge};
+use crate::traffic::sim::topology::{StreetLane, edge};
 
 /// Side of a panel, pixels.
 const PANEL: f64 = 320.0;
@@ -141,7 +141,7 @@ fn ways(look: &Look, number: usize) -> Vec<Vec<Vec<[f64; 2]>>> {
         let ends = from.shape.last().into_iter();
         ends.chain(inner).chain(lanes[to].shape.first()).copied().collect()
     };
-    let shapes = |links: &Vec<crate::sim::Link>| {
+    let shapes = |links: &Vec<crate::traffic::sim::Link>| {
         let place = |id: &str| look.topology.position(id);
         links
             .iter()

@@ -1,10 +1,10 @@
 //! A signal as text for people.
 
 use super::Look;
-use crate::control::{Service, Turn};
-use crate::env::warnings;
-use crate::side::DrivingSide;
-use crate::sim::topology::edge;
+use crate::traffic::control::{Service, Turn};
+use crate::traffic::env::warnings;
+use crate::traffic::side::DrivingSide;
+use crate::traffic::sim::topology::edge;
 
 /// Returns the word for a turn as it is on the ground.
 pub(super) fn turn(turn: Turn, side: DrivingSide) -> &'static str {

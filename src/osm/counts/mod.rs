@@ -25,7 +25,7 @@ use super::error::{OsmError, brief};
 use super::extract::Place;
 use super::oddities::Oddities;
 use super::table;
-use crate::family::check::within;
+use crate::settings::within;
 
 /// Ends of the names of files that hold GeoJSON, also if they are empty.
 const JSON: [&str; 2] = ["json", "geojson"];

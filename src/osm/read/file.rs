@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::format::{Format, HEAD_BYTES, agreed};
 use super::{Progress, read_gz, read_pbf, read_xml};
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::osm::OsmError;
 use crate::osm::extract::Extract;
 use crate::osm::table::regular;

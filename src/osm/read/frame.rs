@@ -9,7 +9,7 @@ use protobuf::Message;
 
 use super::Fault;
 use super::wire::{Fields, Value};
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::osm::OsmError;
 
 /// Most bytes of a blob's header, by the specification.

@@ -15,7 +15,7 @@ use quick_xml::reader::Reader;
 use super::format::{Format, HEAD_BYTES, expect_root, expect_xml, without_mark};
 use super::turns::{Kind, Member};
 use super::xml_source::{Bounded, Counted};
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::osm::OsmError;
 use crate::osm::oddities::Oddities;
 

@@ -12,7 +12,7 @@ use country_boundaries::{BOUNDARIES_ODBL_60X30, CountryBoundaries, LatLon};
 use serde::Serialize;
 
 use crate::osm::extract::Place;
-use crate::side::DrivingSide;
+use crate::traffic::side::DrivingSide;
 
 /// ISO 3166-1 codes of the countries and territories where traffic keeps to the left.
 const LEFT: [&str; 76] = [

@@ -17,7 +17,7 @@ use serde::Serialize;
 use crate::osm::extract::{Extract, Place, Way};
 use crate::osm::geometry::{LocalMetric, bearing_deg};
 use crate::osm::tags::{Direction, Highway};
-use crate::side::DrivingSide;
+use crate::traffic::side::DrivingSide;
 use crate::units::turn_degrees;
 
 /// Least bend of a way of a roundabout that says in which sense it goes round, degrees.

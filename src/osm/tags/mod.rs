@@ -17,7 +17,7 @@ pub mod speed;
 use serde::{Deserialize, Serialize};
 
 use super::oddities::Oddities;
-use crate::side::DrivingSide;
+use crate::traffic::side::DrivingSide;
 use lanes::{LaneTags, TurnTags};
 use speed::SpeedTags;
 

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use quick_xml::escape::escape;
 
-use crate::env::sumocfg::options;
+use crate::traffic::env::sumocfg::options;
 
 /// Options that are files, besides those whose names end like one; SUMO's short names are among them.
 const FILES: [&str; 8] = ["n", "net", "r", "routes", "a", "additional", "g", "configuration-file"];

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::Source;
-use crate::family::signal::{ChangeInterval, SignalSettings};
 use crate::store::program::{ProgramKind, ProgramPhase, SignalProgram};
-use crate::timing::Timing;
+use crate::traffic::settings::signal::{ChangeInterval, SignalSettings};
+use crate::traffic::timing::Timing;
 
 /// Start of the names of details that are plans; the signal follows.
 const PLAN: &str = "plan ";

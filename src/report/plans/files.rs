@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::config::{Show, configuration, way};
 use super::program_xml::additional;
 use super::{TUNED, TaskPlan, table};
-use crate::error::FileError;
+use crate::files::FileError;
 use crate::files::write_atomically;
 use crate::hash::sha256;
 use crate::report::csv;

@@ -1,10 +1,10 @@
 //! `plans.csv`: a row per green of every plan, or one that says why there is none.
 
 use super::{Source, TaskPlan};
-use crate::family::signal::SignalSettings;
 use crate::report::data::ReportData;
 use crate::store::program::{ProgramKind, ProgramPhase, SignalProgram};
-use crate::timing::Timing;
+use crate::traffic::settings::signal::SignalSettings;
+use crate::traffic::timing::Timing;
 
 /// The columns.
 pub(super) const HEADER: [&str; 17] = [

@@ -1,0 +1,204 @@
+//! Documented exit codes.
+
+use std::error::Error;
+use std::io::ErrorKind;
+
+use crate::cli::refused::Refused;
+use crate::family::error::FamilyError;
+use crate::files::FileError;
+use crate::osm::OsmError;
+use crate::report::ReportError;
+use crate::run::error::EvalError;
+use crate::store::error::StoreError;
+use crate::traffic::control::ControlError;
+use crate::traffic::network::error::NetworkError;
+use crate::traffic::sim::error::SimError;
+
+/// Everything went well.
+pub const DONE: u8 = 0;
+/// Something unexpected failed.
+pub const UNEXPECTED: u8 = 1;
+/// Wrong usage or unusable input.
+pub const USAGE: u8 = 2;
+/// The run is complete, but some tasks failed.
+pub const SOME_FAILED: u8 = 3;
+/// SUMO is missing or unsupported.
+pub const NO_SUMO: u8 = 4;
+/// The results directory holds another run, or is in use by one.
+pub const MISMATCH: u8 = 5;
+/// A worker's word that the whole run should stop; never the program's own exit code.
+pub const STOP_RUN: u8 = 75;
+/// Interrupted; run the same command again to continue.
+pub const INTERRUPTED: u8 = 130;
+
+/// Table for `--help` and the man page.
+pub const HELP: &str = "\
+Exit codes:
+  0    done
+  1    something unexpected failed
+  2    wrong usage or unusable input
+  3    the run is complete, but some tasks failed
+  4    SUMO is missing or unsupported
+  5    the results directory holds another run, or is in use
+  130  interrupted; the same command continues";
+
+/// Returns the exit code of an error, by the first known error in its chain.
+pub fn code(error: &(dyn Error + 'static)) -> u8 {
+    let mut next = Some(error);
+    while let Some(error) = next {
+        if let Some(code) = known(error) {
+            return code;
+        }
+        next = error.source();
+    }
+    UNEXPECTED
+}
+
+fn known(error: &(dyn Error + 'static)) -> Option<u8> {
+    if let Some(e) = error.downcast_ref::<EvalError>() {
+        return Some(match e {
+            EvalError::Family(e) => family(e),
+            EvalError::Network(e) => network(e),
+            EvalError::Sim(e) => sim(e),
+            EvalError::Store(e) => store(e),
+            EvalError::Control(e) => control(e),
+            EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
+            EvalError::NoTask { .. }
+            | EvalError::Altered { .. }
+            | EvalError::Model { .. }
+            | EvalError::NoPoint { .. } => USAGE,
+            EvalError::Stopped { no_sumo: true, .. } => NO_SUMO,
+            EvalError::Stopped { .. } => UNEXPECTED,
+            EvalError::Io(e) => file(e),
+        });
+    }
+    if let Some(e) = error.downcast_ref::<FamilyError>() {
+        return Some(family(e));
+    }
+    if let Some(e) = error.downcast_ref::<NetworkError>() {
+        return Some(network(e));
+    }
+    if error.is::<Refused>() {
+        return Some(USAGE);
+    }
+    if let Some(e) = error.downcast_ref::<OsmError>() {
+        return Some(osm(e));
+    }
+    if let Some(e) = error.downcast_ref::<SimError>() {
+        return Some(sim(e));
+    }
+    match error.downcast_ref::<ReportError>() {
+        Some(ReportError::Store(e)) => return Some(store(e)),
+        Some(ReportError::Io(e)) => return Some(file(e)),
+        Some(ReportError::NotInRun { .. } | ReportError::Incomplete { .. }) => return Some(USAGE),
+        _ => {}
+    }
+    if let Some(e) = error.downcast_ref::<FileError>() {
+        return Some(file(e));
+    }
+    error.downcast_ref::<StoreError>().map(store)
+}
+
+fn family(error: &FamilyError) -> u8 {
+    match error {
+        FamilyError::Io(e) => file(e),
+        _ => USAGE,
+    }
+}
+
+fn network(error: &NetworkError) -> u8 {
+    match error {
+        NetworkError::NoNetconvert { .. } => NO_SUMO,
+        NetworkError::Io(e) => file(e),
+        NetworkError::Intersection { .. }
+        | NetworkError::Altered { .. }
+        | NetworkError::Index { .. } => USAGE,
+        _ => UNEXPECTED,
+    }
+}
+
+fn osm(error: &OsmError) -> u8 {
+    match error {
+        OsmError::Family(e) => family(e),
+        OsmError::Io(e) => file(e),
+        _ => USAGE,
+    }
+}
+
+/// A training episode fails for reasons of the simulation, not of the method.
+fn control(error: &ControlError) -> u8 {
+    match error {
+        ControlError::Episode(_) => UNEXPECTED,
+        ControlError::Checkpoint(e) => file(e),
+        _ => USAGE,
+    }
+}
+
+fn sim(error: &SimError) -> u8 {
+    match error {
+        SimError::Unavailable(_) => NO_SUMO,
+        SimError::Io(e) => file(e),
+        SimError::NoSignals(_)
+        | SimError::Signal { .. }
+        | SimError::NoVehicles(_)
+        | SimError::Config { .. }
+        | SimError::NoConfig(_)
+        | SimError::Missing(_) => USAGE,
+        _ => UNEXPECTED,
+    }
+}
+
+fn store(error: &StoreError) -> u8 {
+    match error {
+        StoreError::Mismatch { .. } | StoreError::Version { .. } | StoreError::Locked { .. } => {
+            MISMATCH
+        }
+        StoreError::NotResults(_) | StoreError::Malformed { .. } | StoreError::Record { .. } => {
+            USAGE
+        }
+        StoreError::Io(e) => file(e),
+    }
+}
+
+/// A file that is not there or may not be used is the user's to mend; a full disk is not usage.
+fn file(error: &FileError) -> u8 {
+    match error.reason.kind() {
+        ErrorKind::NotFound
+        | ErrorKind::PermissionDenied
+        | ErrorKind::AlreadyExists
+        | ErrorKind::NotADirectory
+        | ErrorKind::IsADirectory
+        | ErrorKind::InvalidInput
+        | ErrorKind::ReadOnlyFilesystem => USAGE,
+        _ => UNEXPECTED,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_code_of_a_wrapped_error_is_its_cause_s() {
+        let e = ReportError::Store(StoreError::NotResults("x".into()));
+        assert_eq!(code(&e), USAGE);
+    }
+
+    #[test]
+    fn a_simulation_that_fails_in_training_is_no_wrong_usage() {
+        let e = ControlError::Episode(Box::new(SimError::NotRunning));
+        assert_eq!(code(&EvalError::Control(e)), UNEXPECTED);
+    }
+
+    #[test]
+    fn a_device_in_place_of_a_file_is_wrong_usage() {
+        let reason = std::io::Error::new(ErrorKind::InvalidInput, "it is a pipe or device");
+        assert_eq!(code(&FileError::at("read", "a".as_ref())(reason)), USAGE);
+    }
+
+    #[test]
+    fn a_missing_simulator_has_its_own_code() {
+        let e = EvalError::Sim(SimError::Unavailable("libsumocpp.so".into()));
+        assert_eq!(code(&e), NO_SUMO);
+    }
+}

@@ -1,0 +1,232 @@
+//! Settings from the command line, which replace those of a scenario file.
+
+use std::str::FromStr;
+
+use toml::{Table, Value};
+
+use super::wording::explain;
+use crate::family::error::FamilyError;
+use crate::traffic::settings::{Preset, Scenario};
+
+/// A setting by its dotted name, such as `demand.horizon_s`, and its new value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Override {
+    flag: String,
+    path: Vec<String>,
+    value: Value,
+}
+
+impl Override {
+    /// Returns how long learners are trained, as `--episodes` says it.
+    pub fn episodes(episodes: u32) -> Self {
+        Self {
+            flag: format!("--episodes {episodes}"),
+            path: vec!["training".to_owned(), "episodes".to_owned()],
+            value: Value::Integer(episodes.into()),
+        }
+    }
+
+    /// Returns a preset, as `--preset` says it.
+    pub fn preset(preset: Preset) -> Self {
+        Self {
+            flag: format!("--preset {}", preset.name()),
+            path: vec!["preset".to_owned()],
+            value: Value::String(preset.name().to_owned()),
+        }
+    }
+
+    /// What the user wrote.
+    pub fn flag(&self) -> &str {
+        &self.flag
+    }
+
+    /// Returns a scenario with the setting replaced; the ranges of numbers are not checked here.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Override`] for a setting that does not exist or a value of a wrong type.
+    pub fn apply(&self, scenario: &Scenario) -> Result<Scenario, FamilyError> {
+        // All defaults are written out, so that a part of a table can be replaced as well.
+        let mut settings = Table::try_from(scenario).expect("a scenario is plain data");
+        self.put_into(&mut settings)?;
+        let key = self.path.join(".");
+        settings.try_into().map_err(|e: toml::de::Error| self.wrong(self.reason(e.message(), &key)))
+    }
+
+    /// Puts the setting into the text of a scenario, where it need not be right yet.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Override`] where a table is expected and a value stands.
+    pub fn put_into(&self, settings: &mut Table) -> Result<(), FamilyError> {
+        let mut table = settings;
+        let (last, above) = self.path.split_last().expect("a name has at least one part");
+        for (depth, part) in above.iter().enumerate() {
+            let entry = table.entry(part).or_insert_with(|| Value::Table(Table::new()));
+            let Value::Table(inner) = entry else {
+                let name = self.path[..=depth].join(".");
+                return Err(self.wrong(format!("{name} is one value and has no settings")));
+            };
+            table = inner;
+        }
+        put(table, last, self.value.clone());
+        Ok(())
+    }
+
+    /// Returns what is wrong with the setting; its name is in front of the message already.
+    fn reason(&self, message: &str, key: &str) -> String {
+        let text = explain(message, key);
+        text.strip_prefix(&format!("{key}: ")).map_or_else(|| text.clone(), str::to_owned)
+    }
+
+    /// Returns the dotted names of what it sets: of a table, those of the settings in it.
+    pub fn keys(&self) -> Vec<String> {
+        fn gather(above: &str, value: &Value, keys: &mut Vec<String>) {
+            match value {
+                Value::Table(inner) => {
+                    inner.iter().for_each(|(k, v)| gather(&format!("{above}.{k}"), v, keys));
+                }
+                _ => keys.push(above.to_owned()),
+            }
+        }
+        let mut keys = Vec::new();
+        gather(&self.path.join("."), &self.value, &mut keys);
+        keys
+    }
+
+    fn wrong(&self, message: String) -> FamilyError {
+        FamilyError::Override { flag: self.flag.clone(), message }
+    }
+}
+
+impl FromStr for Override {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (key, value) = text
+            .split_once('=')
+            .ok_or("expected KEY=VALUE, such as demand.horizon_s=600".to_owned())?;
+        let path: Vec<String> = key.split('.').map(|part| part.trim().to_owned()).collect();
+        if path.iter().any(String::is_empty) {
+            return Err("the key before `=` has an empty part; expected one such as \
+                        demand.horizon_s"
+                .to_owned());
+        }
+        let value = value.trim();
+        let value = value.parse().unwrap_or_else(|_| Value::String(value.to_owned()));
+        Ok(Self { flag: format!("--set {text}"), path, value })
+    }
+}
+
+/// Puts the settings of a table over those of another.
+pub fn overlay(settings: &mut Table, over: Table) {
+    for (key, value) in over {
+        put(settings, &key, value);
+    }
+}
+
+/// Puts a value into a table; of a table, the settings that it names.
+fn put(table: &mut Table, key: &str, value: Value) {
+    match (table.get_mut(key), value) {
+        (Some(Value::Table(old)), Value::Table(new)) => overlay(old, new),
+        (_, value) => {
+            table.insert(key.to_owned(), value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scenario() -> Scenario {
+        toml::from_str("name = \"x\"\nfamily.points = \"p.csv\"\nbaseline.green_s = 30").unwrap()
+    }
+
+    fn applied(text: &str) -> Scenario {
+        text.parse::<Override>().unwrap().apply(&scenario()).unwrap()
+    }
+
+    fn refused(text: &str) -> String {
+        text.parse::<Override>().unwrap().apply(&scenario()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_setting_that_stays_the_same_changes_nothing() {
+        assert_eq!(applied("baseline.green_s=30.0"), scenario());
+        assert_eq!(applied("training={}"), scenario());
+    }
+
+    #[test]
+    fn every_kind_of_value_can_be_given() {
+        assert_eq!(applied("idqn.learning_rate=5e-4").idqn.learning_rate, 5e-4);
+        assert_eq!(applied("demand.horizon_s = 600").demand.horizon_s, 600.0);
+        assert_eq!(applied("training.episodes=7").training.episodes, 7);
+        assert!(applied("ippo.evaluate_mode=true").ippo.evaluate_mode);
+        assert_eq!(applied("title=one = two").title, "one = two");
+        assert_eq!(applied("title=").title, "");
+        assert_eq!(applied("family.approaches=\"a.csv\"").family.approaches.unwrap(), "a.csv");
+        let program = applied("baseline.program=equal-split").baseline.program;
+        assert_eq!(program, crate::traffic::settings::BaselineProgram::EqualSplit);
+    }
+
+    #[test]
+    fn a_part_of_a_table_leaves_its_other_settings() {
+        for text in ["demand.turn_shares={left=0.3}", "demand.turn_shares.left=0.3"] {
+            let shares = applied(text).demand.turn_shares;
+            assert_eq!((shares.left, shares.through), (0.3, 0.8), "{text}");
+        }
+        assert_eq!(applied("family.bins.lanes=2").family.bins.speed_mph, 5.0);
+    }
+
+    #[test]
+    fn an_unknown_setting_says_which_it_may_be() {
+        for (text, meant) in [
+            ("demand.horizon=600", "demand.horizon_s"),
+            ("horizon_s=600", "demand.horizon_s"),
+            ("dqn.learning_rate=1", "idqn.learning_rate"),
+            ("demand={horizon=600}", "demand.horizon_s"),
+        ] {
+            let e = refused(text);
+            assert!(e.starts_with(&format!("--set {text}: unknown setting ")), "{e}");
+            assert!(e.contains(&format!("did you mean {meant}")), "{e}");
+        }
+    }
+
+    #[test]
+    fn a_value_of_a_wrong_type_says_what_is_expected() {
+        let cases = [
+            ("demand.horizon_s=soon", "expected a number, found the text \"soon\""),
+            ("training.episodes=1.5", "expected a whole number from 0 to 4294967295, found 1.5"),
+            ("idqn.batch_size=-3", "expected a whole number that is not negative, found -3"),
+            ("ippo.evaluate_mode=1", "expected true or false, found 1"),
+            ("demand=3", "expected a table, found 3"),
+            ("name={a=1}", "expected a text, found a table"),
+            ("demand.horizon_s.x=3", "demand.horizon_s is one value and has no settings"),
+            ("baseline.program=own", "own is none of its values auto, netconvert, equal-split"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(refused(text), format!("--set {text}: {expected}"));
+        }
+    }
+
+    #[test]
+    fn a_table_sets_what_it_names() {
+        let keys = |text: &str| text.parse::<Override>().unwrap().keys();
+        assert_eq!(keys("demand.horizon_s=6"), ["demand.horizon_s"]);
+        assert_eq!(keys("demand={turn_shares={left=1}}"), ["demand.turn_shares.left"]);
+    }
+
+    #[test]
+    fn a_text_without_name_or_value_is_refused() {
+        for (text, expected) in [
+            ("demand.horizon_s", "expected KEY=VALUE"),
+            ("=3", "empty part"),
+            ("demand.=3", "empty part"),
+            ("demand..horizon_s=3", "empty part"),
+        ] {
+            let e = text.parse::<Override>().unwrap_err();
+            assert!(e.contains(expected), "{text}: {e}");
+        }
+    }
+}

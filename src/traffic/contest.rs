@@ -1,0 +1,89 @@
+//! A saved model against the baseline, on any point MDP or SUMO scenario.
+
+use std::path::Path;
+
+use crate::run::error::EvalError;
+use crate::seed;
+use crate::store::record::{Metrics, Row, mean_metrics};
+use crate::traffic::control::baseline::Baseline;
+use crate::traffic::control::registry::create;
+use crate::traffic::env::World;
+use crate::traffic::settings::Scenario;
+use crate::traffic::sim::Sim;
+
+use super::environment::environment;
+use crate::run::lab::held_out;
+use crate::run::model::SavedModel;
+use crate::run::plan::{control_settings, evaluation_seeds};
+
+/// Where a model is evaluated.
+#[derive(Debug)]
+pub struct Place {
+    /// Id of the point MDP.
+    pub point: String,
+    /// Hash of what it is, see [`super::content`].
+    pub content: String,
+    /// What is simulated.
+    pub world: World,
+    /// Whether it is somebody's SUMO scenario, whose baseline is another.
+    pub imported: bool,
+}
+
+impl Place {
+    /// Returns the seeds that so many evaluation episodes of a run have here.
+    pub fn evaluation_seeds(&self, base: u64, count: u32) -> Vec<u64> {
+        let seeds = evaluation_seeds(base, count);
+        seeds.into_iter().map(|seed| seed::at_point(seed, &self.content)).collect()
+    }
+}
+
+/// What came of a method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// Name of the method.
+    pub method: String,
+    /// Means over the episodes.
+    pub metrics: Metrics,
+    /// Mean delay divided by the baseline's; `None` when the baseline's is 0, and without seeds.
+    pub score: Option<f64>,
+}
+
+/// Evaluates a model and the baseline on the same seeds; returns the baseline first.
+///
+/// # Arguments
+///
+/// * `scenario` — with the model's settings, see [`SavedModel::scenario`].
+/// * `seeds` — of the evaluation episodes, as vehicles and simulator get them.
+/// * `scratch` — a folder for the files of the running episode.
+/// * `done` — called with the row of every episode.
+///
+/// # Errors
+///
+/// [`EvalError::Model`] when the model does not fit the signals, and whatever makes an episode fail.
+pub fn contest<S: Sim>(
+    sim: S,
+    model: &SavedModel,
+    scenario: &Scenario,
+    place: Place,
+    seeds: &[u64],
+    scratch: &Path,
+    done: &mut dyn FnMut(&Row),
+) -> Result<[Standing; 2], EvalError> {
+    let mut learned = model.controller(scenario, place.imported)?;
+    let mut baseline =
+        create(Baseline::NAME, &control_settings(scenario, place.imported), model.card.seed)?;
+    let mut env = environment(sim, place.world, scenario, scratch);
+    // The model first: if it does not fit, nobody waits for the baseline.
+    let rows = held_out(&mut env, learned.as_mut(), seeds, done)
+        .map_err(|e| model.explain(e, &place.point))?;
+    let yardstick = held_out(&mut env, baseline.as_mut(), seeds, done)?;
+    let delay = |metrics: &Metrics| metrics.get("delay_s").copied();
+    let yardstick = mean_metrics(&yardstick);
+    let denominator = delay(&yardstick).filter(|d| *d > 0.0);
+    let standing = |method: &str, metrics: Metrics| Standing {
+        method: method.to_owned(),
+        score: delay(&metrics).zip(denominator).map(|(delay, baseline)| delay / baseline),
+        metrics,
+    };
+    Ok([standing(Baseline::NAME, yardstick), standing(&model.card.method, mean_metrics(&rows))])
+}

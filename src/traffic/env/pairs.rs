@@ -1,0 +1,120 @@
+//! By which movements a signal's phases are named, which is what counts for their pressure.
+//!
+//! A phase is named by the one or two main movements that it serves with right of way, as RESCO's are.
+//! Two greens may have the same two although they do not serve the same, for example when they differ
+//! in a permissive left turn only. Then max pressure would never choose the second, and FRAP could
+//! not tell them apart; so **all phases of such a signal are named by all movements that they serve**.
+
+use crate::traffic::control::{Service, Turn};
+
+use super::movements::RawMovement;
+
+/// By which movements the phases of a signal are named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Naming {
+    /// By one or two main movements.
+    Main,
+    /// By all that a phase serves, because some phases have the same main movements.
+    AllServed,
+}
+
+/// Returns the names of all phases, as indices into `movements`, ascending.
+///
+/// # Arguments
+///
+/// * `services` — shape `[phases, movements]`.
+pub(super) fn names(
+    services: &[Vec<Service>],
+    movements: &[RawMovement],
+) -> (Naming, Vec<Vec<usize>>) {
+    let main: Vec<_> = services.iter().map(|service| pair(service, movements)).collect();
+    let all: Vec<_> = services.iter().map(|service| served(service)).collect();
+    let ambiguous = |a: usize, b: usize| main[a] == main[b] && all[a] != all[b];
+    if (0..main.len()).any(|b| (0..b).any(|a| ambiguous(a, b))) {
+        (Naming::AllServed, all)
+    } else {
+        (Naming::Main, main)
+    }
+}
+
+fn served(service: &[Service]) -> Vec<usize> {
+    (0..service.len()).filter(|m| service[*m] != Service::None).collect()
+}
+
+/// Returns the one or two movements that a phase is named by: those with right of way, through
+/// before left; a right turn only where there is nothing else, from the same approach if possible.
+fn pair(service: &[Service], movements: &[RawMovement]) -> Vec<usize> {
+    let rank = |m: &usize, first: Option<usize>| {
+        let movement = &movements[*m];
+        let same = first.is_none_or(|f| movements[f].approach == movement.approach);
+        (
+            movement.turn == Turn::Right,
+            service[*m] != Service::Protected,
+            movement.turn == Turn::Right && !same,
+            movement.turn == Turn::Left,
+            movement.index,
+        )
+    };
+    let served = served(service);
+    let Some(first) = served.iter().copied().min_by_key(|m| rank(m, None)) else {
+        return Vec::new();
+    };
+    // A second movement counts if it has right of way, or belongs to the first one's approach.
+    let second = served
+        .into_iter()
+        .filter(|m| *m != first)
+        .filter(|m| {
+            service[*m] == Service::Protected || movements[*m].approach == movements[first].approach
+        })
+        .min_by_key(|m| rank(m, Some(first)));
+    let mut pair: Vec<usize> = std::iter::once(first).chain(second).collect();
+    pair.sort_unstable();
+    pair
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::derive::derive;
+    use super::*;
+    use crate::traffic::env::testing::crossing;
+    use crate::traffic::settings::SignalSettings;
+
+    /// The numbers of the movements that each phase is named by.
+    fn named(lanes: &[(&str, f64, &str)], greens: &[&str]) -> (Naming, Vec<Vec<usize>>) {
+        let scene = crossing(lanes, greens);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        let index = |m: &usize| derived.spec.movements[*m].index;
+        let phases = &derived.spec.phases;
+        (derived.naming, phases.iter().map(|p| p.pair.iter().map(index).collect()).collect())
+    }
+
+    const LANES: [(&str, f64, &str); 4] =
+        [("n_0", 0.0, "s"), ("n_1", 0.0, "l"), ("s_0", 180.0, "s"), ("s_1", 180.0, "l")];
+
+    #[test]
+    fn greens_that_differ_in_permissive_lefts_only_are_named_by_all_that_they_serve() {
+        let found = named(&LANES, &["GgGg", "GrGr", "rGrG"]);
+        assert_eq!(found, (Naming::AllServed, vec![vec![1, 2, 7, 8], vec![1, 7], vec![2, 8]]));
+    }
+
+    #[test]
+    fn greens_that_two_movements_tell_apart_are_named_by_them() {
+        let found = named(&LANES, &["GgGg", "rGrG", "GGrr"]);
+        assert_eq!(found, (Naming::Main, vec![vec![1, 7], vec![2, 8], vec![7, 8]]));
+    }
+
+    #[test]
+    fn greens_that_serve_the_same_keep_their_two_movements() {
+        // They may differ in what pedestrians get; no name could tell them apart.
+        let found = named(&LANES, &["GgGgG", "GgGgr"]);
+        assert_eq!(found, (Naming::Main, vec![vec![1, 7], vec![1, 7]]));
+    }
+
+    #[test]
+    fn a_phase_does_not_count_a_lane_that_it_does_not_serve() {
+        // Straight on from the first lane only, then from both.
+        let lanes = [("n_0", 0.0, "s"), ("n_1", 0.0, "s"), ("e_0", 90.0, "s")];
+        let found = named(&lanes, &["Grr", "GGr", "rrG"]);
+        assert_eq!(found, (Naming::Main, vec![vec![7], vec![7, 13], vec![10]]));
+    }
+}

@@ -1,0 +1,202 @@
+//! SUMO configurations, read as SUMO reads them.
+//!
+//! An option is an element; its value stands in the attribute `value` or `v`, or between the tags. Its
+//! name may be one of SUMO's short ones, and nesting means nothing. Times are seconds or clock times,
+//! `HH:MM:SS` or `D:HH:MM:SS`, of which every part may have decimals.
+//!
+//! Source: SUMO 1.15, `OptionsLoader` and `string2time`, and what its `sumo` accepts.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use quick_xml::events::Event;
+use quick_xml::{Reader, XmlVersion};
+
+use crate::files::FileError;
+use crate::traffic::sim::error::SimError;
+
+/// Step length of a configuration that has none, seconds.
+const DEFAULT_STEP_LENGTH_S: f64 = 1.0;
+
+/// Attributes that hold an option's value.
+const VALUE: [&str; 2] = ["value", "v"];
+
+/// Seconds of the parts of a clock time, the last one first.
+const CLOCK_S: [f64; 4] = [1.0, 60.0, 3600.0, 86_400.0];
+
+/// What is read of a SUMO configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SumoConfig {
+    /// Start, seconds.
+    pub begin_s: f64,
+    /// End, seconds.
+    pub end_s: Option<f64>,
+    /// Length of a step, seconds.
+    pub step_length_s: f64,
+    /// Files that define the scenario (network, routes, additional files): name as written, path.
+    pub files: Vec<(String, PathBuf)>,
+    networks: Vec<PathBuf>,
+}
+
+impl SumoConfig {
+    /// Reads a SUMO configuration; paths are relative to its folder.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML,
+    /// has a time that is none, or names no network.
+    pub fn read(config: &Path) -> Result<Self, SimError> {
+        if !config.is_file() {
+            return Err(SimError::NoConfig(config.to_path_buf()));
+        }
+        let text = fs::read_to_string(config).map_err(FileError::at("read", config))?;
+        let folder = config.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, folder)
+            .map_err(|reason| SimError::Config { path: config.to_path_buf(), reason })
+    }
+
+    /// Returns the paths of its networks.
+    pub fn networks(&self) -> impl Iterator<Item = &Path> {
+        self.networks.iter().map(PathBuf::as_path)
+    }
+
+    fn parse(text: &str, folder: &Path) -> Result<Self, String> {
+        let mut has_network = false;
+        let mut settings = Self {
+            begin_s: 0.0,
+            end_s: None,
+            step_length_s: DEFAULT_STEP_LENGTH_S,
+            files: Vec::new(),
+            networks: Vec::new(),
+        };
+        for (option, value) in options(text)? {
+            match option.as_str() {
+                "begin" | "b" => settings.begin_s = seconds(&value)?,
+                "end" | "e" => settings.end_s = Some(seconds(&value)?).filter(|e| *e >= 0.0),
+                "step-length" => settings.step_length_s = seconds(&value)?,
+                "net-file" | "net" | "n" | "route-files" | "routes" | "r" | "additional-files"
+                | "additional" | "a" => {
+                    let files = value.split([',', ' ']).filter(|f| !f.is_empty());
+                    let files = files.map(|f| (f.to_owned(), folder.join(f)));
+                    if option.starts_with('n') {
+                        has_network = true;
+                        settings.networks.extend(files.clone().map(|(_, path)| path));
+                    }
+                    settings.files.extend(files);
+                }
+                _ => {}
+            }
+        }
+        if !has_network {
+            return Err("no `<net-file>`; is it a SUMO configuration?".into());
+        }
+        Ok(settings)
+    }
+}
+
+/// Returns the options of a configuration with their values, in order.
+///
+/// # Errors
+///
+/// What is wrong with the text.
+pub fn options(text: &str) -> Result<Vec<(String, String)>, String> {
+    let mut options = Vec::new();
+    let (mut option, mut between) = (String::new(), String::new());
+    let mut reader = Reader::from_str(text);
+    loop {
+        match reader.read_event().map_err(|e| e.to_string())? {
+            Event::Eof => return Ok(options),
+            Event::Start(element) | Event::Empty(element) => {
+                option = element.name().as_ref().to_owned();
+                between.clear();
+                for attribute in element.attributes() {
+                    let attribute = attribute.map_err(|e| e.to_string())?;
+                    if VALUE.contains(&attribute.key.as_ref()) {
+                        let value = attribute.normalized_value(XmlVersion::Implicit1_0);
+                        let value = value.map_err(|e| e.to_string())?;
+                        options.push((option.clone(), value.into_owned()));
+                    }
+                }
+            }
+            Event::Text(text) => between.push_str(&text),
+            Event::GeneralRef(_) => {
+                return Err(format!("write the value of <{option}> as an attribute `value`"));
+            }
+            Event::End(_) => {
+                let value = std::mem::take(&mut between);
+                if !value.trim().is_empty() {
+                    options.push((option.clone(), value));
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Returns a time, seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
+    let time_s = match parts.as_deref() {
+        Some(parts @ ([_] | [_, _, _] | [_, _, _, _])) => {
+            parts.iter().rev().zip(CLOCK_S).map(|(part, unit_s)| part * unit_s).sum()
+        }
+        _ => f64::NAN,
+    };
+    if time_s.is_finite() {
+        return Ok(time_s);
+    }
+    Err(format!("{text:?} is not a time; give seconds, HH:MM:SS or D:HH:MM:SS"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(options: &str) -> Result<SumoConfig, String> {
+        let text = format!("<configuration>{options}</configuration>");
+        SumoConfig::parse(&text, Path::new("city"))
+    }
+
+    #[test]
+    fn every_way_to_write_an_option_is_read() {
+        let long = parse(
+            "<net-file value='a.net'/><route-files value='a.rou, b.rou'/>\
+             <additional-files value='a.add'/><begin value='5'/><end value='60'/>",
+        )
+        .unwrap();
+        assert_eq!((long.begin_s, long.end_s, long.step_length_s), (5.0, Some(60.0), 1.0));
+        let paths: Vec<_> = long.files.iter().map(|(_, path)| path.to_str().unwrap()).collect();
+        assert_eq!(paths, ["city/a.net", "city/a.rou", "city/b.rou", "city/a.add"]);
+        for other in [
+            "<n v='a.net'/><r v='a.rou,b.rou'/><a v='a.add'/><b v='5'/><e v='60'/>",
+            "<x><net-file>a.net</net-file><routes>a.rou,b.rou</routes></x>\
+             <additional>a.add</additional> <begin>5</begin>\n<end>60</end>",
+        ] {
+            assert_eq!(parse(other).unwrap(), long, "{other}");
+        }
+    }
+
+    #[test]
+    fn a_name_with_an_ampersand_is_unescaped() {
+        let name = parse("<net-file value='a&amp;b.net'/>").unwrap().files.remove(0).0;
+        assert_eq!(name, "a&b.net");
+        let e = parse("<net-file>a&amp;b.net</net-file>").unwrap_err();
+        assert_eq!(e, "write the value of <net-file> as an attribute `value`");
+    }
+
+    #[test]
+    fn clock_times_are_read_as_sumo_reads_them() {
+        let times = ["7:00:00", "1:02:03.5", "1:00:00:01", "1e2", "-1", "0:90:00"].map(seconds);
+        let expected = [25_200.0, 3723.5, 86_401.0, 100.0, -1.0, 5400.0].map(Ok);
+        assert_eq!(times, expected);
+        for wrong in ["00:20", "20s", " 20 ", "", "inf", "1:2:3:4:5", "a:00:00"] {
+            let e = seconds(wrong).unwrap_err();
+            assert!(e.ends_with("is not a time; give seconds, HH:MM:SS or D:HH:MM:SS"), "{e}");
+        }
+    }
+
+    #[test]
+    fn an_end_of_minus_one_is_none() {
+        assert_eq!(parse("<n v='n'/><end value='-1'/>").unwrap().end_s, None);
+    }
+}

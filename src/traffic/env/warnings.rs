@@ -1,0 +1,161 @@
+//! What may be wrong with a signal as it was derived; nothing of it keeps a run from starting.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::traffic::control::Service;
+
+use super::derive::DerivedSignal;
+use super::pairs::Naming;
+
+/// Length below which a lane shows a controller next to nothing of its queue, metres: some four
+/// vehicles.
+const SHORT_M: f64 = 30.0;
+
+/// Something about a signal that its user should know.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Warning {
+    /// A lane of which little is seen, although it was traced upstream.
+    ShortLane {
+        /// SUMO's lane id.
+        lane: String,
+        /// How far it is seen, metres.
+        seen_m: f64,
+    },
+    /// A lane that no phase serves.
+    UnservedLane {
+        /// SUMO's lane id.
+        lane: String,
+    },
+    /// A movement that no phase serves, although its lanes have green for others.
+    UnservedMovement {
+        /// Its index.
+        movement: usize,
+        /// SUMO's ids of its lanes.
+        lanes: Vec<String>,
+    },
+    /// A green that serves no vehicle.
+    NoVehicles {
+        /// SUMO's state.
+        state: String,
+    },
+    /// Two phases between which no controller sees a difference.
+    SameMovements {
+        /// Index of the first phase.
+        first: usize,
+        /// Index of the second.
+        second: usize,
+    },
+    /// Phases that two movements do not tell apart.
+    NamedByAll,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ShortLane { lane, seen_m } => write!(
+                f,
+                "lane {lane} is seen for {seen_m:.1} m only; upstream the network ends or a signal stands"
+            ),
+            Self::UnservedLane { lane } => write!(f, "lane {lane} has no green in any phase"),
+            Self::UnservedMovement { movement, lanes } => write!(
+                f,
+                "movement {movement}, from {}, has no green in any phase",
+                lanes.join(" and ")
+            ),
+            Self::NoVehicles { state } => write!(
+                f,
+                "the green {state} serves no vehicle, so it is no phase to choose; it shows only \
+                 while the network's own program runs"
+            ),
+            Self::SameMovements { first, second } => write!(
+                f,
+                "phases {first} and {second} count the same movements: max-pressure chooses the \
+                 first of them, learners see no difference"
+            ),
+            Self::NamedByAll => write!(
+                f,
+                "some phases have the same two main movements, so each counts all movements that \
+                 it serves"
+            ),
+        }
+    }
+}
+
+/// Returns what may be wrong with a signal, in the order of lanes, movements and phases.
+pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
+    let spec = &signal.spec;
+    let mut warnings = Vec::new();
+    for (lane, &seen_m) in spec.lanes.iter().zip(&signal.seen_m) {
+        if seen_m < SHORT_M {
+            warnings.push(Warning::ShortLane { lane: lane.id.clone(), seen_m });
+        }
+    }
+    let unserved = spec.unserved_lanes();
+    warnings.extend(unserved.iter().map(|l| Warning::UnservedLane { lane: (*l).to_owned() }));
+    for (m, movement) in spec.movements.iter().enumerate() {
+        let lanes: Vec<String> =
+            movement.lanes.iter().map(|lane| spec.lanes[*lane].id.clone()).collect();
+        let served = spec.phases.iter().any(|p| p.service[m] != Service::None);
+        if !served && lanes.iter().any(|lane| !unserved.contains(&lane.as_str())) {
+            warnings.push(Warning::UnservedMovement { movement: movement.index, lanes });
+        }
+    }
+    warnings.extend(signal.left_out.iter().map(|s| Warning::NoVehicles { state: s.clone() }));
+    if signal.naming == Naming::AllServed {
+        warnings.push(Warning::NamedByAll);
+    }
+    for (second, phase) in spec.phases.iter().enumerate() {
+        if let Some(first) = spec.phases[..second].iter().position(|p| p.pair == phase.pair) {
+            warnings.push(Warning::SameMovements { first, second });
+        }
+    }
+    warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::env::derive::derive;
+    use crate::traffic::env::testing::crossing;
+    use crate::traffic::settings::SignalSettings;
+
+    fn texts(lanes: &[(&str, f64, &str)], greens: &[&str]) -> Vec<String> {
+        let scene = crossing(lanes, greens);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        warnings(&derived).iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_signal_without_fault_has_no_warning() {
+        let lanes = [("n_0", 0.0, "s"), ("e_0", 90.0, "s")];
+        assert_eq!(texts(&lanes, &["Gr", "rG"]), [""; 0]);
+    }
+
+    #[test]
+    fn every_fault_is_told_once() {
+        let lanes = [("n_0", 0.0, "sl"), ("e_0", 90.0, "s"), ("w_0", 270.0, "r")];
+        let mut scene = crossing(&lanes, &["Grrr", "rrGr", "rrGrG", "rrrrG"]);
+        scene.signals[0].links.push(vec![]);
+        scene.lanes[1].length_m = 8.93;
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        let found: Vec<String> = warnings(&derived).iter().map(ToString::to_string).collect();
+        insta::assert_snapshot!(found.join("\n"), @r"
+        lane e_0 is seen for 8.9 m only; upstream the network ends or a signal stands
+        lane w_0 has no green in any phase
+        movement 8, from n_0, has no green in any phase
+        the green rrrrG serves no vehicle, so it is no phase to choose; it shows only while the network's own program runs
+        phases 1 and 2 count the same movements: max-pressure chooses the first of them, learners see no difference
+        ");
+    }
+
+    #[test]
+    fn phases_that_differ_in_a_permissive_left_are_told() {
+        let lanes = [("n_0", 0.0, "sl"), ("s_0", 180.0, "sl")];
+        let found = texts(&lanes, &["GgGg", "GrGr"]);
+        assert!(found.len() == 1 && found[0].contains("all movements that it serves"), "{found:?}");
+    }
+}

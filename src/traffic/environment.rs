@@ -1,0 +1,151 @@
+//! The environment of a point MDP: its files, checked, and the signals they describe.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::hash::sha256_file;
+use crate::run::error::EvalError;
+use crate::store::error::StoreError;
+use crate::store::manifest::{Identity, PointRow};
+use crate::traffic::env::sumocfg::SumoConfig;
+use crate::traffic::env::world::TurnShare;
+use crate::traffic::env::{SignalEnv, World};
+use crate::traffic::network::demand::DemandSpec;
+use crate::traffic::network::index::{FILE_ENDINGS, file, file_name};
+use crate::traffic::settings::Scenario;
+use crate::traffic::sim::Sim;
+use crate::traffic::sim::error::SimError;
+
+use crate::run::plan::GENERATED;
+
+/// Returns the scenario of a run.
+///
+/// # Errors
+///
+/// [`StoreError::Malformed`] when the manifest's settings are not those of a scenario.
+pub fn scenario(identity: &Identity) -> Result<Scenario, StoreError> {
+    serde_json::from_value(identity.settings.clone()).map_err(|e| {
+        let reason = format!("settings: {e}");
+        StoreError::Malformed { path: "manifest.json".into(), reason }
+    })
+}
+
+/// Returns the environment of a world with a scenario's settings; `scratch` is a folder for the
+/// files of the running episode.
+pub fn environment<S: Sim>(
+    sim: S,
+    world: World,
+    scenario: &Scenario,
+    scratch: &Path,
+) -> SignalEnv<S> {
+    let (signal, simulation) = (scenario.signal.clone(), scenario.simulation.clone());
+    SignalEnv::new(sim, world, signal, simulation, scratch.to_path_buf())
+}
+
+/// Returns the world of a point MDP whose network lies in the folder of networks.
+///
+/// # Errors
+///
+/// [`EvalError`] when a file is missing or cannot be understood.
+pub fn generated_world(networks: &Path, point: &str) -> Result<World, EvalError> {
+    let demand = DemandSpec::read(&file(networks, point, "demand.json"))?;
+    let mut world = World::from_sumocfg(&file(networks, point, "sumocfg"))?;
+    world.turn_shares = demand
+        .streams
+        .iter()
+        .flat_map(|stream| {
+            stream.routes.iter().map(|route| TurnShare {
+                from: stream.from.clone(),
+                to: route.to.clone(),
+                share: route.share,
+            })
+        })
+        .collect();
+    world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
+    Ok(world)
+}
+
+/// Returns the world of a planned point MDP after checking that its files are those of the plan.
+///
+/// # Errors
+///
+/// [`EvalError::Altered`] when they are not, and whatever makes them unreadable.
+pub fn planned_world(point: &PointRow, networks: &Path) -> Result<World, EvalError> {
+    if point.environment != GENERATED {
+        let config = PathBuf::from(&point.environment);
+        let world = World::from_sumocfg(&config)?;
+        for (name, file) in scenario_files(&config)? {
+            check(&file, point.sha256.get(&name))?;
+        }
+        return Ok(world);
+    }
+    for ending in FILE_ENDINGS {
+        let sha256 = point.sha256.get(&file_name(&point.point, ending));
+        check(&file(networks, &point.point, ending), sha256)?;
+    }
+    generated_world(networks, &point.point)
+}
+
+/// Returns a SUMO configuration and every file that it names: name as written, path.
+///
+/// # Errors
+///
+/// [`SimError`] when it cannot be read.
+fn scenario_files(config: &Path) -> Result<Vec<(String, PathBuf)>, SimError> {
+    let name = config.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut files = SumoConfig::read(config)?.files;
+    files.push((name, config.to_path_buf()));
+    Ok(files)
+}
+
+/// Returns the sha256 of a SUMO configuration and of every file it names.
+///
+/// # Errors
+///
+/// [`EvalError`] when one cannot be read.
+pub fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, EvalError> {
+    let hash = |(name, file): (String, PathBuf)| Ok((name, sha256_file(&file)?));
+    scenario_files(config)?.into_iter().map(hash).collect()
+}
+
+fn check(path: &Path, sha256: Option<&String>) -> Result<(), EvalError> {
+    let altered = |what| Err(EvalError::Altered { path: path.to_path_buf(), what });
+    if !path.exists() {
+        return altered("was deleted");
+    }
+    if Some(&sha256_file(path)?) != sha256 {
+        return altered("was altered");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_file_whose_hash_the_plan_lacks_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("p")).unwrap();
+        let json = r#"{"point":"p","importance":1.0,"instances":1,"features":[],"environment":"network","sha256":{}}"#;
+        let mut point: PointRow = serde_json::from_str(json).unwrap();
+        for ending in FILE_ENDINGS {
+            let path = file(folder.path(), "p", ending);
+            fs::write(&path, ending).unwrap();
+            point.sha256.insert(file_name("p", ending), sha256_file(&path).unwrap());
+        }
+        point.sha256.remove("p.demand.json");
+        let e = planned_world(&point, folder.path()).unwrap_err();
+        assert!(matches!(&e, EvalError::Altered { path, .. } if path.ends_with("p.demand.json")));
+    }
+
+    #[test]
+    fn networks_are_built_with_the_program_that_environments_look_for() {
+        assert_eq!(
+            crate::traffic::network::phases::PHASES_PROGRAM,
+            crate::traffic::env::derive::PHASES_PROGRAM
+        );
+    }
+}

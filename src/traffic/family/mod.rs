@@ -1,0 +1,9 @@
+//! The family of a city: from approaches, or a table of point MDPs, to point MDPs.
+
+pub mod approaches;
+pub mod describing;
+pub mod features;
+mod impute;
+mod inflow;
+pub mod load;
+pub mod points;

@@ -1,0 +1,239 @@
+//! A table of point MDPs written by hand: the six features, others beside them, and either importance
+//! or counts.
+//!
+//! Columns: `point` (optional; numbered when absent), `importance` (sums to 1) or `intersections`
+//! (counts, normalised), the six features of an intersection, and one column per further feature. A
+//! column name that ends in a known unit (`_m`, `_mph`, `_vph`, `_s`, `_kg`) tells the feature's unit.
+
+use crate::family::columns::{Columns, at};
+use crate::family::error::FamilyError;
+use crate::family::names::{safe_id, title};
+use crate::family::{Feature, MdpFamily, PointMdp};
+use crate::settings::within;
+use crate::sheet::{Fault, Row, Sheet};
+use crate::traffic::settings::SixFeatures;
+
+const UNITS: [(&str, &str); 6] = [
+    ("_m", "m"),
+    ("_mph", "mph"),
+    ("_vph", "veh/h per approach"),
+    ("_s", "s"),
+    ("_kg", "kg"),
+    ("_lanes", "lanes per approach"),
+];
+
+/// Columns that are no features.
+const OTHERS: [&str; 3] = ["point", "importance", "intersections"];
+
+/// Ranges of the six features, in the order of [`SixFeatures::COLUMNS`].
+const RANGES: [(f64, f64); 6] =
+    [(1.0, 24.0), (1.0, 100.0), (10.0, 100_000.0), (1.0, 50_000.0), (0.0, 6.0), (0.0, 6.0)];
+
+/// Reads a table of point MDPs.
+///
+/// # Errors
+///
+/// [`FamilyError`] naming file and line: a missing or doubled column, a value that is no number or
+/// that no intersection has, turn lanes that leave no lane to go straight, a name that comes twice,
+/// importance that does not sum to 1.
+pub fn read(name: &str, text: &str, file: &str) -> Result<MdpFamily, FamilyError> {
+    let fail = |fault| at(file, fault);
+    let mut sheet = Sheet::of(text).map_err(fail)?;
+    let empty = sheet.headers().iter().all(str::is_empty);
+    if empty {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
+    let header_line = sheet.header_line();
+    let names = SixFeatures::COLUMNS.map(|(name, _)| name);
+    let columns = Columns::find(sheet.headers(), &names)
+        .and_then(|columns| weighted(&columns).map(|()| columns))
+        .map_err(|message| fail(Fault { line: header_line, message }))?;
+    let features: Vec<&str> = columns.names().filter(|name| !OTHERS.contains(name)).collect();
+    let mut points: Vec<PointMdp> = Vec::new();
+    while let Some(row) = sheet.next_row().map_err(fail)? {
+        let line = row.line;
+        let fail = |message| fail(Fault { line, message });
+        let point = point(&row, &columns, &features, points.len()).map_err(fail)?;
+        if let Some(earlier) = points.iter().find(|p| p.id == point.id) {
+            let (first, second) = (&earlier.title, &point.title);
+            return Err(fail(match first == second {
+                true => format!("point {first} stands twice in the table"),
+                false => format!("points {first:?} and {second:?} get the same id; rename one"),
+            }));
+        }
+        points.push(point);
+    }
+    if columns.get("importance").is_none() {
+        let total: f64 = points.iter().map(|p| p.importance).sum();
+        if !points.is_empty() && total <= 0.0 {
+            let message = "all `intersections` are 0; give counts";
+            return Err(fail(Fault::new(header_line, message)));
+        }
+        for p in &mut points {
+            p.importance /= total;
+        }
+    }
+    let features = features.into_iter().map(feature).collect();
+    MdpFamily::new(name, features, points, file)
+}
+
+/// Checks that there is a column that weights the rows.
+fn weighted(columns: &Columns) -> Result<(), String> {
+    match columns.get("importance").or(columns.get("intersections")) {
+        Some(_) => Ok(()),
+        None => Err("a column `importance` or `intersections` is needed".into()),
+    }
+}
+
+/// Returns the point MDP of a row.
+fn point(
+    row: &Row,
+    columns: &Columns,
+    features: &[&str],
+    earlier: usize,
+) -> Result<PointMdp, String> {
+    let number = |name: &str| match columns.number(row, name)? {
+        number if number >= 0.0 => Ok(number),
+        number => Err(format!("{name} = {number}: expected a number that is not negative")),
+    };
+    let title = match columns.get("point") {
+        Some(i) => title("point", row.text(i))?,
+        None => format!("p{:04}", earlier + 1),
+    };
+    let instances = match columns.get("intersections") {
+        Some(_) => columns.whole(row, "intersections")?,
+        None => 1,
+    };
+    let importance = match columns.get("importance") {
+        Some(_) => number("importance")?,
+        None => f64::from(instances),
+    };
+    for ((name, _), (low, high)) in SixFeatures::COLUMNS.iter().zip(RANGES) {
+        let value = columns.number(row, name)?;
+        within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))?;
+    }
+    check_turn_lanes(number("lanes")?, number("left_turn_lanes")?, number("right_turn_lanes")?)?;
+    let features = features.iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>()?;
+    Ok(PointMdp { id: safe_id(&title), title, features, importance, instances })
+}
+
+/// Checks that turn lanes leave a lane to go straight: of the lanes of both directions half, rounded
+/// up, lead to the signal. A family that is derived from approaches has means, for which
+/// `network::intersection` adds the lanes that are missing.
+fn check_turn_lanes(lanes: f64, left: f64, right: f64) -> Result<(), String> {
+    let incoming = (lanes.round() / 2.0).ceil();
+    let needed = left.round() + right.round() + 1.0;
+    if left.round() + right.round() == 0.0 || needed <= incoming {
+        return Ok(());
+    }
+    Err(format!(
+        "left_turn_lanes = {left} and right_turn_lanes = {right} leave no lane to go straight: of \
+         lanes = {lanes}, both directions, {incoming} lead to the signal; give lanes at least {}, \
+         or fewer turn lanes",
+        2.0 * needed - 1.0
+    ))
+}
+
+fn feature(name: &str) -> Feature {
+    let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix)).map_or("", |(_, u)| u);
+    Feature { name: name.to_owned(), unit: unit.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::family::names::check_id;
+
+    const SIX: &str = "lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,right_turn_lanes";
+
+    /// A table with the columns of the six features behind others, and usual values in them.
+    fn family(columns: &str, rows: &[&str]) -> Result<MdpFamily, String> {
+        let rows: String = rows.iter().map(|row| format!("{row},4,30,200,500,0,0\n")).collect();
+        read("f", &format!("{columns},{SIX}\n{rows}"), "p.csv").map_err(|e| e.to_string())
+    }
+
+    fn error(columns: &str, rows: &[&str]) -> String {
+        family(columns, rows).unwrap_err()
+    }
+
+    fn six(values: &str) -> Result<MdpFamily, String> {
+        read("f", &format!("importance,{SIX}\n1,{values}\n"), "p.csv").map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn any_number_of_features_is_read_with_units() {
+        let family = family("point,importance,mass_kg", &["a,0.5,1", "b,0.5,3"]).unwrap();
+        assert_eq!(family.features[0], Feature { name: "mass_kg".into(), unit: "kg".into() });
+        assert_eq!(family.points[1].features, [3.0, 4.0, 30.0, 200.0, 500.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn counts_become_importance() {
+        let family = family("intersections", &["3", "1"]).unwrap();
+        assert_eq!(family.importance(), [0.75, 0.25]);
+        assert_eq!(family.points[0].id, "p0001");
+    }
+
+    #[test]
+    fn a_negative_feature_names_line_and_value() {
+        assert_eq!(
+            error("importance,x", &["1,-2"]),
+            "p.csv, line 2: x = -2: expected a number that is not negative"
+        );
+    }
+
+    #[test]
+    fn a_feature_that_networks_need_has_to_be_there_and_possible() {
+        let without =
+            read("f", "importance,lanes,speed\n1,4,30\n", "p.csv").unwrap_err().to_string();
+        assert_eq!(
+            without,
+            "p.csv, line 1: no column speed_mph; if it is the column speed, rename that"
+        );
+        let e = six("4,300,200,500,0,0").unwrap_err();
+        assert_eq!(e, "p.csv, line 2: speed_mph = 300: expected a number from 1 to 100");
+        let e = six("4,,200,500,0,0").unwrap_err();
+        assert_eq!(e, "p.csv, line 2: speed_mph is empty; give a number");
+    }
+
+    #[test]
+    fn turn_lanes_leave_a_lane_to_go_straight() {
+        for fits in ["1,30,200,500,0,0", "3,30,200,500,1,0", "5,30,200,500,1,1"] {
+            six(fits).unwrap();
+        }
+        assert_eq!(
+            six("4,30,200,500,1,1").unwrap_err(),
+            "p.csv, line 2: left_turn_lanes = 1 and right_turn_lanes = 1 leave no lane to go \
+             straight: of lanes = 4, both directions, 2 lead to the signal; give lanes at least 5, \
+             or fewer turn lanes"
+        );
+    }
+
+    #[test]
+    fn importance_that_does_not_sum_to_one_says_what_to_do() {
+        let e = error("importance", &["0.4", "0.4"]);
+        assert!(e.contains("sums to 0.8, not to 1; divide"), "{e}");
+    }
+
+    #[test]
+    fn a_name_may_be_any_text_and_its_id_stays_in_the_folder() {
+        let family = family("point,importance", &["Main St / 5th,0.5", "../a,0.5"]).unwrap();
+        for point in &family.points {
+            check_id("point", &point.id).unwrap();
+        }
+        let titles: Vec<_> = family.points.iter().map(|p| p.title.as_str()).collect();
+        assert_eq!(titles, ["Main St / 5th", "../a"]);
+    }
+
+    #[test]
+    fn a_doubled_point_is_refused() {
+        assert!(error("point,importance", &["a,0.5", "a,0.5"]).contains("point a stands twice"));
+    }
+
+    #[test]
+    fn a_table_of_another_country_s_spreadsheet_is_read() {
+        let text = "point;intersections;lanes;speed_mph;length_m;inflow_vph;left_turn_lanes;\
+                    right_turn_lanes\r\na;1;4;32,5;200;500;0;0\r\n";
+        assert_eq!(read("f", text, "p.csv").unwrap().points[0].features[1], 32.5);
+    }
+}

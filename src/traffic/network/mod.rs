@@ -1,0 +1,22 @@
+//! From an intersection to a SUMO network with demand.
+//!
+//! [`intersection`] holds arms and lanes as the data has them; [`movements`], [`lanes`] and
+//! [`phases`] decide what may go where and when; [`plain`] and [`netconvert`] make the network,
+//! [`validate`] checks it, [`demand`] fills it, [`build`] does all of that for a family and
+//! [`index`] notices when a file is altered.
+
+pub mod build;
+pub mod demand;
+pub mod error;
+pub mod index;
+pub mod intersection;
+pub mod lanes;
+pub mod movements;
+pub mod net_file;
+pub mod netconvert;
+pub mod one_green;
+mod peak;
+pub mod phases;
+pub mod plain;
+pub mod retime;
+pub mod validate;

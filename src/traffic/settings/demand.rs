@@ -1,0 +1,70 @@
+//! Settings of the vehicles that arrive: how long, how they turn, how unevenly they come.
+
+use serde::{Deserialize, Serialize};
+
+use crate::traffic::side::DrivingSide;
+
+/// Largest [`DemandSettings::approach_spread`]: a larger one leaves an approach without vehicles.
+pub const MAX_APPROACH_SPREAD: f64 = 0.745;
+
+/// Peak hour factor below which the other quarters of the horizon would have less than no vehicle.
+pub(super) const MIN_PEAK_HOUR_FACTOR: f64 = 0.25;
+
+/// Which vehicles arrive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DemandSettings {
+    /// Simulated time, seconds; vehicles arrive during all of it.
+    pub horizon_s: f64,
+    /// How arriving vehicles turn; renormalised over the movements that exist.
+    pub turn_shares: TurnShares,
+    /// Volume of the horizon divided by four times that of its busiest quarter, the second; 1 is an
+    /// even flow, above 0.25 all that is possible. The volume stays the same.
+    ///
+    /// Source: Highway Capacity Manual, peak hour factor `V / (4 V15)`, 0.92 by default there.
+    pub peak_hour_factor: f64,
+    /// Variation (standard deviation divided by the mean) of the inflow between the four approaches of
+    /// a six-feature point MDP, whose mean stays the same; 0 makes them equal. Approaches with
+    /// features of their own have their own inflows, so that it has no effect on them.
+    ///
+    /// Source: 0.4 is the variation within the intersections of Salt Lake City.
+    pub approach_spread: f64,
+}
+
+impl Default for DemandSettings {
+    fn default() -> Self {
+        Self {
+            horizon_s: 3600.0,
+            turn_shares: TurnShares::default(),
+            peak_hour_factor: 1.0,
+            approach_spread: 0.0,
+        }
+    }
+}
+
+/// Shares of the vehicles of an approach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnShares {
+    /// Left turns.
+    pub left: f64,
+    /// Straight on.
+    pub through: f64,
+    /// Right turns.
+    pub right: f64,
+}
+
+impl TurnShares {
+    /// Returns the shares, which are as on the ground, as right-hand traffic would have them.
+    #[must_use]
+    pub fn as_right_hand(self, side: DrivingSide) -> Self {
+        let (left, right) = side.swapped((self.left, self.right));
+        Self { left, right, ..self }
+    }
+}
+
+impl Default for TurnShares {
+    fn default() -> Self {
+        Self { left: 0.1, through: 0.8, right: 0.1 }
+    }
+}
