@@ -3,6 +3,7 @@
 //! They see vectors of numbers, numbered actions and rewards; what these mean is the caller's.
 
 pub mod dqn;
+pub mod environment;
 pub mod gae;
 pub mod normalise;
 pub mod ppo;

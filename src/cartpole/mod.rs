@@ -1,0 +1,8 @@
+//! The second task: a pole on a cart, which falls unless the cart is pushed well.
+//!
+//! [`dynamics`] is gymnasium's `CartPole-v1` with CARL's context, [`environment`] its episodes and
+//! [`family`] the family of 576 point MDPs of the paper.
+
+pub mod dynamics;
+pub mod environment;
+pub mod family;
