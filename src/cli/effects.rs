@@ -3,8 +3,9 @@
 //! several commands.
 
 use crate::cli::refused::Refused;
+use crate::run::method::Training;
 use crate::settings::overrides::Override;
-use crate::traffic::control::registry::{METHODS, Training};
+use crate::traffic::control::registry::METHODS;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::settings::{BaselineProgram, Detail};
 

@@ -3,9 +3,10 @@
 use std::fmt::Write;
 
 use super::forecast::{Forecast, Job, range};
+use crate::run::method::Training;
 use crate::run::plan::{Draft, Request};
 use crate::traffic::control::ippo::Ippo;
-use crate::traffic::control::registry::{Training, training};
+use crate::traffic::control::registry::training;
 use crate::units::SECONDS_PER_HOUR;
 
 /// Processor time that SUMO takes per vehicle of an isolated intersection, seconds; measured on

@@ -9,11 +9,12 @@ use serde_json::json;
 use super::estimate::Effort;
 use super::forecast::{Forecast, Job, range};
 use super::output::{Progress, line, note};
+use crate::run::method::Training;
 use crate::run::plan::OBJECTIVE;
 use crate::run::pool::Event;
 use crate::store::manifest::Task;
 use crate::store::record::{Outcome, Record};
-use crate::traffic::control::registry::{Training, training};
+use crate::traffic::control::registry::training;
 
 /// Episodes over which the delay of a task in progress is averaged: one alone says little of a
 /// training that explores.

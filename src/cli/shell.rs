@@ -15,8 +15,9 @@ use clap_complete::env::{CompleteEnv, Shells};
 
 use super::{Cli, CompletionsArgs};
 use crate::cli::exit;
+use crate::run::method::Method;
 use crate::settings::wording::settings;
-use crate::traffic::control::registry::{METHODS, Method};
+use crate::traffic::control::registry::METHODS;
 use crate::traffic::family::load::EMBEDDED;
 
 /// Environment variable by which a shell's script asks for completions; its value is the shell.

@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod error;
 pub mod lab;
+pub mod method;
 pub mod model;
 pub mod plan;
 pub mod pool;

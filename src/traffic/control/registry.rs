@@ -14,6 +14,7 @@ use super::program::Program;
 use super::webster::Constants;
 use super::{ControlError, Controller};
 use super::{idqn, ippo, max_pressure, mplight, mplight_star};
+use crate::run::method::{Method, Training};
 use crate::suggest::did_you_mean;
 
 /// Settings of all controllers; the defaults are the scenario's.
@@ -44,30 +45,6 @@ pub struct ControlSettings {
     pub mplight_star: mplight_star::Config,
     /// Hyper-parameters of `mplight-star-resco`.
     pub mplight_star_resco: mplight_star::Config,
-}
-
-/// What a method does before it is evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Training {
-    /// Nothing: its record follows from the evaluation seeds alone, so one task is enough.
-    None,
-    /// It searches for settings in simulation; another task seed may find others.
-    Tuned,
-    /// It learns; another task seed learns something else.
-    Learned,
-}
-
-/// A method as `tsc-family run --methods` knows it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Method {
-    /// Stable name.
-    pub name: &'static str,
-    /// One sentence for people.
-    pub summary: &'static str,
-    /// What it does before it is evaluated; all but [`Training::None`] is replicated.
-    pub training: Training,
-    /// Whether it runs when `--methods` is not given.
-    pub default: bool,
 }
 
 /// All methods, the baseline first.
