@@ -9,8 +9,8 @@ mod checker;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use checker::graph::{Graph, Neighbours, circles};
-use checker::table;
+use checker::graph::{Graph, circles};
+use checker::table::Table;
 
 /// Where the repository is.
 const REPO: &str = env!("CARGO_MANIFEST_DIR");
@@ -18,9 +18,10 @@ const REPO: &str = env!("CARGO_MANIFEST_DIR");
 /// Most lines of a source file.
 const MAX_LINES: usize = 400;
 
-/// Files that are still in circles, and modules that are. No more may become; fewer: lower these.
+/// Files that are still in circles, and arrows between modules to one further below. No more may become; fewer:
+/// lower these.
 const FILES_IN_CIRCLES: usize = 62;
-const MODULES_IN_CIRCLES: usize = 7;
+const ARROWS_AGAINST_THE_ORDER: usize = 19;
 
 /// Files outside that still name traffic.
 const TRAFFIC_NAMED_OUTSIDE: usize = 22;
@@ -39,9 +40,9 @@ fn graph() -> Graph {
     checker::read(Path::new(REPO)).unwrap()
 }
 
-fn architecture() -> Neighbours<String> {
+fn architecture() -> Table {
     let page = fs::read_to_string(Path::new(REPO).join("ARCHITECTURE.md")).unwrap();
-    table::read(&page).unwrap()
+    Table::read(&page).unwrap()
 }
 
 #[test]
@@ -68,35 +69,29 @@ fn no_circle_between_files() {
 }
 
 #[test]
-fn no_circle_between_modules() {
+fn modules_use_those_above_them() {
     let graph = graph();
-    let mut between = Neighbours::new();
-    for (from, to) in graph.between_modules().into_keys() {
-        between.entry(from).or_default().insert(to);
-    }
-    let arrows: usize = between.values().map(|to| to.len()).sum();
-    let circles = circles(&between);
-    let inside: usize = circles.iter().map(|c| c.len()).sum();
-    println!(
-        "{} modules, {arrows} arrows between them, {} circles with {inside} modules: {circles:?}",
-        graph.modules().len(),
-        circles.len()
-    );
+    let against = architecture().against_the_order();
+    let (modules, arrows) = (graph.modules().len(), graph.between_modules().len());
+    let count = against.len();
+    println!("{modules} modules, {arrows} arrows between them, {count} against the order");
     assert!(
-        inside <= MODULES_IN_CIRCLES,
-        "{inside} modules in circles, at most {MODULES_IN_CIRCLES}: {circles:?}"
+        count <= ARROWS_AGAINST_THE_ORDER,
+        "{count} arrows of ARCHITECTURE.md go to a module further below, at most \
+         {ARROWS_AGAINST_THE_ORDER}:\n{}",
+        against.join("\n")
     );
 }
 
 #[test]
 fn modules_depend_exactly_along_the_arrows_of_the_architecture() {
     let (graph, table) = (graph(), architecture());
-    let wrong = table::differences(&graph, &table);
+    let wrong = table.differences(&graph);
     assert!(
         wrong.is_empty(),
         "{}\n\nThe table of ARCHITECTURE.md as the sources have it:\n\n{}",
         wrong.join("\n"),
-        table::from_sources(&graph, &table)
+        table.remade(&graph)
     );
 }
 

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use super::graph::{Graph, circles};
-use super::{read, table};
+use super::read;
+use super::table::Table;
 
 /// Writes files below a new folder and reads the graph of what was written.
 fn planted(files: &[(&str, &str)]) -> Graph {
@@ -174,7 +175,7 @@ const PAGE: &str = "# Page\n\n## Arrows\n\n```text\nstats -> nothing\nfamily -> 
                     any -> units\n```\n";
 
 fn differences(files: &[(&str, &str)], page: &str) -> Vec<String> {
-    table::differences(&planted(files), &table::read(page).unwrap())
+    Table::read(page).unwrap().differences(&planted(files))
 }
 
 #[test]
@@ -185,9 +186,9 @@ fn a_clean_tree_has_no_difference_and_no_circle() {
 
 #[test]
 fn the_table_is_made_from_the_sources() {
-    let table = table::read(PAGE).unwrap();
-    let made = table::from_sources(&planted(&CLEAN), &table);
-    assert_eq!(table::read(&format!("\n## Arrows\n\n```text\n{made}```\n")).unwrap(), table);
+    let table = Table::read(PAGE).unwrap();
+    let made = table.remade(&planted(&CLEAN));
+    assert_eq!(Table::read(&format!("\n## Arrows\n\n```text\n{made}```\n")).unwrap(), table);
 }
 
 /// `CLEAN` with one file replaced.
@@ -230,6 +231,13 @@ fn an_arrow_of_the_table_that_nothing_needs_is_found() {
     let page = PAGE.replace("family -> stats\n", "family -> stats run\n");
     let expected = "ARCHITECTURE.md has `family -> run`, which nothing needs";
     assert_eq!(differences(&CLEAN, &page), [expected]);
+}
+
+#[test]
+fn an_arrow_against_the_order_of_the_table_is_found() {
+    assert_eq!(Table::read(PAGE).unwrap().against_the_order(), Vec::<String>::new());
+    let page = PAGE.replace("stats -> nothing", "stats -> run");
+    assert_eq!(Table::read(&page).unwrap().against_the_order(), ["stats -> run"]);
 }
 
 #[test]
