@@ -11,9 +11,10 @@ use made_up::{evaluations, manifest, well_formed, well_linked, words};
 use tsc_family::report;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::Manifest;
+use tsc_family::store::opaque::Opaque;
 use tsc_family::store::places::{Place, Places, Streets};
-use tsc_family::store::program::{ProgramKind, ProgramPhase, SignalProgram};
 use tsc_family::store::record::TaskResult;
+use tsc_family::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 
 fn place(id: &str, streets: &[&str], at: (f64, f64), point: &str, stands: Option<&str>) -> Place {
     Place {
@@ -78,7 +79,10 @@ fn results(root: &Path, manifest: &Manifest) -> Layout {
         _ => [40.0, 41.0],
     };
     made_up::write_results(root, manifest, |task| {
-        let programs = programs(&task.method);
+        let programs = match programs(&task.method) {
+            none if none.is_empty() => Opaque::default(),
+            some => Opaque::of(&some),
+        };
         let rows = evaluations(&delays(&task.method, &task.point));
         Some(Ok(TaskResult { rows, programs, ..TaskResult::default() }))
     })

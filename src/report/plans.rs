@@ -16,8 +16,8 @@ mod table;
 pub(super) use files::write;
 
 use super::data::ScoreRow;
-use crate::store::program::SignalProgram;
 use crate::store::results::Results;
+use crate::traffic::program::SignalProgram;
 use crate::traffic::settings::signal::SignalSettings;
 
 /// Methods whose behaviour is a program, for records from before programs were kept.
@@ -77,8 +77,11 @@ pub(super) fn plans(results: &Results, rows: &[ScoreRow]) -> Vec<TaskPlan> {
         let s = &record.summary;
         let always =
             ALWAYS_PROGRAMS.contains(&task.method.as_str()) || task.method == identity.baseline;
-        let (source, programs, cycles_s) = if !s.programs.is_empty() {
-            (Source::Recorded, s.programs.clone(), vec![None; s.programs.len()])
+        // The checksum of the record vouches for their form.
+        let recorded: Vec<SignalProgram> = s.programs.read().unwrap_or_default();
+        let (source, programs, cycles_s) = if !recorded.is_empty() {
+            let cycles_s = vec![None; recorded.len()];
+            (Source::Recorded, recorded, cycles_s)
         } else if let Some(found) = described::programs(&s.details, &settings) {
             found
         } else if always {

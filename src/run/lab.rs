@@ -7,12 +7,13 @@ use crate::nn::archive::Archive;
 use crate::run::error::EvalError;
 use crate::seed;
 use crate::store::manifest::Task;
-use crate::store::program::{ProgramKind, ProgramPhase, SignalProgram};
+use crate::store::opaque::Opaque;
 use crate::store::record::{Metrics, Row, RowKind, Wall, mean_metrics};
 use crate::traffic::control::{ControlError, Controller, EpisodeOutcome, Trainer};
 use crate::traffic::env::SignalEnv;
 use crate::traffic::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use crate::traffic::env::signal_env::Running;
+use crate::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 use crate::traffic::sim::error::SimError;
 use crate::traffic::sim::{self, Sim};
 
@@ -101,8 +102,10 @@ impl<'a, S: Sim> Lab<'a, S> {
     }
 
     /// Returns the programs that the signals ran in the last episode; none where a controller decides.
-    pub(super) fn programs(&self) -> Vec<SignalProgram> {
-        self.env.programs().unwrap_or_default().into_iter().map(kept).collect()
+    pub(super) fn programs(&self) -> Opaque {
+        let programs: Vec<SignalProgram> =
+            self.env.programs().unwrap_or_default().into_iter().map(kept).collect();
+        if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
     }
 
     /// Returns the time that the task has taken so far.

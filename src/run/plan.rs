@@ -9,6 +9,7 @@ use crate::run::error::EvalError;
 use crate::run::method::Training;
 use crate::sample::{SamplePlan, Sampling, choose};
 use crate::seed;
+use crate::stats::Direction;
 use crate::store::error::StoreError;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::{Layout, SCHEMA_VERSION, difference};
@@ -211,6 +212,7 @@ pub fn complete(
     let column = |f: &Feature| FeatureColumn { name: f.name.clone(), unit: f.unit.clone() };
     let identity = Identity {
         schema_version: SCHEMA_VERSION,
+        domain: "traffic".to_owned(),
         tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
         simulator,
         scenario: draft.family.name.clone(),
@@ -222,6 +224,7 @@ pub fn complete(
         methods: draft.methods.clone(),
         baseline: Baseline::NAME.to_owned(),
         objective: OBJECTIVE.to_owned(),
+        direction: Direction::Lower,
         replicates: if draft.replicated.is_empty() { 1 } else { request.replicates },
         replicated: draft.replicated.clone(),
         base_seed: request.base_seed,

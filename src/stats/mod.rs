@@ -1,6 +1,7 @@
 //! Estimates from scores and how sure they are: pure functions that know of no files.
 
 pub mod bootstrap;
+pub mod direction;
 pub mod histogram;
 pub mod objectives;
 pub mod quantile;
@@ -8,6 +9,7 @@ pub mod score;
 pub mod summary;
 
 pub use bootstrap::{Bootstrap, Design, bootstrap, bootstrap_all};
+pub use direction::Direction;
 pub use histogram::Histogram;
 pub use objectives::{PointMeans, PointObjectives};
 pub use score::{overall_performance, score};

@@ -12,6 +12,7 @@ use crate::files::FileError;
 use crate::hash::sha256;
 use crate::sample::SamplePlan;
 use crate::seed;
+use crate::stats::Direction;
 use crate::store::error::StoreError;
 
 /// One task of a plan: a method on a point MDP, once.
@@ -74,6 +75,9 @@ pub struct PointRow {
 pub struct Identity {
     /// Version of the files.
     pub schema_version: u32,
+    /// Kind of task; left out where it is traffic, which the first manifests do not say.
+    #[serde(default = "first_domain", skip_serializing_if = "is_first_domain")]
+    pub domain: String,
     /// Version of tsc-family.
     pub tsc_family: String,
     /// Version of the simulator.
@@ -90,10 +94,14 @@ pub struct Identity {
     pub points: Vec<PointRow>,
     /// Methods, the baseline first.
     pub methods: Vec<String>,
-    /// Name of the method that every score is divided by.
+    /// Name of the method that every score is divided by; empty where the objective is the score.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub baseline: String,
-    /// Name of the metric that scores compare; lower is better.
+    /// Name of the metric that scores compare.
     pub objective: String,
+    /// Whether less of it is better; left out where it is.
+    #[serde(default, skip_serializing_if = "Direction::is_lower")]
+    pub direction: Direction,
     /// Independent trainings per replicated method and point MDP.
     pub replicates: u32,
     /// Methods that have `replicates` tasks per point MDP; the others, which would only repeat
@@ -106,6 +114,17 @@ pub struct Identity {
     /// rows of the records have the seeds that vehicles and simulator got, see
     /// [`PointRow::evaluation_seeds`].
     pub evaluation_seeds: Vec<u64>,
+}
+
+/// Domain of a manifest that says none.
+const FIRST_DOMAIN: &str = "traffic";
+
+fn first_domain() -> String {
+    FIRST_DOMAIN.to_owned()
+}
+
+fn is_first_domain(domain: &str) -> bool {
+    domain == FIRST_DOMAIN
 }
 
 impl PointRow {

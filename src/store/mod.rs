@@ -19,8 +19,8 @@ pub mod difference;
 pub mod error;
 pub mod lock;
 pub mod manifest;
+pub mod opaque;
 pub mod places;
-pub mod program;
 pub mod record;
 pub mod results;
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::manifest::Task;
-use super::program::SignalProgram;
+use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
 use crate::files::FileError;
 use crate::hash::hex;
@@ -95,8 +95,8 @@ pub struct Summary {
     pub details: BTreeMap<String, String>,
     /// What the signals ran, where that is a program; empty for methods that decide while they run, and
     /// in records from before it was kept.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub programs: Vec<SignalProgram>,
+    #[serde(default, skip_serializing_if = "Opaque::is_empty")]
+    pub programs: Opaque,
     /// Number of rows that follow.
     pub rows: usize,
     /// sha256 over the summary without `checksum` and `wall`, and over the rows.
@@ -124,7 +124,7 @@ pub struct TaskResult {
     /// What the method says of itself.
     pub details: BTreeMap<String, String>,
     /// What the signals ran, where that is a program.
-    pub programs: Vec<SignalProgram>,
+    pub programs: Opaque,
     /// Wall-clock values.
     pub wall: Wall,
 }
@@ -238,7 +238,7 @@ impl Summary {
             reason: None,
             metrics: Metrics::new(),
             details: BTreeMap::new(),
-            programs: Vec::new(),
+            programs: Opaque::default(),
             rows: 0,
             checksum: String::new(),
             wall,

@@ -7,6 +7,7 @@ pub mod env;
 pub mod environment;
 pub mod family;
 pub mod network;
+pub mod program;
 pub mod settings;
 pub mod side;
 pub mod sim;

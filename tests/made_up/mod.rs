@@ -34,6 +34,8 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
     let feature = |name: &str, unit: &str| FeatureColumn { name: name.into(), unit: unit.into() };
     Manifest {
         identity: Identity {
+            domain: "traffic".into(),
+            direction: tsc_family::stats::Direction::Lower,
             schema_version: 1,
             tsc_family: "0.1.0".into(),
             simulator: "SUMO 1.15.0".into(),

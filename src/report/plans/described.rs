@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Source;
-use crate::store::program::{ProgramKind, ProgramPhase, SignalProgram};
+use crate::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 use crate::traffic::settings::signal::{ChangeInterval, SignalSettings};
 use crate::traffic::timing::Timing;
 

@@ -2,7 +2,7 @@
 
 use quick_xml::escape::escape;
 
-use crate::store::program::{ProgramKind, SignalProgram};
+use crate::traffic::program::{ProgramKind, SignalProgram};
 
 /// Returns an additional file with the programs of a method; `None` where none is to be loaded.
 ///
@@ -57,7 +57,7 @@ pub(super) fn additional(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::program::ProgramPhase;
+    use crate::traffic::program::ProgramPhase;
 
     fn program(own: bool) -> SignalProgram {
         let phase = |state: &str, duration_s, max_s: Option<f64>| ProgramPhase {

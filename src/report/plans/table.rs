@@ -2,7 +2,7 @@
 
 use super::{Source, TaskPlan};
 use crate::report::data::ReportData;
-use crate::store::program::{ProgramKind, ProgramPhase, SignalProgram};
+use crate::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 use crate::traffic::settings::signal::SignalSettings;
 use crate::traffic::timing::Timing;
 
