@@ -141,7 +141,7 @@ pub fn control_settings(scenario: &Scenario, imported: bool) -> ControlSettings 
     let (fixed, actuated) = (&scenario.fixed_time, &scenario.actuated);
     ControlSettings {
         baseline_equal_split_green_s: equal_split.then_some(scenario.baseline.green_s),
-        max_pressure: scenario.max_pressure,
+        max_pressure: scenario.max_pressure.clone(),
         fixed_time_simulations: fixed.simulations,
         fixed_time_lost_time_s: fixed.lost_time_s,
         fixed_time_saturation_flow_vph: fixed.saturation_flow_vph,

@@ -1,7 +1,9 @@
-//! Settings of scenarios: what replaces them, and what to say of one that is wrong.
+//! Settings of scenarios: how sections declare them, what replaces them, and what to say of one that is
+//! wrong.
 
 pub mod default_name;
 pub mod overrides;
+pub mod setting;
 mod within;
 pub mod wording;
 

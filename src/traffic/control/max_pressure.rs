@@ -31,7 +31,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::{Deserialize, Serialize};
+use crate::settings::setting::settings;
 
 use super::{
     ControlError, Controller, Drive, GreenPhase, Movement, Observation, Service, SignalSpec, Turn,
@@ -46,19 +46,13 @@ const LEFT_FACTOR: f64 = 0.95;
 /// Saturation flow of a protected right turn, relative to a through lane (HCM).
 const RIGHT_FACTOR: f64 = 0.85;
 
-/// Constants of max pressure.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Config {
-    /// Saturation flow of a left turn that has to wait for gaps, relative to one that has not; the
-    /// default is the inverse of the HCM's through-car equivalent at some 600 opposing vehicles per
-    /// hour (3.3).
-    pub permissive_share: f64,
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self { permissive_share: 0.3 }
+settings! {
+    /// Constants of max pressure.
+    pub struct Config, source "HCM (6th ed.), chapter 19" {
+        /// Saturation flow of a left turn that has to wait for gaps, relative to one that has not; the
+        /// default is the inverse of the HCM's through-car equivalent at some 600 opposing vehicles per
+        /// hour (3.3).
+        permissive_share: f64 = 0.3, in 0.0..=1.0;
     }
 }
 

@@ -138,7 +138,7 @@ pub fn create(
             Box::new(Baseline { equal_split_green_s: s.baseline_equal_split_green_s })
         }
         Program::NAME => Box::new(Program),
-        MaxPressure::NAME => Box::new(MaxPressure::new(s.max_pressure)),
+        MaxPressure::NAME => Box::new(MaxPressure::new(s.max_pressure.clone())),
         MaxPressureResco::NAME => Box::new(MaxPressureResco::default()),
         Actuated::NAME => Box::new(Actuated { max_green_s: s.actuated_max_green_s }),
         FixedTime::NAME => {

@@ -4,6 +4,7 @@ use super::demand::{MAX_APPROACH_SPREAD, MIN_PEAK_HOUR_FACTOR};
 use super::inflow::{EVEN_SPLIT, InflowSources};
 use super::{Detail, Scenario, SixFeatures};
 use crate::family::error::FamilyError;
+use crate::settings::setting::{Ranged, Section};
 use crate::settings::within;
 
 /// Longest green that can be asked for, seconds.
@@ -62,27 +63,26 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         ("fixed_time.lost_time_s", t.lost_time_s, 0.0, 30.0),
         ("fixed_time.saturation_flow_vph", t.saturation_flow_vph, 100.0, 5000.0),
         ("actuated.max_green_s", a.max_green_s, 1.0, 600.0),
-        ("max_pressure.permissive_share", scenario.max_pressure.permissive_share, 0.0, 1.0),
         ("training.episodes", f64::from(scenario.training.episodes), 1.0, 1e6),
     ];
-    let learners = [
-        ("idqn", scenario.idqn.ranges()),
-        ("ippo", scenario.ippo.ranges()),
-        ("mplight", scenario.mplight.ranges()),
-        ("mplight_star", scenario.mplight_star.ranges()),
-        ("mplight_star_resco", scenario.mplight_star_resco.ranges()),
+    let methods: [(&str, &dyn Section); 6] = [
+        ("max_pressure", &scenario.max_pressure),
+        ("idqn", &scenario.idqn),
+        ("ippo", &scenario.ippo),
+        ("mplight", &scenario.mplight),
+        ("mplight_star", &scenario.mplight_star),
+        ("mplight_star_resco", &scenario.mplight_star_resco),
     ];
-    let learners = learners.into_iter().flat_map(|(table, ranges)| {
-        ranges
-            .into_iter()
-            .map(move |(field, v, low, high)| (format!("{table}.{field}"), v, low, high))
+    let methods = methods.into_iter().flat_map(|(section, settings)| {
+        let named = move |r: Ranged| (format!("{section}.{}", r.name), r.value, r.low, r.high);
+        settings.ranges().into_iter().map(named)
     });
     let bins = SixFeatures::COLUMNS
         .iter()
         .zip(f.bins.to_array())
         .map(|((name, _), v)| (format!("family.bins.{name}"), v, 1e-3, 1e6));
     let ranges = ranges.into_iter().map(|(field, v, low, high)| (field.to_owned(), v, low, high));
-    for (field, value, low, high) in ranges.chain(learners).chain(bins) {
+    for (field, value, low, high) in ranges.chain(methods).chain(bins) {
         if let Err(expected) = within(value, low, high) {
             return fail(&field, shortest(value), &expected);
         }

@@ -1,0 +1,322 @@
+//! Settings, each declared once: from a line per setting follow the struct that files are read into, its
+//! defaults, the ranges that values are checked against, and the table that documentation shows.
+
+/// A setting of a section: what a scenario's file and `--set` can give.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting {
+    /// Its name in the section.
+    pub name: &'static str,
+    /// The lines of its documentation.
+    pub lines: &'static [&'static str],
+    /// Its unit; empty for shares, factors, switches and names.
+    pub unit: &'static str,
+    /// Returns its default, as a file has it.
+    pub default: fn() -> String,
+    /// What a number may be; `None` for switches and names.
+    pub limits: Option<Limits>,
+    /// Where the default comes from.
+    pub source: &'static str,
+}
+
+/// What a number may be, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// The lowest value.
+    pub low: f64,
+    /// The highest value.
+    pub high: f64,
+    /// Another setting of the section that it may not exceed either.
+    pub at_most: Option<&'static str>,
+}
+
+impl Setting {
+    /// Returns what it is, in a sentence or a few.
+    pub fn summary(&self) -> String {
+        self.lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// The value of a number among the settings, and what it may be with the others as they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ranged {
+    /// Name of the setting.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// The lowest value.
+    pub low: f64,
+    /// The highest value.
+    pub high: f64,
+}
+
+/// A section of settings.
+pub trait Section {
+    /// Returns its settings, in the order of the section.
+    fn table(&self) -> &'static [Setting];
+
+    /// Returns the numbers among them.
+    fn ranges(&self) -> Vec<Ranged>;
+}
+
+/// The section of a method that has no settings: neither read nor written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct NoSettings;
+
+impl NoSettings {
+    /// The empty table.
+    pub const SETTINGS: &'static [Setting] = &[];
+}
+
+impl Section for NoSettings {
+    fn table(&self) -> &'static [Setting] {
+        Self::SETTINGS
+    }
+
+    fn ranges(&self) -> Vec<Ranged> {
+        Vec::new()
+    }
+}
+
+/// What can have a range.
+pub trait Number {
+    /// Returns it in double precision.
+    fn number(&self) -> f64;
+}
+
+macro_rules! number {
+    ($($lossless:ty)*; $($counted:ty)*) => {
+        $(impl Number for $lossless {
+            fn number(&self) -> f64 {
+                f64::from(*self)
+            }
+        })*
+        $(impl Number for $counted {
+            fn number(&self) -> f64 {
+                *self as f64
+            }
+        })*
+    };
+}
+
+number!(f32 f64 u32; u64 usize);
+
+/// Declares a section of settings, one line and its documentation per setting:
+///
+/// ```text
+/// settings! {
+///     /// Hyper-parameters of `idqn`.
+///     pub struct Config, source "RESCO, config/agent_config.py" {
+///         /// Transitions per update.
+///         batch_size: usize = 32, in 1.0..=4096.0, at most buffer_size, unit "transitions";
+///         /// Whether the online network chooses the action.
+///         double_dqn: bool = false, source "Van Hasselt et al., 2016";
+///     }
+/// }
+/// ```
+///
+/// - `= 32` is the default;
+/// - `in LOW..=HIGH` the range of a number, both ends included, and `at most OTHER` a setting before it
+///   that it may not exceed;
+/// - `unit` is left out of pure numbers, `source` where it is the section's.
+///
+/// It makes the struct, read and written by serde (a setting that does not exist is an error, one that is
+/// missing has its default), `Default`, [`Section`] and the constant `SETTINGS`.
+///
+/// `pub struct Config extends Base, source ... { ... } and { ... }` also makes a `Base` from the settings
+/// of the first braces, which must be those of `Base`.
+macro_rules! settings {
+    (
+        $(#[doc = $about:literal])*
+        pub struct $name:ident, source $section:literal {
+            $(
+                $(#[doc = $doc:literal])*
+                $field:ident : $type:ty = $default:expr
+                $(, in $range:expr)? $(, at most $other:ident)?
+                $(, unit $unit:literal)? $(, source $source:literal)?;
+            )*
+        }
+    ) => {
+        $(#[doc = $about])*
+        ///
+        #[doc = concat!("Source: ", $section, ".")]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name {
+            $(
+                $(#[doc = $doc])*
+                ///
+                #[doc = concat!(
+                    "By default `", stringify!($default), "`"
+                    $(, " ", $unit)? $(, ", in `", stringify!($range), "`")?
+                    $(, ", at most `", stringify!($other), "`")? $(, " (", $source, ")")?, "."
+                )]
+                pub $field: $type,
+            )*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+
+        impl $name {
+            /// Its settings, in the order of the section.
+            pub const SETTINGS: &'static [$crate::settings::setting::Setting] = &[$(
+                $crate::settings::setting::Setting {
+                    name: stringify!($field),
+                    lines: &[$($doc,)*],
+                    unit: $crate::settings::setting::settings!(@or "" $($unit)?),
+                    default: || {
+                        serde_json::to_string(&$name::default().$field)
+                            .expect("a setting is plain data")
+                    },
+                    limits: $crate::settings::setting::settings!(@limits $($range)?; $($other)?),
+                    source: $crate::settings::setting::settings!(@or $section $($source)?),
+                },
+            )*];
+        }
+
+        impl $crate::settings::setting::Section for $name {
+            fn table(&self) -> &'static [$crate::settings::setting::Setting] {
+                Self::SETTINGS
+            }
+
+            fn ranges(&self) -> Vec<$crate::settings::setting::Ranged> {
+                let mut ranges = Vec::new();
+                $($crate::settings::setting::settings!(
+                    @range ranges self $field $($range)?; $($other)?
+                );)*
+                ranges
+            }
+        }
+    };
+    (
+        $(#[doc = $about:literal])*
+        pub struct $name:ident extends $base:path, source $section:literal {
+            $($common:tt)*
+        } and {
+            $($own:tt)*
+        }
+    ) => {
+        $crate::settings::setting::settings! {
+            $(#[doc = $about])*
+            pub struct $name, source $section { $($common)* $($own)* }
+        }
+        $crate::settings::setting::settings! { @from $name $base { $($common)* } }
+    };
+    (@from $name:ident $base:path {
+        $(
+            $(#[doc = $doc:literal])*
+            $field:ident : $type:ty = $default:expr
+            $(, in $range:expr)? $(, at most $other:ident)?
+            $(, unit $unit:literal)? $(, source $source:literal)?;
+        )*
+    }) => {
+        impl From<&$name> for $base {
+            fn from(all: &$name) -> Self {
+                Self { $($field: Clone::clone(&all.$field),)* }
+            }
+        }
+    };
+    (@or $usual:literal) => { $usual };
+    (@or $usual:literal $own:literal) => { $own };
+    (@limits ;) => { None };
+    (@limits $range:expr; $($other:ident)?) => {
+        Some($crate::settings::setting::Limits {
+            low: *($range).start(),
+            high: *($range).end(),
+            at_most: $crate::settings::setting::settings!(@some $($other)?),
+        })
+    };
+    (@some) => { None };
+    (@some $other:ident) => { Some(stringify!($other)) };
+    (@range $ranges:ident $self:ident $field:ident ;) => {};
+    (@range $ranges:ident $self:ident $field:ident $range:expr; $($other:ident)?) => {
+        let (low, high): (f64, f64) = (*($range).start(), *($range).end());
+        $(let high = high.min($crate::settings::setting::Number::number(&$self.$other));)?
+        let value = $crate::settings::setting::Number::number(&$self.$field);
+        let name = stringify!($field);
+        $ranges.push($crate::settings::setting::Ranged { name, value, low, high });
+    };
+}
+
+pub(crate) use settings;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    settings! {
+        /// A section.
+        pub struct Small, source "a paper" {
+            /// Things that are kept,
+            /// the oldest first.
+            kept: usize = 10_000, in 1.0..=1e6, unit "things";
+            /// Things per step.
+            step: u32 = 3, in 1.0..=64.0, at most kept, unit "things", source "another paper";
+            /// Size of a step.
+            size: f32 = 1e-3, in 1e-8..=1.0;
+            /// Whether it goes backwards.
+            backwards: bool = false;
+        }
+    }
+
+    settings! {
+        /// The same and more.
+        pub struct Large extends Small, source "a paper" {
+            /// Things that are kept.
+            kept: usize = 7, in 1.0..=1e6, unit "things";
+            /// Things per step.
+            step: u32 = 3, in 1.0..=64.0, at most kept, unit "things";
+            /// Size of a step.
+            size: f32 = 1e-3, in 1e-8..=1.0;
+            /// Whether it goes backwards.
+            backwards: bool = true;
+        } and {
+            /// More.
+            more: f64 = 0.5, in 0.0..=1.0;
+        }
+    }
+
+    #[test]
+    fn a_line_makes_an_entry_of_the_table() {
+        let [kept, step, size, backwards] = Small::SETTINGS else { panic!("four settings") };
+        assert_eq!(kept.summary(), "Things that are kept, the oldest first.");
+        let texts = |s: &Setting| (s.name, (s.default)(), s.unit, s.source);
+        assert_eq!(texts(kept), ("kept", "10000".to_owned(), "things", "a paper"));
+        assert_eq!(texts(step), ("step", "3".to_owned(), "things", "another paper"));
+        assert_eq!(texts(size), ("size", "0.001".to_owned(), "", "a paper"));
+        assert_eq!(texts(backwards), ("backwards", "false".to_owned(), "", "a paper"));
+        let limits = Limits { low: 1.0, high: 64.0, at_most: Some("kept") };
+        assert_eq!((step.limits, backwards.limits), (Some(limits), None));
+    }
+
+    #[test]
+    fn a_limit_that_is_another_setting_moves_with_it() {
+        let step = |kept| Small { kept, ..Small::default() }.ranges()[1];
+        let range = |high| Ranged { name: "step", value: 3.0, low: 1.0, high };
+        assert_eq!((step(9), step(100)), (range(9.0), range(64.0)));
+        let names: Vec<_> = Small::default().ranges().iter().map(|r| r.name).collect();
+        assert_eq!(names, ["kept", "step", "size"], "a switch has no range");
+    }
+
+    #[test]
+    fn files_give_some_settings_and_no_others() {
+        let read: Small = toml::from_str("step = 4").unwrap();
+        assert_eq!(read, Small { step: 4, ..Small::default() });
+        let e = toml::from_str::<Small>("steps = 4").unwrap_err();
+        assert!(e.message().starts_with("unknown field `steps`, expected one of `kept`"), "{e}");
+        let text = serde_json::to_string(&Large::default()).unwrap();
+        let expected = r#"{"kept":7,"step":3,"size":0.001,"backwards":true,"more":0.5}"#;
+        assert_eq!(text, expected, "in the order of the lines, single precision as it is");
+    }
+
+    #[test]
+    fn a_section_that_extends_another_has_its_settings() {
+        let large = Large { size: 0.5, ..Large::default() };
+        let expected = Small { kept: 7, step: 3, size: 0.5, backwards: true };
+        assert_eq!(Small::from(&large), expected);
+        assert_eq!(Large::SETTINGS.len(), 5);
+    }
+}
