@@ -12,6 +12,7 @@
 mod persist;
 mod target;
 
+use self::target::{Target, best};
 use super::random::Generator;
 use super::replay::{Replay, Transition};
 use crate::nn::Network;
@@ -46,13 +47,9 @@ pub struct Dqn<N> {
     network: N,
     settings: Settings,
     parameters: Vec<f32>,
-    target: Vec<f32>,
+    target: Target,
     adam: Adam,
     replay: Replay,
-    /// Value of the state after each stored transition; NaN where the target network was not asked.
-    target_values: Vec<f32>,
-    /// Place up to which the target network has been asked ahead.
-    ahead: usize,
     transitions: u64,
     draws: Generator,
     exploration: Generator,
@@ -66,8 +63,6 @@ pub struct Dqn<N> {
 struct Buffers {
     places: Vec<usize>,
     states: Vec<f32>,
-    asked: Vec<usize>,
-    best: Vec<usize>,
     output_gradient: Vec<f32>,
     gradient: Vec<f32>,
 }
@@ -85,9 +80,7 @@ impl<N: Network> Dqn<N> {
         Self {
             adam: Adam::new(parameters.len(), settings.learning_rate, settings.adam_epsilon),
             replay: Replay::new(settings.buffer_size, network.inputs()),
-            target: parameters.clone(),
-            target_values: Vec::new(),
-            ahead: 0,
+            target: Target::new(parameters.clone()),
             transitions: 0,
             draws: Generator::new(seed, &label("replay")),
             exploration: Generator::new(seed, &label("exploration")),
@@ -127,13 +120,10 @@ impl<N: Network> Dqn<N> {
     pub fn observe(&mut self, transition: &Transition<'_>) {
         self.transitions += 1;
         if self.transitions.is_multiple_of(self.settings.target_network_frequency) {
-            self.target.copy_from_slice(&self.parameters);
-            self.target_values.fill(f32::NAN);
-            self.ahead = 0;
+            self.target.copy(&self.parameters);
         }
         let place = self.replay.push(transition);
-        self.target_values.resize(self.replay.len(), f32::NAN);
-        self.target_values[place] = f32::NAN;
+        self.target.forget(place, self.replay.len());
         if self.replay.len() >= self.settings.learning_starts.max(self.settings.batch_size)
             && self.transitions.is_multiple_of(self.settings.train_frequency)
         {
@@ -145,12 +135,12 @@ impl<N: Network> Dqn<N> {
     fn update(&mut self) {
         let mut places = std::mem::take(&mut self.buffers.places);
         self.replay.draw(&mut places, &mut self.draws);
-        if self.settings.double_dqn {
-            self.value_doubly(&places);
+        let Self { network, replay, parameters, settings, target, .. } = self;
+        if settings.double_dqn {
+            target.value_doubly(&places, replay, network, parameters);
         } else {
-            self.value(&places);
+            target.value(&places, replay, network);
         }
-        let Self { network, replay, parameters, settings, .. } = self;
         let Buffers { states, output_gradient, gradient, .. } = &mut self.buffers;
         states.clear();
         places.iter().for_each(|p| states.extend_from_slice(replay.get(*p).state));
@@ -162,9 +152,9 @@ impl<N: Network> Dqn<N> {
         let mut loss = 0.0;
         for (row, place) in places.iter().enumerate() {
             let transition = replay.get(*place);
-            let target = transition.reward + settings.gamma * self.target_values[*place];
+            let goal = transition.reward + settings.gamma * target.values[*place];
             let at = row * outputs + transition.action;
-            let error = values[at] - target;
+            let error = values[at] - goal;
             loss += f64::from(huber(error) * share);
             output_gradient[at] = error.clamp(-1.0, 1.0) * share;
         }
@@ -186,16 +176,6 @@ impl<N: Network> Dqn<N> {
     pub fn transitions(&self) -> u64 {
         self.transitions
     }
-}
-
-fn best(values: &[f32]) -> usize {
-    let mut best = 0;
-    for (i, value) in values.iter().enumerate() {
-        if *value > values[best] {
-            best = i;
-        }
-    }
-    best
 }
 
 fn huber(error: f32) -> f32 {
@@ -277,22 +257,22 @@ mod tests {
         let transition = Transition { state, action: 0, reward: 0.0, next, terminal: false };
         let mut dqn = table(false, [1.0, 2.0, 0.0, 0.0]);
         dqn.observe(&transition);
-        assert_eq!(dqn.target, [1.0, 2.0, 0.0, 0.0]);
+        assert_eq!(dqn.target.parameters, [1.0, 2.0, 0.0, 0.0]);
         let after_one = dqn.parameters.clone();
         // The copy of the second transition comes before its update.
         dqn.observe(&transition);
-        assert_eq!(dqn.target, after_one);
+        assert_eq!(dqn.target.parameters, after_one);
         assert_ne!(dqn.parameters, after_one);
     }
 
     #[test]
     fn double_learning_values_the_online_network_s_choice() {
         let mut dqn = table(true, [1.0, 2.0, 0.0, 0.0]);
-        dqn.target = vec![5.0, 3.0, 0.0, 0.0];
+        dqn.target.parameters = vec![5.0, 3.0, 0.0, 0.0];
         // Online prefers action 1 at s = 1, which the target network values at 3, not at 5.
         let (state, next) = (&[0.0], &[1.0]);
         dqn.observe(&Transition { state, action: 0, reward: 0.0, next, terminal: false });
-        assert!((dqn.target_values[0] - 3.0).abs() < 1e-6);
+        assert!((dqn.target.values[0] - 3.0).abs() < 1e-6);
     }
 
     /// Five states in a row, two actions; the right end pays 1 and ends the episode.

@@ -12,6 +12,10 @@
 mod loss;
 mod persist;
 mod rollout;
+mod settings;
+
+pub use self::rollout::End;
+pub use self::settings::Settings;
 
 use rand::seq::SliceRandom;
 
@@ -27,44 +31,6 @@ const DEVIATION_EPSILON: f32 = 1e-8;
 
 /// Rows of one forward pass over everything collected, which bounds the memory of its buffers.
 const ROWS: usize = 256;
-
-/// Settings of the algorithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Step size of Adam.
-    pub learning_rate: f32,
-    /// Adam's epsilon.
-    pub adam_epsilon: f32,
-    /// Discount per decision.
-    pub gamma: f32,
-    /// Discount of later errors in the advantage.
-    pub gae_lambda: f32,
-    /// Steps collected per update.
-    pub num_steps: usize,
-    /// Passes over them.
-    pub update_epochs: usize,
-    /// Steps per gradient step.
-    pub minibatch_size: usize,
-    /// Largest relative change of a probability that pays.
-    pub clip_range: f32,
-    /// Weight of the squared error of the value.
-    pub value_coefficient: f32,
-    /// Weight of the entropy.
-    pub entropy_coefficient: f32,
-    /// Largest norm of the gradient.
-    pub max_grad_norm: f32,
-}
-
-/// What follows a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// The episode goes on.
-    None,
-    /// The episode is over, and the state after is worth nothing.
-    Terminal,
-    /// The episode is cut, and the state after has its value.
-    Truncated,
-}
 
 /// A learner of a policy and its value.
 #[derive(Debug, Clone)]

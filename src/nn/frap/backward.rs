@@ -2,7 +2,7 @@
 
 use super::super::kernel::{Activation, add_bias_gradient, add_weight_gradient, input_gradient};
 use super::super::room;
-use super::{EMBEDDING, Frap, HEAD, MOVEMENT, PAIR, add_scaled};
+use super::parts::{EMBEDDING, Frap, HEAD, MOVEMENT, PAIR, add_scaled};
 
 impl Frap {
     pub(super) fn differentiate(

@@ -4,7 +4,7 @@ use pulp::Arch;
 
 use super::super::kernel::{Activation, affine, product, relu, sigmoid};
 use super::super::room;
-use super::{EMBEDDING, Frap, HEAD, MOVEMENT, PAIR, add_scaled};
+use super::parts::{EMBEDDING, Frap, HEAD, MOVEMENT, PAIR, add_scaled};
 
 impl Frap {
     /// Returns what the phase bit adds to a movement before its ReLU, for both bits, and the squashed

@@ -22,9 +22,7 @@ impl<N: Network> Dqn<N> {
     /// [`ArchiveError`] when they do not fit the network.
     pub fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
         self.parameters = crate::nn::load(&self.network, prefix, archive)?;
-        self.target.copy_from_slice(&self.parameters);
-        self.target_values.fill(f32::NAN);
-        self.ahead = 0;
+        self.target.copy(&self.parameters);
         Ok(())
     }
 
@@ -32,11 +30,11 @@ impl<N: Network> Dqn<N> {
     pub fn save(&self, prefix: &str, archive: &mut Archive) {
         let count = self.parameters.len();
         archive.put_f32(format!("{prefix}parameters"), &[count], &self.parameters);
-        archive.put_f32(format!("{prefix}target"), &[count], &self.target);
-        let values = &self.target_values;
+        archive.put_f32(format!("{prefix}target"), &[count], &self.target.parameters);
+        let values = &self.target.values;
         archive.put_f32(format!("{prefix}target-values"), &[values.len()], values);
         archive.put(&format!("{prefix}transitions"), self.transitions);
-        archive.put(&format!("{prefix}ahead"), self.ahead);
+        archive.put(&format!("{prefix}ahead"), self.target.ahead);
         self.adam.save(prefix, archive);
         self.replay.save(prefix, archive);
         self.draws.save(&format!("{prefix}draws"), archive);
@@ -51,13 +49,13 @@ impl<N: Network> Dqn<N> {
     pub fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
         let shape = [self.parameters.len()];
         self.parameters.copy_from_slice(archive.f32(&format!("{prefix}parameters"), &shape)?);
-        self.target.copy_from_slice(archive.f32(&format!("{prefix}target"), &shape)?);
+        self.target.parameters.copy_from_slice(archive.f32(&format!("{prefix}target"), &shape)?);
         self.adam.restore(prefix, archive)?;
         self.replay.restore(prefix, archive)?;
         let values = archive.f32(&format!("{prefix}target-values"), &[self.replay.len()])?;
-        self.target_values = values.to_vec();
+        self.target.values = values.to_vec();
         self.transitions = archive.get(&format!("{prefix}transitions"))?;
-        self.ahead = archive.get(&format!("{prefix}ahead"))?;
+        self.target.ahead = archive.get(&format!("{prefix}ahead"))?;
         self.draws.restore(&format!("{prefix}draws"), archive)?;
         self.exploration.restore(&format!("{prefix}exploration"), archive)
     }

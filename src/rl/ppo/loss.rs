@@ -1,6 +1,6 @@
 //! The loss of one step and its gradient by what the network gives.
 
-use super::Settings;
+use super::settings::Settings;
 
 /// Sums over a minibatch.
 #[derive(Debug, Default)]

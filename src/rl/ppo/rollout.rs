@@ -1,7 +1,17 @@
 //! Steps collected for one update.
 
-use super::End;
 use crate::nn::archive::{Archive, ArchiveError};
+
+/// What follows a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The episode goes on.
+    None,
+    /// The episode is over, and the state after is worth nothing.
+    Terminal,
+    /// The episode is cut, and the state after has its value.
+    Truncated,
+}
 
 /// Steps since the last update.
 #[derive(Debug, Clone, Default)]

@@ -8,6 +8,7 @@ pub mod cabinet;
 pub mod derive;
 pub mod episode;
 mod limits;
+pub mod metrics;
 mod movements;
 pub mod observe;
 pub mod pairs;
@@ -20,7 +21,8 @@ pub(crate) mod testing;
 pub mod warnings;
 pub mod world;
 
-pub use episode::{EpisodeMetrics, run_episode};
+pub use episode::run_episode;
+pub use metrics::EpisodeMetrics;
 pub use signal_env::{SignalEnv, Step};
 pub use warnings::{Warning, warnings};
 pub use world::World;

@@ -13,8 +13,8 @@ use crate::units::SECONDS_PER_HOUR;
 
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
-use super::episode::EpisodeMetrics;
 use super::limits::share_turns;
+use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
 use super::side::as_right_hand;
 use super::signal::{aligned, program};

@@ -3,7 +3,6 @@
 pub mod approaches;
 pub mod describing;
 pub mod features;
-mod impute;
 mod inflow;
 pub mod load;
 pub mod points;

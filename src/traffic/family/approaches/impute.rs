@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use super::approaches::{Approach, Intersection, RawIntersection};
+use super::approach::{Approach, Intersection, RawIntersection};
 
 /// Fewest counted arms with as many lanes whose mean stands for the others.
 const MIN_COUNTED: usize = 3;

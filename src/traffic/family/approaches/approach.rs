@@ -1,0 +1,63 @@
+//! An approach of a real intersection, and the intersection with all of its.
+
+use serde::{Deserialize, Serialize};
+
+/// One arm of a real intersection; `Count` is an `Option` where counts may still be missing.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Approach<Count = f64> {
+    /// Intersection that the arm belongs to: an id or a name, any text.
+    pub intersection: String,
+    /// Name of the arm within its intersection.
+    pub arm: String,
+    /// Latitude of the intersection, degrees, WGS 84.
+    pub latitude: f64,
+    /// Longitude of the intersection, degrees, WGS 84.
+    pub longitude: f64,
+    /// Direction from the centre to the arm, degrees clockwise from north.
+    pub bearing_deg: f64,
+    /// Lanes towards the signal; 0 for a one-way street that leads away.
+    pub lanes_in: u32,
+    /// Lanes away from the signal.
+    pub lanes_out: u32,
+    /// Incoming lanes from which only a left turn is allowed; among `lanes_in`.
+    pub left_turn_lanes: u32,
+    /// Incoming lanes from which only a right turn is allowed; among `lanes_in`.
+    pub right_turn_lanes: u32,
+    /// Speed limit, miles per hour.
+    pub speed_mph: f64,
+    /// Length of the approach, metres.
+    pub length_m: f64,
+    /// Annual average daily traffic, vehicles per day and lane: times `lanes_in` it is the flow
+    /// towards the signal. Where counts are of both directions, as those of Salt Lake City are, it is
+    /// the count divided by the lanes of both directions.
+    pub aadt_veh_per_day_per_lane: Count,
+    /// Turns that exist: `t` U-turn, `l` left, `s` straight, `r` right; empty when unknown.
+    pub movements: String,
+}
+
+/// A real intersection: its place and its arms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersection {
+    /// Id in the table: any text, so no name of a file.
+    pub id: String,
+    /// Latitude, degrees.
+    pub latitude: f64,
+    /// Longitude, degrees.
+    pub longitude: f64,
+    /// Arms in the order of the table.
+    pub arms: Vec<Approach>,
+    /// How many of the arms that lead to the signal have an imputed count.
+    pub imputed: u32,
+}
+
+/// An intersection as it stands in the table.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct RawIntersection {
+    /// Id in the table.
+    pub(super) id: String,
+    /// Line of the first arm.
+    pub(super) line: u64,
+    /// Arms in the order of the table, at least one of which leads to the signal.
+    pub(super) arms: Vec<Approach<Option<f64>>>,
+}
