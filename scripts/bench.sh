@@ -9,4 +9,5 @@ echo
 cargo bench --quiet --bench main_job
 cargo bench --quiet --bench training
 cargo bench --quiet --bench learners
+cargo bench --quiet --bench cartpole
 cargo bench --quiet --bench osm_read

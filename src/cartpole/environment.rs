@@ -76,29 +76,22 @@ impl Environment for CartPole {
 mod tests {
     use super::super::dynamics::{Context, Variant};
     use super::*;
+    use crate::rl::environment::play;
 
     fn cart_pole() -> CartPole {
         CartPole::new(Dynamics::new(Context::default(), Variant::Physical), CARL_START)
     }
 
-    /// Steps of the episode of a seed when the push goes where the pole leans.
-    fn steps(seed: u64, lean: impl Fn(&[f32]) -> f32) -> (u32, Step) {
-        let (mut cart_pole, mut observation) = (cart_pole(), [0.0; 4]);
-        cart_pole.reset(seed, &mut observation);
-        loop {
-            let step = cart_pole.step(usize::from(lean(&observation) > 0.0), &mut observation);
-            if step.over() {
-                return (cart_pole.steps, step);
-            }
-        }
-    }
-
     #[test]
     fn a_balanced_pole_is_cut_at_the_horizon_and_a_pushed_one_falls() {
-        let (count, last) = steps(1, |o| 0.1 * o[0] + 0.3 * o[1] + o[2] + o[3]);
-        assert_eq!((count, last.terminated, last.truncated), (500, false, true));
-        let (count, last) = steps(1, |_| 1.0);
-        assert!(count < 20 && last.terminated && !last.truncated, "{count}");
+        let mut environment = cart_pole();
+        let mut lean = |o: &[f32]| usize::from(0.1 * o[0] + 0.3 * o[1] + o[2] + o[3] > 0.0);
+        let balanced = play(&mut environment, 1, &mut lean);
+        assert_eq!((balanced.steps, balanced.total), (HORIZON, 500.0));
+        assert!(!fell(&environment.state));
+        let pushed = play(&mut environment, 1, &mut |_| 1);
+        assert!(pushed.steps < 20 && pushed.total == f64::from(pushed.steps), "{pushed:?}");
+        assert!(fell(&environment.state));
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! [`dynamics`] is gymnasium's `CartPole-v1` with CARL's context, [`environment`] its episodes and
 //! [`family`] the family of 576 point MDPs of the paper.
 
+pub mod dqn;
 pub mod dynamics;
 pub mod environment;
 pub mod family;
+pub mod ppo;

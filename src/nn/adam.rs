@@ -29,6 +29,11 @@ impl Adam {
         Self { learning_rate, epsilon, first: zeros.clone(), second: zeros, steps: 0 }
     }
 
+    /// Changes the step size, for one that falls over a training.
+    pub fn set_learning_rate(&mut self, learning_rate: f32) {
+        self.learning_rate = learning_rate;
+    }
+
     /// Moves the parameters against the gradient, whose Euclidean norm is first cut to `max_norm`.
     pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], max_norm: Option<f32>) {
         self.steps += 1;

@@ -8,6 +8,7 @@
 use pulp::Arch;
 
 use super::product::{Matrix, multiply};
+use super::tanh::tanh;
 
 /// Columns that [`one_row`] keeps in registers.
 const BLOCK: usize = 64;
@@ -113,6 +114,8 @@ pub enum Activation {
     None,
     /// The larger of 0 and x.
     Relu,
+    /// The hyperbolic tangent.
+    Tanh,
 }
 
 impl Activation {
@@ -124,6 +127,10 @@ impl Activation {
                 #[inline(always)]
                 || y.iter_mut().for_each(|y| *y = relu(*y)),
             ),
+            Self::Tanh => Arch::new().dispatch(
+                #[inline(always)]
+                || y.iter_mut().for_each(|y| *y = tanh(*y)),
+            ),
         }
     }
 
@@ -134,6 +141,10 @@ impl Activation {
             Self::Relu => Arch::new().dispatch(
                 #[inline(always)]
                 || dy.iter_mut().zip(y).for_each(|(d, y)| *d = if *y > 0.0 { *d } else { 0.0 }),
+            ),
+            Self::Tanh => Arch::new().dispatch(
+                #[inline(always)]
+                || dy.iter_mut().zip(y).for_each(|(d, y)| *d *= 1.0 - y * y),
             ),
         }
     }

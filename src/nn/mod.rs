@@ -13,6 +13,7 @@ pub mod init;
 mod kernel;
 mod product;
 pub mod sequential;
+mod tanh;
 mod tile;
 
 use std::ops::Range;

@@ -116,21 +116,21 @@ fn block<S: Simd, const V: usize, const B: usize>(
 ) {
     let y: &mut [[S::f32s; V]; B] = y.try_into().expect("a block of outputs");
     let mut sums = if add { *y } else { [[simd.splat_f32s(0.0); V]; B] };
-    if across == 1 {
-        for (x, w) in x.iter().zip(w.chunks(down)) {
-            let w: &[f32; B] = w[..B].try_into().expect("a block of weights");
+    if down == 1 {
+        let rows: [&[f32]; B] = std::array::from_fn(|b| &w[b * across..][..x.len()]);
+        for (i, x) in x.iter().enumerate() {
             for b in 0..B {
-                let w = simd.splat_f32s(w[b]);
+                let w = simd.splat_f32s(rows[b][i]);
                 for v in 0..V {
                     sums[b][v] = simd.mul_add_f32s(w, x[v], sums[b][v]);
                 }
             }
         }
     } else {
-        let rows: [&[f32]; B] = std::array::from_fn(|b| &w[b * across..][..x.len()]);
-        for (i, x) in x.iter().enumerate() {
+        for (x, w) in x.iter().zip(w.chunks(down)) {
+            let w: &[f32; B] = w[..B].try_into().expect("a block of weights");
             for b in 0..B {
-                let w = simd.splat_f32s(rows[b][i]);
+                let w = simd.splat_f32s(w[b]);
                 for v in 0..V {
                     sums[b][v] = simd.mul_add_f32s(w, x[v], sums[b][v]);
                 }
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn products_are_those_of_three_loops() {
-        for (inputs, outputs) in [(1, 1), (5, 3), (130, 64), (7, 20), (64, 67), (3, 129)] {
+        for (inputs, outputs) in [(1, 1), (64, 1), (5, 3), (130, 64), (7, 20), (64, 67), (3, 129)] {
             let (x, dy) = (numbers(inputs * TILE, 7), numbers(outputs * TILE, 5));
             let (w, bias) = (numbers(inputs * outputs, 3), numbers(outputs, 11));
             let (mut y, mut dx) = (vec![0.0; outputs * TILE], numbers(inputs * TILE, 13));

@@ -44,3 +44,31 @@ pub trait Environment {
     /// [`ArchiveError`] when it is missing or of another kind.
     fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
+
+/// What an episode came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Sum of rewards.
+    pub total: f64,
+    /// Steps it took.
+    pub steps: u32,
+}
+
+/// Plays the episode of a seed with a policy.
+pub fn play(
+    environment: &mut dyn Environment,
+    seed: u64,
+    policy: &mut dyn FnMut(&[f32]) -> usize,
+) -> Outcome {
+    let mut observation = vec![0.0; environment.width()];
+    environment.reset(seed, &mut observation);
+    let mut outcome = Outcome { total: 0.0, steps: 0 };
+    loop {
+        let step = environment.step(policy(&observation), &mut observation);
+        outcome.total += f64::from(step.reward);
+        outcome.steps += 1;
+        if step.over() {
+            return outcome;
+        }
+    }
+}

@@ -9,4 +9,5 @@ pub mod normalise;
 pub mod ppo;
 pub mod random;
 pub mod replay;
+pub mod sb3;
 pub mod schedule;

@@ -1,0 +1,118 @@
+//! The algorithms as Stable-Baselines3 (2.9) computes them, for environments of one agent.
+//!
+//! They are a second flavour beside [`super::ppo`] and [`super::dqn`], which are PFRL's and are fed step by
+//! step: here a trainer holds its environments, plays and learns until a number of steps is done. It can stop
+//! after every update; what it then saves is all that it goes on from, with the same bytes at the end.
+
+mod actor_critic;
+pub mod dqn;
+mod lanes;
+pub mod ppo;
+#[cfg(test)]
+mod testing;
+
+use crate::nn::archive::{Archive, ArchiveError};
+
+/// How a number changes over a training.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Schedule {
+    /// Not at all.
+    #[default]
+    Constant,
+    /// In a straight line to 0 at the end.
+    Linear,
+}
+
+impl Schedule {
+    /// Returns the number when `steps` of `total` are done.
+    ///
+    /// Deviation: in Stable-Baselines3 a training that ends with a whole update has a negative number in it.
+    fn at(self, start: f32, steps: u64, total: u64) -> f32 {
+        match self {
+            Self::Constant => start,
+            Self::Linear => start * (1.0 - steps as f64 / total as f64).max(0.0) as f32,
+        }
+    }
+}
+
+/// What a part of a training was like.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Progress {
+    /// Steps done, from the beginning of the training.
+    pub steps: u64,
+    /// Episodes that ended.
+    pub episodes: u32,
+    /// Mean return of these episodes.
+    pub mean_return: Option<f64>,
+    /// Mean loss of the updates.
+    pub loss: Option<f64>,
+    /// Mean entropy of the policy in the updates.
+    pub entropy: Option<f64>,
+    /// Share of random actions at the end.
+    pub epsilon: Option<f64>,
+}
+
+/// A training in its environments.
+pub trait Trainer {
+    /// Goes on until at least `steps` steps are done since the training began, and the update that follows
+    /// them; `seeds` gives the seed of the episode of a number. Never goes on beyond the training's own steps
+    /// by more than an update.
+    fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress;
+
+    /// Steps done.
+    fn steps(&self) -> u64;
+
+    /// Whether all steps of the training are done.
+    fn finished(&self) -> bool;
+
+    /// Returns the action that is thought best.
+    fn act(&mut self, observation: &[f32]) -> usize;
+
+    /// Whether all that was learned are numbers; where they are not, training has diverged.
+    fn is_finite(&self) -> bool;
+
+    /// Adds what was learned to an archive, a tensor for the weights and one for the biases of every layer.
+    fn learned(&self, prefix: &str, archive: &mut Archive);
+
+    /// Takes over what was learned elsewhere.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError`] when it does not fit.
+    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
+
+    /// Adds everything that the training goes on from to an archive.
+    fn save(&self, prefix: &str, archive: &mut Archive);
+
+    /// Goes on from what [`Self::save`] kept.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError`] when it does not fit.
+    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
+}
+
+/// Returns the place of the largest number, the first of several.
+fn largest(values: &[f32]) -> usize {
+    (1..values.len()).fold(0, |best, i| if values[i] > values[best] { i } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_falls_to_0_and_never_below() {
+        let at = |steps| Schedule::Linear.at(0.5, steps, 100);
+        assert_eq!((at(0), at(50), at(100), at(130)), (0.5, 0.25, 0.0, 0.0));
+        assert_eq!(Schedule::Constant.at(0.5, 130, 100), 0.5);
+    }
+
+    #[test]
+    fn the_first_of_several_largest_numbers_is_taken() {
+        assert_eq!(
+            (largest(&[1.0, 3.0, 3.0]), largest(&[2.0]), largest(&[f32::NAN, 1.0])),
+            (1, 0, 0)
+        );
+    }
+}

@@ -1,0 +1,225 @@
+//! The loss of a minibatch and its gradients by what the networks give.
+
+use super::rollout::Rollout;
+use super::settings::Settings;
+
+/// Added to the deviation that advantages are divided by.
+const DEVIATION_EPSILON: f32 = 1e-8;
+
+/// Sums over the gradient steps of updates.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Losses {
+    loss: f64,
+    entropy: f64,
+    count: u32,
+}
+
+impl Losses {
+    /// Returns the number of gradient steps.
+    #[cfg(test)]
+    pub(super) fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Returns the mean loss and the mean entropy; nothing of nothing.
+    pub(super) fn means(&self) -> (Option<f64>, Option<f64>) {
+        let mean = |sum: f64| (self.count > 0).then(|| sum / f64::from(self.count));
+        (mean(self.loss), mean(self.entropy))
+    }
+}
+
+/// Steps of one gradient step, and the gradients of its loss.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Minibatch {
+    pub(super) states: Vec<f32>,
+    actions: Vec<u32>,
+    /// Logarithms of the probabilities that the actions had.
+    before: Vec<f32>,
+    advantages: Vec<f32>,
+    /// What the values are to become.
+    returns: Vec<f32>,
+    pub(super) by_logits: Vec<f32>,
+    pub(super) by_values: Vec<f32>,
+    logs: Vec<f32>,
+}
+
+impl Minibatch {
+    /// Takes the steps at these places and standardises their advantages.
+    pub(super) fn gather(&mut self, rollout: &Rollout, places: &[usize]) {
+        self.states.clear();
+        self.actions.clear();
+        self.before.clear();
+        self.advantages.clear();
+        self.returns.clear();
+        for place in places {
+            let sample = rollout.sample(*place);
+            self.states.extend_from_slice(sample.state);
+            self.actions.push(sample.action);
+            self.before.push(sample.log);
+            self.advantages.push(sample.advantage);
+            self.returns.push(sample.value);
+        }
+        standardise(&mut self.advantages);
+    }
+
+    /// Computes the gradients of the loss, and adds it to the sums.
+    pub(super) fn loss(
+        &mut self,
+        logits: &[f32],
+        values: &[f32],
+        settings: &Settings,
+        clip_range: f32,
+        losses: &mut Losses,
+    ) {
+        let count = self.actions.len();
+        let actions = logits.len() / count;
+        let share = 1.0 / count as f32;
+        self.by_logits.resize(logits.len(), 0.0);
+        self.by_values.resize(count, 0.0);
+        self.logs.resize(actions, 0.0);
+        let (mut surrogate, mut squares, mut entropies) = (0.0, 0.0, 0.0);
+        let rows = logits.chunks_exact(actions).zip(self.by_logits.chunks_exact_mut(actions));
+        for (i, (logits, gradient)) in rows.enumerate() {
+            log_softmax(logits, &mut self.logs);
+            let (action, advantage) = (self.actions[i] as usize, self.advantages[i]);
+            let ratio = libm::expf(self.logs[action] - self.before[i]);
+            let clipped = ratio.clamp(1.0 - clip_range, 1.0 + clip_range);
+            let (free, cut) = (ratio * advantage, clipped * advantage);
+            surrogate -= free.min(cut);
+            // Beyond the clip range the surrogate is flat.
+            let slope = if free <= cut { -free } else { 0.0 };
+            // The gradient holds the probabilities until the entropy is known.
+            let mut entropy = 0.0;
+            for (p, log) in gradient.iter_mut().zip(&self.logs) {
+                *p = libm::expf(*log);
+                entropy -= *p * log.max(f32::MIN);
+            }
+            entropies += entropy;
+            for (a, (g, log)) in gradient.iter_mut().zip(&self.logs).enumerate() {
+                let p = *g;
+                let chosen = if a == action { 1.0 } else { 0.0 };
+                let by_entropy = settings.entropy_coefficient * p * (log.max(f32::MIN) + entropy);
+                *g = share * (slope * (chosen - p) + by_entropy);
+            }
+            let error = values[i] - self.returns[i];
+            squares += error * error;
+            self.by_values[i] = share * 2.0 * settings.value_coefficient * error;
+        }
+        let Settings { value_coefficient, entropy_coefficient, .. } = *settings;
+        let sum = surrogate + value_coefficient * squares - entropy_coefficient * entropies;
+        losses.loss += f64::from(share * sum);
+        losses.entropy += f64::from(share * entropies);
+        losses.count += 1;
+    }
+}
+
+/// Shifts and scales numbers to mean 0 and (unbiased) deviation 1; a single number stays as it is.
+fn standardise(numbers: &mut [f32]) {
+    if numbers.len() < 2 {
+        return;
+    }
+    let count = numbers.len() as f32;
+    let mean = numbers.iter().sum::<f32>() / count;
+    let squares: f32 = numbers.iter().map(|a| (a - mean) * (a - mean)).sum();
+    let scale = 1.0 / ((squares / (count - 1.0)).sqrt() + DEVIATION_EPSILON);
+    numbers.iter_mut().for_each(|a| *a = (*a - mean) * scale);
+}
+
+/// Writes the logarithms of the probabilities that logits stand for.
+pub(super) fn log_softmax(logits: &[f32], logs: &mut [f32]) {
+    let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let sum: f32 = logits.iter().map(|l| libm::expf(l - largest)).sum();
+    let log = libm::logf(sum);
+    logs.iter_mut().zip(logits).for_each(|(to, l)| *to = (l - largest) - log);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLIP: f32 = 0.2;
+
+    /// Three steps of three actions: within the clip range, beyond it above, beyond it below.
+    fn minibatch() -> (Minibatch, [f32; 9], [f32; 3]) {
+        let logits = [0.3, -0.8, 0.5, 1.0, 0.1, -0.4, 0.0, 0.2, 0.4];
+        let mut minibatch = Minibatch {
+            actions: vec![2, 0, 1],
+            advantages: vec![1.3, 0.9, -0.7],
+            returns: vec![-0.4, 1.1, 0.3],
+            ..Minibatch::default()
+        };
+        let mut logs = [0.0; 3];
+        for ((logits, action), shift) in logits.chunks(3).zip([2, 0, 1]).zip([0.05, 0.4, -0.1]) {
+            log_softmax(logits, &mut logs);
+            minibatch.before.push(logs[action] - shift);
+        }
+        (minibatch, logits, [0.5, -0.2, 0.6])
+    }
+
+    fn settings() -> Settings {
+        Settings { value_coefficient: 0.7, entropy_coefficient: 0.3, ..Settings::default() }
+    }
+
+    fn loss(minibatch: &mut Minibatch, logits: &[f32], values: &[f32]) -> f64 {
+        let mut losses = Losses::default();
+        minibatch.loss(logits, values, &settings(), CLIP, &mut losses);
+        losses.means().0.unwrap()
+    }
+
+    #[test]
+    fn gradients_are_those_of_finite_differences() {
+        let (mut minibatch, logits, values) = minibatch();
+        loss(&mut minibatch, &logits, &values);
+        let (by_logits, by_values) = (minibatch.by_logits.clone(), minibatch.by_values.clone());
+        let both: Vec<f32> = logits.into_iter().chain(values).collect();
+        for (i, gradient) in by_logits.iter().chain(&by_values).enumerate() {
+            let mut moved = |step: f32| {
+                let mut both = both.clone();
+                both[i] += step;
+                loss(&mut minibatch, &both[..9], &both[9..])
+            };
+            let slope = (moved(1e-2) - moved(-1e-2)) / 2e-2;
+            assert!((slope - f64::from(*gradient)).abs() < 1e-3, "{i}: {slope} {gradient}");
+        }
+    }
+
+    #[test]
+    fn the_loss_is_that_computed_by_hand() {
+        // One step, two equally likely actions, twice as likely as before: ratio 2 is cut to 1.2.
+        let mut one = Minibatch {
+            actions: vec![0],
+            before: vec![0.25f32.ln()],
+            advantages: vec![1.0],
+            returns: vec![2.0],
+            ..Minibatch::default()
+        };
+        let found = loss(&mut one, &[0.0, 0.0], &[1.0]);
+        assert!((found - (-1.2 + 0.7 - 0.3 * 2f64.ln())).abs() < 1e-6, "{found}");
+        assert_eq!((one.by_logits[0], one.by_values[0]), (0.0, -1.4));
+        one.advantages = vec![-1.0];
+        // A bad action is pushed down however likely it has become.
+        loss(&mut one, &[0.0, 0.0], &[1.0]);
+        assert!((one.by_logits[0] - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn advantages_get_mean_0_and_unbiased_deviation_1() {
+        let mut numbers = [1.0, 2.0, 6.0];
+        standardise(&mut numbers);
+        // Mean 3, squares 4 + 1 + 9, deviation sqrt(7).
+        let expected = [-2.0, -1.0, 3.0].map(|x: f32| x / 7f32.sqrt());
+        numbers.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-6));
+        let mut one = [5.0];
+        standardise(&mut one);
+        assert_eq!(one, [5.0]);
+    }
+
+    #[test]
+    fn huge_logits_give_finite_losses_and_gradients() {
+        let (mut minibatch, mut logits, values) = minibatch();
+        logits[0] = 1e30;
+        logits[1] = -1e30;
+        assert!(loss(&mut minibatch, &logits, &values).is_finite());
+        assert!(minibatch.by_logits.iter().all(|g| g.is_finite()), "{:?}", minibatch.by_logits);
+    }
+}

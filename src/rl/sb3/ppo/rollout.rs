@@ -1,0 +1,182 @@
+//! Steps played for one update.
+
+use crate::rl::environment::Step;
+use crate::rl::gae::{self, advantages};
+use crate::rl::sb3::actor_critic::ActorCritic;
+
+/// States of one forward pass, which bounds the memory of its buffers.
+const ROWS: usize = 256;
+
+/// Steps of all environments, those of one after those of the other, in the order of time.
+#[derive(Debug, Clone)]
+pub(super) struct Rollout {
+    width: usize,
+    num_steps: usize,
+    states: Vec<f32>,
+    actions: Vec<u32>,
+    rewards: Vec<f32>,
+    /// Logarithm of the probability that each action had.
+    logs: Vec<f32>,
+    terminated: Vec<bool>,
+    /// Places of steps that were cut, and the states after them.
+    cuts: Vec<usize>,
+    after: Vec<f32>,
+    steps: Vec<gae::Step>,
+    advantages: Vec<f32>,
+    /// What the value of each state is to become.
+    returns: Vec<f32>,
+}
+
+/// What learning needs of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample<'a> {
+    pub(super) state: &'a [f32],
+    pub(super) action: u32,
+    pub(super) log: f32,
+    pub(super) advantage: f32,
+    pub(super) value: f32,
+}
+
+impl Rollout {
+    pub(super) fn new(lanes: usize, num_steps: usize, width: usize) -> Self {
+        let count = lanes * num_steps;
+        Self {
+            width,
+            num_steps,
+            states: vec![0.0; count * width],
+            actions: vec![0; count],
+            rewards: vec![0.0; count],
+            logs: vec![0.0; count],
+            terminated: vec![false; count],
+            cuts: Vec::new(),
+            after: Vec::new(),
+            steps: Vec::new(),
+            advantages: vec![0.0; count],
+            returns: vec![0.0; count],
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.actions.len()
+    }
+
+    pub(super) fn place(&self, lane: usize, time: usize) -> usize {
+        lane * self.num_steps + time
+    }
+
+    /// Forgets which steps were cut; all else is written anew.
+    pub(super) fn clear(&mut self) {
+        self.cuts.clear();
+        self.after.clear();
+    }
+
+    /// Keeps the state that a step begins in.
+    pub(super) fn see(&mut self, place: usize, state: &[f32]) {
+        self.states[place * self.width..][..self.width].copy_from_slice(state);
+    }
+
+    /// Keeps what was done in it.
+    pub(super) fn act(&mut self, place: usize, action: usize, log: f32, step: Step, after: &[f32]) {
+        self.actions[place] = action as u32;
+        self.logs[place] = log;
+        self.rewards[place] = step.reward;
+        self.terminated[place] = step.terminated;
+        if step.truncated && !step.terminated {
+            self.cuts.push(place);
+            self.after.extend_from_slice(after);
+        }
+    }
+
+    /// Cuts the episode that a lane is in; its next step begins in `state`.
+    pub(super) fn cut(&mut self, lane: usize, state: &[f32]) {
+        let place = self.place(lane, self.num_steps - 1);
+        if !self.terminated[place] && !self.cuts.contains(&place) {
+            self.cuts.push(place);
+            self.after.extend_from_slice(state);
+        }
+    }
+
+    /// Estimates the advantage of every step, and what the values are to become.
+    pub(super) fn estimate(&mut self, networks: &mut ActorCritic, gamma: f32, lambda: f32) {
+        self.returns.clear();
+        for rows in self.states.chunks(ROWS * self.width) {
+            self.returns.extend_from_slice(networks.values(rows));
+        }
+        let values = &self.returns;
+        let following = values.iter().skip(1).copied().chain([0.0]);
+        self.steps.clear();
+        for (place, next_value) in following.enumerate() {
+            let last = self.terminated[place];
+            let next_value = if last { 0.0 } else { next_value };
+            let (reward, value) = (self.rewards[place], values[place]);
+            self.steps.push(gae::Step { reward, value, next_value, last });
+        }
+        for (places, rows) in self.cuts.chunks(ROWS).zip(self.after.chunks(ROWS * self.width)) {
+            for (place, value) in places.iter().zip(networks.values(rows)) {
+                self.steps[*place].next_value = *value;
+                self.steps[*place].last = true;
+            }
+        }
+        advantages(&self.steps, gamma, lambda, &mut self.advantages);
+        self.returns.iter_mut().zip(&self.advantages).for_each(|(v, a)| *v += a);
+    }
+
+    /// Returns a step after [`Self::estimate`].
+    pub(super) fn sample(&self, place: usize) -> Sample<'_> {
+        Sample {
+            state: &self.states[place * self.width..][..self.width],
+            action: self.actions[place],
+            log: self.logs[place],
+            advantage: self.advantages[place],
+            value: self.returns[place],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advantages_know_ends_cuts_and_lanes() {
+        let mut networks = ActorCritic::new(1, 2, &[8], 1e-5, 1);
+        let states = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
+        let mut value = |state: f32| networks.values(&[state])[0];
+        let v = states.map(&mut value);
+        let (cut, next) = (value(0.9), value(0.7));
+        let none = Step { reward: 1.0, terminated: false, truncated: false };
+        let mut rollout = Rollout::new(2, 3, 1);
+        // First lane: a step, then the end, then a step whose episode goes on in 0.7. Second lane: a step that
+        // is cut in 0.9, then a step, then an end at the horizon, which is an end.
+        let ends = [
+            none,
+            Step { terminated: true, ..none },
+            none,
+            Step { truncated: true, ..none },
+            none,
+            Step { terminated: true, truncated: true, ..none },
+        ];
+        for (place, step) in ends.into_iter().enumerate() {
+            rollout.see(place, &states[place..=place]);
+            rollout.act(place, 0, 0.0, step, &[0.9]);
+        }
+        rollout.cut(0, &[0.7]);
+        rollout.cut(1, &[0.8]);
+        rollout.estimate(&mut networks, 0.5, 0.5);
+        let error = |next: f32, value: f32| 1.0 + 0.5 * next - value;
+        let (end, last) = (error(0.0, v[1]), error(0.0, v[5]));
+        let expected = [
+            error(v[1], v[0]) + 0.25 * end,
+            end,
+            error(next, v[2]),
+            error(cut, v[3]),
+            error(v[5], v[4]) + 0.25 * last,
+            last,
+        ];
+        for (place, expected) in expected.into_iter().enumerate() {
+            let sample = rollout.sample(place);
+            assert!((sample.advantage - expected).abs() < 1e-6, "{place}");
+            assert!((sample.value - expected - v[place]).abs() < 1e-6, "{place}");
+        }
+    }
+}
