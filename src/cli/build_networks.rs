@@ -1,15 +1,18 @@
 //! `tsc-family build-networks`, and what `run` needs of it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::BuildNetworksArgs;
 use super::effects::Use;
 use super::folder::NETWORKS;
 use super::osm;
+use super::osm::OsmArgs;
 use super::output::{Progress, line};
+use super::scenario::ScenarioArg;
+use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::osm::OsmError;
 use crate::osm::write::SCENARIO_FILE;
@@ -18,6 +21,37 @@ use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::traffic::network::index::Index;
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
 use crate::traffic::settings::Preset;
+
+/// `tsc-family build-networks`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  tsc-family build-networks
+  tsc-family build-networks my-city.toml --out networks/my-city
+  tsc-family build-networks --osm utah-latest.osm.pbf --boundary=-112.1,40.7,-111.8,40.8 \
+      --signals signals.csv --aadt counts.geojson --out networks/my-city
+  sumo-gui -c networks/salt-lake-city/L4-S30-D300-Q500-l0-r0/*.sumocfg")]
+pub struct BuildNetworksArgs {
+    /// The scenario
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Folder to write to [default: networks/NAME of the scenario or extract]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Build all networks again, also those that are up to date or were altered, and write into a
+    /// folder that holds other things
+    #[arg(long)]
+    pub force: bool,
+    /// Processors to use [default: all]
+    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
+    pub jobs: Option<NonZeroUsize>,
+    /// Print no progress
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Family from OpenStreetMap instead
+    #[command(flatten)]
+    pub osm: OsmArgs,
+}
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     if let Some(jobs) = args.jobs {

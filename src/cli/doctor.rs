@@ -4,10 +4,17 @@ use std::thread::available_parallelism;
 
 use serde::Serialize;
 
-use super::DoctorArgs;
 use super::output::line;
 use crate::cli::exit;
 use crate::traffic::network::netconvert::Netconvert;
+
+/// `tsc-family doctor`.
+#[derive(Debug, clap::Args)]
+pub struct DoctorArgs {
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// What doctor found.
 #[derive(Debug, Serialize)]

@@ -1,22 +1,25 @@
 //! `tsc-family evaluate`: a saved model and the baseline, side by side.
 
 use std::collections::BTreeSet;
+use std::num::NonZeroU32;
+use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use serde_json::json;
 
-use super::EvaluateArgs;
 use super::build_networks::{default_folder, prepare};
 use super::effects::Use;
 use super::output::{Progress, line, note};
+use super::point::unknown_point;
+use super::scenario::ScenarioArg;
+use super::simulator::simulator;
+use super::values::{at_least_one, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::report::level_of_service::letter;
-use crate::run::error::EvalError;
 use crate::run::model::SavedModel;
 use crate::run::plan::imported_id;
 use crate::store::record::Row;
-use crate::suggest::did_you_mean;
 use crate::traffic::content;
 use crate::traffic::contest::{Place, Standing};
 use crate::traffic::control::baseline::Baseline;
@@ -24,9 +27,6 @@ use crate::traffic::env::World;
 use crate::traffic::environment::generated_world;
 use crate::traffic::family::load::{LoadedScenario, load_with};
 use crate::traffic::settings::Scenario;
-
-/// Point MDPs that an error names.
-const NAMED_POINTS: usize = 3;
 
 /// Columns of the table: heading, and metric and decimals where it is one.
 const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
@@ -38,6 +38,44 @@ const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
     ("level of service", None),
     ("score", None),
 ];
+
+/// `tsc-family evaluate`.
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("place").required(true))]
+#[command(after_help = "\
+The model and the baseline get the same vehicles. Method, hyper-parameters and timing of the
+signals are the model's, everything else is the scenario's; nothing is trained. The score is the
+model's mean delay divided by the baseline's.
+
+Examples:
+  tsc-family evaluate --model results/smoke/models/000/1.safetensors --point busy smoke
+  tsc-family evaluate --model m.safetensors --sumocfg city/a.sumocfg --eval-seeds 10")]
+pub struct EvaluateArgs {
+    /// Model: a file of the folder `models` of a results directory
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// Scenario that has the point MDP; with --sumocfg only its settings count
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Id of the point MDP; its network is built if it is missing
+    #[arg(long, value_name = "ID", group = "place")]
+    pub point: Option<String>,
+    /// SUMO configuration to evaluate on, instead of a point MDP of the scenario
+    #[arg(long, value_name = "FILE", group = "place")]
+    pub sumocfg: Option<PathBuf>,
+    /// Evaluation episodes of each
+    #[arg(long, value_name = "K", default_value = "5", value_parser = at_least_one)]
+    pub eval_seeds: NonZeroU32,
+    /// Seed from which those of the episodes are derived, as in `run`
+    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
+    pub seed: u64,
+    /// Folder of the networks [default: networks/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// Print JSON lines: one per method
+    #[arg(long)]
+    pub json: bool,
+}
 
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let model = SavedModel::read(&args.model)?;
@@ -107,7 +145,7 @@ fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::
 fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> {
     if let Some(config) = &args.sumocfg {
         let world = World::from_sumocfg(config)?;
-        super::run::simulator(std::slice::from_ref(config), &loaded.scenario.signal)?;
+        simulator(std::slice::from_ref(config), &loaded.scenario.signal)?;
         let (point, content) = (imported_id(config), content::of_imported(config)?);
         return Ok(Place { point, content, world, imported: true });
     }
@@ -121,20 +159,6 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
     prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
     let (world, content) = (generated_world(&networks, &point)?, content::of_point(loaded, index));
     Ok(Place { point, content, world, imported: false })
-}
-
-/// Returns the error for a point MDP that a scenario does not have.
-pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
-    let points = &loaded.family.points;
-    let named: Vec<&str> = points.iter().take(NAMED_POINTS).map(|p| p.id.as_str()).collect();
-    let mut some = named.join(", ");
-    if points.len() > named.len() {
-        let more = points.len() - named.len();
-        some.push_str(&format!(" and {more} more, which `tsc-family list {scenario}` shows"));
-    }
-    let names = points.iter().flat_map(|p| [p.id.as_str(), p.title.as_str()]);
-    some.push_str(&did_you_mean(point, names.collect::<BTreeSet<_>>()));
-    EvalError::NoPoint { scenario: loaded.family.name.clone(), point: point.to_owned(), some }
 }
 
 #[cfg(feature = "libsumo")]
@@ -247,16 +271,6 @@ mod tests {
         assert_eq!(
             json_line(&standing("idqn", 0.0, None), "p", 1)["score"],
             serde_json::Value::Null
-        );
-    }
-
-    #[test]
-    fn an_unknown_point_names_some_that_exist() {
-        let e =
-            |scenario| unknown_point("x", &load_with(scenario, &[]).unwrap(), scenario).to_string();
-        assert_eq!(e("smoke"), "scenario smoke has no point MDP \"x\"; it has quiet, busy");
-        assert!(
-            e("salt-lake-city").ends_with("161 more, which `tsc-family list salt-lake-city` shows")
         );
     }
 }

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value};
 
-use super::ListArgs;
 use super::effects::Use;
 use super::output::line;
+use super::scenario::ScenarioArg;
 use crate::cli::exit;
 use crate::family::MdpFamily;
 use crate::traffic::family::features::six_features;
@@ -24,6 +24,26 @@ const PAPER: [(&str, &str); 6] = [
     ("left_turn_lanes", "0.229 (0.496)"),
     ("right_turn_lanes", "0.100 (0.298)"),
 ];
+
+/// `tsc-family list`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  tsc-family list
+  tsc-family list --features
+  tsc-family list --set family.detail=per-approach
+  tsc-family list my-city.toml --json | head")]
+pub struct ListArgs {
+    /// The scenario
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// Show mean and standard deviation of each feature, beside the paper's table
+    #[arg(long)]
+    pub features: bool,
+    /// Print one JSON line per point MDP
+    #[arg(long)]
+    pub json: bool,
+}
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;

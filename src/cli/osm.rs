@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
-use super::BuildNetworksArgs;
-use super::build_networks::{build, networks_folder};
+use super::build_networks::{BuildNetworksArgs, build, networks_folder};
 use super::folder::CITY;
 use super::output::{Progress, line, note, quoted};
 use crate::cli::exit;

@@ -1,11 +1,34 @@
 //! `tsc-family report`.
 
-use super::ReportArgs;
+use std::path::PathBuf;
+
+use super::json::method_line;
 use super::output::{line, note};
 use crate::cli::exit;
 use crate::report::{self, ReportData, text};
 use crate::store::Layout;
 use crate::store::results::Results;
+
+/// `tsc-family report`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Needs no SUMO. Writes DIR/report/index.html, scores.csv, summary.csv, episodes.csv and the figures
+as SVG.
+
+Examples:
+  tsc-family report results/slc
+  tsc-family report results/slc --against fixed-time")]
+pub struct ReportArgs {
+    /// Results directory that `run` wrote
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Method to divide by instead of the baseline; the report goes to DIR/report/against-METHOD
+    #[arg(long, value_name = "METHOD")]
+    pub against: Option<String>,
+    /// Print JSON lines instead of the table: one per method
+    #[arg(long)]
+    pub json: bool,
+}
 
 pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
@@ -28,7 +51,7 @@ pub(super) fn print(
     let paths = report::write_data(layout, data)?;
     if json {
         for row in data.json_rows() {
-            line(super::run::method_line(&row))?;
+            line(method_line(&row))?;
         }
     } else {
         line(text::table(data))?;

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::ScenarioArg;
 use super::build_networks::{default_folder, prepare};
 use super::effects::Use;
-use super::evaluate::unknown_point;
 use super::output::{line, note, quoted};
+use super::point::unknown_point;
+use super::scenario::ScenarioArg;
+use super::values::parse_seed;
 use crate::cli::exit;
 use crate::traffic::family::load::load_with;
 use crate::traffic::network::demand::DemandSpec;
@@ -30,7 +31,7 @@ pub struct RoutesArgs {
     #[arg(long, value_name = "ID")]
     pub point: String,
     /// Seed of the episode
-    #[arg(long, value_name = "S", value_parser = super::parse_seed)]
+    #[arg(long, value_name = "S", value_parser = parse_seed)]
     pub seed: u64,
     /// Route file to write
     #[arg(long, value_name = "FILE")]

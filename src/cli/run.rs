@@ -1,5 +1,9 @@
 //! `tsc-family run`: plan, networks, workers, summary.
 
+mod arguments;
+
+pub(super) use arguments::RunArgs;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,22 +12,23 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
 
 use anyhow::Context;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::RunArgs;
 use super::build_networks::{default_folder, prepare};
 use super::effects::{Use, any};
 use super::estimate::{Effort, estimate};
 use super::folder::RESULTS;
+use super::json::merge;
 use super::monitor::Monitor;
 use super::output::{line, note};
 use super::report::print;
 use super::signals::warning_lines;
+use super::simulator::simulator;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
-use crate::report::{self, JsonRow, ReportData, check_name};
+use crate::report::{self, ReportData, check_name};
 use crate::run::method::Training;
 use crate::run::plan::{Draft, Request, complete, draft, establish};
 use crate::run::pool::Pool;
@@ -35,7 +40,7 @@ use crate::store::manifest::{Manifest, Provenance, Task};
 use crate::store::results::Results;
 use crate::traffic::control::registry::METHODS;
 use crate::traffic::family::load::{LoadedScenario, load_with};
-use crate::traffic::settings::{DemandSettings, Preset, SignalSettings};
+use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::error::SimError;
 
 /// What stands for all methods.
@@ -255,21 +260,6 @@ fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-/// Returns a method as `--json` prints it.
-pub(super) fn method_line(row: &JsonRow) -> Value {
-    let mut value = json!({"event": "method"});
-    merge(&mut value, row);
-    value
-}
-
-/// Adds the fields of a plain record to a JSON object.
-fn merge(value: &mut Value, fields: &impl serde::Serialize) {
-    let fields = serde_json::to_value(fields).expect("the record is plain data");
-    if let (Value::Object(value), Value::Object(fields)) = (value, fields) {
-        value.extend(fields);
-    }
-}
-
 /// Builds the networks of the chosen point MDPs where they are missing, and returns their hashes.
 fn networks_of(
     request: &Request,
@@ -282,47 +272,6 @@ fn networks_of(
     }
     let chosen: BTreeSet<&str> = draft.sample.draws.iter().map(|d| d.point.as_str()).collect();
     prepare(&request.scenario, &chosen, networks, quiet)
-}
-
-/// Returns the simulator's version after loading every imported scenario once, so that one that
-/// cannot be simulated is refused before anything is written.
-#[cfg(feature = "libsumo")]
-pub(super) fn simulator(sumocfgs: &[PathBuf], settings: &SignalSettings) -> anyhow::Result<String> {
-    use crate::traffic::env::derive::derive;
-    use crate::traffic::sim::libsumo::SumoSim;
-    use crate::traffic::sim::{Sim, StartOptions};
-
-    let mut sim = SumoSim::new()?;
-    for config in sumocfgs {
-        let options = StartOptions { config: config.clone(), ..StartOptions::default() };
-        let check = |sim: &mut SumoSim| -> Result<(), SimError> {
-            let scene = sim.start(&options)?;
-            sim.close()?;
-            scene.signals.iter().try_for_each(|signal| derive(&scene, signal, settings).map(drop))
-        };
-        check(&mut sim).map_err(|e| explained(e, config))?;
-    }
-    Ok(sim.version()?)
-}
-
-/// Returns the error of a scenario that could not be loaded, with its file.
-#[cfg(feature = "libsumo")]
-pub(super) fn explained(error: SimError, config: &Path) -> SimError {
-    match error {
-        SimError::Fatal { message, .. } => SimError::Config {
-            path: config.to_path_buf(),
-            reason: format!("SUMO cannot load it ({message}); its reason is above"),
-        },
-        other => other,
-    }
-}
-
-#[cfg(not(feature = "libsumo"))]
-pub(super) fn simulator(
-    _sumocfgs: &[PathBuf],
-    _settings: &SignalSettings,
-) -> anyhow::Result<String> {
-    Err(SimError::Unavailable("built without the feature `libsumo`".into()).into())
 }
 
 fn provenance(networks: &Path) -> Provenance {

@@ -7,13 +7,12 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use anyhow::Context;
-use clap::{Arg, CommandFactory};
+use clap::Arg;
 use clap_complete::engine::{
     ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
 };
 use clap_complete::env::{CompleteEnv, Shells};
 
-use super::{Cli, CompletionsArgs};
 use crate::cli::exit;
 use crate::run::method::Method;
 use crate::settings::wording::settings;
@@ -26,15 +25,27 @@ const ASKS: &str = "TSC_FAMILY_COMPLETE";
 /// Name of the program on the command line.
 const PROGRAM: &str = "tsc-family";
 
+/// `tsc-family completions`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  tsc-family completions bash > ~/.local/share/bash-completion/completions/tsc-family
+  echo 'source <(tsc-family completions zsh)' >> ~/.zshrc
+  tsc-family completions fish > ~/.config/fish/completions/tsc-family.fish")]
+pub struct CompletionsArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
 /// Answers the script of a shell and ends the process, if it is that which asks.
-pub fn complete() {
-    CompleteEnv::with_factory(command).var(ASKS).bin(PROGRAM).complete();
+pub(super) fn complete(command: fn() -> clap::Command) {
+    CompleteEnv::with_factory(|| with_candidates(command())).var(ASKS).bin(PROGRAM).complete();
 }
 
 /// Returns the command line with what fits where clap cannot know it.
-fn command() -> clap::Command {
+fn with_candidates(command: clap::Command) -> clap::Command {
     let known = |command: clap::Command| command.mut_args(with_values);
-    known(Cli::command()).mut_subcommands(known)
+    known(command).mut_subcommands(known)
 }
 
 /// Returns an argument with its values; other values stay allowed.
@@ -95,9 +106,8 @@ pub(super) fn completions(args: &CompletionsArgs) -> anyhow::Result<u8> {
     print(&script)
 }
 
-pub(super) fn man() -> anyhow::Result<u8> {
+pub(super) fn man(command: &clap::Command) -> anyhow::Result<u8> {
     let mut page = Vec::new();
-    let command = Cli::command();
     clap_mangen::Man::new(command.clone()).render(&mut page)?;
     for subcommand in command.get_subcommands().filter(|c| !c.is_hide_set()) {
         let mut text = Vec::new();

@@ -1,13 +1,36 @@
 //! `tsc-family worker`: one task in a process of its own.
 
 use std::io::Read;
+use std::path::PathBuf;
 
-use super::WorkerArgs;
+use crate::run::checkpoint::CHECKPOINT_EVERY_S;
+
+/// `tsc-family worker`.
+#[derive(Debug, clap::Args)]
+pub struct WorkerArgs {
+    /// Results directory with manifest and plan
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Row of the plan
+    #[arg(long, value_name = "K")]
+    pub task: usize,
+    /// Folder of the networks [default: the manifest's]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// Which attempt at the task this is
+    #[arg(long, default_value_t = 1)]
+    pub attempt: u32,
+    /// End when standard input closes
+    #[arg(long)]
+    pub watch_stdin: bool,
+    /// Wall time between two checkpoints of a training, at least
+    #[arg(long, value_name = "SECONDS", default_value_t = CHECKPOINT_EVERY_S)]
+    pub checkpoint_every_s: u64,
+}
 
 #[cfg(feature = "libsumo")]
 pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     use std::fs;
-    use std::path::PathBuf;
     use std::time::Duration;
 
     use crate::cli::exit;

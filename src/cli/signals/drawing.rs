@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::Look;
+use super::look::Look;
 use crate::traffic::sim::topology::{StreetLane, edge};
 
 /// Side of a panel, pixels.

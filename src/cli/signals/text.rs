@@ -1,20 +1,10 @@
 //! A signal as text for people.
 
-use super::Look;
-use crate::traffic::control::{Service, Turn};
+use super::look::{Look, turn};
+use crate::traffic::control::Service;
 use crate::traffic::env::warnings;
 use crate::traffic::side::DrivingSide;
 use crate::traffic::sim::topology::edge;
-
-/// Returns the word for a turn as it is on the ground.
-pub(super) fn turn(turn: Turn, side: DrivingSide) -> &'static str {
-    let (left, right) = side.swapped(("left", "right"));
-    match turn {
-        Turn::Right => right,
-        Turn::Through => "through",
-        Turn::Left => left,
-    }
-}
 
 /// Returns a signal in words.
 pub(super) fn text(look: &Look, number: usize) -> String {

@@ -6,8 +6,8 @@
 //! - **One simulation per process.** libsumo keeps its state in statics. `SumoSim` is therefore
 //!   not `Send`, and a second simulation in the same process is [`SimError::AlreadyRunning`].
 
-#[cfg(feature = "libsumo")]
 pub mod error;
+#[cfg(feature = "libsumo")]
 pub mod libsumo;
 pub mod mock;
 pub mod topology;

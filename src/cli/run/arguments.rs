@@ -1,0 +1,84 @@
+//! Arguments of `tsc-family run`.
+
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::PathBuf;
+
+use crate::cli::scenario::ScenarioArg;
+use crate::cli::values::{Budget, at_least_one, at_least_one_worker, parse_budget, parse_seed};
+use crate::sample::Sampling;
+
+/// `tsc-family run`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A run is resumable: the same command continues it, finished tasks are kept. Another run in the
+same directory is refused.
+
+Examples:
+  tsc-family run --budget 20 --out results/slc
+  tsc-family run --budget all --eval-seeds 10 --out results/all
+  tsc-family run smoke --methods max-pressure,actuated --out results/smoke
+  tsc-family run smoke --methods idqn --episodes 20 --set signal.delta_time_s=5 --out results/short
+  tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
+  tsc-family run --budget 80 --dry-run")]
+pub struct RunArgs {
+    /// Scenario: path or embedded name; with --sumocfg only its settings count
+    #[command(flatten)]
+    pub scenario: ScenarioArg,
+    /// SUMO configuration to take as a point MDP, instead of the scenario's family (repeatable)
+    #[arg(long, value_name = "FILE")]
+    pub sumocfg: Vec<PathBuf>,
+    /// Number of point MDPs to evaluate, or `all`
+    #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
+    pub budget: Budget,
+    /// How the point MDPs of a budget are chosen [default: k-means]
+    #[arg(long, value_enum)]
+    pub sampling: Option<Sampling>,
+    /// Methods, separated by commas, or `all`; `baseline` always runs
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        default_value = "baseline,fixed-time,max-pressure,actuated"
+    )]
+    pub methods: Vec<String>,
+    /// Seed from which all others are derived
+    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
+    pub seed: u64,
+    /// Training episodes of every learner; short for `--set training.episodes=N` [default: the
+    /// scenario's]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    pub episodes: Option<NonZeroU32>,
+    /// Independent trainings on every point MDP, for methods that tune or learn
+    #[arg(long, value_name = "R", default_value = "1", value_parser = at_least_one)]
+    pub replicates: NonZeroU32,
+    /// Evaluation episodes per task, the same for all methods
+    #[arg(long, value_name = "K", default_value = "5", value_parser = at_least_one)]
+    pub eval_seeds: NonZeroU32,
+    /// Worker processes at the same time [default: one per processor]
+    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
+    pub jobs: Option<NonZeroUsize>,
+    /// Results directory [default: results/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write into a folder that holds other things than results
+    #[arg(long)]
+    pub force: bool,
+    /// Folder of the networks; missing ones are built [default: networks/NAME of the scenario]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// Method to divide by in a second report, besides that against the baseline
+    #[arg(long, value_name = "METHOD")]
+    pub against: Option<String>,
+    /// Try tasks again that failed in an earlier run of the same command
+    #[arg(long)]
+    pub retry_failed: bool,
+    /// List the chosen point MDPs, their weights and the estimated time, then stop
+    #[arg(long, short = 'n')]
+    pub dry_run: bool,
+    /// Print JSON lines: one per finished task, then one per method
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub quiet: bool,
+}
