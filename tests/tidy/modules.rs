@@ -62,6 +62,27 @@ pub(crate) struct Leaf<'a> {
     pub(crate) ident: Option<&'a Ident>,
 }
 
+/// Returns the folders of the package at the root and of the members of its workspace, with their manifests.
+///
+/// # Errors
+///
+/// A sentence that names the manifest which cannot be read.
+pub(crate) fn crates(root: &Path) -> Result<Vec<(PathBuf, toml::Table)>, String> {
+    let read = |folder: &Path| -> Result<toml::Table, String> {
+        let path = root.join(folder).join("Cargo.toml");
+        let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        text.parse().map_err(|e| format!("{}: {e}", path.display()))
+    };
+    let top = read(Path::new(""))?;
+    let members = top.get("workspace").and_then(|w| w.get("members"));
+    let members = members.and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let mut found = vec![(PathBuf::new(), top)];
+    for member in members.iter().filter_map(toml::Value::as_str) {
+        found.push((PathBuf::from(member), read(Path::new(member))?));
+    }
+    Ok(found)
+}
+
 /// Returns whether a `cfg` holds in tests only.
 pub(crate) fn is_test(attributes: &[Attribute]) -> bool {
     fn needs_test(meta: &Meta) -> bool {
@@ -144,18 +165,7 @@ impl Sources {
     /// Reads every crate: the package at the root and the members of its workspace.
     pub(crate) fn read(root: &Path) -> Result<Self, String> {
         let mut sources = Self::default();
-        let read = |folder: &Path| -> Result<toml::Table, String> {
-            let path = folder.join("Cargo.toml");
-            let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-            text.parse().map_err(|e| format!("{}: {e}", path.display()))
-        };
-        let top = read(root)?;
-        let members = top.get("workspace").and_then(|w| w.get("members"));
-        let members = members.and_then(toml::Value::as_array).cloned().unwrap_or_default();
-        let mut folders = vec![PathBuf::new()];
-        folders.extend(members.iter().filter_map(|m| m.as_str().map(PathBuf::from)));
-        for folder in folders {
-            let manifest = read(&root.join(&folder))?;
+        for (folder, manifest) in crates(root)? {
             let name = manifest.get("package").and_then(|p| p.get("name"));
             let name = name.and_then(toml::Value::as_str).ok_or("a package without a name")?;
             let name = name.replace('-', "_");
