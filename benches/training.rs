@@ -15,11 +15,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use common::{env, median, network, sumo};
-use tsc_family::run::plan::control_settings;
-use tsc_family::traffic::control::registry::create;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
+use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{SignalEnv, World, run_episode};
 use tsc_family::traffic::family::load::load;
 use tsc_family::traffic::settings::{SignalSettings, SimulationSettings};
@@ -122,9 +121,9 @@ fn training(
     method: &str,
     episodes: u32,
 ) -> Vec<Cost> {
-    let mut settings = control_settings(&load("smoke").unwrap().scenario, false);
-    settings.training_episodes = episodes;
-    let mut controller = create(method, &settings, 1).unwrap();
+    let mut scenario = load("smoke").unwrap().scenario;
+    scenario.training.episodes = episodes;
+    let mut controller = create(method, &scenario, false, 1).unwrap();
     let world = World::from_sumocfg(config).unwrap();
     let span = (world.begin_s as u32, world.end_s as u32);
     let (config, folder) = (config.to_path_buf(), folder.to_path_buf());

@@ -6,9 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use tsc_family::run::plan::control_settings;
-use tsc_family::traffic::control::registry::create;
 use tsc_family::traffic::control::{ControlError, Controller, EpisodeOutcome, Trainer};
+use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{EpisodeMetrics, SignalEnv, run_episode};
 use tsc_family::traffic::environment::{environment, generated_world};
 use tsc_family::traffic::family::load::load_with;
@@ -125,7 +124,7 @@ fn episodes(spec: &IntersectionSpec, method: &str, dawdles: bool) -> Vec<Episode
     let _alone = SIMULATION.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().unwrap();
     let mut place = Place::new(spec, dawdles, folder.path());
-    let mut controller = create(method, &control_settings(&scenario(spec.side), false), 1).unwrap();
+    let mut controller = create(method, &scenario(spec.side), false, 1).unwrap();
     controller.train(&mut place).unwrap();
     SEEDS.map(|seed| run_episode(&mut place.env, &mut *controller, seed).unwrap()).to_vec()
 }

@@ -8,12 +8,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use shown::{Limits, states, violations};
-use tsc_family::run::plan::control_settings;
 use tsc_family::settings::overrides::Override;
-use tsc_family::traffic::control::registry::{METHODS, create};
+use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
+use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{SignalEnv, run_episode};
 use tsc_family::traffic::environment::{environment, generated_world};
 use tsc_family::traffic::family::load::load_with;
@@ -172,8 +172,7 @@ fn every_method_keeps_to_the_limits() {
             let mut controllers: Vec<Box<dyn Controller>> =
                 vec![Box::new(Restless(0)), Box::new(Stubborn)];
             for method in METHODS {
-                let settings = control_settings(&scenario, false);
-                controllers.push(create(method.name, &settings, 1).unwrap());
+                controllers.push(create(method.name, &scenario, false, 1).unwrap());
             }
             for mut controller in controllers {
                 controller.train(&mut watch).unwrap();

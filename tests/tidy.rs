@@ -25,7 +25,7 @@ const FILES_IN_CIRCLES: usize = 36;
 /// Arrows between modules that still go to one further below in the table of ARCHITECTURE.md.
 ///
 /// The order is that of what is to be, so an arrow that a later step takes away counts here until then.
-const ARROWS_AGAINST_THE_ORDER: usize = 21;
+const ARROWS_AGAINST_THE_ORDER: usize = 22;
 
 /// Files outside traffic that still name it.
 ///

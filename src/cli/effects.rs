@@ -7,7 +7,7 @@ use crate::run::method::Training;
 use crate::settings::overrides::Override;
 use crate::traffic::control::registry::METHODS;
 use crate::traffic::family::load::LoadedScenario;
-use crate::traffic::settings::{BaselineProgram, Detail};
+use crate::traffic::settings::Detail;
 
 /// Settings that only derive a family from approaches.
 const OF_APPROACHES: [&str; 7] = [
@@ -18,18 +18,6 @@ const OF_APPROACHES: [&str; 7] = [
     "family.inflow_cap_vph_per_lane",
     "family.min_inflow_vph",
     "family.length_scale",
-];
-
-/// Sections of settings that belong to one method, with its name.
-const OF_METHOD: [(&str, &str); 8] = [
-    ("fixed_time.", "fixed-time"),
-    ("actuated.", "actuated"),
-    ("max_pressure.", "max-pressure"),
-    ("idqn.", "idqn"),
-    ("ippo.", "ippo"),
-    ("mplight.", "mplight"),
-    ("mplight_star.", "mplight-star"),
-    ("mplight_star_resco.", "mplight-star-resco"),
 ];
 
 /// What a command does with a scenario.
@@ -121,28 +109,24 @@ impl Use<'_> {
 
     /// Returns why a setting of methods has no effect.
     fn of_method(&self, loaded: &LoadedScenario, key: &str, imported: bool) -> Option<String> {
-        let section = OF_METHOD.iter().find(|(section, _)| key.starts_with(section));
-        let general = ["training.", "baseline."].iter().any(|s| key.starts_with(s));
-        if section.is_none() && !general {
+        let (section, _) = key.split_once('.')?;
+        let owner = METHODS.iter().find(|m| m.section() == section).map(|m| m.name);
+        if owner.is_none() && section != "training" {
             return None;
         }
         let Some(methods) = self.methods else {
             return Some("no method runs here".to_owned());
         };
-        if let Some((_, method)) = section
+        if let Some(method) = owner
             && !methods.iter().any(|m| m == method)
         {
             return Some(format!("{method} is not among the methods ({})", methods.join(", ")));
         }
-        if key.starts_with("training.") && !any(methods, Training::Learned) {
+        if section == "training" && !any(methods, Training::Learned) {
             return Some(format!("none of the methods learns ({})", methods.join(", ")));
         }
-        let own = match loaded.scenario.baseline.program {
-            BaselineProgram::Auto => !imported,
-            BaselineProgram::Netconvert => true,
-            BaselineProgram::EqualSplit => false,
-        };
-        (key == "baseline.green_s" && own).then(|| {
+        let split = loaded.scenario.baseline.program.is_equal_split(imported);
+        (key == "baseline.green_s" && !split).then(|| {
             "the baseline runs the networks' own program, not an equal split \
              (baseline.program=equal-split)"
                 .to_owned()

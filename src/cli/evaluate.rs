@@ -22,7 +22,7 @@ use crate::run::plan::imported_id;
 use crate::store::record::Row;
 use crate::traffic::content;
 use crate::traffic::contest::{Place, Standing};
-use crate::traffic::control::baseline::Baseline;
+use crate::traffic::control::baseline;
 use crate::traffic::env::World;
 use crate::traffic::environment::generated_world;
 use crate::traffic::family::load::{LoadedScenario, load_with};
@@ -130,7 +130,7 @@ fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::
     if settings.iter().flat_map(|s| s.keys()).any(|key| key.starts_with("training.")) {
         return Err(Refused("training.* has no effect: nothing is trained here".into()).into());
     }
-    let methods = [Baseline::NAME.to_owned(), method.to_owned()];
+    let methods = [baseline::METHOD.name.to_owned(), method.to_owned()];
     let used = Use {
         family: !imported,
         networks: !imported,

@@ -1,4 +1,7 @@
-//! What evaluation knows of a method: its name, and what it does before it is evaluated.
+//! What evaluation, reports and the command line know of a method, whatever it controls: a description that
+//! stands in the method's own file.
+
+use crate::settings::setting::Setting;
 
 /// What a method does before it is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -6,13 +9,16 @@ pub enum Training {
     /// Nothing: its record follows from the evaluation seeds alone, so one task is enough.
     None,
     /// It searches for settings in simulation; another task seed may find others.
-    Tuned,
+    Tuned {
+        /// The setting of its section that says how many episodes it may use.
+        episodes: &'static str,
+    },
     /// It learns; another task seed learns something else.
     Learned,
 }
 
 /// A method as `tsc-family run --methods` knows it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Method {
     /// Stable name.
     pub name: &'static str,
@@ -22,4 +28,20 @@ pub struct Method {
     pub training: Training,
     /// Whether it runs when `--methods` is not given.
     pub default: bool,
+    /// Processor time per decision of training, updates included, seconds; 0 without a training that
+    /// costs more than its episodes. A first guess: a run measures it.
+    pub decision_s: f64,
+    /// Colour of its lines and bars, `#rrggbb`.
+    pub color: &'static str,
+    /// Pattern of its lines' dashes as in SVG; empty for solid ones.
+    pub dash: &'static str,
+    /// Its settings; none for a method without a section.
+    pub settings: &'static [Setting],
+}
+
+impl Method {
+    /// Returns the name of its section of a scenario.
+    pub fn section(&self) -> String {
+        self.name.replace('-', "_")
+    }
 }

@@ -18,13 +18,12 @@ use crate::settings::overrides::Override;
 use crate::store::Layout;
 use crate::store::manifest::{Identity, Task};
 use crate::store::record::{Record, RowKind};
-use crate::traffic::control::registry::create;
 use crate::traffic::control::{ControlError, Controller};
+use crate::traffic::controllers::create;
 use crate::traffic::settings::check::check;
 use crate::traffic::settings::{Preset, Scenario, SignalSettings};
 
 use super::checkpoint::{CHECKPOINT, FORMAT_VERSION, KIND, LEARNER};
-use super::plan::control_settings;
 
 /// Value of `kind` on a model's card.
 pub const MODEL: &str = "model";
@@ -219,8 +218,7 @@ impl SavedModel {
         overrides: &[Override],
     ) -> Result<Scenario, EvalError> {
         let method = &self.card.method;
-        create(method, &control_settings(scenario, false), 0)
-            .map_err(|e| self.fail(format!("of an {e}")))?;
+        create(method, scenario, false, 0).map_err(|e| self.fail(format!("of an {e}")))?;
         let mut scenario = scenario.clone();
         scenario.signal = self.card.signal.clone();
         let mut settings = serde_json::to_value(&scenario).expect("a scenario is plain data");
@@ -246,8 +244,7 @@ impl SavedModel {
         scenario: &Scenario,
         imported: bool,
     ) -> Result<Box<dyn Controller>, EvalError> {
-        let settings = control_settings(scenario, imported);
-        let mut controller = create(&self.card.method, &settings, self.card.seed)?;
+        let mut controller = create(&self.card.method, scenario, imported, self.card.seed)?;
         controller.load(self.archive.clone()).map_err(|e| self.fail(e.to_string()))?;
         Ok(controller)
     }

@@ -13,13 +13,13 @@ use crate::stats::Direction;
 use crate::store::error::StoreError;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::{Layout, SCHEMA_VERSION, difference};
-use crate::traffic::control::baseline::Baseline;
-use crate::traffic::control::registry::{ControlSettings, create, training};
+use crate::traffic::control::baseline;
+use crate::traffic::control::registry::training;
+use crate::traffic::controllers::create;
 use crate::traffic::env::World;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::network::index::INDEX_FILE;
-use crate::traffic::settings::{BaselineProgram, Scenario};
 
 use crate::traffic::content;
 use crate::traffic::environment::hash_scenario;
@@ -73,10 +73,9 @@ pub struct Draft {
 /// [`EvalError`] for an unknown method, an impossible budget, or a SUMO configuration that cannot
 /// be used.
 pub fn draft(request: &Request) -> Result<Draft, EvalError> {
-    let settings = control_settings(&request.scenario.scenario, false);
-    let mut methods = vec![Baseline::NAME.to_owned()];
+    let mut methods = vec![baseline::METHOD.name.to_owned()];
     for method in &request.methods {
-        create(method, &settings, 0)?;
+        create(method, &request.scenario.scenario, false, 0)?;
         if !methods.contains(method) {
             methods.push(method.clone());
         }
@@ -129,30 +128,6 @@ pub fn imported_id(config: &Path) -> String {
     let stem = config.file_stem().unwrap_or_default().to_string_lossy();
     let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     stem.chars().map(safe).collect()
-}
-
-/// Returns the settings of all controllers in a scenario.
-pub fn control_settings(scenario: &Scenario, imported: bool) -> ControlSettings {
-    let equal_split = match scenario.baseline.program {
-        BaselineProgram::Auto => imported,
-        BaselineProgram::Netconvert => false,
-        BaselineProgram::EqualSplit => true,
-    };
-    let (fixed, actuated) = (&scenario.fixed_time, &scenario.actuated);
-    ControlSettings {
-        baseline_equal_split_green_s: equal_split.then_some(scenario.baseline.green_s),
-        max_pressure: scenario.max_pressure.clone(),
-        fixed_time_simulations: fixed.simulations,
-        fixed_time_lost_time_s: fixed.lost_time_s,
-        fixed_time_saturation_flow_vph: fixed.saturation_flow_vph,
-        actuated_max_green_s: actuated.max_green_s,
-        training_episodes: scenario.training.episodes,
-        idqn: scenario.idqn.clone(),
-        ippo: scenario.ippo.clone(),
-        mplight: scenario.mplight.clone(),
-        mplight_star: scenario.mplight_star.clone(),
-        mplight_star_resco: scenario.mplight_star_resco.clone(),
-    }
 }
 
 /// Completes a draft to a manifest and its tasks.
@@ -222,7 +197,7 @@ pub fn complete(
         sample: draft.sample.clone(),
         points,
         methods: draft.methods.clone(),
-        baseline: Baseline::NAME.to_owned(),
+        baseline: baseline::METHOD.name.to_owned(),
         objective: OBJECTIVE.to_owned(),
         direction: Direction::Lower,
         replicates: if draft.replicated.is_empty() { 1 } else { request.replicates },

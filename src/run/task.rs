@@ -11,8 +11,8 @@ use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult};
-use crate::traffic::control::registry::create;
 use crate::traffic::control::{ControlError, Controller};
+use crate::traffic::controllers::create;
 use crate::traffic::env::SignalEnv;
 use crate::traffic::env::episode::EpisodeError;
 use crate::traffic::sim::Sim;
@@ -21,7 +21,7 @@ use crate::traffic::sim::error::SimError;
 use super::checkpoint::Keeper;
 use super::lab::{Lab, News};
 use super::model;
-use super::plan::{GENERATED, control_settings};
+use super::plan::GENERATED;
 use crate::traffic::environment::{environment, planned_world, scenario};
 
 /// Training episodes over which RESCO's users see a learner's last performance.
@@ -67,9 +67,8 @@ pub fn perform<S: Sim>(
     let imported = point.environment != GENERATED;
     let world = planned_world(point, &workplace.networks)?;
     let env = environment(sim, world, &scenario, &workplace.scratch);
-    let settings = control_settings(&scenario, imported);
-    let mut controller = create(&task.method, &settings, task.seed)?;
-    let mut baseline = create(&identity.baseline, &settings, task.seed)?;
+    let mut controller = create(&task.method, &scenario, imported, task.seed)?;
+    let mut baseline = create(&identity.baseline, &scenario, imported, task.seed)?;
     settle(env, controller.as_mut(), baseline.as_mut(), manifest, task, workplace, news)
 }
 

@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(applied("title=").title, "");
         assert_eq!(applied("family.approaches=\"a.csv\"").family.approaches.unwrap(), "a.csv");
         let program = applied("baseline.program=equal-split").baseline.program;
-        assert_eq!(program, crate::traffic::settings::BaselineProgram::EqualSplit);
+        assert_eq!(program, crate::traffic::control::baseline::BaselineProgram::EqualSplit);
     }
 
     #[test]

@@ -79,26 +79,32 @@ impl Section for NoSettings {
 
 /// What can have a range.
 pub trait Number {
-    /// Returns it in double precision.
-    fn number(&self) -> f64;
+    /// Returns it in double precision; `None` where there is none.
+    fn number(&self) -> Option<f64>;
 }
 
-macro_rules! number {
-    ($($lossless:ty)*; $($counted:ty)*) => {
-        $(impl Number for $lossless {
-            fn number(&self) -> f64 {
-                f64::from(*self)
-            }
-        })*
-        $(impl Number for $counted {
-            fn number(&self) -> f64 {
-                *self as f64
+macro_rules! numbers {
+    ($($type:ty)*) => {
+        $(impl Number for $type {
+            fn number(&self) -> Option<f64> {
+                Some(f64::from(*self))
             }
         })*
     };
 }
+numbers!(f32 f64 u32);
 
-number!(f32 f64 u32; u64 usize);
+impl Number for usize {
+    fn number(&self) -> Option<f64> {
+        Some(*self as f64)
+    }
+}
+
+impl<T: Number> Number for Option<T> {
+    fn number(&self) -> Option<f64> {
+        self.as_ref().and_then(Number::number)
+    }
+}
 
 /// Declares a section of settings, one line and its documentation per setting:
 ///
@@ -117,6 +123,7 @@ number!(f32 f64 u32; u64 usize);
 /// - `= 32` is the default;
 /// - `in LOW..=HIGH` the range of a number, both ends included, and `at most OTHER` a setting before it
 ///   that it may not exceed;
+/// - a setting that is optional has a range where it is given;
 /// - `unit` is left out of pure numbers, `source` where it is the section's.
 ///
 /// It makes the struct, read and written by serde (a setting that does not exist is an error, one that is
@@ -127,9 +134,10 @@ number!(f32 f64 u32; u64 usize);
 macro_rules! settings {
     (
         $(#[doc = $about:literal])*
-        pub struct $name:ident, source $section:literal {
+        $vis:vis struct $name:ident, source $section:literal {
             $(
                 $(#[doc = $doc:literal])*
+                $(#[serde $serde:tt])*
                 $field:ident : $type:ty = $default:expr
                 $(, in $range:expr)? $(, at most $other:ident)?
                 $(, unit $unit:literal)? $(, source $source:literal)?;
@@ -141,7 +149,7 @@ macro_rules! settings {
         #[doc = concat!("Source: ", $section, ".")]
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields, default)]
-        pub struct $name {
+        $vis struct $name {
             $(
                 $(#[doc = $doc])*
                 ///
@@ -150,7 +158,8 @@ macro_rules! settings {
                     $(, " ", $unit)? $(, ", in `", stringify!($range), "`")?
                     $(, ", at most `", stringify!($other), "`")? $(, " (", $source, ")")?, "."
                 )]
-                pub $field: $type,
+                $(#[serde $serde])*
+                $vis $field: $type,
             )*
         }
 
@@ -162,7 +171,7 @@ macro_rules! settings {
 
         impl $name {
             /// Its settings, in the order of the section.
-            pub const SETTINGS: &'static [$crate::settings::setting::Setting] = &[$(
+            $vis const SETTINGS: &'static [$crate::settings::setting::Setting] = &[$(
                 $crate::settings::setting::Setting {
                     name: stringify!($field),
                     lines: &[$($doc,)*],
@@ -193,7 +202,7 @@ macro_rules! settings {
     };
     (
         $(#[doc = $about:literal])*
-        pub struct $name:ident extends $base:path, source $section:literal {
+        $vis:vis struct $name:ident extends $base:path, source $section:literal {
             $($common:tt)*
         } and {
             $($own:tt)*
@@ -201,13 +210,14 @@ macro_rules! settings {
     ) => {
         $crate::settings::setting::settings! {
             $(#[doc = $about])*
-            pub struct $name, source $section { $($common)* $($own)* }
+            $vis struct $name, source $section { $($common)* $($own)* }
         }
         $crate::settings::setting::settings! { @from $name $base { $($common)* } }
     };
     (@from $name:ident $base:path {
         $(
             $(#[doc = $doc:literal])*
+            $(#[serde $serde:tt])*
             $field:ident : $type:ty = $default:expr
             $(, in $range:expr)? $(, at most $other:ident)?
             $(, unit $unit:literal)? $(, source $source:literal)?;
@@ -233,11 +243,13 @@ macro_rules! settings {
     (@some $other:ident) => { Some(stringify!($other)) };
     (@range $ranges:ident $self:ident $field:ident ;) => {};
     (@range $ranges:ident $self:ident $field:ident $range:expr; $($other:ident)?) => {
-        let (low, high): (f64, f64) = (*($range).start(), *($range).end());
-        $(let high = high.min($crate::settings::setting::Number::number(&$self.$other));)?
-        let value = $crate::settings::setting::Number::number(&$self.$field);
-        let name = stringify!($field);
-        $ranges.push($crate::settings::setting::Ranged { name, value, low, high });
+        if let Some(value) = $crate::settings::setting::Number::number(&$self.$field) {
+            let (low, high): (f64, f64) = (*($range).start(), *($range).end());
+            $(let other = $crate::settings::setting::Number::number(&$self.$other);
+            let high = other.map_or(high, |other| high.min(other));)?
+            let name = stringify!($field);
+            $ranges.push($crate::settings::setting::Ranged { name, value, low, high });
+        }
     };
 }
 
@@ -249,7 +261,7 @@ mod tests {
 
     settings! {
         /// A section.
-        pub struct Small, source "a paper" {
+        struct Small, source "a paper" {
             /// Things that are kept,
             /// the oldest first.
             kept: usize = 10_000, in 1.0..=1e6, unit "things";
@@ -264,7 +276,7 @@ mod tests {
 
     settings! {
         /// The same and more.
-        pub struct Large extends Small, source "a paper" {
+        struct Large extends Small, source "a paper" {
             /// Things that are kept.
             kept: usize = 7, in 1.0..=1e6, unit "things";
             /// Things per step.

@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::run::error::EvalError;
 use crate::seed;
 use crate::store::record::{Metrics, Row, mean_metrics};
-use crate::traffic::control::baseline::Baseline;
-use crate::traffic::control::registry::create;
+use crate::traffic::control::baseline;
+use crate::traffic::controllers::create;
 use crate::traffic::env::World;
 use crate::traffic::settings::Scenario;
 use crate::traffic::sim::Sim;
@@ -14,7 +14,7 @@ use crate::traffic::sim::Sim;
 use super::environment::environment;
 use crate::run::lab::held_out;
 use crate::run::model::SavedModel;
-use crate::run::plan::{control_settings, evaluation_seeds};
+use crate::run::plan::evaluation_seeds;
 
 /// Where a model is evaluated.
 #[derive(Debug)]
@@ -70,8 +70,8 @@ pub fn contest<S: Sim>(
     done: &mut dyn FnMut(&Row),
 ) -> Result<[Standing; 2], EvalError> {
     let mut learned = model.controller(scenario, place.imported)?;
-    let mut baseline =
-        create(Baseline::NAME, &control_settings(scenario, place.imported), model.card.seed)?;
+    let name = baseline::METHOD.name;
+    let mut baseline = create(name, scenario, place.imported, model.card.seed)?;
     let mut env = environment(sim, place.world, scenario, scratch);
     // The model first: if it does not fit, nobody waits for the baseline.
     let rows = held_out(&mut env, learned.as_mut(), seeds, done)
@@ -85,5 +85,5 @@ pub fn contest<S: Sim>(
         score: delay(&metrics).zip(denominator).map(|(delay, baseline)| delay / baseline),
         metrics,
     };
-    Ok([standing(Baseline::NAME, yardstick), standing(&model.card.method, mean_metrics(&rows))])
+    Ok([standing(name, yardstick), standing(&model.card.method, mean_metrics(&rows))])
 }

@@ -3,6 +3,7 @@
 pub mod content;
 pub mod contest;
 pub mod control;
+pub mod controllers;
 pub mod env;
 pub mod environment;
 pub mod family;

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use syn::{Attribute, Ident, ImplItem, Item, Meta, UseTree, Visibility};
 
+use super::tokens;
+
 pub(crate) type FileId = usize;
 pub(crate) type ModuleId = usize;
 
@@ -273,10 +275,15 @@ impl Sources {
             Item::Trait(i) => (&i.ident, Kind::Type),
             Item::Type(i) => (&i.ident, Kind::Type),
             Item::Union(i) => (&i.ident, Kind::Type),
-            Item::Macro(i) => match &i.ident {
-                Some(ident) => (ident, Kind::Macro),
-                None => return,
-            },
+            Item::Macro(i) => {
+                for declared in tokens::types(i.mac.tokens.clone()) {
+                    self.name(module, &declared, Meaning::Item(Kind::Type));
+                }
+                match &i.ident {
+                    Some(ident) => (ident, Kind::Macro),
+                    None => return,
+                }
+            }
             Item::Use(i) => return self.alias(module, &i.tree),
             _ => return,
         };

@@ -43,6 +43,15 @@ fn assert_a_and_b(a: &str, b: &str) {
     assert_eq!(found(&graph), [expected]);
 }
 
+#[test]
+fn a_circle_through_a_type_that_a_macro_declares_is_found() {
+    assert_a_and_b(
+        "declared! { pub struct A { b: crate::b::B } }\n",
+        "macro_rules! of { ($($f:ident)*) => { pub struct B { $(pub $f: A,)* } } }\n\
+         use crate::a::A;\nof!(x y);\n",
+    );
+}
+
 const TYPE_B_NAMES_A: &str = "use crate::a::A;\npub struct B(A);\n";
 
 #[test]

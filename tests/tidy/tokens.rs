@@ -18,6 +18,24 @@ pub(crate) fn paths(tokens: TokenStream) -> Vec<Found> {
     found
 }
 
+/// Returns the names of the types that tokens declare: a macro may make items of them.
+pub(crate) fn types(tokens: TokenStream) -> Vec<String> {
+    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+    let mut found = Vec::new();
+    for (at, token) in tokens.iter().enumerate() {
+        match (token, tokens.get(at + 1)) {
+            (TokenTree::Group(group), _) => found.extend(types(group.stream())),
+            (TokenTree::Ident(word), Some(TokenTree::Ident(name)))
+                if ["struct", "enum", "trait"].iter().any(|w| word == w) =>
+            {
+                found.push(name.to_string());
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
 fn is(token: Option<&TokenTree>, sign: char) -> bool {
     matches!(token, Some(TokenTree::Punct(p)) if p.as_char() == sign)
 }

@@ -1,9 +1,8 @@
 //! How much work a task is: its episodes and about how long they take.
 
-use crate::run::method::Training;
 use crate::run::plan::{Draft, Request};
-use crate::traffic::control::ippo::Ippo;
-use crate::traffic::control::registry::training;
+use crate::traffic::control::registry::METHODS;
+use crate::traffic::controllers::training_episodes;
 use crate::units::SECONDS_PER_HOUR;
 
 /// Processor time that SUMO takes per vehicle of an isolated intersection, seconds; measured on
@@ -12,13 +11,6 @@ const SECONDS_PER_VEHICLE: f64 = 4e-4;
 
 /// Processor time of an episode without vehicles, seconds.
 const SECONDS_PER_EPISODE: f64 = 0.05;
-
-/// Processor time of a learner per decision of training, updates included, seconds; a first guess
-/// for one that updates its networks at every decision, such as `idqn`.
-const SECONDS_PER_DECISION: f64 = 6e-4;
-
-/// The same for `ippo`, which updates its network once in many decisions.
-const SECONDS_PER_DECISION_IPPO: f64 = 5e-5;
 
 /// Flow per incoming lane from which vehicles queue and cost more, vehicles per hour; measured on the
 /// Salt Lake City family in the mean and the design hour.
@@ -59,17 +51,10 @@ impl Effort {
         let vehicle_s = SECONDS_PER_VEHICLE * congestion.min(MAX_CONGESTION);
         let evaluation_s = SECONDS_PER_EPISODE + vehicles * vehicle_s;
         let decisions = scenario.demand.horizon_s / f64::from(scenario.signal.delta_time_s);
-        let (training, training_s) = match training(method) {
-            Training::None => (0, 0.0),
-            Training::Tuned => (scenario.fixed_time.simulations, evaluation_s),
-            Training::Learned => {
-                let decision_s = match method {
-                    Ippo::NAME => SECONDS_PER_DECISION_IPPO,
-                    _ => SECONDS_PER_DECISION,
-                };
-                (scenario.training.episodes, evaluation_s + decisions * decision_s)
-            }
-        };
+        let method = METHODS.iter().find(|m| m.name == method);
+        let training = method.map_or(0, |method| training_episodes(method, scenario));
+        let decision_s = method.map_or(0.0, |method| method.decision_s);
+        let training_s = evaluation_s + decisions * decision_s;
         Self { training, training_s, evaluation: request.evaluation_seeds, evaluation_s }
     }
 

@@ -5,7 +5,34 @@
 //!
 //! Source: SUMO documentation, "Traffic Lights", actuated traffic lights based on time gaps.
 
-use super::{ControlError, Controller, Drive, SignalSpec};
+use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use crate::run::method::{Method, Training};
+use crate::settings::setting::settings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "actuated",
+    summary: "SUMO's gap-based actuated control",
+    training: Training::None,
+    default: true,
+    decision_s: 0.0,
+    color: "#009e73",
+    dash: "",
+    settings: Config::SETTINGS,
+};
+
+settings! {
+    /// SUMO's gap-based control.
+    pub struct Config, source "SUMO documentation, actuated traffic lights" {
+        /// Longest green (SUMO's default), within the limits of `[signal]`.
+        max_green_s: f64 = 50.0, in 1.0..=600.0, unit "s";
+    }
+}
+
+/// Returns actuated control.
+pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
+    Box::new(Actuated { max_green_s: config.max_green_s })
+}
 
 /// Gap-based actuated control.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,14 +41,9 @@ pub struct Actuated {
     pub max_green_s: f64,
 }
 
-impl Actuated {
-    /// Name of the method.
-    pub const NAME: &'static str = "actuated";
-}
-
 impl Controller for Actuated {
     fn name(&self) -> &'static str {
-        Self::NAME
+        METHOD.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {

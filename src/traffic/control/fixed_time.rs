@@ -17,6 +17,7 @@
 //! Source: Jayawardana et al. (NeurIPS 2022), section 4, "Fine-tuned Fixed time"; the paper does
 //! not say how it was tuned.
 
+mod plan;
 mod search;
 
 use std::cell::RefCell;
@@ -25,10 +26,46 @@ use std::collections::BTreeMap;
 use argmin::core::Executor;
 use argmin::solver::neldermead::NelderMead;
 
+pub use self::plan::Plan;
+use self::plan::describe;
 use self::search::{Search, SearchState};
 use super::phase_sets::covering;
 use super::webster::{Constants, greens};
-use super::{ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, SignalSpec, Trainer};
+use super::{
+    ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Setup, SignalSpec, Trainer,
+};
+use crate::run::method::{Method, Training};
+use crate::settings::setting::settings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "fixed-time",
+    summary: "fixed time, tuned per point MDP in simulation",
+    training: Training::Tuned { episodes: "simulations" },
+    default: true,
+    decision_s: 0.0,
+    color: "#0072b2",
+    dash: "",
+    settings: Config::SETTINGS,
+};
+
+settings! {
+    /// The tuned fixed-time controller.
+    pub struct Config, source "HCM (6th ed.), chapter 19" {
+        /// Simulated episodes that tuning may use.
+        simulations: u32 = 24, in 1.0..=10_000.0, unit "episodes", source "our choice";
+        /// Time lost per phase change in Webster's formula.
+        lost_time_s: f64 = 4.0, in 0.0..=30.0, unit "s";
+        /// Saturation flow in Webster's formula (HCM base 1900).
+        saturation_flow_vph: f64 = 1900.0, in 100.0..=5000.0, unit "veh/h per lane";
+    }
+}
+
+/// Returns fixed time, not yet tuned.
+pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
+    let Config { simulations, lost_time_s, saturation_flow_vph } = *config;
+    Box::new(FixedTime::new(Constants { lost_time_s, saturation_flow_vph }, simulations))
+}
 
 /// Seed of the episodes that the search compares plans on.
 const SEARCH_SEED: u32 = 0;
@@ -46,24 +83,6 @@ const SETS_SHARE: f64 = 0.4;
 /// on the other side.
 const SIMPLEX_FACTORS: [f64; 4] = [1.4, 0.8, 1.15, 0.9];
 
-/// A fixed cycle of one signal.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plan {
-    /// The network's own program.
-    Own,
-    /// Greens in their order, seconds.
-    Cycle(Vec<(GreenPhase, f64)>),
-}
-
-impl Plan {
-    fn drive(&self) -> Drive {
-        match self {
-            Self::Own => Drive::OwnProgram,
-            Self::Cycle(greens) => Drive::Cycle(greens.clone()),
-        }
-    }
-}
-
 /// Tuned fixed-time control.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedTime {
@@ -75,9 +94,6 @@ pub struct FixedTime {
 }
 
 impl FixedTime {
-    /// Name of the method.
-    pub const NAME: &'static str = "fixed-time";
-
     /// Returns a controller that tunes itself with at most `simulations` episodes.
     pub fn new(constants: Constants, simulations: u32) -> Self {
         Self { constants, simulations, signals: Vec::new(), plans: Vec::new(), used: 0 }
@@ -86,7 +102,7 @@ impl FixedTime {
 
 impl Controller for FixedTime {
     fn name(&self) -> &'static str {
-        Self::NAME
+        METHOD.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
@@ -257,22 +273,6 @@ impl FixedTime {
             }
         }
         Ok(best.expect("there is at least one plan").1)
-    }
-}
-
-fn describe(signal: &SignalSpec, plan: &Plan) -> String {
-    match plan {
-        Plan::Own => "the network's own program".to_owned(),
-        Plan::Cycle(greens) => {
-            let phases: Vec<usize> = greens.iter().map(|(phase, _)| phase.0).collect();
-            let cycle_s =
-                greens.iter().map(|(_, g)| g).sum::<f64>() + signal.limits.lost_s(&phases);
-            let greens: Vec<_> = greens
-                .iter()
-                .map(|(phase, green)| format!("{} {green} s", signal.phases[phase.0].state))
-                .collect();
-            format!("cycle {cycle_s} s: {}", greens.join(", "))
-        }
     }
 }
 

@@ -15,8 +15,8 @@ use std::collections::BTreeMap;
 use std::f32::consts::SQRT_2;
 
 use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
-use super::training::{self, Learner, Training, decides, is_checkpoint, mean};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
+use super::training::{self, Learner, TrainingState, decides, is_checkpoint, mean};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use crate::nn::Activation;
 use crate::nn::archive::Archive;
 use crate::nn::init::Init;
@@ -26,7 +26,20 @@ use crate::rl::normalise::Normaliser;
 use crate::rl::random::Generator;
 use crate::rl::replay::Transition;
 use crate::rl::schedule::linear_epsilon;
+use crate::run::method::{Method, Training};
 use crate::settings::setting::settings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "idqn",
+    summary: "deep Q-learning on lanes, a learner per signal (RESCO)",
+    training: Training::Learned,
+    default: false,
+    decision_s: 6e-4,
+    color: "#4b2e83",
+    dash: "",
+    settings: Config::SETTINGS,
+};
 
 settings! {
     /// Hyper-parameters of `idqn`; the defaults are RESCO's.
@@ -138,18 +151,20 @@ impl Agent {
 pub struct Idqn {
     config: Config,
     seed: u64,
-    training: Training,
+    training: TrainingState,
     signals: Vec<SignalSpec>,
     agents: Vec<Agent>,
 }
 
-impl Idqn {
-    /// Name of the method.
-    pub const NAME: &'static str = "idqn";
+/// Returns IDQN, untrained.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    Box::new(Idqn::new(config.clone(), setup.episodes, setup.seed))
+}
 
+impl Idqn {
     /// Returns an untrained controller; `seed` is for everything random in it.
     pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
-        let training = Training::new(episodes);
+        let training = TrainingState::new(episodes);
         Self { config, seed, training, signals: Vec::new(), agents: Vec::new() }
     }
 
@@ -179,7 +194,7 @@ impl Idqn {
 
 impl Controller for Idqn {
     fn name(&self) -> &'static str {
-        Self::NAME
+        METHOD.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
@@ -244,7 +259,7 @@ impl Controller for Idqn {
     }
 
     fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(Self::NAME, &self.training, &self.signals)
+        training::remarks(METHOD.name, &self.training, &self.signals)
     }
 
     fn figures(&self) -> BTreeMap<String, f64> {
@@ -252,7 +267,7 @@ impl Controller for Idqn {
     }
 
     fn model(&self) -> Option<Archive> {
-        let mut model = training::model(Self::NAME, &self.signals);
+        let mut model = training::model(METHOD.name, &self.signals);
         for agent in &self.agents {
             let prefix = agent.prefix();
             let (network, parameters) = agent.dqn.learned();
@@ -265,12 +280,12 @@ impl Controller for Idqn {
     }
 
     fn load(&mut self, model: Archive) -> Result<(), ControlError> {
-        self.training.load(Self::NAME, model)
+        self.training.load(METHOD.name, model)
     }
 }
 
 impl Learner for Idqn {
-    fn training(&mut self) -> &mut Training {
+    fn training(&mut self) -> &mut TrainingState {
         &mut self.training
     }
 

@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 use std::f32::consts::SQRT_2;
 
 use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
-use super::training::{self, Learner, Training, decides, is_checkpoint, mean};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
+use super::training::{self, Learner, TrainingState, decides, is_checkpoint, mean};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use crate::nn::archive::Archive;
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
@@ -21,7 +21,20 @@ use crate::nn::{Activation, Network};
 use crate::rl::normalise::Normaliser;
 use crate::rl::ppo::{End, Ppo, Settings};
 use crate::rl::random::Generator;
+use crate::run::method::{Method, Training};
 use crate::settings::setting::settings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "ippo",
+    summary: "proximal policy optimisation on lanes, a learner per signal (RESCO)",
+    training: Training::Learned,
+    default: false,
+    decision_s: 5e-5,
+    color: "#e69f00",
+    dash: "9 4",
+    settings: Config::SETTINGS,
+};
 
 settings! {
     /// Hyper-parameters of `ippo`; the defaults are RESCO's.
@@ -150,18 +163,20 @@ impl Agent {
 pub struct Ippo {
     config: Config,
     seed: u64,
-    training: Training,
+    training: TrainingState,
     signals: Vec<SignalSpec>,
     agents: Vec<Agent>,
 }
 
-impl Ippo {
-    /// Name of the method.
-    pub const NAME: &'static str = "ippo";
+/// Returns IPPO, untrained.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    Box::new(Ippo::new(config.clone(), setup.episodes, setup.seed))
+}
 
+impl Ippo {
     /// Returns an untrained controller; `seed` is for everything random in it.
     pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
-        let training = Training::new(episodes);
+        let training = TrainingState::new(episodes);
         Self { config, seed, training, signals: Vec::new(), agents: Vec::new() }
     }
 
@@ -184,7 +199,7 @@ impl Ippo {
 
 impl Controller for Ippo {
     fn name(&self) -> &'static str {
-        Self::NAME
+        METHOD.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
@@ -248,7 +263,7 @@ impl Controller for Ippo {
     }
 
     fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(Self::NAME, &self.training, &self.signals)
+        training::remarks(METHOD.name, &self.training, &self.signals)
     }
 
     fn figures(&self) -> BTreeMap<String, f64> {
@@ -256,7 +271,7 @@ impl Controller for Ippo {
     }
 
     fn model(&self) -> Option<Archive> {
-        let mut model = training::model(Self::NAME, &self.signals);
+        let mut model = training::model(METHOD.name, &self.signals);
         for agent in &self.agents {
             let prefix = agent.prefix();
             let (network, parameters) = agent.ppo.learned();
@@ -269,12 +284,12 @@ impl Controller for Ippo {
     }
 
     fn load(&mut self, model: Archive) -> Result<(), ControlError> {
-        self.training.load(Self::NAME, model)
+        self.training.load(METHOD.name, model)
     }
 }
 
 impl Learner for Ippo {
-    fn training(&mut self) -> &mut Training {
+    fn training(&mut self) -> &mut TrainingState {
         &mut self.training
     }
 

@@ -31,10 +31,23 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::{
+    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Service, Setup, SignalSpec,
+    Turn,
+};
+use crate::run::method::{Method, Training};
 use crate::settings::setting::settings;
 
-use super::{
-    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Service, SignalSpec, Turn,
+/// The method.
+pub const METHOD: Method = Method {
+    name: "max-pressure",
+    summary: "the phase that relieves the most pressure (Varaiya), at every decision",
+    training: Training::None,
+    default: true,
+    decision_s: 0.0,
+    color: "#d55e00",
+    dash: "",
+    settings: Config::SETTINGS,
 };
 
 /// Vehicles that a prior of equal shares per lane counts for, before vehicles have been seen.
@@ -65,10 +78,12 @@ pub struct MaxPressure {
     streets: Vec<Vec<usize>>,
 }
 
-impl MaxPressure {
-    /// Name of the method.
-    pub const NAME: &'static str = "max-pressure";
+/// Returns max pressure.
+pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
+    Box::new(MaxPressure::new(config.clone()))
+}
 
+impl MaxPressure {
     /// Returns a controller with these constants.
     pub fn new(config: Config) -> Self {
         Self { config, ..Self::default() }
@@ -77,7 +92,7 @@ impl MaxPressure {
 
 impl Controller for MaxPressure {
     fn name(&self) -> &'static str {
-        Self::NAME
+        METHOD.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {

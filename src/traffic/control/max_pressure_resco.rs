@@ -18,8 +18,27 @@
 //! Source: RESCO, agents/maxpressure.py.
 
 use super::{
-    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Phase, SignalSpec,
+    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Phase, Setup, SignalSpec,
 };
+use crate::run::method::{Method, Training};
+use crate::settings::setting::NoSettings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "max-pressure-resco",
+    summary: "the phase whose two main movements have the longest queues (RESCO)",
+    training: Training::None,
+    default: false,
+    decision_s: 0.0,
+    color: "#0011dd",
+    dash: "",
+    settings: NoSettings::SETTINGS,
+};
+
+/// Returns max pressure with RESCO's rule.
+pub fn create(_config: &NoSettings, _setup: &Setup) -> Box<dyn Controller> {
+    Box::new(MaxPressureResco::default())
+}
 
 /// Movements that name a phase in RESCO.
 const RESCO_MOVEMENTS: usize = 2;
@@ -32,14 +51,9 @@ pub struct MaxPressureResco {
     phases: Vec<Vec<Vec<Movement>>>,
 }
 
-impl MaxPressureResco {
-    /// Name of the method.
-    pub const NAME: &'static str = "max-pressure-resco";
-}
-
 impl Controller for MaxPressureResco {
     fn name(&self) -> &'static str {
-        Self::NAME
+        METHOD.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {

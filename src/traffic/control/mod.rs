@@ -12,6 +12,7 @@ pub mod max_pressure;
 pub mod max_pressure_resco;
 pub mod mplight;
 pub mod mplight_star;
+pub mod mplight_star_resco;
 pub mod phase_sets;
 pub mod program;
 pub mod registry;
@@ -258,6 +259,17 @@ pub enum ControlError {
     /// A checkpoint could not be written.
     #[error(transparent)]
     Checkpoint(#[from] crate::files::FileError),
+}
+
+/// What a controller is set up with, beside the settings of its method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Setup {
+    /// Of everything random in it.
+    pub seed: u64,
+    /// Episodes that a learner is trained for.
+    pub episodes: u32,
+    /// Whether the network is an imported one.
+    pub imported: bool,
 }
 
 /// Runs episodes for a controller that learns or tunes itself.

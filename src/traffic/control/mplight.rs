@@ -18,8 +18,8 @@ use std::collections::BTreeMap;
 use std::f32::consts::SQRT_2;
 
 use super::state::{Demand, movement_slots, pressure_reward};
-use super::training::{self, Learner, Training, decides, is_checkpoint};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
+use super::training::{self, Learner, TrainingState, decides, is_checkpoint};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use crate::nn::archive::Archive;
 use crate::nn::frap::{Frap, HEAD, Layout};
 use crate::nn::init::Init;
@@ -28,6 +28,19 @@ use crate::rl::normalise::Normaliser;
 use crate::rl::random::Generator;
 use crate::rl::replay::Transition;
 use crate::rl::schedule::linear_epsilon;
+use crate::run::method::{Method, Training};
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "mplight",
+    summary: "deep Q-learning on pressure, one FRAP network for all signals (RESCO)",
+    training: Training::Learned,
+    default: false,
+    decision_s: 6e-4,
+    color: "#56b4e9",
+    dash: "",
+    settings: Config::SETTINGS,
+};
 
 /// Declares the hyper-parameters of MPLight, and those that a variant of it adds.
 macro_rules! mplight_settings {
@@ -103,19 +116,21 @@ pub struct MpLight {
     config: Config,
     demand: Demand,
     seed: u64,
-    training: Training,
+    training: TrainingState,
     signals: Vec<SignalSpec>,
     places: Vec<Place>,
     shared: Option<Shared>,
 }
 
-impl MpLight {
-    /// Name of the method.
-    pub const NAME: &'static str = "mplight";
+/// Returns MPLight, untrained.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    Box::new(MpLight::new(config.clone(), setup.episodes, setup.seed))
+}
 
+impl MpLight {
     /// Returns an untrained controller; `seed` is for everything random in it.
     pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
-        Self::variant(Self::NAME, config, Demand::Pressure, episodes, seed)
+        Self::variant(METHOD.name, config, Demand::Pressure, episodes, seed)
     }
 
     /// Returns an untrained variant that sees other things of movements.
@@ -126,7 +141,7 @@ impl MpLight {
         episodes: u32,
         seed: u64,
     ) -> Self {
-        let (training, shared) = (Training::new(episodes), None);
+        let (training, shared) = (TrainingState::new(episodes), None);
         Self { name, config, demand, seed, training, signals: vec![], places: vec![], shared }
     }
 
@@ -293,7 +308,7 @@ impl Controller for MpLight {
 }
 
 impl Learner for MpLight {
-    fn training(&mut self) -> &mut Training {
+    fn training(&mut self) -> &mut TrainingState {
         &mut self.training
     }
 

@@ -3,20 +3,34 @@
 //! On generated networks the own program is netconvert's default, so the method equals the
 //! baseline there.
 
-use super::{ControlError, Controller, Drive, SignalSpec};
+use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use crate::run::method::{Method, Training};
+use crate::settings::setting::NoSettings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "program",
+    summary: "the network's own signal program, untouched",
+    training: Training::None,
+    default: false,
+    decision_s: 0.0,
+    color: "#66002b",
+    dash: "",
+    settings: NoSettings::SETTINGS,
+};
+
+/// Returns the own program.
+pub fn create(_config: &NoSettings, _setup: &Setup) -> Box<dyn Controller> {
+    Box::new(Program)
+}
 
 /// The network's own program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Program;
 
-impl Program {
-    /// Name of the method.
-    pub const NAME: &'static str = "program";
-}
-
 impl Controller for Program {
     fn name(&self) -> &'static str {
-        Self::NAME
+        METHOD.name
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {

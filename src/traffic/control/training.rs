@@ -30,7 +30,7 @@ pub(super) struct Curve {
 
 /// Where a training stands.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Training {
+pub(super) struct TrainingState {
     /// Episodes in all.
     pub(super) episodes: u32,
     /// Episodes done.
@@ -49,7 +49,7 @@ pub(super) struct Training {
     pub(super) curve: Curve,
 }
 
-impl Training {
+impl TrainingState {
     /// Returns a training that has not begun.
     pub(super) fn new(episodes: u32) -> Self {
         Self { episodes, ..Self::default() }
@@ -98,7 +98,7 @@ impl Training {
 /// A controller that learns from training episodes.
 pub(super) trait Learner: Controller {
     /// Where its training stands.
-    fn training(&mut self) -> &mut Training;
+    fn training(&mut self) -> &mut TrainingState;
 
     /// Whether there is a signal to decide for; known after the first episode has begun.
     fn controls(&self) -> bool;
@@ -138,7 +138,7 @@ pub(super) fn train(
             return Err(ControlError::Diverged { episode, what });
         }
         learner.training().updated |= loss.is_some();
-        let Training { done, updated, .. } = *learner.training();
+        let TrainingState { done, updated, .. } = *learner.training();
         let learner = &*learner;
         trainer.checkpoint(&|| {
             let mut archive = Archive::default();
@@ -222,7 +222,7 @@ pub(super) fn decides(signal: &SignalSpec) -> bool {
 /// without a choice, and lanes that no phase serves.
 pub(super) fn remarks(
     method: &str,
-    training: &Training,
+    training: &TrainingState,
     signals: &[SignalSpec],
 ) -> BTreeMap<String, String> {
     let mut remarks = BTreeMap::new();

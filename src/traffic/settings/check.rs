@@ -1,14 +1,11 @@
 //! Checks ranges that types cannot express: of a scenario's settings and of tables.
 
-use super::demand::{MAX_APPROACH_SPREAD, MIN_PEAK_HOUR_FACTOR};
-use super::inflow::{EVEN_SPLIT, InflowSources};
+use super::demand::MIN_PEAK_HOUR_FACTOR;
+use super::inflow::InflowSources;
 use super::{Detail, Scenario, SixFeatures};
 use crate::family::error::FamilyError;
-use crate::settings::setting::{Ranged, Section};
+use crate::settings::setting::Ranged;
 use crate::settings::within;
-
-/// Longest green that can be asked for, seconds.
-const MAX_GREEN_S: f64 = 3600.0;
 
 /// How far shares that were rounded may be from 1 in total.
 const SHARES_SUM: f64 = 0.01;
@@ -31,49 +28,9 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
     if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
         return fail("name", format!("{name:?}"), "expected letters, digits, `-` and `_`");
     }
-    let (f, n, d) = (&scenario.family, &scenario.network, &scenario.demand);
-    let (t, a, b) = (&scenario.fixed_time, &scenario.actuated, &scenario.baseline);
-    let s = &scenario.signal;
-    let ranges = [
-        ("version", f64::from(scenario.version), 1.0, 1e6),
-        ("family.hourly_share", f.hourly_share, 1e-6, 1.0),
-        ("family.directional_split", f.directional_split, EVEN_SPLIT, 1.0),
-        ("family.peak_heading_deg", f.peak_heading_deg, 0.0, 360.0),
-        ("family.inflow_cap_vph_per_lane", f.inflow_cap_vph_per_lane, 1.0, 3600.0),
-        ("family.min_inflow_vph", f.min_inflow_vph, 1.0, 3600.0),
-        ("family.length_scale", f.length_scale, 0.01, 100.0),
-        ("network.exit_length_m", n.exit_length_m, 10.0, 10_000.0),
-        ("network.phase_green_s", n.phase_green_s, 1.0, 300.0),
-        ("network.default_cycle_s", n.default_cycle_s, 20.0, 600.0),
-        ("network.default_left_green_s", n.default_left_green_s, 1.0, 100.0),
-        ("demand.horizon_s", d.horizon_s, 10.0, 86_400.0),
-        ("demand.approach_spread", d.approach_spread, 0.0, MAX_APPROACH_SPREAD),
-        ("signal.delta_time_s", f64::from(s.delta_time_s), 1.0, 300.0),
-        ("signal.detection_m", s.detection_m, 1.0, 10_000.0),
-        ("signal.yellow_time_s", f64::from(s.yellow_time_s), 0.0, 10.0),
-        ("signal.all_red_s", f64::from(s.all_red_s), 0.0, 30.0),
-        ("signal.min_green_s", f64::from(s.min_green_s), 1.0, 100.0),
-        ("signal.min_left_green_s", f64::from(s.min_left_green_s), 1.0, 100.0),
-        ("signal.max_green_s", s.max_green_s.map_or(MAX_GREEN_S, f64::from), 1.0, MAX_GREEN_S),
-        ("signal.min_cycle_s", f64::from(s.min_cycle_s), 1.0, 600.0),
-        ("signal.max_cycle_s", f64::from(s.max_cycle_s), 10.0, 600.0),
-        ("simulation.time_to_teleport_s", scenario.simulation.time_to_teleport_s, -1.0, 86_400.0),
-        ("baseline.green_s", b.green_s, 1.0, 300.0),
-        ("fixed_time.simulations", f64::from(t.simulations), 1.0, 10_000.0),
-        ("fixed_time.lost_time_s", t.lost_time_s, 0.0, 30.0),
-        ("fixed_time.saturation_flow_vph", t.saturation_flow_vph, 100.0, 5000.0),
-        ("actuated.max_green_s", a.max_green_s, 1.0, 600.0),
-        ("training.episodes", f64::from(scenario.training.episodes), 1.0, 1e6),
-    ];
-    let methods: [(&str, &dyn Section); 6] = [
-        ("max_pressure", &scenario.max_pressure),
-        ("idqn", &scenario.idqn),
-        ("ippo", &scenario.ippo),
-        ("mplight", &scenario.mplight),
-        ("mplight_star", &scenario.mplight_star),
-        ("mplight_star_resco", &scenario.mplight_star_resco),
-    ];
-    let methods = methods.into_iter().flat_map(|(section, settings)| {
+    let (f, d) = (&scenario.family, &scenario.demand);
+    let version = ("version".to_owned(), f64::from(scenario.version), 1.0, 1e6);
+    let sections = scenario.sections().into_iter().flat_map(|(section, settings)| {
         let named = move |r: Ranged| (format!("{section}.{}", r.name), r.value, r.low, r.high);
         settings.ranges().into_iter().map(named)
     });
@@ -81,13 +38,12 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         .iter()
         .zip(f.bins.to_array())
         .map(|((name, _), v)| (format!("family.bins.{name}"), v, 1e-3, 1e6));
-    let ranges = ranges.into_iter().map(|(field, v, low, high)| (field.to_owned(), v, low, high));
-    for (field, value, low, high) in ranges.chain(methods).chain(bins) {
+    for (field, value, low, high) in std::iter::once(version).chain(sections).chain(bins) {
         if let Err(expected) = within(value, low, high) {
             return fail(&field, shortest(value), &expected);
         }
     }
-    if let Err((field, value, expected)) = s.check() {
+    if let Err((field, value, expected)) = scenario.signal.check() {
         return fail(field, value, expected);
     }
     if !(d.peak_hour_factor > MIN_PEAK_HOUR_FACTOR && d.peak_hour_factor <= 1.0) {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::settings::setting::settings;
 use crate::traffic::side::DrivingSide;
 
 /// Largest [`DemandSettings::approach_spread`]: a larger one leaves an approach without vehicles.
@@ -10,35 +11,22 @@ pub const MAX_APPROACH_SPREAD: f64 = 0.745;
 /// Peak hour factor below which the other quarters of the horizon would have less than no vehicle.
 pub(super) const MIN_PEAK_HOUR_FACTOR: f64 = 0.25;
 
-/// Which vehicles arrive.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DemandSettings {
-    /// Simulated time, seconds; vehicles arrive during all of it.
-    pub horizon_s: f64,
-    /// How arriving vehicles turn; renormalised over the movements that exist.
-    pub turn_shares: TurnShares,
-    /// Volume of the horizon divided by four times that of its busiest quarter, the second; 1 is an
-    /// even flow, above 0.25 all that is possible. The volume stays the same.
-    ///
-    /// Source: Highway Capacity Manual, peak hour factor `V / (4 V15)`, 0.92 by default there.
-    pub peak_hour_factor: f64,
-    /// Variation (standard deviation divided by the mean) of the inflow between the four approaches of
-    /// a six-feature point MDP, whose mean stays the same; 0 makes them equal. Approaches with
-    /// features of their own have their own inflows, so that it has no effect on them.
-    ///
-    /// Source: 0.4 is the variation within the intersections of Salt Lake City.
-    pub approach_spread: f64,
-}
-
-impl Default for DemandSettings {
-    fn default() -> Self {
-        Self {
-            horizon_s: 3600.0,
-            turn_shares: TurnShares::default(),
-            peak_hour_factor: 1.0,
-            approach_spread: 0.0,
-        }
+settings! {
+    /// Which vehicles arrive.
+    pub struct DemandSettings, source "our choice" {
+        /// Simulated time; vehicles arrive during all of it.
+        horizon_s: f64 = 3600.0, in 10.0..=86_400.0, unit "s", source "the paper's hour";
+        /// How arriving vehicles turn; renormalised over the movements that exist.
+        turn_shares: TurnShares = TurnShares::default();
+        /// Volume of the horizon divided by four times that of its busiest quarter, the second; 1 is an
+        /// even flow, above 0.25 all that is possible. The volume stays the same. The Highway Capacity
+        /// Manual's peak hour factor, `V / (4 V15)`, is 0.92 by default there.
+        peak_hour_factor: f64 = 1.0;
+        /// Variation (standard deviation divided by the mean) of the inflow between the four approaches of
+        /// a six-feature point MDP, whose mean stays the same; 0 makes them equal. Approaches with
+        /// features of their own have their own inflows, so that it has no effect on them. 0.4 is the
+        /// variation within the intersections of Salt Lake City.
+        approach_spread: f64 = 0.0, in 0.0..=MAX_APPROACH_SPREAD;
     }
 }
 

@@ -1,7 +1,7 @@
 //! A scenario file: where the family comes from and every setting of networks, demand and signals.
 //!
-//! All fields but one source of the family have defaults, which live in the `Default` impls below and
-//! nowhere else; that of `name` is the file's, see `default_name.rs`. Unknown fields are errors.
+//! Every setting is declared once, with its default and range: here, or in the file of its method. The
+//! default of `name` is the file's, see `default_name.rs`. Unknown fields are errors.
 
 pub mod check;
 mod demand;
@@ -10,139 +10,136 @@ pub mod signal;
 
 use serde::{Deserialize, Serialize};
 
-use crate::traffic::control::{idqn, ippo, max_pressure, mplight, mplight_star};
+use crate::settings::setting::{Section, settings};
+use crate::traffic::control;
+use crate::traffic::control::registry::methods;
 use crate::traffic::side::DrivingSide;
 
 pub use demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
 use inflow::{EVEN_SPLIT, InflowSources, NORTH_EAST_DEG, is_even, is_north_east};
 pub use signal::{Actions, ChangeInterval, Preset, SignalSettings};
 
-/// A scenario as written in TOML.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Scenario {
-    /// Name of the family; also the default folder of its networks. By default that of the file.
-    #[serde(default)]
-    pub name: String,
-    /// One sentence for people.
-    #[serde(default)]
-    pub title: String,
-    /// Number of the family's definition; a change of data or rules that moves results raises it.
-    #[serde(default = "first_version")]
-    pub version: u32,
-    /// Limits of timing and demand that other defaults than the plain ones come from.
-    #[serde(default)]
-    pub preset: Preset,
-    /// Where the point MDPs come from.
-    #[serde(default)]
-    pub family: FamilySettings,
-    /// How intersections become road networks.
-    #[serde(default)]
-    pub network: NetworkSettings,
-    /// Which vehicles arrive.
-    #[serde(default)]
-    pub demand: DemandSettings,
-    /// How signals are timed and what controllers see.
-    #[serde(default)]
-    pub signal: SignalSettings,
-    /// How SUMO is run.
-    #[serde(default)]
-    pub simulation: SimulationSettings,
-    /// The denominator of every score.
-    #[serde(default)]
-    pub baseline: BaselineSettings,
-    /// The tuned fixed-time controller.
-    #[serde(default)]
-    pub fixed_time: FixedTimeSettings,
-    /// Max pressure as Varaiya defines it.
-    #[serde(default)]
-    pub max_pressure: max_pressure::Config,
-    /// SUMO's gap-based control.
-    #[serde(default)]
-    pub actuated: ActuatedSettings,
-    /// How long learners are trained.
-    #[serde(default)]
-    pub training: TrainingSettings,
-    /// Hyper-parameters of `idqn`.
-    #[serde(default)]
-    pub idqn: idqn::Config,
-    /// Hyper-parameters of `ippo`.
-    #[serde(default)]
-    pub ippo: ippo::Config,
-    /// Hyper-parameters of `mplight`.
-    #[serde(default)]
-    pub mplight: mplight::Config,
-    /// Hyper-parameters of `mplight-star`.
-    #[serde(default)]
-    pub mplight_star: mplight_star::Config,
-    /// Hyper-parameters of `mplight-star-resco`.
-    #[serde(default)]
-    pub mplight_star_resco: mplight_star::Config,
+/// Declares the scenario, with the section of every method that has settings.
+macro_rules! scenario {
+    ($(super::$first:ident $(::$first_config:ident)?),*; $(super::$then:ident $(::$then_config:ident)?),*) => {
+        /// A scenario as written in TOML.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct Scenario {
+            /// Name of the family; also the default folder of its networks. By default that of the
+            /// file.
+            #[serde(default)]
+            pub name: String,
+            /// One sentence for people.
+            #[serde(default)]
+            pub title: String,
+            /// Number of the family's definition; a change of data or rules that moves results raises
+            /// it.
+            #[serde(default = "first_version")]
+            pub version: u32,
+            /// Limits of timing and demand that other defaults than the plain ones come from.
+            #[serde(default)]
+            pub preset: Preset,
+            /// Where the point MDPs come from.
+            #[serde(default)]
+            pub family: FamilySettings,
+            /// How intersections become road networks.
+            #[serde(default)]
+            pub network: NetworkSettings,
+            /// Which vehicles arrive.
+            #[serde(default)]
+            pub demand: DemandSettings,
+            /// How signals are timed and what controllers see.
+            #[serde(default)]
+            pub signal: SignalSettings,
+            /// How SUMO is run.
+            #[serde(default)]
+            pub simulation: SimulationSettings,
+            $($(
+                #[doc = concat!("Settings of the method in `control/", stringify!($first), ".rs`.")]
+                #[serde(default)]
+                pub $first: control::$first::$first_config,
+            )?)*
+            /// How long learners are trained.
+            #[serde(default)]
+            pub training: TrainingSettings,
+            $($(
+                #[doc = concat!("Settings of the method in `control/", stringify!($then), ".rs`.")]
+                #[serde(default)]
+                pub $then: control::$then::$then_config,
+            )?)*
+        }
+
+        impl Scenario {
+            /// Returns its sections by name.
+            pub fn sections(&self) -> Vec<(&'static str, &dyn Section)> {
+                let mut sections: Vec<(&'static str, &dyn Section)> = vec![
+                    ("family", &self.family),
+                    ("network", &self.network),
+                    ("demand", &self.demand),
+                    ("signal", &self.signal),
+                    ("simulation", &self.simulation),
+                    ("training", &self.training),
+                ];
+                $($({
+                    let section: &control::$first::$first_config = &self.$first;
+                    sections.push((stringify!($first), section));
+                })?)*
+                $($({
+                    let section: &control::$then::$then_config = &self.$then;
+                    sections.push((stringify!($then), section));
+                })?)*
+                sections
+            }
+        }
+    };
 }
+methods!(scenario);
 
 /// Version of a scenario that says none.
 fn first_version() -> u32 {
     1
 }
 
-/// Where the point MDPs come from: exactly one of `approaches` and `points`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct FamilySettings {
-    /// Table of real approaches, relative to the scenario file; the point MDPs are derived.
-    pub approaches: Option<String>,
-    /// Table of point MDPs, relative to the scenario file, as written by hand.
-    pub points: Option<String>,
-    /// Six features per intersection or its real arms; needs `approaches` for the latter.
-    pub detail: Detail,
-    /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
-    /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
-    pub hourly_share: f64,
-    /// Share of the hour's traffic of a two-way street that goes in its peak direction: 0.5 makes the
-    /// directions equal, 0.55 is a usual design hour. Left out of manifests where it is 0.5.
-    #[serde(skip_serializing_if = "is_even")]
-    pub directional_split: f64,
-    /// Heading within 90 degrees of which the peak direction of every street lies, degrees clockwise
-    /// from north. Left out of manifests where it is 45.
-    #[serde(skip_serializing_if = "is_north_east")]
-    pub peak_heading_deg: f64,
-    /// Upper limit of the inflow, vehicles per hour and lane (IntersectionZoo's cap).
-    pub inflow_cap_vph_per_lane: f64,
-    /// Lower limit of a point MDP's inflow, vehicles per hour and approach: without vehicles a
-    /// score is undefined.
-    pub min_inflow_vph: f64,
-    /// Factor on every length; 0.757 turns EPSG:3395 lengths at 40.76 degrees north into ground
-    /// distances.
-    pub length_scale: f64,
-    /// Width of the bins that make intersections one point MDP; six-feature detail only.
-    pub bins: SixFeatures,
-    /// What the inflows of the table rest on, for the pages of results; decides nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inflows: Option<InflowSources>,
-}
-
-impl Default for FamilySettings {
-    fn default() -> Self {
-        Self {
-            approaches: None,
-            points: None,
-            detail: Detail::SixFeatures,
-            hourly_share: 1.0 / 24.0,
-            directional_split: EVEN_SPLIT,
-            peak_heading_deg: NORTH_EAST_DEG,
-            inflow_cap_vph_per_lane: 900.0,
-            min_inflow_vph: 60.0,
-            length_scale: 1.0,
-            bins: SixFeatures {
-                lanes: 1.0,
-                speed_mph: 5.0,
-                length_m: 100.0,
-                inflow_vph: 250.0,
-                left_turn_lanes: 1.0,
-                right_turn_lanes: 1.0,
-            },
-            inflows: None,
-        }
+settings! {
+    /// Where the point MDPs come from: exactly one of `approaches` and `points`.
+    pub struct FamilySettings, source "Jayawardana et al. (NeurIPS 2022), appendix" {
+        /// Table of real approaches, relative to the scenario file; the point MDPs are derived.
+        approaches: Option<String> = None;
+        /// Table of point MDPs, relative to the scenario file, as written by hand.
+        points: Option<String> = None;
+        /// Six features per intersection or its real arms; needs `approaches` for the latter.
+        detail: Detail = Detail::SixFeatures;
+        /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
+        /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
+        hourly_share: f64 = 1.0 / 24.0, in 1e-6..=1.0;
+        /// Share of the hour's traffic of a two-way street that goes in its peak direction: 0.5 makes the
+        /// directions equal, 0.55 is a usual design hour. Left out of manifests where it is 0.5.
+        #[serde(skip_serializing_if = "is_even")]
+        directional_split: f64 = EVEN_SPLIT, in EVEN_SPLIT..=1.0;
+        /// Heading within 90 degrees of which the peak direction of every street lies, clockwise from
+        /// north. Left out of manifests where it is 45.
+        #[serde(skip_serializing_if = "is_north_east")]
+        peak_heading_deg: f64 = NORTH_EAST_DEG, in 0.0..=360.0, unit "degrees";
+        /// Upper limit of the inflow.
+        inflow_cap_vph_per_lane: f64 = 900.0, in 1.0..=3600.0, unit "veh/h per lane", source "IntersectionZoo's cap";
+        /// Lower limit of a point MDP's inflow: without vehicles a score is undefined.
+        min_inflow_vph: f64 = 60.0, in 1.0..=3600.0, unit "veh/h per approach", source "our choice";
+        /// Factor on every length; 0.757 turns EPSG:3395 lengths at 40.76 degrees north into ground
+        /// distances.
+        length_scale: f64 = 1.0, in 0.01..=100.0;
+        /// Width of the bins that make intersections one point MDP; six-feature detail only.
+        bins: SixFeatures = SixFeatures {
+            lanes: 1.0,
+            speed_mph: 5.0,
+            length_m: 100.0,
+            inflow_vph: 250.0,
+            left_turn_lanes: 1.0,
+            right_turn_lanes: 1.0,
+        };
+        /// What the inflows of the table rest on, for the pages of results; decides nothing.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        inflows: Option<InflowSources> = None;
     }
 }
 
@@ -206,124 +203,39 @@ impl SixFeatures {
     }
 }
 
-/// How intersections become road networks.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NetworkSettings {
-    /// Length of outgoing edges, metres: they cost simulation time and change nothing.
-    pub exit_length_m: f64,
-    /// Green of each phase in the networks' own eight-phase program, seconds; controllers choose
-    /// their own durations.
-    pub phase_green_s: f64,
-    /// Cycle that netconvert's default program gets, seconds.
-    pub default_cycle_s: f64,
-    /// Duration of left-turn phases in netconvert's default program, seconds, within the limits of
-    /// `[signal]`. In left-hand traffic these are the phases of right turns, which cross opposing
-    /// traffic there.
-    pub default_left_green_s: f64,
-    /// Side of the street that traffic keeps to. Tables and shares of turns are as on the ground;
-    /// networks of left-hand traffic are the mirror image of right-hand ones.
-    #[serde(skip_serializing_if = "DrivingSide::is_right")]
-    pub driving_side: DrivingSide,
-}
-
-impl Default for NetworkSettings {
-    fn default() -> Self {
-        Self {
-            exit_length_m: 60.0,
-            phase_green_s: 30.0,
-            default_cycle_s: 90.0,
-            default_left_green_s: 6.0,
-            driving_side: DrivingSide::Right,
-        }
+settings! {
+    /// How intersections become road networks.
+    pub struct NetworkSettings, source "netconvert's defaults where it has one, else our choice" {
+        /// Length of outgoing edges: they cost simulation time and change nothing.
+        exit_length_m: f64 = 60.0, in 10.0..=10_000.0, unit "m";
+        /// Green of each phase in the networks' own eight-phase program; controllers choose their own
+        /// durations.
+        phase_green_s: f64 = 30.0, in 1.0..=300.0, unit "s";
+        /// Cycle that netconvert's default program gets.
+        default_cycle_s: f64 = 90.0, in 20.0..=600.0, unit "s";
+        /// Duration of left-turn phases in netconvert's default program, within the limits of
+        /// `[signal]`. In left-hand traffic these are the phases of right turns, which cross opposing
+        /// traffic there.
+        default_left_green_s: f64 = 6.0, in 1.0..=100.0, unit "s";
+        /// Side of the street that traffic keeps to. Tables and shares of turns are as on the ground;
+        /// networks of left-hand traffic are the mirror image of right-hand ones.
+        #[serde(skip_serializing_if = "DrivingSide::is_right")]
+        driving_side: DrivingSide = DrivingSide::Right;
     }
 }
 
-/// How SUMO is run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SimulationSettings {
-    /// Waiting time after which SUMO teleports a vehicle, seconds; negative: never, as in RESCO.
-    pub time_to_teleport_s: f64,
-}
-
-impl Default for SimulationSettings {
-    fn default() -> Self {
-        Self { time_to_teleport_s: -1.0 }
+settings! {
+    /// How SUMO is run.
+    pub struct SimulationSettings, source "RESCO" {
+        /// Waiting time after which SUMO teleports a vehicle; negative: never.
+        time_to_teleport_s: f64 = -1.0, in -1.0..=86_400.0, unit "s";
     }
 }
 
-/// The denominator of every score: an untuned fixed-time program.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BaselineSettings {
-    /// Which program; `auto` is `netconvert` for generated networks and `equal-split` for imported
-    /// scenarios.
-    pub program: BaselineProgram,
-    /// Green per phase of the equal split, seconds; 35 s reproduces the paper's normaliser.
-    pub green_s: f64,
-}
-
-impl Default for BaselineSettings {
-    fn default() -> Self {
-        Self { program: BaselineProgram::Auto, green_s: 35.0 }
-    }
-}
-
-/// Programs that the baseline can run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BaselineProgram {
-    /// `netconvert` for generated networks, `equal-split` for imported scenarios.
-    Auto,
-    /// The program that netconvert gives a signal by default.
-    Netconvert,
-    /// The same green for every phase.
-    EqualSplit,
-}
-
-/// The tuned fixed-time controller.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct FixedTimeSettings {
-    /// Simulated episodes that tuning may use.
-    pub simulations: u32,
-    /// Time lost per phase change in Webster's formula, seconds.
-    pub lost_time_s: f64,
-    /// Saturation flow in Webster's formula, vehicles per hour and lane (HCM base 1900).
-    pub saturation_flow_vph: f64,
-}
-
-impl Default for FixedTimeSettings {
-    fn default() -> Self {
-        Self { simulations: 24, lost_time_s: 4.0, saturation_flow_vph: 1900.0 }
-    }
-}
-
-/// SUMO's gap-based control.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ActuatedSettings {
-    /// Longest green, seconds (SUMO's default), within the limits of `[signal]`.
-    pub max_green_s: f64,
-}
-
-impl Default for ActuatedSettings {
-    fn default() -> Self {
-        Self { max_green_s: 50.0 }
-    }
-}
-
-/// How long learners are trained.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TrainingSettings {
-    /// Episodes of training per task, for every learner.
-    pub episodes: u32,
-}
-
-impl Default for TrainingSettings {
-    fn default() -> Self {
-        Self { episodes: 100 }
+settings! {
+    /// How long learners are trained.
+    pub struct TrainingSettings, source "RESCO, main.py" {
+        /// Episodes of training per task, for every learner.
+        episodes: u32 = 100, in 1.0..=1e6, unit "episodes";
     }
 }

@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::settings::setting::settings;
+
 /// What the settings that a scenario does not name are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -56,57 +58,35 @@ pub enum ChangeInterval {
     Kinematic,
 }
 
-/// How signals are timed and what controllers see.
-///
-/// Source of the defaults: RESCO's settings for single intersections (decision every 10 s, 3 s of
-/// yellow, so that a green lasts 7 s at least, 200 m).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SignalSettings {
-    /// Which greens a controller chooses from.
-    pub actions: Actions,
-    /// Time between decisions, seconds.
-    pub delta_time_s: u32,
-    /// Distance to the signal within which vehicles are detected, metres.
-    pub detection_m: f64,
-    /// How long yellow and all-red last.
-    pub change_interval: ChangeInterval,
-    /// Yellow of links whose green ends, seconds; with `kinematic` the least.
-    pub yellow_time_s: u32,
-    /// Red for all that changes, after yellow, seconds; with `kinematic` the least.
-    pub all_red_s: u32,
-    /// Shortest green, seconds.
-    pub min_green_s: u32,
-    /// Shortest green of a phase for left turns alone, seconds; in left-hand traffic for right turns alone,
-    /// which cross opposing traffic there.
-    pub min_left_green_s: u32,
-    /// Longest green, seconds; without it there is no limit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max_green_s: Option<u32>,
-    /// Whether a phase beside a crosswalk lasts until pedestrians have crossed.
-    pub pedestrians: bool,
-    /// Shortest fixed cycle, seconds.
-    pub min_cycle_s: u32,
-    /// Longest fixed cycle, seconds, unless the shortest greens make it longer.
-    pub max_cycle_s: u32,
-}
-
-impl Default for SignalSettings {
-    fn default() -> Self {
-        Self {
-            actions: Actions::OwnGreens,
-            delta_time_s: 10,
-            detection_m: 200.0,
-            change_interval: ChangeInterval::Fixed,
-            yellow_time_s: 3,
-            all_red_s: 0,
-            min_green_s: 7,
-            min_left_green_s: 7,
-            max_green_s: None,
-            pedestrians: false,
-            min_cycle_s: 20,
-            max_cycle_s: 150,
-        }
+settings! {
+    /// How signals are timed and what controllers see.
+    pub struct SignalSettings, source "RESCO's settings for single intersections" {
+        /// Which greens a controller chooses from.
+        actions: Actions = Actions::OwnGreens;
+        /// Time between decisions.
+        delta_time_s: u32 = 10, in 1.0..=300.0, unit "s";
+        /// Distance to the signal within which vehicles are detected.
+        detection_m: f64 = 200.0, in 1.0..=10_000.0, unit "m";
+        /// How long yellow and all-red last.
+        change_interval: ChangeInterval = ChangeInterval::Fixed;
+        /// Yellow of links whose green ends; with `kinematic` the least.
+        yellow_time_s: u32 = 3, in 0.0..=10.0, unit "s";
+        /// Red for all that changes, after yellow; with `kinematic` the least.
+        all_red_s: u32 = 0, in 0.0..=30.0, unit "s";
+        /// Shortest green.
+        min_green_s: u32 = 7, in 1.0..=100.0, unit "s";
+        /// Shortest green of a phase for left turns alone; in left-hand traffic for right turns alone,
+        /// which cross opposing traffic there.
+        min_left_green_s: u32 = 7, in 1.0..=100.0, unit "s";
+        /// Longest green; without it there is no limit.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        max_green_s: Option<u32> = None, in 1.0..=3600.0, unit "s";
+        /// Whether a phase beside a crosswalk lasts until pedestrians have crossed.
+        pedestrians: bool = false;
+        /// Shortest fixed cycle.
+        min_cycle_s: u32 = 20, in 1.0..=600.0, unit "s", source "our choice";
+        /// Longest fixed cycle, unless the shortest greens make it longer.
+        max_cycle_s: u32 = 150, in 10.0..=600.0, unit "s", source "our choice";
     }
 }
 

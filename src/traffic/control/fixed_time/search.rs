@@ -6,7 +6,8 @@ use argmin::core::CostFunction;
 
 use super::super::webster::within;
 use super::super::{ControlError, GreenPhase, SignalSpec, Trainer};
-use super::{FixedTime, Plan, SEARCH_SEED};
+use super::plan::Plan;
+use super::{FixedTime, SEARCH_SEED};
 
 /// What the search has done so far.
 pub(super) struct SearchState<'a> {

@@ -1,0 +1,71 @@
+//! From a method and a scenario to a controller, and how long it is trained.
+
+use crate::run::method::{Method, Training};
+use crate::settings::setting::NoSettings;
+use crate::suggest::did_you_mean;
+use crate::traffic::control::registry::{METHODS, methods};
+use crate::traffic::control::{self, ControlError, Controller, Setup};
+use crate::traffic::settings::Scenario;
+
+/// The settings of a method, if it has any.
+macro_rules! settings_of {
+    ($scenario:ident $method:ident $config:ident) => {
+        &$scenario.$method
+    };
+    ($scenario:ident $method:ident) => {
+        &NoSettings
+    };
+}
+
+macro_rules! make {
+    ($(super::$first:ident $(::$a:ident)?),*; $(super::$then:ident $(::$b:ident)?),*) => {
+        fn make(name: &str, scenario: &Scenario, setup: &Setup) -> Option<Box<dyn Controller>> {
+            $(if name == control::$first::METHOD.name {
+                return Some(control::$first::create(settings_of!(scenario $first $($a)?), setup));
+            })*
+            $(if name == control::$then::METHOD.name {
+                return Some(control::$then::create(settings_of!(scenario $then $($b)?), setup));
+            })*
+            None
+        }
+    };
+}
+methods!(make);
+
+/// Returns a controller by name, not yet trained.
+///
+/// # Arguments
+///
+/// * `imported` — whether the network is an imported one.
+/// * `seed` — of everything random in it.
+///
+/// # Errors
+///
+/// [`ControlError::Unknown`] for a name that no method has.
+pub fn create(
+    name: &str,
+    scenario: &Scenario,
+    imported: bool,
+    seed: u64,
+) -> Result<Box<dyn Controller>, ControlError> {
+    let setup = Setup { seed, episodes: scenario.training.episodes, imported };
+    make(name, scenario, &setup).ok_or_else(|| {
+        let known: Vec<_> = METHODS.iter().map(|m| m.name).collect();
+        let meant = did_you_mean(name, known.iter().copied());
+        ControlError::Unknown { name: name.to_owned(), known: known.join(", "), meant }
+    })
+}
+
+/// Returns the episodes that a method is trained or tuned for in a scenario, at most.
+pub fn training_episodes(method: &Method, scenario: &Scenario) -> u32 {
+    match method.training {
+        Training::None => 0,
+        Training::Learned => scenario.training.episodes,
+        Training::Tuned { episodes } => {
+            let (own, sections) = (method.section(), scenario.sections());
+            let ranges = sections.iter().find(|(name, _)| *name == own).map(|(_, s)| s.ranges());
+            let setting = ranges.into_iter().flatten().find(|r| r.name == episodes);
+            setting.expect("the registry's test has looked it up").value as u32
+        }
+    }
+}
