@@ -221,12 +221,12 @@ impl FixedTime {
             corner[i] += step;
             simplex.push(corner);
         }
+        let spec = self.signals[signal].clone();
+        let mut try_plan = |plan: &Plan| self.try_plan(trainer, signal, plan, SEARCH_SEED);
         let problem = Search {
-            spec: self.signals[signal].clone(),
+            spec,
             state: RefCell::new(SearchState {
-                controller: self,
-                trainer,
-                signal,
+                try_plan: &mut try_plan,
                 phases: start.iter().map(|(phase, _)| phase.0).collect(),
                 left: simulations,
                 tried,

@@ -5,15 +5,13 @@ use std::cell::RefCell;
 use argmin::core::CostFunction;
 
 use super::super::webster::within;
-use super::super::{ControlError, GreenPhase, SignalSpec, Trainer};
+use super::super::{ControlError, GreenPhase, SignalSpec};
 use super::plan::Plan;
-use super::{FixedTime, SEARCH_SEED};
 
 /// What the search has done so far.
 pub(super) struct SearchState<'a> {
-    pub(super) controller: &'a mut FixedTime,
-    pub(super) trainer: &'a mut dyn Trainer,
-    pub(super) signal: usize,
+    /// Returns the delay of a plan, one episode.
+    pub(super) try_plan: &'a mut dyn FnMut(&Plan) -> Result<f64, ControlError>,
     pub(super) phases: Vec<usize>,
     pub(super) left: u32,
     pub(super) tried: Vec<(f64, Plan)>,
@@ -47,7 +45,7 @@ impl CostFunction for &Search<'_> {
             return Ok(f64::MAX);
         }
         state.left -= 1;
-        match state.controller.try_plan(state.trainer, state.signal, &plan, SEARCH_SEED) {
+        match (state.try_plan)(&plan) {
             Ok(delay) => {
                 state.tried.push((delay, plan));
                 Ok(delay)
