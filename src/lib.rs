@@ -2,6 +2,7 @@
 
 pub mod cartpole;
 pub mod cli;
+pub mod domains;
 pub mod family;
 pub mod files;
 pub mod hash;

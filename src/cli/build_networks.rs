@@ -1,6 +1,6 @@
 //! `tsc-family build-networks`, and what `run` needs of it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -17,9 +17,9 @@ use crate::cli::exit;
 use crate::osm::OsmError;
 use crate::osm::write::SCENARIO_FILE;
 use crate::traffic::family::load::{LoadedScenario, load_with};
-use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
-use crate::traffic::network::index::Index;
+use crate::traffic::network::build::{BuildOptions, BuildSummary};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
+use crate::traffic::problem::{self, networks};
 use crate::traffic::settings::Preset;
 
 /// `tsc-family build-networks`.
@@ -123,24 +123,19 @@ fn of_preset(name: &str, preset: Preset) -> String {
     }
 }
 
-/// Builds the networks of some point MDPs where they are missing, checks them all, and returns the
-/// sha256 of their files by point MDP and file name.
+/// Builds the networks of some point MDPs where they are missing, with progress.
 pub(super) fn prepare(
     loaded: &LoadedScenario,
     points: &BTreeSet<&str>,
-    networks: &Path,
+    folder: &Path,
     quiet: bool,
-) -> anyhow::Result<BTreeMap<String, BTreeMap<String, String>>> {
-    NETWORKS.check(networks, "--networks", None)?;
-    let mut specs = intersections(loaded)?;
-    specs.retain(|s| points.contains(s.point.as_str()));
-    build(loaded, &specs, networks, BuildOptions::default(), quiet)?;
-    let index = Index::load(networks)?;
-    let mut hashes = BTreeMap::new();
-    for spec in &specs {
-        hashes.insert(spec.point.clone(), index.verify(&spec.point)?.sha256);
-    }
-    Ok(hashes)
+) -> anyhow::Result<()> {
+    NETWORKS.check(folder, "--networks", None)?;
+    let done = Counted::new(points.len(), quiet);
+    let built = networks(loaded, points, folder, &|point| done.set(point));
+    done.finish();
+    built.map(drop)?;
+    Ok(())
 }
 
 /// Builds the networks that are missing, with progress.
@@ -151,18 +146,37 @@ pub(super) fn build(
     options: BuildOptions,
     quiet: bool,
 ) -> anyhow::Result<BuildSummary> {
-    let progress = Mutex::new(Progress::new(specs.len() as u64, Some("networks"), quiet));
-    let done = AtomicU64::new(0);
-    let scenario = &loaded.scenario;
-    let (network, demand, signal) = (&scenario.network, &scenario.demand, &scenario.signal);
-    let result = build_all(specs, network, demand, signal, out, options, &|point| {
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Ok(mut progress) = progress.lock() {
-            progress.set(done, point);
-        }
-    });
-    if let Ok(progress) = progress.lock() {
-        progress.finish();
+    let done = Counted::new(specs.len(), quiet);
+    let built = problem::build(loaded, specs, out, options, &|point| done.set(point));
+    done.finish();
+    Ok(built?)
+}
+
+/// Progress that several threads report.
+pub(super) struct Counted {
+    progress: Mutex<Progress>,
+    done: AtomicU64,
+}
+
+impl Counted {
+    /// Returns a bar of so many networks.
+    pub(super) fn new(count: usize, quiet: bool) -> Self {
+        let progress = Progress::new(count as u64, Some("networks"), quiet);
+        Self { progress: Mutex::new(progress), done: AtomicU64::new(0) }
     }
-    Ok(result?)
+
+    /// Counts one that is done.
+    pub(super) fn set(&self, name: &str) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Ok(mut progress) = self.progress.lock() {
+            progress.set(done, name);
+        }
+    }
+
+    /// Removes the bar.
+    pub(super) fn finish(&self) {
+        if let Ok(progress) = self.progress.lock() {
+            progress.finish();
+        }
+    }
 }

@@ -8,13 +8,16 @@ pub(super) use effort::testing;
 
 use std::fmt::Write;
 
-use effort::feature;
-
 use super::forecast::{Forecast, Job, range};
 use crate::run::plan::{Draft, Request};
 
 /// Returns the plan in words, for so many workers on so many processors.
-pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize, processors: usize) -> String {
+pub(super) fn estimate(
+    request: &Request<'_>,
+    draft: &Draft,
+    jobs: usize,
+    processors: usize,
+) -> String {
     let sample = &draft.sample;
     let replicates = |method: &String| match draft.replicated.contains(method) {
         true => u64::from(request.replicates),
@@ -34,7 +37,7 @@ pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize, processors
     let mut all = Vec::new();
     for draw in &sample.draws {
         for method in &draft.methods {
-            let effort = Effort::of(request, draft, method, &draw.point);
+            let effort = Effort::of(request, method, &draw.point);
             episodes += replicates(method) * u64::from(effort.episodes());
             for _ in 0..replicates(method) {
                 let (task, method, point) = (all.len(), method.clone(), draw.point.clone());
@@ -45,7 +48,7 @@ pub(super) fn estimate(request: &Request, draft: &Draft, jobs: usize, processors
             .expect("writing to a string cannot fail");
     }
     write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
-    if sample.draws.iter().any(|d| feature(draft, &d.point, "inflow_vph").is_some()) {
+    if all.iter().any(|job| job.effort.is_informed) {
         let time = range(Forecast::new(all, jobs, processors).left(0.0));
         write!(text, ", about {time} with {jobs} workers")
             .expect("writing to a string cannot fail");

@@ -12,13 +12,11 @@ use super::effects::Use;
 use super::output::{Progress, line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
-use super::simulator::simulator;
 use super::values::{at_least_one, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::report::level_of_service::letter;
 use crate::run::model::SavedModel;
-use crate::run::plan::imported_id;
 use crate::store::record::Row;
 use crate::traffic::content;
 use crate::traffic::contest::{Place, Standing};
@@ -26,7 +24,10 @@ use crate::traffic::control::baseline;
 use crate::traffic::env::World;
 use crate::traffic::environment::generated_world;
 use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::model::SignalModel;
+use crate::traffic::problem::imported_id;
 use crate::traffic::settings::Scenario;
+use crate::traffic::simulator;
 
 /// Columns of the table: heading, and metric and decimals where it is one.
 const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
@@ -78,18 +79,18 @@ pub struct EvaluateArgs {
 }
 
 pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
-    let model = SavedModel::read(&args.model)?;
+    let model = SignalModel::new(SavedModel::read(&args.model)?)?;
     // Demand and networks are of the model's preset, unless another one is asked for.
-    let settings = args.scenario.settings_on(model.card.preset);
+    let settings = args.scenario.settings_on(model.preset);
     let mut loaded = load_with(&args.scenario.scenario, &settings)?;
     let scenario = model.scenario(&loaded.scenario, &args.scenario.settings())?;
     // The baseline is timed as the model is.
     loaded.scenario.signal = scenario.signal.clone();
-    check(args, &loaded, &model.card.method)?;
+    check(args, &loaded, &model.saved.card.method)?;
     let place = place(args, &loaded)?;
     let seeds = place.evaluation_seeds(args.seed, args.eval_seeds.get());
     if !args.json {
-        let card = &model.card;
+        let card = &model.saved.card;
         note(format!(
             "{}, trained on {} for {} episodes, evaluated on {} with {} seeds",
             card.method,
@@ -145,7 +146,7 @@ fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::
 fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> {
     if let Some(config) = &args.sumocfg {
         let world = World::from_sumocfg(config)?;
-        simulator(std::slice::from_ref(config), &loaded.scenario.signal)?;
+        simulator::check(config, &loaded.scenario.signal)?;
         let (point, content) = (imported_id(config), content::of_imported(config)?);
         return Ok(Place { point, content, world, imported: true });
     }
@@ -163,7 +164,7 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
 
 #[cfg(feature = "libsumo")]
 fn play(
-    model: &SavedModel,
+    model: &SignalModel,
     scenario: &Scenario,
     place: Place,
     seeds: &[u64],
@@ -181,7 +182,7 @@ fn play(
 
 #[cfg(not(feature = "libsumo"))]
 fn play(
-    _: &SavedModel,
+    _: &SignalModel,
     _: &Scenario,
     _: Place,
     _: &[u64],

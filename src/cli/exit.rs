@@ -8,9 +8,10 @@ use crate::family::error::FamilyError;
 use crate::files::FileError;
 use crate::osm::OsmError;
 use crate::report::ReportError;
-use crate::run::error::EvalError;
+use crate::run::domain::TrialError;
+use crate::run::error::RunError;
 use crate::store::error::StoreError;
-use crate::traffic::control::ControlError;
+use crate::traffic::error::TrafficError;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::sim::error::SimError;
 
@@ -26,8 +27,6 @@ pub const SOME_FAILED: u8 = 3;
 pub const NO_SUMO: u8 = 4;
 /// The results directory holds another run, or is in use by one.
 pub const MISMATCH: u8 = 5;
-/// A worker's word that the whole run should stop; never the program's own exit code.
-pub const STOP_RUN: u8 = 75;
 /// Interrupted; run the same command again to continue.
 pub const INTERRUPTED: u8 = 130;
 
@@ -55,21 +54,32 @@ pub fn code(error: &(dyn Error + 'static)) -> u8 {
 }
 
 fn known(error: &(dyn Error + 'static)) -> Option<u8> {
-    if let Some(e) = error.downcast_ref::<EvalError>() {
+    if let Some(e) = error.downcast_ref::<RunError>() {
         return Some(match e {
-            EvalError::Family(e) => family(e),
-            EvalError::Network(e) => network(e),
-            EvalError::Sim(e) => sim(e),
-            EvalError::Store(e) => store(e),
-            EvalError::Control(e) => control(e),
-            EvalError::Sample(_) | EvalError::DoubledPoint(_) => USAGE,
-            EvalError::NoTask { .. }
-            | EvalError::Altered { .. }
-            | EvalError::Model { .. }
-            | EvalError::NoPoint { .. } => USAGE,
-            EvalError::Stopped { no_sumo: true, .. } => NO_SUMO,
-            EvalError::Stopped { .. } => UNEXPECTED,
-            EvalError::Io(e) => file(e),
+            RunError::Family(e) => family(e),
+            RunError::Store(e) => store(e),
+            RunError::Trial(e) => trial(e),
+            RunError::Prepare(e) => code(e.as_ref()),
+            RunError::Sample(_)
+            | RunError::Method { .. }
+            | RunError::NoTask { .. }
+            | RunError::Domain { .. }
+            | RunError::Model { .. } => USAGE,
+            RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
+            RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,
+            RunError::Io(e) => file(e),
+        });
+    }
+    if let Some(e) = error.downcast_ref::<TrafficError>() {
+        return Some(match e {
+            TrafficError::Family(e) => family(e),
+            TrafficError::Network(e) => network(e),
+            TrafficError::Sim(e) => sim(e),
+            TrafficError::Run(e) => code(e),
+            TrafficError::DoubledPoint(_)
+            | TrafficError::NoPoint { .. }
+            | TrafficError::Altered { .. } => USAGE,
+            TrafficError::Io(e) => file(e),
         });
     }
     if let Some(e) = error.downcast_ref::<FamilyError>() {
@@ -125,12 +135,12 @@ fn osm(error: &OsmError) -> u8 {
     }
 }
 
-/// A training episode fails for reasons of the simulation, not of the method.
-fn control(error: &ControlError) -> u8 {
+fn trial(error: &TrialError) -> u8 {
     match error {
-        ControlError::Episode(_) => UNEXPECTED,
-        ControlError::Checkpoint(e) => file(e),
-        _ => USAGE,
+        TrialError::Simulator(_) => NO_SUMO,
+        TrialError::Input(_) | TrialError::Model(_) | TrialError::Diverged(_) => USAGE,
+        TrialError::Machine(e) => code(e.as_ref()),
+        TrialError::Failed(_) => UNEXPECTED,
     }
 }
 
@@ -186,8 +196,8 @@ mod tests {
 
     #[test]
     fn a_simulation_that_fails_in_training_is_no_wrong_usage() {
-        let e = ControlError::Episode(Box::new(SimError::NotRunning));
-        assert_eq!(code(&EvalError::Control(e)), UNEXPECTED);
+        let e = TrialError::Failed(SimError::NotRunning.into());
+        assert_eq!(code(&RunError::Trial(e)), UNEXPECTED);
     }
 
     #[test]
@@ -198,7 +208,9 @@ mod tests {
 
     #[test]
     fn a_missing_simulator_has_its_own_code() {
-        let e = EvalError::Sim(SimError::Unavailable("libsumocpp.so".into()));
+        let e = SimError::Unavailable("libsumocpp.so".into());
+        assert_eq!(code(&TrafficError::Sim(SimError::Unavailable(String::new()))), NO_SUMO);
+        let e = RunError::Trial(TrialError::Simulator(e.into()));
         assert_eq!(code(&e), NO_SUMO);
     }
 }

@@ -13,7 +13,6 @@ mod list;
 mod monitor;
 mod osm;
 mod output;
-mod places;
 mod point;
 pub mod refused;
 mod report;
@@ -22,7 +21,7 @@ mod run;
 mod scenario;
 mod shell;
 mod signals;
-mod simulator;
+mod subject;
 mod values;
 mod worker;
 

@@ -9,14 +9,13 @@ use serde_json::json;
 use super::estimate::Effort;
 use super::forecast::{Forecast, Job, range};
 use super::output::{Progress, line, note};
-use crate::run::method::Training;
-use crate::run::plan::OBJECTIVE;
-use crate::run::pool::Event;
+use crate::run::domain::{Domain, Objective};
+use crate::run::executor::Event;
+use crate::run::method::{Training, find};
 use crate::store::manifest::Task;
 use crate::store::record::{Outcome, Record};
-use crate::traffic::control::registry::training;
 
-/// Episodes over which the delay of a task in progress is averaged: one alone says little of a
+/// Episodes over which the objective of a task in progress is averaged: one alone says little of a
 /// training that explores.
 const RECENT_EPISODES: usize = 5;
 
@@ -28,7 +27,7 @@ struct Work {
     task: Task,
     effort: Effort,
     episodes: u32,
-    /// Delays of the last episodes, seconds.
+    /// The objective in the last episodes.
     recent: VecDeque<f64>,
 }
 
@@ -41,31 +40,32 @@ impl Work {
         }
     }
 
-    /// Returns how far the task is; `baseline` is the baseline's delay on its point MDP, seconds.
-    fn status(&self, baseline: Option<f64>) -> String {
-        let mean_s = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
-        let delay = match baseline {
+    /// Returns how far the task is; `baseline` is the baseline's objective on its point MDP.
+    fn status(&self, objective: Objective, baseline: Option<f64>) -> String {
+        let mean = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
+        let value = match baseline {
             Some(baseline) if baseline > 0.0 => {
-                format!("{:.2} of the baseline's", mean_s / baseline)
+                format!("{:.2} of the baseline's", mean / baseline)
             }
-            _ => format!("{mean_s:.1} s"),
+            _ if objective.unit.is_empty() => format!("{mean:.2}"),
+            _ => format!("{mean:.1} {}", objective.unit),
         };
         let (name, all) = (self.name(), self.effort.episodes());
-        format!("{name}: episode {} of {all}, delay {delay}", self.episodes)
+        format!("{name}: episode {} of {all}, {} {value}", self.episodes, objective.title)
     }
 }
 
-/// Turns the pool's events into progress, notes and JSON lines.
-pub(super) struct Monitor {
+/// Turns events into progress, notes and JSON lines.
+pub(super) struct Monitor<'d> {
     progress: Progress,
     forecast: Forecast,
     start: Instant,
     /// Largest share of the time that has been shown as gone.
     shown: u64,
     work: BTreeMap<usize, Work>,
-    /// The baseline's delay by point MDP, seconds.
+    /// The baseline's objective by point MDP.
     baselines: BTreeMap<String, f64>,
-    baseline: String,
+    domain: &'d dyn Domain,
     /// The task that reported last, while it is in progress.
     latest: Option<usize>,
     /// What learners have said of point MDPs.
@@ -75,17 +75,17 @@ pub(super) struct Monitor {
     json: bool,
 }
 
-impl Monitor {
+impl<'d> Monitor<'d> {
     /// Returns a monitor of the tasks to do.
     ///
     /// # Arguments
     ///
-    /// * `baseline` — name of the method that delays are compared with.
+    /// * `domain` — what is evaluated.
     /// * `records` — what earlier runs have done.
     /// * `jobs` — workers at the same time.
     pub(super) fn new<'a>(
         todo: impl IntoIterator<Item = (Task, Effort)>,
-        baseline: &str,
+        domain: &'d dyn Domain,
         records: impl IntoIterator<Item = &'a Record>,
         jobs: usize,
         json: bool,
@@ -111,7 +111,7 @@ impl Monitor {
             shown: 0,
             work,
             baselines: BTreeMap::new(),
-            baseline: baseline.to_owned(),
+            domain,
             latest: None,
             remarks: BTreeSet::new(),
             finished: 0,
@@ -134,7 +134,7 @@ impl Monitor {
             Event::Progress { task, progress } => {
                 let Some(work) = self.work.get_mut(&task) else { return };
                 work.episodes = progress.episodes.min(work.effort.episodes());
-                work.recent.push_back(progress.delay_s);
+                work.recent.push_back(progress.objective);
                 if work.recent.len() > RECENT_EPISODES {
                     work.recent.pop_front();
                 }
@@ -176,7 +176,7 @@ impl Monitor {
             if self.failed > 0 { format!(", {} failed", self.failed) } else { String::new() };
         let latest = self.latest.and_then(|task| self.work.get(&task)).map(|work| {
             let baseline = self.baselines.get(&work.task.point).copied();
-            format!(", {}", work.status(baseline))
+            format!(", {}", work.status(self.domain.objective(), baseline))
         });
         let (finished, tasks) = (self.finished, self.work.len());
         format!("{finished}/{tasks} tasks{failed}{}", latest.unwrap_or_default())
@@ -190,7 +190,8 @@ impl Monitor {
         if let Some(work) = self.work.get_mut(&summary.task) {
             work.episodes = work.effort.episodes();
         }
-        if training(&summary.method) == Training::Learned {
+        let method = find(self.domain.methods(), &summary.method);
+        if method.is_ok_and(|m| m.training == Training::Learned) {
             for (what, text) in &summary.details {
                 let remark = format!("{}: {what}: {text}", summary.point);
                 if self.remarks.insert(remark.clone()) {
@@ -207,7 +208,8 @@ impl Monitor {
             ));
         }
         if self.json {
-            let value = json!({
+            let metric = self.domain.objective().metric;
+            let mut value = json!({
                 "event": "task",
                 "task": summary.task,
                 "method": summary.method,
@@ -215,9 +217,9 @@ impl Monitor {
                 "replicate": summary.replicate,
                 "outcome": summary.outcome,
                 "reason": summary.reason,
-                "delay_s": summary.metrics.get("delay_s"),
                 "wall_s": summary.wall.wall_s,
             });
+            value[metric] = json!(summary.metrics.get(metric));
             // A closed pipe shows at the summary; the tasks go on.
             let _ = line(value);
         }
@@ -225,9 +227,11 @@ impl Monitor {
 
     fn keep_baseline(&mut self, record: &Record) {
         let summary = &record.summary;
-        let delay_s = summary.metrics.get(OBJECTIVE).filter(|_| summary.outcome == Outcome::Ok);
-        if let (true, Some(delay_s)) = (summary.method == self.baseline, delay_s) {
-            self.baselines.insert(summary.point.clone(), *delay_s);
+        let objective = summary.metrics.get(self.domain.objective().metric);
+        let objective = objective.filter(|_| summary.outcome == Outcome::Ok);
+        let is_baseline = self.domain.baseline() == Some(summary.method.as_str());
+        if let (true, Some(objective)) = (is_baseline, objective) {
+            self.baselines.insert(summary.point.clone(), *objective);
         }
     }
 
@@ -244,7 +248,8 @@ impl Monitor {
 mod tests {
     use super::*;
     use crate::cli::estimate::testing::effort;
-    use crate::run::pool;
+    use crate::domains::domains;
+    use crate::run::progress::Progress as Episodes;
     use crate::store::record::{TaskResult, Wall};
 
     fn task(task: usize, method: &str, replicate: u32) -> Task {
@@ -261,17 +266,17 @@ mod tests {
         [task(0, "baseline", 0), task(1, "idqn", 0), task(2, "idqn", 1)]
     }
 
-    fn monitor(records: &[Record]) -> Monitor {
+    fn monitor(records: &[Record]) -> Monitor<'static> {
         let effort = |t: &Task| match t.method.as_str() {
             "idqn" => effort((100, 2.0), (5, 1.0)),
             _ => effort((0, 0.0), (5, 1.0)),
         };
         let todo: Vec<_> = tasks().into_iter().map(|t| (t.clone(), effort(&t))).collect();
-        Monitor::new(todo, "baseline", records, 2, false, true)
+        Monitor::new(todo, domains()[0], records, 2, false, true)
     }
 
     fn progress(task: usize, episodes: u32, delay_s: f64) -> Event {
-        Event::Progress { task, progress: pool::Progress { episodes, delay_s } }
+        Event::Progress { task, progress: Episodes { episodes, objective: delay_s } }
     }
 
     #[test]

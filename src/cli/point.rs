@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use crate::run::error::EvalError;
 use crate::suggest::did_you_mean;
+use crate::traffic::error::TrafficError;
 use crate::traffic::family::load::LoadedScenario;
 
 /// Point MDPs that an error names.
 const NAMED_POINTS: usize = 3;
 
 /// Returns the error for a point MDP that a scenario does not have.
-pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> EvalError {
+pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> TrafficError {
     let points = &loaded.family.points;
     let named: Vec<&str> = points.iter().take(NAMED_POINTS).map(|p| p.id.as_str()).collect();
     let mut some = named.join(", ");
@@ -20,7 +20,7 @@ pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str
     }
     let names = points.iter().flat_map(|p| [p.id.as_str(), p.title.as_str()]);
     some.push_str(&did_you_mean(point, names.collect::<BTreeSet<_>>()));
-    EvalError::NoPoint { scenario: loaded.family.name.clone(), point: point.to_owned(), some }
+    TrafficError::NoPoint { scenario: loaded.family.name.clone(), point: point.to_owned(), some }
 }
 
 #[cfg(test)]

@@ -2,8 +2,14 @@
 
 use std::io::Read;
 use std::path::PathBuf;
+use std::time::Duration;
 
+use super::output::{line, note};
+use crate::cli::exit;
+use crate::domains::domains;
 use crate::run::checkpoint::CHECKPOINT_EVERY_S;
+use crate::run::progress::{Failure, News, WorkerLine};
+use crate::run::worker::{Errand, serve};
 
 /// `tsc-family worker`.
 #[derive(Debug, clap::Args)]
@@ -14,9 +20,9 @@ pub struct WorkerArgs {
     /// Row of the plan
     #[arg(long, value_name = "K")]
     pub task: usize,
-    /// Folder of the networks [default: the manifest's]
+    /// Folder of the networks or whatever was prepared [default: the manifest's]
     #[arg(long, value_name = "DIR")]
-    pub networks: Option<PathBuf>,
+    pub prepared: Option<PathBuf>,
     /// Which attempt at the task this is
     #[arg(long, default_value_t = 1)]
     pub attempt: u32,
@@ -28,71 +34,35 @@ pub struct WorkerArgs {
     pub checkpoint_every_s: u64,
 }
 
-#[cfg(feature = "libsumo")]
 pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
-    use std::fs;
-    use std::time::Duration;
-
-    use crate::cli::exit;
-    use crate::files::FileError;
-    use crate::run::error::EvalError;
-    use crate::run::lab::News;
-    use crate::run::task::{Workplace, perform, stops_run};
-    use crate::store::Layout;
-    use crate::store::manifest::{Manifest, read_plan};
-    use crate::traffic::sim::libsumo::SumoSim;
-
     if args.watch_stdin {
         end_with_parent();
     }
-    let layout = Layout::new(&args.dir);
-    let manifest = Manifest::read(&layout)?;
-    let plan = read_plan(&layout, &manifest.identity)?;
-    let task = plan.get(args.task).ok_or_else(|| EvalError::NoTask {
-        path: args.dir.clone(),
+    let errand = Errand {
         task: args.task,
-        count: plan.len(),
-    })?;
-    let tmp = layout.tmp();
-    fs::create_dir_all(&tmp).map_err(FileError::at("create", &tmp))?;
-    let scratch = tempfile::Builder::new()
-        .prefix(&format!("{}.", task.task))
-        .tempdir_in(&tmp)
-        .map_err(FileError::at("create", &tmp))?;
-    let networks =
-        args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
-    let workplace = Workplace {
-        layout,
-        networks,
-        scratch: scratch.path().to_path_buf(),
+        prepared: args.prepared.clone(),
         attempt: args.attempt,
         checkpoint_every: Duration::from_secs(args.checkpoint_every_s),
     };
     let mut news = |news: News| match news {
-        News::Episode(progress) => {
-            let text = serde_json::to_string(&progress).expect("plain data");
-            // A parent that has gone away is noticed by its closed pipe.
-            let _ = super::output::line(text);
-        }
-        News::Note(text) => super::output::note(text),
+        News::Episode(progress) => say(&WorkerLine::Progress(progress)),
+        News::Note(text) => note(text),
     };
-    let done = SumoSim::new()
-        .map_err(EvalError::from)
-        .and_then(|sim| perform(sim, &manifest, task, &workplace, &mut news));
-    match done {
-        Err(error) if stops_run(&error) => {
-            super::output::note(format!("error: {error}"));
-            Ok(exit::STOP_RUN)
+    match serve(&domains(), &args.dir, &errand, &mut news) {
+        Ok(_) => {
+            say(&WorkerLine::Done);
+            Ok(exit::DONE)
         }
-        done => Ok(done.map(|_| exit::DONE)?),
+        Err(error) => {
+            say(&WorkerLine::Failed(Failure::of(&error)));
+            Err(error.into())
+        }
     }
 }
 
-#[cfg(not(feature = "libsumo"))]
-pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
-    let _ = (args, end_with_parent);
-    Err(crate::traffic::sim::SimError::Unavailable("built without the feature `libsumo`".into())
-        .into())
+/// Says something to the parent; one that has gone away is noticed by its closed pipe.
+fn say(what: &WorkerLine) {
+    let _ = line(serde_json::to_string(what).expect("plain data"));
 }
 
 /// Ends this process when standard input closes: its parent is gone.

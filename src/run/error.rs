@@ -2,40 +2,44 @@
 
 use std::path::PathBuf;
 
+use super::domain::{Cause, TrialError};
 use crate::family::FamilyError;
 use crate::files::FileError;
 use crate::sample::SampleError;
 use crate::store::StoreError;
-use crate::traffic::control::ControlError;
-use crate::traffic::env::episode::EpisodeError;
-use crate::traffic::network::error::NetworkError;
-use crate::traffic::sim::SimError;
 
 /// Why a run cannot be planned or a task not be done.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum EvalError {
+pub enum RunError {
     /// The scenario or family is unusable.
     #[error(transparent)]
     Family(#[from] FamilyError),
-    /// A network cannot be built or used.
-    #[error(transparent)]
-    Network(#[from] NetworkError),
-    /// The simulation failed.
-    #[error(transparent)]
-    Sim(#[from] SimError),
-    /// A method is unknown or failed.
-    #[error(transparent)]
-    Control(#[from] ControlError),
     /// The point MDPs cannot be chosen.
     #[error(transparent)]
     Sample(#[from] SampleError),
     /// The results directory cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// Two imported scenarios of one name.
-    #[error("two --sumocfg files are named {0:?}; rename one, the name is the point MDP's id")]
-    DoubledPoint(String),
+    /// A name that no method has.
+    #[error("unknown method {name:?}; known are {known}{meant}")]
+    Method {
+        /// What was asked for.
+        name: String,
+        /// Names that exist.
+        known: String,
+        /// What may have been meant.
+        meant: String,
+    },
+    /// What trials need could not be made.
+    #[error(transparent)]
+    Prepare(Cause),
+    /// A point MDP for which nothing was made, which is a mistake in a domain.
+    #[error("point {0} is not listed among what was prepared; please report this")]
+    Unprepared(String),
+    /// A trial failed.
+    #[error(transparent)]
+    Trial(#[from] TrialError),
     /// A task that the plan does not have.
     #[error("{} has no task {task}; its plan has {count}", .path.display())]
     NoTask {
@@ -46,6 +50,14 @@ pub enum EvalError {
         /// Tasks in the plan.
         count: usize,
     },
+    /// A manifest of a kind of task that this program does not know.
+    #[error("{}: it is of domain {domain:?}, which this tsc-family does not have", .path.display())]
+    Domain {
+        /// The results directory.
+        path: PathBuf,
+        /// What the manifest says.
+        domain: String,
+    },
     /// A file that is no model, or a model that cannot be used.
     #[error("{}: {reason}", .path.display())]
     Model {
@@ -54,46 +66,15 @@ pub enum EvalError {
         /// What is wrong and the way out.
         reason: String,
     },
-    /// A point MDP that the scenario does not have.
-    #[error("scenario {scenario} has no point MDP {point:?}; it has {some}")]
-    NoPoint {
-        /// Name of the scenario.
-        scenario: String,
-        /// What was asked for.
-        point: String,
-        /// Some that exist, and where to see them all.
-        some: String,
-    },
     /// A worker found something that would make every other task fail as well.
     #[error("{reason}; nothing is lost, run the same command again once this is mended")]
     Stopped {
         /// What the worker said.
         reason: String,
-        /// Whether SUMO is missing.
-        no_sumo: bool,
-    },
-    /// A file that differs from the manifest.
-    #[error(
-        "{}: the file {what} since the run was planned; restore it, or start a new run with \
-         another --out",
-        .path.display()
-    )]
-    Altered {
-        /// The file.
-        path: PathBuf,
-        /// `was deleted` or `was altered`.
-        what: &'static str,
+        /// Whether the simulator is missing.
+        no_simulator: bool,
     },
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),
-}
-
-impl From<EpisodeError> for EvalError {
-    fn from(error: EpisodeError) -> Self {
-        match error {
-            EpisodeError::Sim(e) => Self::Sim(e),
-            EpisodeError::Control(e) => Self::Control(e),
-        }
-    }
 }

@@ -3,6 +3,9 @@
 
 use crate::settings::setting::Setting;
 
+use super::error::RunError;
+use crate::suggest::did_you_mean;
+
 /// What a method does before it is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Training {
@@ -44,4 +47,17 @@ impl Method {
     pub fn section(&self) -> String {
         self.name.replace('-', "_")
     }
+}
+
+/// Returns a method by its name.
+///
+/// # Errors
+///
+/// [`RunError::Method`] for a name that none of them has.
+pub fn find<'a>(methods: &'a [Method], name: &str) -> Result<&'a Method, RunError> {
+    methods.iter().find(|m| m.name == name).ok_or_else(|| {
+        let known: Vec<_> = methods.iter().map(|m| m.name).collect();
+        let meant = did_you_mean(name, known.iter().copied());
+        RunError::Method { name: name.to_owned(), known: known.join(", "), meant }
+    })
 }

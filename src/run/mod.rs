@@ -1,14 +1,20 @@
-//! From a scenario to records: plan, worker processes, tasks.
+//! From a problem to records: plan, executors, tasks with training, checkpoints and models.
+//!
+//! Nothing here knows what is evaluated; see [`domain`] for the seam.
 
 pub mod checkpoint;
+pub mod course;
+pub mod domain;
 pub mod error;
-pub mod lab;
+pub mod executor;
 pub mod method;
 pub mod model;
 pub mod plan;
-pub mod pool;
-pub mod task;
+pub mod progress;
+pub mod session;
 #[cfg(test)]
 mod testing;
+pub mod work;
+pub mod worker;
 
-pub use error::EvalError;
+pub use error::RunError;

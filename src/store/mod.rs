@@ -23,6 +23,7 @@ pub mod opaque;
 pub mod places;
 pub mod record;
 pub mod results;
+pub mod scratch;
 
 use std::path::{Path, PathBuf};
 

@@ -13,8 +13,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::error::TrafficError;
 use crate::hash::{sha256, sha256_file};
-use crate::run::error::EvalError;
 use crate::traffic::env::sumocfg::SumoConfig;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::settings::Detail;
@@ -45,8 +45,8 @@ pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
 ///
 /// # Errors
 ///
-/// [`EvalError`] when the configuration or a file that it names cannot be read.
-pub fn of_imported(config: &Path) -> Result<String, EvalError> {
+/// [`TrafficError`] when the configuration or a file that it names cannot be read.
+pub fn of_imported(config: &Path) -> Result<String, TrafficError> {
     let settings = SumoConfig::read(config)?;
     let files: Result<Vec<String>, _> =
         settings.files.iter().map(|(_, file)| sha256_file(file)).collect();

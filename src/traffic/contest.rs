@@ -2,19 +2,20 @@
 
 use std::path::Path;
 
-use crate::run::error::EvalError;
+use super::control::baseline;
+use super::controllers::create;
+use super::env::World;
+use super::environment::environment;
+use super::error::TrafficError;
+use super::model::SignalModel;
+use super::settings::Scenario;
+use super::sim::Sim;
+use super::trial::{DELAY, SignalTrial, of_control};
+use crate::run::RunError;
+use crate::run::course::held_out;
+use crate::run::plan::evaluation_seeds;
 use crate::seed;
 use crate::store::record::{Metrics, Row, mean_metrics};
-use crate::traffic::control::baseline;
-use crate::traffic::controllers::create;
-use crate::traffic::env::World;
-use crate::traffic::settings::Scenario;
-use crate::traffic::sim::Sim;
-
-use super::environment::environment;
-use crate::run::lab::held_out;
-use crate::run::model::SavedModel;
-use crate::run::plan::evaluation_seeds;
 
 /// Where a model is evaluated.
 #[derive(Debug)]
@@ -52,32 +53,35 @@ pub struct Standing {
 ///
 /// # Arguments
 ///
-/// * `scenario` — with the model's settings, see [`SavedModel::scenario`].
+/// * `scenario` — with the model's settings, see [`SignalModel::scenario`].
 /// * `seeds` — of the evaluation episodes, as vehicles and simulator get them.
 /// * `scratch` — a folder for the files of the running episode.
 /// * `done` — called with the row of every episode.
 ///
 /// # Errors
 ///
-/// [`EvalError::Model`] when the model does not fit the signals, and whatever makes an episode fail.
+/// [`RunError::Model`] when the model does not fit the signals, and whatever makes an episode fail.
 pub fn contest<S: Sim>(
     sim: S,
-    model: &SavedModel,
+    model: &SignalModel,
     scenario: &Scenario,
     place: Place,
     seeds: &[u64],
     scratch: &Path,
     done: &mut dyn FnMut(&Row),
-) -> Result<[Standing; 2], EvalError> {
-    let mut learned = model.controller(scenario, place.imported)?;
-    let name = baseline::METHOD.name;
-    let mut baseline = create(name, scenario, place.imported, model.card.seed)?;
-    let mut env = environment(sim, place.world, scenario, scratch);
+) -> Result<[Standing; 2], TrafficError> {
+    let card = &model.saved.card;
+    let untuned =
+        create(baseline::METHOD.name, scenario, place.imported, card.seed).map_err(of_control);
+    let untuned = untuned.map_err(RunError::from)?;
+    let controller = model.controller(scenario, place.imported)?;
+    let env = environment(sim, place.world, scenario, scratch);
+    let mut trial = SignalTrial { env, controller };
     // The model first: if it does not fit, nobody waits for the baseline.
-    let rows = held_out(&mut env, learned.as_mut(), seeds, done)
-        .map_err(|e| model.explain(e, &place.point))?;
-    let yardstick = held_out(&mut env, baseline.as_mut(), seeds, done)?;
-    let delay = |metrics: &Metrics| metrics.get("delay_s").copied();
+    let rows = held_out(&mut trial, seeds, done).map_err(|e| model.explain(e, &place.point))?;
+    trial.controller = untuned;
+    let yardstick = held_out(&mut trial, seeds, done).map_err(RunError::from)?;
+    let delay = |metrics: &Metrics| metrics.get(DELAY).copied();
     let yardstick = mean_metrics(&yardstick);
     let denominator = delay(&yardstick).filter(|d| *d > 0.0);
     let standing = |method: &str, metrics: Metrics| Standing {
@@ -85,5 +89,5 @@ pub fn contest<S: Sim>(
         score: delay(&metrics).zip(denominator).map(|(delay, baseline)| delay / baseline),
         metrics,
     };
-    Ok([standing(name, yardstick), standing(&model.card.method, mean_metrics(&rows))])
+    Ok([standing(baseline::METHOD.name, yardstick), standing(&card.method, mean_metrics(&rows))])
 }

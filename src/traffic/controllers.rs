@@ -69,3 +69,8 @@ pub fn training_episodes(method: &Method, scenario: &Scenario) -> u32 {
         }
     }
 }
+
+/// Returns the name that a method's settings have in a scenario.
+pub fn section(method: &str) -> String {
+    method.replace('-', "_")
+}

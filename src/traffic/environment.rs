@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::error::TrafficError;
 use crate::hash::sha256_file;
-use crate::run::error::EvalError;
-use crate::store::error::StoreError;
-use crate::store::manifest::{Identity, PointRow};
+use crate::store::manifest::PointRow;
 use crate::traffic::env::sumocfg::SumoConfig;
 use crate::traffic::env::world::TurnShare;
 use crate::traffic::env::{SignalEnv, World};
@@ -16,19 +15,8 @@ use crate::traffic::settings::Scenario;
 use crate::traffic::sim::Sim;
 use crate::traffic::sim::error::SimError;
 
-use crate::run::plan::GENERATED;
-
-/// Returns the scenario of a run.
-///
-/// # Errors
-///
-/// [`StoreError::Malformed`] when the manifest's settings are not those of a scenario.
-pub fn scenario(identity: &Identity) -> Result<Scenario, StoreError> {
-    serde_json::from_value(identity.settings.clone()).map_err(|e| {
-        let reason = format!("settings: {e}");
-        StoreError::Malformed { path: "manifest.json".into(), reason }
-    })
-}
+/// Environment of a point MDP whose network lies in the folder of networks.
+pub const GENERATED: &str = "network";
 
 /// Returns the environment of a world with a scenario's settings; `scratch` is a folder for the
 /// files of the running episode.
@@ -46,8 +34,8 @@ pub fn environment<S: Sim>(
 ///
 /// # Errors
 ///
-/// [`EvalError`] when a file is missing or cannot be understood.
-pub fn generated_world(networks: &Path, point: &str) -> Result<World, EvalError> {
+/// [`TrafficError`] when a file is missing or cannot be understood.
+pub fn generated_world(networks: &Path, point: &str) -> Result<World, TrafficError> {
     let demand = DemandSpec::read(&file(networks, point, "demand.json"))?;
     let mut world = World::from_sumocfg(&file(networks, point, "sumocfg"))?;
     world.turn_shares = demand
@@ -69,8 +57,8 @@ pub fn generated_world(networks: &Path, point: &str) -> Result<World, EvalError>
 ///
 /// # Errors
 ///
-/// [`EvalError::Altered`] when they are not, and whatever makes them unreadable.
-pub fn planned_world(point: &PointRow, networks: &Path) -> Result<World, EvalError> {
+/// [`TrafficError::Altered`] when they are not, and whatever makes them unreadable.
+pub fn planned_world(point: &PointRow, networks: &Path) -> Result<World, TrafficError> {
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
         let world = World::from_sumocfg(&config)?;
@@ -102,14 +90,14 @@ fn scenario_files(config: &Path) -> Result<Vec<(String, PathBuf)>, SimError> {
 ///
 /// # Errors
 ///
-/// [`EvalError`] when one cannot be read.
-pub fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, EvalError> {
+/// [`TrafficError`] when one cannot be read.
+pub fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, TrafficError> {
     let hash = |(name, file): (String, PathBuf)| Ok((name, sha256_file(&file)?));
     scenario_files(config)?.into_iter().map(hash).collect()
 }
 
-fn check(path: &Path, sha256: Option<&String>) -> Result<(), EvalError> {
-    let altered = |what| Err(EvalError::Altered { path: path.to_path_buf(), what });
+fn check(path: &Path, sha256: Option<&String>) -> Result<(), TrafficError> {
+    let altered = |what| Err(TrafficError::Altered { path: path.to_path_buf(), what });
     if !path.exists() {
         return altered("was deleted");
     }
@@ -138,7 +126,9 @@ mod tests {
         }
         point.sha256.remove("p.demand.json");
         let e = planned_world(&point, folder.path()).unwrap_err();
-        assert!(matches!(&e, EvalError::Altered { path, .. } if path.ends_with("p.demand.json")));
+        assert!(
+            matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))
+        );
     }
 
     #[test]

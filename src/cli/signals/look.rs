@@ -26,12 +26,12 @@ pub(super) struct Look {
 
 #[cfg(feature = "libsumo")]
 pub(super) fn look(config: &Path, settings: &SignalSettings) -> Result<Look, SimError> {
-    use crate::cli::simulator::explained;
     use crate::traffic::env::derive::derive;
     use crate::traffic::env::side::{as_right_hand, driving_side};
     use crate::traffic::env::sumocfg::SumoConfig;
     use crate::traffic::sim::libsumo::SumoSim;
     use crate::traffic::sim::{SignalInfo, Sim, StartOptions};
+    use crate::traffic::simulator::explained;
 
     let detection_m = settings.detection_m;
     let options = StartOptions {

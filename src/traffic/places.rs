@@ -1,12 +1,12 @@
 //! Where the intersections of a run are: what its reports show on maps and call by their streets.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::family::load::LoadedScenario;
 use crate::files::write_atomically;
 use crate::osm::surroundings::{Named, read_names, read_streets};
-use crate::run::plan::{Draft, Request};
-use crate::sample::stands;
+use crate::run::domain::Cause;
 use crate::store::Layout;
 use crate::store::places::{Place, Places, Streets};
 
@@ -18,21 +18,23 @@ const ELSEWHERE_DEG: f64 = 1e-3;
 ///
 /// # Arguments
 ///
-/// * `scenario` — the scenario as on the command line; a city's folder has names and streets beside it.
+/// * `stands` — per point MDP the one that stands for it, if any.
+/// * `folder` — that of a city, which has names and streets beside the scenario.
+///
+/// # Errors
+///
+/// What cannot be read or written.
 pub(super) fn write(
     layout: &Layout,
-    request: &Request,
-    draft: &Draft,
-    scenario: &str,
-) -> anyhow::Result<()> {
-    let loaded = &request.scenario;
-    if !draft.imported.is_empty() || loaded.intersections.is_empty() {
+    loaded: &LoadedScenario,
+    stands: &[Option<usize>],
+    folder: Option<&Path>,
+) -> Result<(), Cause> {
+    if loaded.intersections.is_empty() {
         return Ok(());
     }
-    let folder = folder(scenario);
-    let names = folder.as_deref().map(read_names).transpose()?.unwrap_or_default();
-    let streets = folder.as_deref().map(read_streets).transpose()?.unwrap_or_default();
-    let stands = stands(&draft.family, &draft.sample);
+    let names = folder.map(read_names).transpose()?.unwrap_or_default();
+    let streets = folder.map(read_streets).transpose()?.unwrap_or_default();
     let mut intersections: Vec<(usize, Place)> = Vec::new();
     for (point, members) in loaded.members.iter().enumerate() {
         for member in members {
@@ -41,7 +43,7 @@ pub(super) fn write(
             if !at.0.is_finite() || !at.1.is_finite() {
                 continue;
             }
-            let id = |point: usize| draft.family.points[point].id.clone();
+            let id = |point: usize| loaded.family.points[point].id.clone();
             let place = Place {
                 id: intersection.id.clone(),
                 streets: streets_of(&names, &intersection.id, at),
@@ -62,15 +64,6 @@ pub(super) fn write(
         write_atomically(&layout.places(), places.to_json().as_bytes())?;
     }
     Ok(())
-}
-
-/// Returns the folder of a scenario's file; `None` for one that the program carries.
-fn folder(scenario: &str) -> Option<PathBuf> {
-    let path = Path::new(scenario);
-    if path.is_dir() {
-        return Some(path.to_path_buf());
-    }
-    path.is_file().then(|| path.parent().map_or_else(PathBuf::new, Path::to_path_buf))
 }
 
 fn streets_of(names: &BTreeMap<String, Named>, id: &str, at: (f64, f64)) -> Vec<String> {

@@ -1,10 +1,9 @@
 //! Worker processes: one task and one simulation each.
 //!
-//! A worker is this program's hidden subcommand `worker DIR --task K`. It reads the plan and
-//! commits one record; nothing else passes between the two but progress lines on its standard
-//! output. Its standard error, where SUMO gives its reasons, goes to a log that is quoted when the
-//! worker fails. A failed task is tried once more, unless its input is at fault, then recorded as
-//! failed; the run goes on.
+//! A worker is a program's subcommand `worker DIR --task K`. It reads the plan and commits one record;
+//! nothing else passes between the two but [`WorkerLine`]s on its standard output. Its standard error,
+//! where simulators give their reasons, goes to a log that is quoted when the worker fails. A failed task
+//! is tried once more, unless its input is at fault, then recorded as failed; the run goes on.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
@@ -16,11 +15,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
-use crate::cli::exit;
+use super::{Event, Executor};
 use crate::files::FileError;
-use crate::run::error::EvalError;
+use crate::run::error::RunError;
+use crate::run::progress::{Failure, Fault, WorkerLine};
 use crate::store::Layout;
 use crate::store::manifest::Task;
 use crate::store::record::{Record, Wall};
@@ -31,68 +29,31 @@ const ATTEMPTS: u32 = 2;
 /// Lines of a worker's log that a failure quotes.
 const QUOTED_LINES: usize = 6;
 
-/// How often a waiting pool looks whether it has been interrupted.
+/// How often a waiting thread looks whether it has been interrupted.
 const POLL: Duration = Duration::from_millis(5);
 
-/// A line on a worker's standard output, after every episode.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Progress {
-    /// Episodes of the task that are done, those of an earlier attempt that it went on from included.
-    pub episodes: u32,
-    /// Mean delay in the last episode, seconds.
-    pub delay_s: f64,
-}
-
-/// What happens while the pool works.
-#[derive(Debug)]
-pub enum Event {
-    /// A task has done some more episodes.
-    Progress {
-        /// The task.
-        task: usize,
-        /// What its worker says.
-        progress: Progress,
-    },
-    /// An attempt failed and the task is tried again.
-    Retry {
-        /// The task.
-        task: usize,
-        /// Why.
-        reason: String,
-    },
-    /// A task has its record, successful or failed.
-    Finished(Box<Record>),
-}
-
-/// How workers are started.
+/// Starts worker processes, several at a time.
 #[derive(Debug, Clone)]
-pub struct Pool {
+pub struct Local {
     /// The results directory.
     pub layout: Layout,
     /// sha256 of the manifest.
     pub manifest: String,
     /// The program to start.
     pub program: PathBuf,
-    /// Folder of the generated networks.
-    pub networks: PathBuf,
+    /// Folder of what was prepared.
+    pub prepared: PathBuf,
     /// Workers at the same time.
     pub jobs: usize,
 }
 
-impl Pool {
-    /// Does all tasks and reports events as they happen; returns early, without a record for the
-    /// tasks in progress, when `interrupted` becomes true.
-    ///
-    /// # Errors
-    ///
-    /// [`EvalError`] when a worker cannot be started or a record not be written.
-    pub fn run(
+impl Executor for Local {
+    fn run(
         &self,
         tasks: &[Task],
         interrupted: &AtomicBool,
         on_event: &mut dyn FnMut(Event),
-    ) -> Result<(), EvalError> {
+    ) -> Result<(), RunError> {
         let next = AtomicUsize::new(0);
         let stop = AtomicBool::new(false);
         let (sender, receiver): (Sender<Event>, Receiver<Event>) = channel();
@@ -101,7 +62,7 @@ impl Pool {
                 .map(|_| {
                     let sender = sender.clone();
                     let (next, stop) = (&next, &stop);
-                    scope.spawn(move || -> Result<(), EvalError> {
+                    scope.spawn(move || -> Result<(), RunError> {
                         loop {
                             let halt = || {
                                 interrupted.load(Ordering::Relaxed) || stop.load(Ordering::Relaxed)
@@ -122,37 +83,38 @@ impl Pool {
             for event in receiver {
                 on_event(event);
             }
-            threads.into_iter().try_for_each(|t| t.join().expect("a pool thread does not panic"))
+            threads.into_iter().try_for_each(|t| t.join().expect("a thread here does not panic"))
         })
     }
+}
 
+impl Local {
     fn task(
         &self,
         task: &Task,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
-    ) -> Result<(), EvalError> {
+    ) -> Result<(), RunError> {
         let start = Instant::now();
         for attempt in 1..=ATTEMPTS {
-            let status = self.attempt(task, attempt, halt, sender)?;
+            let (status, failure) = self.attempt(task, attempt, halt, sender)?;
             if let Some(record) = Record::read(&self.layout, task, &self.manifest)? {
                 send(sender, Event::Finished(Box::new(record)));
                 return Ok(());
             }
-            // A worker that ends just when the pool stops was ended by it.
+            // A worker that ends just when the run stops was ended by it.
             if halt() {
                 return Ok(());
             }
-            let log = self.layout.log(task.task);
-            let code = status.code().and_then(|c| u8::try_from(c).ok());
-            if let Some(code @ (exit::STOP_RUN | exit::NO_SUMO)) = code {
-                let reason = last_lines(&log, 1);
-                let reason = reason.trim_start_matches("error: ").to_owned();
-                return Err(EvalError::Stopped { reason, no_sumo: code == exit::NO_SUMO });
+            let fault = failure.as_ref().map(|f| f.fault);
+            if let (Some(failure), Some(Fault::Machine | Fault::Simulator)) = (&failure, fault) {
+                let (reason, no_simulator) =
+                    (failure.reason.clone(), failure.fault == Fault::Simulator);
+                return Err(RunError::Stopped { reason, no_simulator });
             }
-            let reason = reason(&status, &log);
+            let reason = reason(&status, &self.layout.log(task.task));
             // What is wrong with the input is still wrong at the next attempt.
-            if attempt < ATTEMPTS && code != Some(exit::USAGE) {
+            if attempt < ATTEMPTS && fault != Some(Fault::Input) {
                 send(sender, Event::Retry { task: task.task, reason });
                 continue;
             }
@@ -172,7 +134,7 @@ impl Pool {
         attempt: u32,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
-    ) -> Result<ExitStatus, EvalError> {
+    ) -> Result<(ExitStatus, Option<Failure>), RunError> {
         let log = self.layout.log(task.task);
         let folder = log.parent().expect("a log lies in a folder");
         fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
@@ -181,8 +143,8 @@ impl Pool {
             .arg("worker")
             .arg(self.layout.root())
             .args(["--task", &task.task.to_string()])
-            .arg("--networks")
-            .arg(&self.networks)
+            .arg("--prepared")
+            .arg(&self.prepared)
             .args(["--attempt", &attempt.to_string()])
             .arg("--watch-stdin")
             // The pipe closes when this process ends, however it ends, and the worker with it.
@@ -197,20 +159,27 @@ impl Pool {
         let reader = thread::spawn({
             let (sender, task) = (sender.clone(), task.task);
             move || {
+                let mut failure = None;
                 for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-                    if let Ok(progress) = serde_json::from_str(&line) {
-                        send(&sender, Event::Progress { task, progress });
+                    match serde_json::from_str(&line) {
+                        Ok(WorkerLine::Progress(progress)) => {
+                            send(&sender, Event::Progress { task, progress });
+                        }
+                        Ok(WorkerLine::Failed(last)) => failure = Some(last),
+                        // A simulator may write there too.
+                        Ok(WorkerLine::Done) | Err(_) => {}
                     }
                 }
+                failure
             }
         });
         let status = wait(&mut child, halt).map_err(FileError::at("wait for", &self.program))?;
-        let _ = reader.join();
-        Ok(status)
+        let failure = reader.join().expect("a thread here does not panic");
+        Ok((status, failure))
     }
 }
 
-/// Waits for a worker, and ends it when the pool is to stop.
+/// Waits for a worker, and ends it when the run is to stop.
 fn wait(child: &mut Child, halt: &dyn Fn() -> bool) -> std::io::Result<ExitStatus> {
     loop {
         if let Some(status) = child.try_wait()? {
@@ -249,14 +218,15 @@ fn last_lines(log: &Path, count: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::progress::Progress;
     use crate::store::record::Outcome;
 
     fn task() -> Task {
         Task { task: 0, method: "m".into(), point: "p".into(), replicate: 0, seed: 1 }
     }
 
-    /// A pool whose workers are a shell script.
-    fn pool(dir: &Path, script: &str) -> Pool {
+    /// Workers which workers are a shell script.
+    fn local(dir: &Path, script: &str) -> Local {
         let program = dir.join("worker.sh");
         // Another process writes it: a descriptor that is open for writing here could be inherited by
         // the worker of another test, and a file that is open for writing cannot be started.
@@ -267,26 +237,32 @@ mod tests {
             .status()
             .unwrap();
         assert!(status.success());
-        Pool {
+        Local {
             layout: Layout::new(dir),
             manifest: "abc".into(),
             program,
-            networks: "networks".into(),
+            prepared: "prepared".into(),
             jobs: 2,
         }
     }
 
-    fn events(pool: &Pool, interrupted: &AtomicBool) -> Vec<Event> {
+    /// A script of a worker that says whose fault its end is.
+    fn says(fault: Fault, reason: &str) -> String {
+        let line = WorkerLine::Failed(Failure { fault, reason: reason.to_owned() });
+        format!("echo '{}'; exit 1", serde_json::to_string(&line).unwrap())
+    }
+
+    fn events(local: &Local, interrupted: &AtomicBool) -> Vec<Event> {
         let mut events = Vec::new();
-        pool.run(&[task()], interrupted, &mut |e| events.push(e)).unwrap();
+        local.run(&[task()], interrupted, &mut |e| events.push(e)).unwrap();
         events
     }
 
     #[test]
     fn a_worker_that_fails_twice_becomes_a_failed_record_with_its_reason() {
         let dir = tempfile::tempdir().unwrap();
-        let pool = pool(dir.path(), "echo 'Error: no such edge' >&2; exit 7");
-        let events = events(&pool, &AtomicBool::new(false));
+        let local = local(dir.path(), "echo 'Error: no such edge' >&2; exit 7");
+        let events = events(&local, &AtomicBool::new(false));
         assert!(matches!(&events[0], Event::Retry { task: 0, .. }));
         let Event::Finished(record) = &events[1] else { panic!("{events:?}") };
         assert_eq!(record.summary.outcome, Outcome::Failed);
@@ -300,8 +276,8 @@ mod tests {
     #[test]
     fn a_worker_whose_input_is_wrong_is_not_tried_again() {
         let dir = tempfile::tempdir().unwrap();
-        let script = format!("echo 'error: no such method' >&2; exit {}", exit::USAGE);
-        let events = events(&pool(dir.path(), &script), &AtomicBool::new(false));
+        let script = says(Fault::Input, "no such method");
+        let events = events(&local(dir.path(), &script), &AtomicBool::new(false));
         let [Event::Finished(record)] = events.as_slice() else { panic!("{events:?}") };
         assert_eq!(record.summary.outcome, Outcome::Failed);
         assert_eq!(record.summary.wall.attempts, 1);
@@ -310,36 +286,40 @@ mod tests {
     #[test]
     fn a_full_disk_stops_the_run_and_leaves_no_record() {
         let dir = tempfile::tempdir().unwrap();
-        let script = format!("echo 'error: cannot write x: no space' >&2; exit {}", exit::STOP_RUN);
-        let pool = pool(dir.path(), &script);
-        let e = pool.run(&[task()], &AtomicBool::new(false), &mut |_| {}).unwrap_err();
+        let script = says(Fault::Machine, "cannot write x: no space");
+        let local = local(dir.path(), &script);
+        let e = local.run(&[task()], &AtomicBool::new(false), &mut |_| {}).unwrap_err();
         assert!(e.to_string().starts_with("cannot write x: no space; nothing is lost"), "{e}");
-        assert!(!pool.layout.record(0).exists());
+        assert!(!local.layout.record(0).exists());
     }
 
     #[test]
     fn a_killed_worker_is_tried_again() {
         let dir = tempfile::tempdir().unwrap();
         let script = "if [ -e \"$2/again\" ]; then exit 9; fi; touch \"$2/again\"; kill -9 $$";
-        let pool = pool(dir.path(), script);
-        let events = events(&pool, &AtomicBool::new(false));
+        let local = local(dir.path(), script);
+        let events = events(&local, &AtomicBool::new(false));
         let Event::Retry { reason, .. } = &events[0] else { panic!("{events:?}") };
         assert_eq!(reason, "the worker was killed by signal 9");
     }
 
     #[test]
-    fn an_interrupted_pool_leaves_no_record() {
+    fn an_interrupted_run_leaves_no_record() {
         let dir = tempfile::tempdir().unwrap();
-        let pool = pool(dir.path(), "echo '{\"episodes\":1,\"delay_s\":9.5}'; exec sleep 60");
+        let local = local(
+            dir.path(),
+            "echo '{\"progress\":{\"episodes\":1,\"objective\":9.5}}'; exec sleep 60",
+        );
         let interrupted = AtomicBool::new(false);
         let start = Instant::now();
-        pool.run(&[task()], &interrupted, &mut |event| {
-            let Event::Progress { task: 0, progress } = event else { panic!("{event:?}") };
-            assert_eq!(progress, Progress { episodes: 1, delay_s: 9.5 });
-            interrupted.store(true, Ordering::Relaxed);
-        })
-        .unwrap();
+        local
+            .run(&[task()], &interrupted, &mut |event| {
+                let Event::Progress { task: 0, progress } = event else { panic!("{event:?}") };
+                assert_eq!(progress, Progress { episodes: 1, objective: 9.5 });
+                interrupted.store(true, Ordering::Relaxed);
+            })
+            .unwrap();
         assert!(start.elapsed() < Duration::from_secs(30));
-        assert!(!pool.layout.record(0).exists());
+        assert!(!local.layout.record(0).exists());
     }
 }

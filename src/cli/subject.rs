@@ -1,0 +1,133 @@
+//! What `run` evaluates: the domain and the problem that its arguments name, and what of them has no
+//! effect there.
+
+use std::path::{Path, PathBuf};
+
+use super::build_networks::default_folder;
+use super::effects::Use;
+use super::folder::NETWORKS;
+use super::output::note;
+use super::run::RunArgs;
+use super::signals::warning_lines;
+use crate::cli::refused::Refused;
+use crate::domains;
+use crate::family::FamilyError;
+use crate::run::domain::{Domain, Problem};
+use crate::run::plan::Draft;
+use crate::settings::overrides::Override;
+use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::problem::SignalProblem;
+use crate::traffic::settings::{DemandSettings, Preset};
+use crate::traffic::sim::SimError;
+
+/// What is evaluated.
+pub(super) enum Subject {
+    /// Traffic signals.
+    Signals(Box<SignalProblem>),
+}
+
+impl Subject {
+    /// Reads the scenario that the arguments name.
+    pub(super) fn new(args: &RunArgs) -> anyhow::Result<Self> {
+        let loaded = scenario(args)?;
+        let name = &args.scenario.scenario;
+        let networks = args.networks.clone().unwrap_or_else(|| default_folder(name, &loaded));
+        let problem = SignalProblem::new(loaded, folder(name), networks, &args.sumocfg)?;
+        Ok(Self::Signals(Box::new(problem)))
+    }
+
+    /// The domain.
+    pub(super) fn domain(&self) -> &'static dyn Domain {
+        match self {
+            Self::Signals(_) => domains::traffic(),
+        }
+    }
+
+    /// The problem.
+    pub(super) fn problem(&self) -> &dyn Problem {
+        match self {
+            Self::Signals(problem) => problem.as_ref(),
+        }
+    }
+
+    /// Whether preparing builds something.
+    pub(super) fn builds(&self) -> bool {
+        match self {
+            Self::Signals(problem) => !problem.is_imported(),
+        }
+    }
+
+    /// Refuses to write into a folder of something else.
+    pub(super) fn check_folder(&self) -> anyhow::Result<()> {
+        match self {
+            Self::Signals(problem) if problem.is_imported() => Ok(()),
+            Self::Signals(problem) => NETWORKS.check(&problem.networks, "--networks", None),
+        }
+    }
+
+    /// Refuses what has no effect.
+    pub(super) fn check(&self, args: &RunArgs, draft: &Draft) -> anyhow::Result<()> {
+        let Self::Signals(problem) = self;
+        let imported = problem.is_imported();
+        if imported && args.networks.is_some() {
+            let reason =
+                "--networks has no effect: the SUMO scenarios bring their networks; leave it out";
+            return Err(Refused(reason.to_owned()).into());
+        }
+        let used = Use {
+            family: !imported,
+            networks: !imported,
+            simulation: true,
+            methods: Some(&draft.methods),
+            ..Use::BUILD
+        };
+        used.check(&problem.loaded, &args.scenario.settings())?;
+        let scenario = &problem.loaded.scenario;
+        let plain = scenario.preset == Preset::default();
+        if imported && plain && !args.quiet && scenario.demand != DemandSettings::default() {
+            note(
+                "the scenario file's [demand] has no effect: the vehicles of SUMO scenarios are their own",
+            );
+        }
+        Ok(())
+    }
+
+    /// Says what may be wrong with the signals of imported scenarios.
+    pub(super) fn warn(&self) -> Result<(), SimError> {
+        let Self::Signals(problem) = self;
+        let configs: Vec<PathBuf> = problem.imported.values().cloned().collect();
+        match warning_lines(&configs, &problem.loaded.scenario.signal) {
+            // A plan needs no SUMO.
+            Err(SimError::Unavailable(_)) => {
+                note("the signals were not looked at, since SUMO is missing")
+            }
+            lines => lines?.iter().for_each(|line| note(format!("warning: {line}"))),
+        }
+        Ok(())
+    }
+}
+
+/// Loads the scenario with the settings of `--episodes` and `--set`.
+fn scenario(args: &RunArgs) -> Result<LoadedScenario, FamilyError> {
+    let episodes = args.episodes.map(|n| Override::episodes(n.get()));
+    let settings: Vec<Override> =
+        episodes.clone().into_iter().chain(args.scenario.settings()).collect();
+    let loaded = load_with(&args.scenario.scenario, &settings)?;
+    let trained = loaded.scenario.training.episodes;
+    match episodes {
+        Some(flag) if args.episodes.is_some_and(|n| n.get() != trained) => {
+            let message = format!("--set says training.episodes={trained}; give one of the two");
+            Err(FamilyError::Override { flag: flag.flag().to_owned(), message })
+        }
+        _ => Ok(loaded),
+    }
+}
+
+/// Returns the folder of a scenario's file; `None` for one that the program carries.
+fn folder(scenario: &str) -> Option<PathBuf> {
+    let path = Path::new(scenario);
+    if path.is_dir() {
+        return Some(path.to_path_buf());
+    }
+    path.is_file().then(|| path.parent().map_or_else(PathBuf::new, Path::to_path_buf))
+}

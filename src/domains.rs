@@ -1,0 +1,18 @@
+//! The domains that this program can evaluate on; a further one is a folder and a line here.
+
+use std::sync::LazyLock;
+
+use crate::run::domain::Domain;
+use crate::traffic::domain::Traffic;
+
+static TRAFFIC: LazyLock<Traffic> = LazyLock::new(Traffic::default);
+
+/// Returns traffic signals.
+pub fn traffic() -> &'static dyn Domain {
+    &*TRAFFIC
+}
+
+/// Returns all domains.
+pub fn domains() -> [&'static dyn Domain; 1] {
+    [traffic()]
+}

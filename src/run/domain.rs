@@ -1,0 +1,270 @@
+//! The seam between evaluation and what is evaluated.
+//!
+//! A [`Domain`] knows its methods and makes [`Trial`]s of them; a [`Problem`] is a scenario of a domain,
+//! read, with its family. What an observation or an action is stays behind the two, so that sampling,
+//! plan, executors, records, statistics and reports serve every domain.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use serde_json::{Map, Value};
+
+use super::method::Method;
+use crate::family::MdpFamily;
+use crate::files::FileError;
+use crate::nn::archive::{Archive, ArchiveError};
+use crate::stats::Direction;
+use crate::store::Layout;
+use crate::store::manifest::PointRow;
+use crate::store::opaque::Opaque;
+use crate::store::record::{Metrics, Row};
+
+/// Any error, with its causes.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// What scores compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Objective {
+    /// Name of the metric, with the unit as a suffix where it has one: `delay_s`.
+    pub metric: &'static str,
+    /// What people call it: `delay`.
+    pub title: &'static str,
+    /// Unit, empty where it has none.
+    pub unit: &'static str,
+    /// Whether less of it is better.
+    pub direction: Direction,
+}
+
+/// A kind of task, such as traffic signals or CartPole, with the methods that can be evaluated on it.
+pub trait Domain: Sync {
+    /// Stable name, as in manifests.
+    fn name(&self) -> &'static str;
+
+    /// What scores compare.
+    fn objective(&self) -> Objective;
+
+    /// Name of the method that scores are divided by, which every run has; `None` where the objective
+    /// itself is the score.
+    fn baseline(&self) -> Option<&'static str>;
+
+    /// All methods, the baseline first.
+    fn methods(&self) -> &[Method];
+
+    /// Returns a method on a point MDP, untrained.
+    ///
+    /// # Arguments
+    ///
+    /// * `seed` — of everything random in the method.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when a file is not the one that was planned, or the simulator is missing.
+    fn trial(&self, site: &Site<'_>, method: &str, seed: u64)
+    -> Result<Box<dyn Trial>, TrialError>;
+
+    /// Returns what the card of a model says beside what evaluation knows: the settings that it takes
+    /// to set the method up again.
+    ///
+    /// # Errors
+    ///
+    /// What is missing, in words.
+    fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String>;
+}
+
+/// Where a trial takes place.
+#[derive(Debug, Clone, Copy)]
+pub struct Site<'a> {
+    /// The scenario's settings, as in the manifest.
+    pub settings: &'a Value,
+    /// The point MDP.
+    pub point: &'a PointRow,
+    /// Folder of what [`Problem::prepare`] made.
+    pub prepared: &'a Path,
+    /// Folder for files of the running episode.
+    pub scratch: &'a Path,
+}
+
+/// A method on a point MDP. Environment and method are one object here: nothing outside needs to know
+/// what passes between them.
+pub trait Trial {
+    /// Trains or tunes the method; one without training does nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when an episode fails, the training diverges or a checkpoint does not fit.
+    fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError>;
+
+    /// Runs one episode without learning and returns its metrics by name, the objective among them.
+    ///
+    /// # Arguments
+    ///
+    /// * `seed` — of everything random in the episode; the same for every method.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when it fails.
+    fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError>;
+
+    /// Returns what has been learned; `None` for methods that do not learn.
+    fn model(&self) -> Option<Archive> {
+        None
+    }
+
+    /// Returns what a record's summary says of the training, from its rows.
+    fn training_metrics(&self, rows: &[Row]) -> Metrics {
+        let _ = rows;
+        Metrics::new()
+    }
+
+    /// Returns what the method wants recorded of itself, such as the plan that tuning found.
+    fn details(&self) -> BTreeMap<String, String> {
+        BTreeMap::new()
+    }
+
+    /// Returns what ran in the last episode, in the domain's own form.
+    fn programs(&self) -> Opaque {
+        Opaque::default()
+    }
+
+    /// Wall-clock time within the simulator so far, seconds.
+    fn simulator_s(&self) -> f64 {
+        0.0
+    }
+}
+
+/// A training as the task keeps it: its seeds, its rows and how far it has come.
+pub trait Course {
+    /// Returns the `index`-th training seed.
+    fn seed(&self, index: u32) -> u64;
+
+    /// Adds the row of a training episode.
+    fn episode(&mut self, seed: u64, metrics: Metrics);
+
+    /// Returns the state that an earlier attempt at this training left; `None` starts anew.
+    fn saved(&mut self) -> Option<Archive>;
+
+    /// Offers the state of a training that can go on from here, at the end of an episode; it is only
+    /// asked for when it is time to keep it.
+    ///
+    /// # Arguments
+    ///
+    /// * `simulator_s` — wall-clock time within the simulator so far, seconds.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when it cannot be written.
+    fn checkpoint(
+        &mut self,
+        state: &dyn Fn() -> Archive,
+        simulator_s: f64,
+    ) -> Result<(), FileError>;
+}
+
+/// Why a trial failed, by what follows from it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrialError {
+    /// The training's numbers are no numbers any more; another attempt would end the same.
+    #[error("{0}")]
+    Diverged(String),
+    /// A model or checkpoint that does not fit.
+    #[error("the model does not fit: {0}")]
+    Model(#[source] ArchiveError),
+    /// Something that the user gave cannot be used; another attempt would end the same.
+    #[error(transparent)]
+    Input(Cause),
+    /// The simulator is missing.
+    #[error(transparent)]
+    Simulator(Cause),
+    /// The machine is at fault, such as a full disk; other tasks would fail too.
+    #[error(transparent)]
+    Machine(Cause),
+    /// The episode failed.
+    #[error(transparent)]
+    Failed(Cause),
+}
+
+impl From<FileError> for TrialError {
+    fn from(error: FileError) -> Self {
+        Self::Machine(error.into())
+    }
+}
+
+/// A scenario of a domain, read: its family, and what its point MDPs are prepared from.
+pub trait Problem: Sync {
+    /// The point MDPs.
+    fn family(&self) -> &MdpFamily;
+
+    /// All settings, as manifests keep them.
+    fn settings(&self) -> Value;
+
+    /// Makes what trials on these point MDPs need, where it is missing.
+    ///
+    /// # Arguments
+    ///
+    /// * `chosen` — ids of point MDPs of the family.
+    /// * `done` — called with the id of each that was made.
+    ///
+    /// # Errors
+    ///
+    /// What cannot be made, and why.
+    fn prepare(
+        &self,
+        chosen: &BTreeSet<&str>,
+        done: &(dyn Fn(&str) + Sync),
+    ) -> Result<Prepared, Cause>;
+
+    /// Returns how much work a task is.
+    fn effort(&self, method: &Method, point: &str) -> Effort;
+
+    /// Writes what reports show beside records; it decides no record.
+    ///
+    /// # Arguments
+    ///
+    /// * `stands` — per point MDP of the family the one that stands for it, if any.
+    ///
+    /// # Errors
+    ///
+    /// What cannot be read or written.
+    fn furnish(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {
+        let _ = (layout, stands);
+        Ok(())
+    }
+}
+
+/// How much work a task is: episodes of training or tuning at most, and processor time per episode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Episodes of training or tuning, at most.
+    pub training: u32,
+    /// Processor time of one of them, seconds.
+    pub training_s: f64,
+    /// Processor time of an evaluation episode, seconds.
+    pub evaluation_s: f64,
+    /// Whether the times rest on what is known of the point MDP; else only their ratio is of use.
+    pub is_informed: bool,
+}
+
+/// What was made for a run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Prepared {
+    /// Name and version of the simulator.
+    pub simulator: String,
+    /// Folder of the files, empty where there are none.
+    pub folder: String,
+    /// By id of the point MDP.
+    pub points: BTreeMap<String, PreparedPoint>,
+}
+
+/// What was made for a point MDP.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PreparedPoint {
+    /// What trials take place in, in the domain's words.
+    pub environment: String,
+    /// Hash of what the point MDP is, from which its seeds follow; not of its name or path.
+    pub content: String,
+    /// sha256 by file name.
+    pub sha256: BTreeMap<String, String>,
+    /// Latitude and longitude of what it stands for, degrees; empty where that is nowhere.
+    pub places: Vec<[f64; 2]>,
+}

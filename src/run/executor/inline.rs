@@ -1,0 +1,82 @@
+//! Tasks one after the other in this process: for tests, debugging, and methods that exist only here.
+//!
+//! A simulator that ends the process takes the run with it, and nothing is tried twice; workers are
+//! safer. An interruption is noticed between two tasks.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::{Event, Executor};
+use crate::run::checkpoint::CHECKPOINT_EVERY_S;
+use crate::run::domain::Domain;
+use crate::run::error::RunError;
+use crate::run::progress::{Failure, Fault, News};
+use crate::run::work::{Workplace, do_task};
+use crate::store::Layout;
+use crate::store::manifest::{Manifest, Task};
+use crate::store::record::{Record, Wall};
+use crate::store::scratch::Scratch;
+
+/// Does tasks in this process.
+#[derive(Clone, Copy)]
+pub struct Inline<'a> {
+    /// What is evaluated.
+    pub domain: &'a dyn Domain,
+    /// What the run is.
+    pub manifest: &'a Manifest,
+    /// The results directory.
+    pub layout: &'a Layout,
+    /// Folder of what was prepared.
+    pub prepared: &'a PathBuf,
+}
+
+impl Executor for Inline<'_> {
+    fn run(
+        &self,
+        tasks: &[Task],
+        interrupted: &AtomicBool,
+        on_event: &mut dyn FnMut(Event),
+    ) -> Result<(), RunError> {
+        for task in tasks {
+            if interrupted.load(Ordering::Relaxed) {
+                break;
+            }
+            let record = self.task(task, on_event)?;
+            on_event(Event::Finished(Box::new(record)));
+        }
+        Ok(())
+    }
+}
+
+impl Inline<'_> {
+    fn task(&self, task: &Task, on_event: &mut dyn FnMut(Event)) -> Result<Record, RunError> {
+        let scratch = Scratch::new(self.layout, task.task)?;
+        let workplace = Workplace {
+            layout: self.layout.clone(),
+            prepared: self.prepared.clone(),
+            scratch: scratch.path().to_path_buf(),
+            attempt: 1,
+            checkpoint_every: Duration::from_secs(CHECKPOINT_EVERY_S),
+        };
+        let start = Instant::now();
+        let mut news = |news| {
+            if let News::Episode(progress) = news {
+                on_event(Event::Progress { task: task.task, progress });
+            }
+        };
+        let error = match do_task(self.domain, self.manifest, task, &workplace, &mut news) {
+            Ok(record) => return Ok(record),
+            Err(error) => error,
+        };
+        let Failure { fault, reason } = Failure::of(&error);
+        if matches!(fault, Fault::Machine | Fault::Simulator) {
+            return Err(error);
+        }
+        let wall_s = start.elapsed().as_secs_f64();
+        let wall = Wall { wall_s, simulator_s: 0.0, attempts: 1 };
+        let record = Record::failed(task, &self.manifest.sha256(), reason, wall);
+        record.commit(self.layout)?;
+        Ok(record)
+    }
+}

@@ -1,0 +1,51 @@
+//! Who does the tasks of a plan: this process, or workers.
+
+pub mod inline;
+pub mod local;
+
+use std::sync::atomic::AtomicBool;
+
+use super::error::RunError;
+use super::progress::Progress;
+use crate::store::manifest::Task;
+use crate::store::record::Record;
+
+pub use inline::Inline;
+pub use local::Local;
+
+/// What happens while tasks are done.
+#[derive(Debug)]
+pub enum Event {
+    /// A task has done some more episodes.
+    Progress {
+        /// The task.
+        task: usize,
+        /// How far it is.
+        progress: Progress,
+    },
+    /// An attempt failed and the task is tried again.
+    Retry {
+        /// The task.
+        task: usize,
+        /// Why.
+        reason: String,
+    },
+    /// A task has its record, successful or failed.
+    Finished(Box<Record>),
+}
+
+/// Does tasks of a plan, in any order; each leaves a record in the results directory.
+pub trait Executor {
+    /// Does all tasks and reports events as they happen; returns early, without a record for the
+    /// tasks in progress, when `interrupted` becomes true.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the tasks cannot be done at all, or a record cannot be written.
+    fn run(
+        &self,
+        tasks: &[Task],
+        interrupted: &AtomicBool,
+        on_event: &mut dyn FnMut(Event),
+    ) -> Result<(), RunError>;
+}

@@ -1,0 +1,159 @@
+//! A run from its plan to its records, as the command does it and as programs can.
+//!
+//! [`open`] prepares what is missing, writes the plan and takes the lock of the results directory;
+//! [`Session::work`] does the tasks that have no record yet.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::thread::available_parallelism;
+
+use super::domain::Domain;
+use super::error::RunError;
+use super::executor::{Event, Executor, Inline, Local};
+use super::plan::{Draft, Request, complete, establish};
+use crate::files::FileError;
+use crate::sample::stands;
+use crate::store::Layout;
+use crate::store::lock::{Holder, RunLock};
+use crate::store::manifest::{Manifest, Provenance, Task};
+use crate::store::results::Results;
+use crate::store::scratch::tidy_up;
+
+/// A run whose plan is written, in a results directory that is locked for it.
+pub struct Session<'a> {
+    domain: &'a dyn Domain,
+    /// The results directory.
+    pub layout: Layout,
+    /// What the run is.
+    pub manifest: Manifest,
+    /// Folder of what was prepared.
+    pub prepared: PathBuf,
+    _lock: RunLock,
+}
+
+/// Opens a run: a new one, or one that was begun in the same folder before.
+///
+/// # Arguments
+///
+/// * `draft` — who is evaluated where, from [`super::plan::draft`].
+/// * `out` — the results directory.
+/// * `done` — called with the id of each point MDP that something was made for.
+///
+/// # Errors
+///
+/// [`RunError`] when something cannot be prepared, or when the folder holds another run or is in use.
+pub fn open<'a>(
+    request: &Request<'a>,
+    draft: &Draft,
+    out: &Path,
+    done: &(dyn Fn(&str) + Sync),
+) -> Result<Session<'a>, RunError> {
+    let prepared = request.problem.prepare(&draft.chosen(), done).map_err(RunError::Prepare)?;
+    let folder = PathBuf::from(&prepared.folder);
+    let provenance = provenance(&prepared.folder);
+    let started = provenance.started.clone();
+    let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
+    let layout = Layout::new(out);
+    fs::create_dir_all(out).map_err(FileError::at("create", out))?;
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    let lock = RunLock::take(&layout, &Holder { pid: std::process::id(), version, started })?;
+    let manifest = establish(&layout, manifest, &tasks)?;
+    let stands = stands(request.problem.family(), &draft.sample);
+    request.problem.furnish(&layout, &stands).map_err(RunError::Prepare)?;
+    tidy_up(&layout)?;
+    Ok(Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock })
+}
+
+impl Session<'_> {
+    /// Removes the records of failed tasks, so that they are tried again.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the directory cannot be read or written.
+    pub fn forget_failed(&self) -> Result<(), RunError> {
+        for record in self.results()?.failed() {
+            let path = self.layout.record(record.summary.task);
+            fs::remove_file(&path).map_err(FileError::at("remove", &path))?;
+        }
+        Ok(())
+    }
+
+    /// Reads what there is so far.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Store`] when a file is damaged.
+    pub fn results(&self) -> Result<Results, RunError> {
+        Ok(Results::load(&self.layout)?)
+    }
+
+    /// Returns the executor that does tasks in this process.
+    pub fn inline(&self) -> Inline<'_> {
+        Inline {
+            domain: self.domain,
+            manifest: &self.manifest,
+            layout: &self.layout,
+            prepared: &self.prepared,
+        }
+    }
+
+    /// Returns the executor that starts a program as worker, so many at a time.
+    pub fn local(&self, program: PathBuf, jobs: usize) -> Local {
+        Local {
+            layout: self.layout.clone(),
+            manifest: self.manifest.sha256(),
+            program,
+            prepared: self.prepared.clone(),
+            jobs,
+        }
+    }
+
+    /// Does the tasks that have no record yet and reports events as they happen; ends early when
+    /// `interrupted` becomes true. Returns the tasks that it set out to do.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the tasks cannot be done at all, or a record cannot be written.
+    pub fn work(
+        &self,
+        executor: &dyn Executor,
+        interrupted: &AtomicBool,
+        on_event: &mut dyn FnMut(Event),
+    ) -> Result<Vec<Task>, RunError> {
+        let todo: Vec<Task> = self.results()?.missing().cloned().collect();
+        executor.run(&todo, interrupted, on_event)?;
+        Ok(todo)
+    }
+}
+
+/// Evaluates methods on a problem in this process, from the plan to the results.
+///
+/// # Errors
+///
+/// [`RunError`], see [`open`] and [`Session::work`].
+pub fn evaluate(request: &Request<'_>, out: &Path) -> Result<Results, RunError> {
+    let draft = super::plan::draft(request)?;
+    let session = open(request, &draft, out, &|_| {})?;
+    session.work(&session.inline(), &AtomicBool::new(false), &mut |_| {})?;
+    session.results()
+}
+
+fn provenance(prepared: &str) -> Provenance {
+    let processors = available_parallelism().map_or(1, std::num::NonZero::get);
+    let command: Vec<String> =
+        std::iter::once("tsc-family".to_owned()).chain(std::env::args().skip(1)).collect();
+    Provenance {
+        command: command.join(" "),
+        git: env!("TSC_FAMILY_GIT").to_owned(),
+        rustc: env!("TSC_FAMILY_RUSTC").to_owned(),
+        host: format!(
+            "{} {}, {processors} processors",
+            std::env::consts::OS,
+            std::env::consts::ARCH
+        ),
+        // ISO 8601, UTC, to the second.
+        started: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
+        networks: prepared.to_owned(),
+    }
+}

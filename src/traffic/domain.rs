@@ -1,0 +1,152 @@
+//! Traffic signals as a domain of evaluation.
+
+use serde_json::{Map, Value};
+
+use super::control::baseline;
+use super::control::registry::METHODS;
+use super::control::{ControlError, Controller};
+use super::controllers::{create, section};
+use super::env::World;
+use super::environment::{GENERATED, environment, planned_world};
+use super::error::TrafficError;
+use super::settings::Scenario;
+use super::sim::Sim;
+#[cfg(feature = "libsumo")]
+use super::sim::libsumo::SumoSim;
+use super::trial::{DELAY, SignalTrial, of_control, of_network, of_sim};
+use crate::run::domain::{Domain, Objective, Site, Trial, TrialError};
+use crate::run::method::Method;
+use crate::stats::Direction;
+
+/// Makes a controller; the seed is of everything random in it.
+pub type Create = Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>;
+
+/// Traffic signals in SUMO, judged by the mean delay per vehicle.
+pub struct Traffic {
+    methods: Vec<Method>,
+    /// Of the methods after those that this library has.
+    own: Vec<Create>,
+}
+
+impl Default for Traffic {
+    fn default() -> Self {
+        Self { methods: METHODS.to_vec(), own: Vec::new() }
+    }
+}
+
+impl Traffic {
+    /// Name of the domain.
+    pub const NAME: &str = "traffic";
+
+    /// Adds a method; one of a name that exists takes its place nowhere, the first counts.
+    #[must_use]
+    pub fn with(mut self, method: Method, create: Create) -> Self {
+        self.methods.push(method);
+        self.own.push(create);
+        self
+    }
+
+    /// Returns a controller.
+    fn controller(
+        &self,
+        method: &str,
+        scenario: &Scenario,
+        imported: bool,
+        seed: u64,
+    ) -> Result<Box<dyn Controller>, ControlError> {
+        let own = self.methods[METHODS.len()..].iter().position(|m| m.name == method);
+        match own {
+            Some(own) => Ok(self.own[own](seed)),
+            None => create(method, scenario, imported, seed),
+        }
+    }
+
+    /// Returns a trial in a world.
+    fn in_world<S: Sim + 'static>(
+        &self,
+        sim: S,
+        world: World,
+        scenario: &Scenario,
+        site: &Site<'_>,
+        method: &str,
+        seed: u64,
+    ) -> Result<Box<dyn Trial>, TrialError> {
+        let imported = site.point.environment != GENERATED;
+        let controller = self.controller(method, scenario, imported, seed).map_err(of_control)?;
+        let env = environment(sim, world, scenario, site.scratch);
+        Ok(Box::new(SignalTrial { env, controller }))
+    }
+}
+
+impl Domain for Traffic {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn objective(&self) -> Objective {
+        Objective { metric: DELAY, title: "delay", unit: "s", direction: Direction::Lower }
+    }
+
+    fn baseline(&self) -> Option<&'static str> {
+        Some(baseline::METHOD.name)
+    }
+
+    fn methods(&self) -> &[Method] {
+        &self.methods
+    }
+
+    fn trial(
+        &self,
+        site: &Site<'_>,
+        method: &str,
+        seed: u64,
+    ) -> Result<Box<dyn Trial>, TrialError> {
+        let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
+        let world = planned_world(site.point, site.prepared).map_err(|e| match e {
+            TrafficError::Network(e) => of_network(e),
+            TrafficError::Sim(e) => of_sim(e),
+            altered @ (TrafficError::Altered { .. } | TrafficError::Io(_)) => {
+                TrialError::Machine(altered.into())
+            }
+            other => TrialError::Input(other.into()),
+        })?;
+        #[cfg(feature = "libsumo")]
+        return self.in_world(
+            SumoSim::new().map_err(of_sim)?,
+            world,
+            &scenario,
+            site,
+            method,
+            seed,
+        );
+        #[cfg(not(feature = "libsumo"))]
+        {
+            let _ = (world, scenario, method, seed);
+            let reason = "built without the feature `libsumo`".to_owned();
+            Err(of_sim(super::sim::SimError::Unavailable(reason)))
+        }
+    }
+
+    fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {
+        let section = section(method);
+        let of_method = settings.get(&section).cloned().ok_or_else(|| {
+            format!("the scenario has no settings of {method}, which the card needs")
+        })?;
+        let mut card = Map::new();
+        card.insert("settings".to_owned(), of_method);
+        for name in ["preset", "signal"] {
+            let value = settings.get(name).cloned();
+            card.insert(name.to_owned(), value.ok_or_else(|| format!("no settings of {name}"))?);
+        }
+        Ok(card)
+    }
+}
+
+/// Returns the scenario of a manifest's settings.
+///
+/// # Errors
+///
+/// What is wrong with them.
+pub fn scenario_of(settings: &Value) -> Result<Scenario, String> {
+    serde_json::from_value(settings.clone()).map_err(|e| format!("manifest.json: settings: {e}"))
+}
