@@ -4,7 +4,8 @@
 use std::time::Instant;
 
 use super::checkpoint::Keeper;
-use super::domain::{Course, Trial, TrialError};
+use super::domain::{Course, Trial};
+use super::fault::TrialError;
 use super::progress::{News, Progress};
 use crate::files::FileError;
 use crate::nn::archive::Archive;

@@ -9,18 +9,16 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
+use super::fault::{Cause, TrialError};
 use super::method::Method;
 use crate::family::MdpFamily;
 use crate::files::FileError;
-use crate::nn::archive::{Archive, ArchiveError};
+use crate::nn::archive::Archive;
 use crate::stats::Direction;
 use crate::store::Layout;
 use crate::store::manifest::PointRow;
 use crate::store::opaque::Opaque;
 use crate::store::record::{Metrics, Row};
-
-/// Any error, with its causes.
-pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// What scores compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,36 +156,6 @@ pub trait Course {
         state: &dyn Fn() -> Archive,
         simulator_s: f64,
     ) -> Result<(), FileError>;
-}
-
-/// Why a trial failed, by what follows from it.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TrialError {
-    /// The training's numbers are no numbers any more; another attempt would end the same.
-    #[error("{0}")]
-    Diverged(String),
-    /// A model or checkpoint that does not fit.
-    #[error("the model does not fit: {0}")]
-    Model(#[source] ArchiveError),
-    /// Something that the user gave cannot be used; another attempt would end the same.
-    #[error(transparent)]
-    Input(Cause),
-    /// The simulator is missing.
-    #[error(transparent)]
-    Simulator(Cause),
-    /// The machine is at fault, such as a full disk; other tasks would fail too.
-    #[error(transparent)]
-    Machine(Cause),
-    /// The episode failed.
-    #[error(transparent)]
-    Failed(Cause),
-}
-
-impl From<FileError> for TrialError {
-    fn from(error: FileError) -> Self {
-        Self::Machine(error.into())
-    }
 }
 
 /// A scenario of a domain, read: its family, and what its point MDPs are prepared from.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::domain::{Cause, TrialError};
+use super::fault::{Cause, TrialError};
 use crate::family::FamilyError;
 use crate::files::FileError;
 use crate::sample::SampleError;

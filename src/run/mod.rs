@@ -7,6 +7,7 @@ pub mod course;
 pub mod domain;
 pub mod error;
 pub mod executor;
+pub mod fault;
 pub mod method;
 pub mod model;
 pub mod plan;

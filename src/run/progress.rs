@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::domain::TrialError;
 use super::error::RunError;
+use super::fault::TrialError;
 
 /// What is heard of a task while it goes on.
 #[derive(Debug, Clone, PartialEq)]

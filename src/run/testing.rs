@@ -6,9 +6,9 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::domain::{
-    Cause, Course, Domain, Effort, Objective, Prepared, PreparedPoint, Problem, Site, Trial,
-    TrialError,
+    Course, Domain, Effort, Objective, Prepared, PreparedPoint, Problem, Site, Trial,
 };
+use super::fault::{Cause, TrialError};
 use super::method::{Method, Training};
 use super::plan::{Request, complete, draft};
 use crate::family::{Feature, MdpFamily, PointMdp};

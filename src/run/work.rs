@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use super::checkpoint::Keeper;
 use super::course::{TaskCourse, held_out};
-use super::domain::{Domain, Site, Trial, TrialError};
+use super::domain::{Domain, Site, Trial};
 use super::error::RunError;
+use super::fault::TrialError;
 use super::model;
 use super::progress::News;
 use crate::nn::archive::Archive;

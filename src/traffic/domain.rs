@@ -14,7 +14,8 @@ use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
 use super::trial::{DELAY, SignalTrial, of_control, of_network, of_sim};
-use crate::run::domain::{Domain, Objective, Site, Trial, TrialError};
+use crate::run::domain::{Domain, Objective, Site, Trial};
+use crate::run::fault::TrialError;
 use crate::run::method::Method;
 use crate::stats::Direction;
 

@@ -9,7 +9,7 @@ use super::settings::check::check;
 use super::settings::{Preset, Scenario, SignalSettings};
 use super::trial::of_control;
 use crate::run::RunError;
-use crate::run::domain::TrialError;
+use crate::run::fault::TrialError;
 use crate::run::model::SavedModel;
 use crate::settings::overrides::Override;
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::family::load::LoadedScenario;
 use crate::files::write_atomically;
 use crate::osm::surroundings::{Named, read_names, read_streets};
-use crate::run::domain::Cause;
+use crate::run::fault::Cause;
 use crate::store::Layout;
 use crate::store::places::{Place, Places, Streets};
 

@@ -17,7 +17,8 @@ use super::network::index::Index;
 use super::network::intersection::{IntersectionSpec, intersections};
 use super::simulator::{check, version};
 use crate::family::{Feature, MdpFamily, PointMdp};
-use crate::run::domain::{Cause, Effort, Prepared, PreparedPoint, Problem};
+use crate::run::domain::{Effort, Prepared, PreparedPoint, Problem};
+use crate::run::fault::Cause;
 use crate::run::method::Method;
 use crate::store::Layout;
 

@@ -10,7 +10,8 @@ use super::network::error::NetworkError;
 use super::program::{ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
 use crate::nn::archive::Archive;
-use crate::run::domain::{Course, Trial, TrialError};
+use crate::run::domain::{Course, Trial};
+use crate::run::fault::TrialError;
 use crate::store::opaque::Opaque;
 use crate::store::record::{Metrics, Row, RowKind};
 

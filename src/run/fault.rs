@@ -1,0 +1,37 @@
+//! Why a trial failed, and what follows from it.
+
+use crate::files::FileError;
+use crate::nn::archive::ArchiveError;
+
+/// Any error, with its causes.
+pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Why a trial failed, by what follows from it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrialError {
+    /// The training's numbers are no numbers any more; another attempt would end the same.
+    #[error("{0}")]
+    Diverged(String),
+    /// A model or checkpoint that does not fit.
+    #[error("the model does not fit: {0}")]
+    Model(#[source] ArchiveError),
+    /// Something that the user gave cannot be used; another attempt would end the same.
+    #[error(transparent)]
+    Input(Cause),
+    /// The simulator is missing.
+    #[error(transparent)]
+    Simulator(Cause),
+    /// The machine is at fault, such as a full disk; other tasks would fail too.
+    #[error(transparent)]
+    Machine(Cause),
+    /// The episode failed.
+    #[error(transparent)]
+    Failed(Cause),
+}
+
+impl From<FileError> for TrialError {
+    fn from(error: FileError) -> Self {
+        Self::Machine(error.into())
+    }
+}
