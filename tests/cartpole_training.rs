@@ -1,8 +1,9 @@
 //! Trainings on gymnasium's own cart and pole; `cargo bench --bench cartpole` makes ten of each.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 use tsc_family::cartpole::dynamics::{Context, Dynamics, Variant};
 use tsc_family::cartpole::environment::{CartPole, GYMNASIUM_START};
-use tsc_family::cartpole::{dqn, ppo};
+use tsc_family::cartpole::settings::Scenario;
 use tsc_family::hash::sha256;
 use tsc_family::nn::archive::Archive;
 use tsc_family::rl::environment::play;
@@ -25,6 +26,14 @@ fn mean_return(trainer: &mut dyn Trainer) -> f64 {
     total / 100.0
 }
 
+fn sb3() -> Scenario {
+    Scenario::default()
+}
+
+fn tuned() -> Scenario {
+    Scenario::read("preset = \"tuned\"", "tuned", &[]).unwrap()
+}
+
 /// The hash of what was learned.
 fn learned(trainer: &dyn Trainer) -> String {
     let mut archive = Archive::default();
@@ -35,7 +44,7 @@ fn learned(trainer: &dyn Trainer) -> String {
 #[test]
 fn ppo_with_the_defaults_solves_it_in_100_000_steps() {
     for replicate in 0..2 {
-        let mut trainer = Ppo::new(ppo::default(), cart_pole, replicate);
+        let mut trainer = Ppo::new((&sb3().ppo).into(), cart_pole, replicate);
         let before = mean_return(&mut trainer);
         trainer.advance(u64::MAX, &mut |k| seed::training(replicate, k));
         let after = mean_return(&mut trainer);
@@ -45,7 +54,7 @@ fn ppo_with_the_defaults_solves_it_in_100_000_steps() {
 
 #[test]
 fn dqn_with_the_defaults_learns() {
-    let mut trainer = Dqn::new(dqn::default(), cart_pole(), 0);
+    let mut trainer = Dqn::new((&sb3().dqn).into(), cart_pole(), 0);
     let before = mean_return(&mut trainer);
     trainer.advance(u64::MAX, &mut |k| seed::training(0, k));
     let after = mean_return(&mut trainer);
@@ -57,9 +66,9 @@ fn dqn_with_the_defaults_learns() {
 #[test]
 fn what_is_learned_has_the_same_bytes_on_every_processor() {
     let seeds = &mut |k| seed::training(7, k);
-    let mut ppo = Ppo::new(ppo::default(), cart_pole, 7);
+    let mut ppo = Ppo::new((&sb3().ppo).into(), cart_pole, 7);
     ppo.advance(3000, seeds);
-    let mut dqn = Dqn::new(dqn::tuned(), cart_pole(), 7);
+    let mut dqn = Dqn::new((&tuned().dqn).into(), cart_pole(), 7);
     dqn.advance(1100, seeds);
     let known = [
         "de8fb373955146411158161412b908e99c2c0638bb5351da6b5dbc92f684f726",

@@ -1,30 +1,54 @@
-//! Deep Q-learning on carts and poles: settings and their presets.
-//!
-//! Source: Stable-Baselines3 2.9 (`DQN`), and for `tuned` rl-baselines3-zoo 2.9 (`hyperparams/dqn.yml`,
-//! `CartPole-v1`).
+//! `dqn`: deep Q-learning, as Stable-Baselines3 has it.
 
-pub use crate::rl::sb3::dqn::Settings;
+use crate::rl::sb3::dqn::Settings;
+use crate::run::method::{Method, Training};
+use crate::settings::setting::settings;
 
-/// Returns Stable-Baselines3's defaults, for 100,000 steps; they hardly learn this task.
-pub fn default() -> Settings {
-    Settings::default()
-}
+/// `dqn` as evaluation knows it.
+pub const METHOD: Method = Method {
+    name: "dqn",
+    summary: "deep Q-learning, as in Stable-Baselines3",
+    training: Training::Learned,
+    default: true,
+    decision_s: 4e-6,
+    color: "#d55e00",
+    dash: "6 3",
+    settings: Config::SETTINGS,
+};
 
-/// Returns the settings that rl-baselines3-zoo tuned for gymnasium's own cart and pole: half the steps, a wider
-/// network, large steps in blocks of 128 updates after every 256 steps.
-pub fn tuned() -> Settings {
-    Settings {
-        total_steps: 50_000,
-        learning_rate: 2.3e-3,
-        buffer_size: 100_000,
-        batch_size: 64,
-        learning_starts: 1000,
-        train_frequency: 256,
-        gradient_steps: 128,
-        target_network_frequency: 10,
-        end_epsilon: 0.04,
-        exploration_fraction: 0.16,
-        hidden: vec![256, 256],
-        ..Settings::default()
-    }
+settings! {
+    /// Hyper-parameters of `dqn`; the defaults are Stable-Baselines3's, which hardly learn this task.
+    pub struct Config extends Settings, source "Stable-Baselines3 2.9, DQN" {
+        /// Steps of the training.
+        total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
+            source "Jayawardana et al., 2022, say none for this task";
+        /// Step size of Adam.
+        learning_rate: f32 = 1e-4, in 1e-8..=1.0;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-8, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Steps in the replay buffer.
+        buffer_size: usize = 1_000_000, in 1.0..=1e8, unit "steps";
+        /// Steps per update, drawn with replacement.
+        batch_size: usize = 32, in 1.0..=4096.0, unit "steps";
+        /// Steps before the first update, in which actions are random.
+        learning_starts: u64 = 100, in 0.0..=1e9, unit "steps";
+        /// Steps between two blocks of updates.
+        train_frequency: u64 = 4, in 1.0..=1e6, unit "steps";
+        /// Updates of a block.
+        gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+        /// Steps between two copies into the target network.
+        target_network_frequency: u64 = 10_000, in 1.0..=1e9, unit "steps";
+        /// Share of random actions at the beginning.
+        start_epsilon: f64 = 1.0, in 0.0..=1.0;
+        /// Share of random actions at the end.
+        end_epsilon: f64 = 0.05, in 0.0..=1.0;
+        /// Share of the training over which it falls in a straight line.
+        exploration_fraction: f64 = 0.1, in 0.0..=1.0;
+        /// Largest Euclidean norm of the gradient.
+        max_grad_norm: f32 = 10.0, in 1e-6..=1e9;
+        /// Units of both hidden layers.
+        hidden: usize = 64, in 1.0..=1024.0, unit "units";
+    } and {}
 }

@@ -5,6 +5,8 @@
 //! which positions move by the old velocities. `tests/cartpole.rs` compares step by step. Sine and
 //! cosine are those of the crate `libm`, so that every machine computes the same bytes.
 
+use serde::{Deserialize, Serialize};
+
 /// Time of a step, s.
 const STEP_S: f64 = 0.02;
 
@@ -46,7 +48,8 @@ impl Default for Context {
 }
 
 /// Where a context acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Variant {
     /// As in CARL (0.2.0 and later), which sets attributes of gymnasium's environment after it has
     /// computed the total mass (1.1 kg) and the pole's mass times half its length (0.05 kg m). So

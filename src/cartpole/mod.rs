@@ -8,3 +8,4 @@ pub mod dynamics;
 pub mod environment;
 pub mod family;
 pub mod ppo;
+pub mod settings;

@@ -94,11 +94,16 @@ macro_rules! numbers {
 }
 numbers!(f32 f64 u32);
 
-impl Number for usize {
-    fn number(&self) -> Option<f64> {
-        Some(*self as f64)
-    }
+macro_rules! counts {
+    ($($type:ty)*) => {
+        $(impl Number for $type {
+            fn number(&self) -> Option<f64> {
+                Some(*self as f64)
+            }
+        })*
+    };
 }
+counts!(u64 usize);
 
 impl<T: Number> Number for Option<T> {
     fn number(&self) -> Option<f64> {

@@ -1,5 +1,6 @@
 //! A policy and a value of states: two networks that share nothing but their inputs.
 
+use super::HIDDEN_LAYERS;
 use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::init::Init;
@@ -25,20 +26,20 @@ impl ActorCritic {
     pub(super) fn new(
         width: usize,
         actions: usize,
-        hidden: &[usize],
+        hidden: usize,
         adam_epsilon: f32,
         seed: u64,
     ) -> Self {
         let network = |outputs| {
-            let layer = |network: Sequential, size: &usize| network.linear(*size, Activation::Tanh);
-            let network = hidden.iter().fold(Sequential::new(width), layer);
+            let layer = |network: Sequential, _| network.linear(hidden, Activation::Tanh);
+            let network = (0..HIDDEN_LAYERS).fold(Sequential::new(width), layer);
             network.linear(outputs, Activation::None)
         };
         let (policy, value) = (network(actions), network(1));
         let mut parameters = Vec::new();
-        let last = hidden.len();
         for (name, network, gain) in [("policy", &policy, GAINS[1]), ("value", &value, GAINS[2])] {
-            let init = |layer| Init::Orthogonal(if layer == last { gain } else { GAINS[0] });
+            let init =
+                |layer| Init::Orthogonal(if layer == HIDDEN_LAYERS { gain } else { GAINS[0] });
             let mut draw = Generator::new(seed, &["initial", name]);
             parameters.extend(network.initial(&init, draw.rng()));
         }

@@ -13,7 +13,7 @@ mod settings;
 
 pub use self::settings::Settings;
 use super::lanes::Lanes;
-use super::{Progress, Trainer, largest};
+use super::{HIDDEN_LAYERS, Progress, Trainer, largest};
 use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::init::Init;
@@ -59,8 +59,8 @@ impl<E: Environment> Dqn<E> {
     pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
         let lane = Lanes::new(vec![environment]);
         let (width, actions) = (lane.width(), lane.actions());
-        let hidden = |network: Sequential, size: &usize| network.linear(*size, Activation::Relu);
-        let network = settings.hidden.iter().fold(Sequential::new(width), hidden);
+        let layer = |network: Sequential, _| network.linear(settings.hidden, Activation::Relu);
+        let network = (0..HIDDEN_LAYERS).fold(Sequential::new(width), layer);
         let network = network.linear(actions, Activation::None);
         let mut draw = Generator::new(seed, &["initial"]);
         let parameters = network.initial(&|_| Init::Uniform, draw.rng());
@@ -243,15 +243,19 @@ mod tests {
         Settings {
             total_steps: 4000,
             learning_rate: 2e-3,
+            adam_epsilon: 1e-8,
             gamma: 0.9,
             buffer_size: 500,
+            batch_size: 32,
             learning_starts: 50,
             train_frequency: 8,
             gradient_steps: 8,
             target_network_frequency: 50,
+            start_epsilon: 1.0,
+            end_epsilon: 0.05,
             exploration_fraction: 0.5,
-            hidden: vec![32],
-            ..Settings::default()
+            max_grad_norm: 10.0,
+            hidden: 32,
         }
     }
 

@@ -11,13 +11,18 @@ pub mod ppo;
 #[cfg(test)]
 mod testing;
 
+use serde::{Deserialize, Serialize};
+
 use crate::nn::archive::{Archive, ArchiveError};
 
+/// Hidden layers of every network.
+const HIDDEN_LAYERS: usize = 2;
+
 /// How a number changes over a training.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Schedule {
     /// Not at all.
-    #[default]
     Constant,
     /// In a straight line to 0 at the end.
     Linear,

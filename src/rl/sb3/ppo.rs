@@ -51,7 +51,7 @@ impl<E: Environment> Ppo<E> {
             networks: ActorCritic::new(
                 width,
                 actions,
-                &settings.hidden,
+                settings.hidden,
                 settings.adam_epsilon,
                 seed,
             ),
@@ -190,12 +190,18 @@ mod tests {
             environments: 3,
             num_steps: 43,
             minibatch_size: 32,
+            update_epochs: 10,
             learning_rate: 3e-3,
-            gamma: 0.9,
-            hidden: vec![32],
-            clip_range_schedule: Schedule::Linear,
             learning_rate_schedule: Schedule::Linear,
-            ..Settings::default()
+            adam_epsilon: 1e-5,
+            gamma: 0.9,
+            gae_lambda: 0.95,
+            clip_range: 0.2,
+            clip_range_schedule: Schedule::Linear,
+            entropy_coefficient: 0.0,
+            value_coefficient: 0.5,
+            max_grad_norm: 0.5,
+            hidden: 32,
         }
     }
 

@@ -31,29 +31,6 @@ pub struct Settings {
     pub exploration_fraction: f64,
     /// Largest norm of the gradient.
     pub max_grad_norm: f32,
-    /// Sizes of the hidden layers.
-    pub hidden: Vec<usize>,
-}
-
-impl Default for Settings {
-    /// Returns those of Stable-Baselines3 2.9, for 100,000 steps.
-    fn default() -> Self {
-        Self {
-            total_steps: 100_000,
-            learning_rate: 1e-4,
-            adam_epsilon: 1e-8,
-            gamma: 0.99,
-            buffer_size: 1_000_000,
-            batch_size: 32,
-            learning_starts: 100,
-            train_frequency: 4,
-            gradient_steps: 1,
-            target_network_frequency: 10_000,
-            start_epsilon: 1.0,
-            end_epsilon: 0.05,
-            exploration_fraction: 0.1,
-            max_grad_norm: 10.0,
-            hidden: vec![64, 64],
-        }
-    }
+    /// Units of both hidden layers.
+    pub hidden: usize,
 }

@@ -136,6 +136,7 @@ pub(super) fn log_softmax(logits: &[f32], logs: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rl::sb3::Schedule;
 
     const CLIP: f32 = 0.2;
 
@@ -157,7 +158,24 @@ mod tests {
     }
 
     fn settings() -> Settings {
-        Settings { value_coefficient: 0.7, entropy_coefficient: 0.3, ..Settings::default() }
+        Settings {
+            total_steps: 1,
+            environments: 1,
+            num_steps: 1,
+            minibatch_size: 1,
+            update_epochs: 1,
+            learning_rate: 1e-3,
+            learning_rate_schedule: Schedule::Constant,
+            adam_epsilon: 1e-5,
+            gamma: 0.9,
+            gae_lambda: 0.9,
+            clip_range: CLIP,
+            clip_range_schedule: Schedule::Constant,
+            entropy_coefficient: 0.3,
+            value_coefficient: 0.7,
+            max_grad_norm: 0.5,
+            hidden: 1,
+        }
     }
 
     fn loss(minibatch: &mut Minibatch, logits: &[f32], values: &[f32]) -> f64 {

@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn advantages_know_ends_cuts_and_lanes() {
-        let mut networks = ActorCritic::new(1, 2, &[8], 1e-5, 1);
+        let mut networks = ActorCritic::new(1, 2, 8, 1e-5, 1);
         let states = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
         let mut value = |state: f32| networks.values(&[state])[0];
         let v = states.map(&mut value);

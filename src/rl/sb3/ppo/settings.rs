@@ -35,30 +35,6 @@ pub struct Settings {
     pub value_coefficient: f32,
     /// Largest norm of the gradient.
     pub max_grad_norm: f32,
-    /// Sizes of the hidden layers of either network.
-    pub hidden: Vec<usize>,
-}
-
-impl Default for Settings {
-    /// Returns those of Stable-Baselines3 2.9, for 100,000 steps.
-    fn default() -> Self {
-        Self {
-            total_steps: 100_000,
-            environments: 1,
-            num_steps: 2048,
-            minibatch_size: 64,
-            update_epochs: 10,
-            learning_rate: 3e-4,
-            learning_rate_schedule: Schedule::Constant,
-            adam_epsilon: 1e-5,
-            gamma: 0.99,
-            gae_lambda: 0.95,
-            clip_range: 0.2,
-            clip_range_schedule: Schedule::Constant,
-            entropy_coefficient: 0.0,
-            value_coefficient: 0.5,
-            max_grad_norm: 0.5,
-            hidden: vec![64, 64],
-        }
-    }
+    /// Units of both hidden layers of either network.
+    pub hidden: usize,
 }
