@@ -78,14 +78,15 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     before, after = map(Path, sys.argv[1:])
+    for folder in (before, after):
+        if not any((folder / "done").glob("*/*.jsonl")):
+            sys.exit(f"{folder} has no records")
     same = [
         compare("manifests, what the run is", before, after, "manifest.json", lambda d: read(d)["identity"]),
         compare("plans", before, after, "plan.jsonl", lambda d: d.decode().splitlines()),
         compare("records", before, after, "done/*/*.jsonl", record),
         compare("models", before, after, "models/*/*.safetensors", model),
     ]
-    if not any((before / "done").glob("*/*.jsonl")):
-        sys.exit(f"no records in {before}")
     sys.exit(0 if all(same) else 1)
 
 

@@ -18,6 +18,7 @@ use crate::run::method::Method;
 use crate::settings::wording::settings;
 use crate::traffic::control::registry::METHODS;
 use crate::traffic::family::load::EMBEDDED;
+use crate::traffic::settings::table;
 
 /// Environment variable by which a shell's script asks for completions; its value is the shell.
 const ASKS: &str = "TSC_FAMILY_COMPLETE";
@@ -57,7 +58,9 @@ fn with_values(arg: Arg) -> Arg {
             names.into_iter().chain(files).collect()
         }),
         "set" => ArgValueCompleter::new(|word: &OsStr| {
-            starting(word, settings().iter().map(|name| format!("{name}=")))
+            let fitting =
+                settings().iter().filter(|name| word.to_str().is_some_and(|w| name.starts_with(w)));
+            fitting.map(setting).collect()
         }),
         "methods" => ArgValueCompleter::new(|word: &OsStr| {
             methods(word).into_iter().chain(starting(word, ["all".to_owned()])).collect()
@@ -76,6 +79,12 @@ fn methods(word: &OsStr) -> Vec<CompletionCandidate> {
     let fitting = METHODS.iter().filter(|m| word.to_str().is_some_and(|w| m.name.starts_with(w)));
     let with_summary = |m: &Method| CompletionCandidate::new(m.name).help(Some(m.summary.into()));
     fitting.map(with_summary).collect()
+}
+
+/// Returns a setting with its equals sign and what it is.
+fn setting(name: &String) -> CompletionCandidate {
+    let what = table::find(name).map(|setting| setting.headline().into());
+    CompletionCandidate::new(format!("{name}=")).help(what)
 }
 
 /// Whether a file may be a scenario; folders on the way to one are offered in any case.

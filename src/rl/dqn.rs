@@ -191,6 +191,7 @@ mod tests {
     use crate::nn::archive::Archive;
     use crate::nn::init::Init;
     use crate::nn::sequential::Sequential;
+    use crate::rl::persist::Persist;
 
     fn settings() -> Settings {
         Settings {

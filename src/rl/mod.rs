@@ -6,6 +6,7 @@ pub mod dqn;
 pub mod environment;
 pub mod gae;
 pub mod normalise;
+pub mod persist;
 pub mod ppo;
 pub mod random;
 pub mod replay;

@@ -246,6 +246,7 @@ mod tests {
     use crate::nn::archive::Archive;
     use crate::nn::init::Init;
     use crate::nn::sequential::Sequential;
+    use crate::rl::persist::Persist;
 
     fn learner(num_steps: usize) -> Ppo<Sequential> {
         let network = Sequential::new(5).linear(32, Activation::Relu).linear(3, Activation::None);

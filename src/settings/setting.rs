@@ -32,8 +32,29 @@ pub struct Limits {
 impl Setting {
     /// Returns what it is, in a sentence or a few.
     pub fn summary(&self) -> String {
-        self.lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
+        joined(self.lines)
     }
+
+    /// Returns what it is in a sentence, with default, unit and range.
+    pub fn headline(&self) -> String {
+        let summary = self.summary();
+        let first = summary.split_once(". ").map_or(summary.as_str(), |(first, _)| first);
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        let range = self.limits.map_or(String::new(), |limits| format!("; {limits}"));
+        format!("{} (default {}{unit}{range})", first.trim_end_matches('.'), (self.default)())
+    }
+}
+
+impl std::fmt::Display for Limits {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} to {}", self.low, self.high)?;
+        self.at_most.map_or(Ok(()), |other| write!(f, ", at most {other}"))
+    }
+}
+
+/// Returns lines of documentation as one.
+pub(crate) fn joined(lines: &[&str]) -> String {
+    lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
 }
 
 /// The value of a number among the settings, and what it may be with the others as they are.
@@ -51,6 +72,12 @@ pub struct Ranged {
 
 /// A section of settings.
 pub trait Section {
+    /// Returns what it is about.
+    fn about(&self) -> String;
+
+    /// Returns where the defaults come from, but for settings that say otherwise.
+    fn source(&self) -> &'static str;
+
     /// Returns its settings, in the order of the section.
     fn table(&self) -> &'static [Setting];
 
@@ -68,6 +95,14 @@ impl NoSettings {
 }
 
 impl Section for NoSettings {
+    fn about(&self) -> String {
+        String::new()
+    }
+
+    fn source(&self) -> &'static str {
+        ""
+    }
+
     fn table(&self) -> &'static [Setting] {
         Self::SETTINGS
     }
@@ -192,6 +227,14 @@ macro_rules! settings {
         }
 
         impl $crate::settings::setting::Section for $name {
+            fn about(&self) -> String {
+                $crate::settings::setting::joined(&[$($about,)*])
+            }
+
+            fn source(&self) -> &'static str {
+                $section
+            }
+
             fn table(&self) -> &'static [$crate::settings::setting::Setting] {
                 Self::SETTINGS
             }
@@ -300,6 +343,9 @@ mod tests {
     fn a_line_makes_an_entry_of_the_table() {
         let [kept, step, size, backwards] = Small::SETTINGS else { panic!("four settings") };
         assert_eq!(kept.summary(), "Things that are kept, the oldest first.");
+        let headline = "Things per step (default 3 things; 1 to 64, at most kept)";
+        assert_eq!(step.headline(), headline);
+        assert_eq!(Small::default().about(), "A section.");
         let texts = |s: &Setting| (s.name, (s.default)(), s.unit, s.source);
         assert_eq!(texts(kept), ("kept", "10000".to_owned(), "things", "a paper"));
         assert_eq!(texts(step), ("step", "3".to_owned(), "things", "another paper"));

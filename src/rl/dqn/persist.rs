@@ -3,31 +3,24 @@
 use super::Dqn;
 use crate::nn::Network;
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::rl::persist::Persist;
 
-impl<N: Network> Dqn<N> {
-    /// Network and parameters, for saving what was learned.
-    pub fn learned(&self) -> (&N, &[f32]) {
-        (&self.network, &self.parameters)
-    }
-
-    /// Whether parameters and moments are numbers; where they are not, training has diverged.
-    pub fn is_finite(&self) -> bool {
+impl<N: Network> Persist for Dqn<N> {
+    fn is_finite(&self) -> bool {
         self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
     }
 
-    /// Takes over parameters that were learned elsewhere.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when they do not fit the network.
-    pub fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+    fn learned(&self, prefix: &str, archive: &mut Archive) {
+        crate::nn::save(&self.network, &self.parameters, prefix, archive);
+    }
+
+    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
         self.parameters = crate::nn::load(&self.network, prefix, archive)?;
         self.target.copy(&self.parameters);
         Ok(())
     }
 
-    /// Adds everything that learning goes on from to an archive.
-    pub fn save(&self, prefix: &str, archive: &mut Archive) {
+    fn save(&self, prefix: &str, archive: &mut Archive) {
         let count = self.parameters.len();
         archive.put_f32(format!("{prefix}parameters"), &[count], &self.parameters);
         archive.put_f32(format!("{prefix}target"), &[count], &self.target.parameters);
@@ -41,12 +34,7 @@ impl<N: Network> Dqn<N> {
         self.exploration.save(&format!("{prefix}exploration"), archive);
     }
 
-    /// Goes on from what [`Self::save`] kept, which is to be done between two episodes.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it is of another shape.
-    pub fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
         let shape = [self.parameters.len()];
         self.parameters.copy_from_slice(archive.f32(&format!("{prefix}parameters"), &shape)?);
         self.target.parameters.copy_from_slice(archive.f32(&format!("{prefix}target"), &shape)?);

@@ -6,23 +6,24 @@
 //! - **Network**: a 2 x 2 convolution over lanes and numbers, two hidden layers, a value per phase.
 //! - **Exploration**: random phases, at first always, linearly less until four fifths of the training.
 //!
-//! Signals with a single phase stay green and learn nothing.
+//! Signals with a single phase stay green and learn nothing. What goes on around the algorithm is in
+//! [`independent`](super::independent).
 //!
 //! Source: RESCO, agents/pfrl_dqn.py; Ault and Sharon, "Reinforcement learning benchmarks for traffic
 //! signal control" (NeurIPS 2021, datasets and benchmarks).
 
-use std::collections::BTreeMap;
 use std::f32::consts::SQRT_2;
 
-use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
-use super::training::{self, Learner, TrainingState, decides, is_checkpoint, mean};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
+use super::independent::{Agent, Independent};
+use super::learner::Learning;
+use super::state::{LANE_WIDTH, lane_rows};
+use super::training::{Curve, TrainingState};
+use super::{Controller, Setup, SignalSpec};
 use crate::nn::Activation;
-use crate::nn::archive::Archive;
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
 use crate::rl::dqn::{Dqn, Settings};
-use crate::rl::normalise::Normaliser;
+use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::replay::Transition;
 use crate::rl::schedule::linear_epsilon;
@@ -94,29 +95,43 @@ fn network(lanes: usize, phases: usize, hidden: usize) -> Sequential {
         .linear(phases, Activation::None)
 }
 
-/// The learner of one signal.
-#[derive(Debug, Clone)]
-struct Agent {
-    /// Index of the signal.
-    signal: usize,
-    phases: usize,
-    dqn: Dqn<Sequential>,
-    normaliser: Option<Normaliser>,
-    state: Vec<f32>,
-    next: Vec<f32>,
-    action: usize,
+/// Returns IDQN, untrained.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    let learners: Independent<Idqn> = Independent::new(config.clone(), setup.seed);
+    Box::new(Learning::new(learners, setup.episodes))
 }
 
-impl Agent {
-    fn new(config: &Config, signal: usize, spec: &SignalSpec, seed: u64) -> Self {
-        let label = signal.to_string();
-        let network = network(lane_rows(spec), spec.phases.len(), config.hidden);
+/// The algorithm of one signal's learner.
+#[derive(Debug)]
+struct Idqn {
+    config: Config,
+    phases: usize,
+    dqn: Dqn<Sequential>,
+}
+
+impl Idqn {
+    /// Returns the share of random actions.
+    fn epsilon(&self, training: &TrainingState) -> f64 {
+        let config = &self.config;
+        let span = training.exploration_span(config.exploration_fraction, 1);
+        linear_epsilon(config.start_e, config.end_e, span, self.dqn.transitions())
+    }
+}
+
+impl Agent for Idqn {
+    const NAME: &'static str = METHOD.name;
+
+    type Config = Config;
+
+    fn new(config: &Config, signal: &SignalSpec, seed: u64, label: &str) -> Self {
+        let phases = signal.phases.len();
+        let network = network(lane_rows(signal), phases, config.hidden);
         let init = |layer| match (config.orthogonal_initialisation, layer) {
             (false, _) => Init::Uniform,
             (true, VALUE_LAYER) => Init::Orthogonal(1.0),
             (true, _) => Init::Orthogonal(SQRT_2),
         };
-        let mut generator = Generator::new(seed, &["initialisation", &label]);
+        let mut generator = Generator::new(seed, &["initialisation", label]);
         let parameters = network.initial(&init, generator.rng());
         let settings = Settings {
             learning_rate: config.learning_rate,
@@ -129,182 +144,37 @@ impl Agent {
             target_network_frequency: u64::from(config.target_network_frequency),
             double_dqn: config.double_dqn,
         };
-        let width = lane_rows(spec) * LANE_WIDTH;
-        Self {
-            signal,
-            phases: spec.phases.len(),
-            dqn: Dqn::new(network, parameters, settings, seed, &[&label]),
-            normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
-            state: Vec::with_capacity(width),
-            next: Vec::with_capacity(width),
-            action: 0,
+        let dqn = Dqn::new(network, parameters, settings, seed, &[label]);
+        Self { config: config.clone(), phases, dqn }
+    }
+
+    fn normalises(config: &Config) -> bool {
+        config.normalise_observations
+    }
+
+    fn choose(&mut self, state: &[f32], training: &TrainingState) -> usize {
+        match training.active {
+            true => self.dqn.explore(state, self.phases, self.epsilon(training)),
+            false => self.dqn.greedy(state),
         }
     }
 
-    fn prefix(&self) -> String {
-        format!("signal{}.", self.signal)
-    }
-}
-
-/// IDQN.
-#[derive(Debug, Clone)]
-pub struct Idqn {
-    config: Config,
-    seed: u64,
-    training: TrainingState,
-    signals: Vec<SignalSpec>,
-    agents: Vec<Agent>,
-}
-
-/// Returns IDQN, untrained.
-pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Idqn::new(config.clone(), setup.episodes, setup.seed))
-}
-
-impl Idqn {
-    /// Returns an untrained controller; `seed` is for everything random in it.
-    pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
-        let training = TrainingState::new(episodes);
-        Self { config, seed, training, signals: Vec::new(), agents: Vec::new() }
+    fn learn(&mut self, state: &[f32], action: usize, reward: f32, next: &[f32], truncated: bool) {
+        let terminal = truncated && !self.config.bootstrap_at_time_limit;
+        self.dqn.observe(&Transition { state, action, reward, next, terminal });
     }
 
-    /// Returns the share of random actions of an agent.
-    fn epsilon(&self, agent: &Agent) -> f64 {
-        let config = &self.config;
-        let span = self.training.exploration_span(config.exploration_fraction, 1);
-        linear_epsilon(config.start_e, config.end_e, span, agent.dqn.transitions())
+    fn curve(&mut self, training: &TrainingState) -> Curve {
+        let epsilon = Some(self.epsilon(training));
+        Curve { loss: self.dqn.take_loss(), epsilon, ..Curve::default() }
     }
 
-    fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
-        training::check_shape(archive, &self.signals)?;
-        for agent in &mut self.agents {
-            let prefix = agent.prefix();
-            if is_checkpoint(archive) {
-                agent.dqn.restore(&prefix, archive)?;
-            } else {
-                agent.dqn.load(&prefix, archive)?;
-            }
-            if let Some(normaliser) = &mut agent.normaliser {
-                normaliser.restore(&prefix, archive)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Controller for Idqn {
-    fn name(&self) -> &'static str {
-        METHOD.name
+    fn kept(&self) -> &dyn Persist {
+        &self.dqn
     }
 
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        let changed = self.signals != signals;
-        if changed {
-            self.signals = signals.to_vec();
-            let decide = signals.iter().enumerate().filter(|(_, s)| decides(s));
-            self.agents = decide.map(|(i, s)| Agent::new(&self.config, i, s, self.seed)).collect();
-        }
-        if let Some(archive) = self.training.adopted(changed) {
-            self.restore(&archive)?;
-        }
-        Ok(training::drives(signals))
-    }
-
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
-        for i in 0..self.agents.len() {
-            let epsilon = self.training.active.then(|| self.epsilon(&self.agents[i]));
-            let agent = &mut self.agents[i];
-            lanes(&self.signals[agent.signal], &observations[agent.signal], &mut agent.state);
-            if let Some(normaliser) = &mut agent.normaliser {
-                normaliser.take_in(&mut agent.state, epsilon.is_some());
-            }
-            agent.action = match epsilon {
-                Some(epsilon) => agent.dqn.explore(&agent.state, agent.phases, epsilon),
-                None => agent.dqn.greedy(&agent.state),
-            };
-            phases[agent.signal] = GreenPhase(agent.action);
-        }
-    }
-
-    fn observe(&mut self, observations: &[Observation], truncated: bool) {
-        if !self.training.active {
-            return;
-        }
-        for agent in &mut self.agents {
-            let seen = &observations[agent.signal];
-            let reward = wait_reward(seen);
-            self.training.curve.reward += f64::from(reward);
-            lanes(&self.signals[agent.signal], seen, &mut agent.next);
-            if let Some(normaliser) = &agent.normaliser {
-                normaliser.apply(&mut agent.next);
-            }
-            agent.dqn.observe(&Transition {
-                state: &agent.state,
-                action: agent.action,
-                reward,
-                next: &agent.next,
-                terminal: truncated && !self.config.bootstrap_at_time_limit,
-            });
-        }
-        if truncated {
-            let losses: Vec<f64> =
-                self.agents.iter_mut().filter_map(|a| a.dqn.take_loss()).collect();
-            self.training.curve.loss = mean(&losses);
-            self.training.curve.epsilon = self.agents.first().map(|a| self.epsilon(a));
-        }
-    }
-
-    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
-        training::train(self, trainer)
-    }
-
-    fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(METHOD.name, &self.training, &self.signals)
-    }
-
-    fn figures(&self) -> BTreeMap<String, f64> {
-        self.training.figures()
-    }
-
-    fn model(&self) -> Option<Archive> {
-        let mut model = training::model(METHOD.name, &self.signals);
-        for agent in &self.agents {
-            let prefix = agent.prefix();
-            let (network, parameters) = agent.dqn.learned();
-            crate::nn::save(network, parameters, &prefix, &mut model);
-            if let Some(normaliser) = &agent.normaliser {
-                normaliser.save(&prefix, &mut model);
-            }
-        }
-        self.controls().then_some(model)
-    }
-
-    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
-        self.training.load(METHOD.name, model)
-    }
-}
-
-impl Learner for Idqn {
-    fn training(&mut self) -> &mut TrainingState {
-        &mut self.training
-    }
-
-    fn controls(&self) -> bool {
-        !self.agents.is_empty()
-    }
-
-    fn is_finite(&self) -> bool {
-        self.agents.iter().all(|agent| agent.dqn.is_finite())
-    }
-
-    fn save(&self, archive: &mut Archive) {
-        for agent in &self.agents {
-            let prefix = agent.prefix();
-            agent.dqn.save(&prefix, archive);
-            if let Some(normaliser) = &agent.normaliser {
-                normaliser.save(&prefix, archive);
-            }
-        }
+    fn kept_mut(&mut self) -> &mut dyn Persist {
+        &mut self.dqn
     }
 }
 
@@ -317,9 +187,13 @@ mod tests {
         Config { hidden: 16, learning_rate: 3e-3, ..Config::default() }
     }
 
+    fn learner(config: &Config, episodes: u32) -> Box<dyn Controller> {
+        create(config, &Setup { seed: 7, episodes, imported: false })
+    }
+
     #[test]
     fn it_learns_and_goes_on_from_a_checkpoint() {
-        check_learner(&|episodes| Box::new(Idqn::new(small(), episodes, 7)));
+        check_learner(&|episodes| learner(&small(), episodes));
     }
 
     #[test]
@@ -331,17 +205,17 @@ mod tests {
             orthogonal_initialisation: true,
             ..small()
         };
-        check_learner(&|episodes| Box::new(Idqn::new(config.clone(), episodes, 7)));
+        check_learner(&|episodes| learner(&config, episodes));
     }
 
     #[test]
     fn a_model_of_another_shape_is_refused() {
-        let mut learner = Idqn::new(small(), 1, 7);
-        learner.begin(&[two_phase_signal()]).unwrap();
-        let model = learner.model().unwrap();
+        let mut narrow = learner(&small(), 1);
+        narrow.begin(&[two_phase_signal()]).unwrap();
+        let model = narrow.model().unwrap();
         let mut wide = two_phase_signal();
         wide.phases.push(wide.phases[0].clone());
-        let mut other = Idqn::new(small(), 1, 7);
+        let mut other = learner(&small(), 1);
         other.load(model).unwrap();
         let e = other.begin(&[wide]).unwrap_err().to_string();
         let expected = "the model does not fit: it is for signals of 2 lanes and 2 phases, these have \

@@ -3,22 +3,23 @@
 //! State, action and reward are IDQN's. The network is IDQN's too, with a logit per phase and the
 //! value of the state at its end. Phases are drawn from the policy, in RESCO also in evaluation.
 //!
-//! Signals with a single phase stay green and learn nothing.
+//! Signals with a single phase stay green and learn nothing. What goes on around the algorithm is in
+//! [`independent`](super::independent).
 //!
 //! Source: RESCO, agents/pfrl_ppo.py. Its published figures are after 1400 episodes; after 100 it has
 //! made 35 updates.
 
-use std::collections::BTreeMap;
 use std::f32::consts::SQRT_2;
 
-use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
-use super::training::{self, Learner, TrainingState, decides, is_checkpoint, mean};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
-use crate::nn::archive::Archive;
+use super::independent::{Agent, Independent};
+use super::learner::Learning;
+use super::state::{LANE_WIDTH, lane_rows};
+use super::training::{Curve, TrainingState};
+use super::{Controller, Setup, SignalSpec};
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
 use crate::nn::{Activation, Network};
-use crate::rl::normalise::Normaliser;
+use crate::rl::persist::Persist;
 use crate::rl::ppo::{End, Ppo, Settings};
 use crate::rl::random::Generator;
 use crate::run::method::{Method, Training};
@@ -108,25 +109,29 @@ fn initial(network: &Sequential, orthogonal: bool, generator: &mut Generator) ->
     parameters
 }
 
-/// The learner of one signal.
-#[derive(Debug, Clone)]
-struct Agent {
-    /// Index of the signal.
-    signal: usize,
+/// Returns IPPO, untrained.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    let learners: Independent<Ippo> = Independent::new(config.clone(), setup.seed);
+    Box::new(Learning::new(learners, setup.episodes))
+}
+
+/// The algorithm of one signal's learner.
+#[derive(Debug)]
+struct Ippo {
+    config: Config,
     ppo: Ppo<Sequential>,
     /// Draws phases in evaluation, so that training's draws stay as they are.
     evaluation: Generator,
-    normaliser: Option<Normaliser>,
-    state: Vec<f32>,
-    next: Vec<f32>,
-    action: usize,
 }
 
-impl Agent {
-    fn new(config: &Config, signal: usize, spec: &SignalSpec, seed: u64) -> Self {
-        let label = signal.to_string();
-        let network = network(lane_rows(spec), spec.phases.len(), config.hidden);
-        let mut generator = Generator::new(seed, &["initialisation", &label]);
+impl Agent for Ippo {
+    const NAME: &'static str = METHOD.name;
+
+    type Config = Config;
+
+    fn new(config: &Config, signal: &SignalSpec, seed: u64, label: &str) -> Self {
+        let network = network(lane_rows(signal), signal.phases.len(), config.hidden);
+        let mut generator = Generator::new(seed, &["initialisation", label]);
         let parameters = initial(&network, config.orthogonal_initialisation, &mut generator);
         let settings = Settings {
             learning_rate: config.learning_rate,
@@ -141,174 +146,43 @@ impl Agent {
             entropy_coefficient: config.entropy_coefficient,
             max_grad_norm: config.max_grad_norm,
         };
-        let width = lane_rows(spec) * LANE_WIDTH;
-        Self {
-            signal,
-            ppo: Ppo::new(network, parameters, settings, seed, &[&label]),
-            evaluation: Generator::new(seed, &["evaluation", &label]),
-            normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
-            state: Vec::with_capacity(width),
-            next: Vec::with_capacity(width),
-            action: 0,
+        let ppo = Ppo::new(network, parameters, settings, seed, &[label]);
+        let evaluation = Generator::new(seed, &["evaluation", label]);
+        Self { config: config.clone(), ppo, evaluation }
+    }
+
+    fn normalises(config: &Config) -> bool {
+        config.normalise_observations
+    }
+
+    fn choose(&mut self, state: &[f32], training: &TrainingState) -> usize {
+        match (training.active, self.config.evaluate_mode) {
+            (true, _) => self.ppo.sample(state, None),
+            (false, true) => self.ppo.mode(state),
+            (false, false) => self.ppo.sample(state, Some(&mut self.evaluation)),
         }
     }
 
-    fn prefix(&self) -> String {
-        format!("signal{}.", self.signal)
-    }
-}
-
-/// IPPO.
-#[derive(Debug, Clone)]
-pub struct Ippo {
-    config: Config,
-    seed: u64,
-    training: TrainingState,
-    signals: Vec<SignalSpec>,
-    agents: Vec<Agent>,
-}
-
-/// Returns IPPO, untrained.
-pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Ippo::new(config.clone(), setup.episodes, setup.seed))
-}
-
-impl Ippo {
-    /// Returns an untrained controller; `seed` is for everything random in it.
-    pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
-        let training = TrainingState::new(episodes);
-        Self { config, seed, training, signals: Vec::new(), agents: Vec::new() }
-    }
-
-    fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
-        training::check_shape(archive, &self.signals)?;
-        for agent in &mut self.agents {
-            let prefix = agent.prefix();
-            if is_checkpoint(archive) {
-                agent.ppo.restore(&prefix, archive)?;
-            } else {
-                agent.ppo.load(&prefix, archive)?;
-            }
-            if let Some(normaliser) = &mut agent.normaliser {
-                normaliser.restore(&prefix, archive)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Controller for Ippo {
-    fn name(&self) -> &'static str {
-        METHOD.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        let changed = self.signals != signals;
-        if changed {
-            self.signals = signals.to_vec();
-            let decide = signals.iter().enumerate().filter(|(_, s)| decides(s));
-            self.agents = decide.map(|(i, s)| Agent::new(&self.config, i, s, self.seed)).collect();
-        }
-        if let Some(archive) = self.training.adopted(changed) {
-            self.restore(&archive)?;
-        }
-        Ok(training::drives(signals))
-    }
-
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
-        let (active, mode) = (self.training.active, self.config.evaluate_mode);
-        for agent in &mut self.agents {
-            lanes(&self.signals[agent.signal], &observations[agent.signal], &mut agent.state);
-            if let Some(normaliser) = &mut agent.normaliser {
-                normaliser.take_in(&mut agent.state, active);
-            }
-            agent.action = match (active, mode) {
-                (true, _) => agent.ppo.sample(&agent.state, None),
-                (false, true) => agent.ppo.mode(&agent.state),
-                (false, false) => agent.ppo.sample(&agent.state, Some(&mut agent.evaluation)),
-            };
-            phases[agent.signal] = GreenPhase(agent.action);
-        }
-    }
-
-    fn observe(&mut self, observations: &[Observation], truncated: bool) {
-        if !self.training.active {
-            return;
-        }
+    fn learn(&mut self, state: &[f32], action: usize, reward: f32, next: &[f32], truncated: bool) {
         let end = match (truncated, self.config.bootstrap_at_time_limit) {
             (false, _) => End::None,
             (true, false) => End::Terminal,
             (true, true) => End::Truncated,
         };
-        for agent in &mut self.agents {
-            let seen = &observations[agent.signal];
-            let reward = wait_reward(seen);
-            self.training.curve.reward += f64::from(reward);
-            lanes(&self.signals[agent.signal], seen, &mut agent.next);
-            if let Some(normaliser) = &agent.normaliser {
-                normaliser.apply(&mut agent.next);
-            }
-            agent.ppo.observe(&agent.state, agent.action, reward, &agent.next, end);
-        }
-        if truncated {
-            let (losses, entropies): (Vec<f64>, Vec<f64>) =
-                self.agents.iter_mut().filter_map(|a| a.ppo.take_loss()).unzip();
-            self.training.curve.loss = mean(&losses);
-            self.training.curve.entropy = mean(&entropies);
-        }
+        self.ppo.observe(state, action, reward, next, end);
     }
 
-    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
-        training::train(self, trainer)
+    fn curve(&mut self, _: &TrainingState) -> Curve {
+        let (loss, entropy) = self.ppo.take_loss().unzip();
+        Curve { loss, entropy, ..Curve::default() }
     }
 
-    fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(METHOD.name, &self.training, &self.signals)
+    fn kept(&self) -> &dyn Persist {
+        &self.ppo
     }
 
-    fn figures(&self) -> BTreeMap<String, f64> {
-        self.training.figures()
-    }
-
-    fn model(&self) -> Option<Archive> {
-        let mut model = training::model(METHOD.name, &self.signals);
-        for agent in &self.agents {
-            let prefix = agent.prefix();
-            let (network, parameters) = agent.ppo.learned();
-            crate::nn::save(network, parameters, &prefix, &mut model);
-            if let Some(normaliser) = &agent.normaliser {
-                normaliser.save(&prefix, &mut model);
-            }
-        }
-        self.controls().then_some(model)
-    }
-
-    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
-        self.training.load(METHOD.name, model)
-    }
-}
-
-impl Learner for Ippo {
-    fn training(&mut self) -> &mut TrainingState {
-        &mut self.training
-    }
-
-    fn controls(&self) -> bool {
-        !self.agents.is_empty()
-    }
-
-    fn is_finite(&self) -> bool {
-        self.agents.iter().all(|agent| agent.ppo.is_finite())
-    }
-
-    fn save(&self, archive: &mut Archive) {
-        for agent in &self.agents {
-            let prefix = agent.prefix();
-            agent.ppo.save(&prefix, archive);
-            if let Some(normaliser) = &agent.normaliser {
-                normaliser.save(&prefix, archive);
-            }
-        }
+    fn kept_mut(&mut self) -> &mut dyn Persist {
+        &mut self.ppo
     }
 }
 
@@ -328,9 +202,13 @@ mod tests {
         }
     }
 
+    fn learner(config: &Config, episodes: u32) -> Box<dyn Controller> {
+        create(config, &Setup { seed: 7, episodes, imported: false })
+    }
+
     #[test]
     fn it_learns_and_goes_on_from_a_checkpoint() {
-        check_learner(&|episodes| Box::new(Ippo::new(small(), episodes, 7)));
+        check_learner(&|episodes| learner(&small(), episodes));
     }
 
     #[test]
@@ -342,7 +220,7 @@ mod tests {
             evaluate_mode: true,
             ..small()
         };
-        check_learner(&|episodes| Box::new(Ippo::new(config.clone(), episodes, 7)));
+        check_learner(&|episodes| learner(&config, episodes));
     }
 
     #[test]

@@ -14,17 +14,18 @@
 //! Source: Chen et al., "Toward a thousand lights: decentralized deep reinforcement learning for
 //! large-scale traffic signal control" (AAAI 2020); RESCO, agents/mplight.py.
 
-use std::collections::BTreeMap;
 use std::f32::consts::SQRT_2;
 
+use super::learner::{Learner, Learning};
 use super::state::{Demand, movement_slots, pressure_reward};
-use super::training::{self, Learner, TrainingState, decides, is_checkpoint};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
+use super::training::{TrainingState, decides, is_checkpoint};
+use super::{ControlError, Controller, GreenPhase, Observation, Setup, SignalSpec};
 use crate::nn::archive::Archive;
 use crate::nn::frap::{Frap, HEAD, Layout};
 use crate::nn::init::Init;
 use crate::rl::dqn::{Dqn, Settings};
 use crate::rl::normalise::Normaliser;
+use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::replay::Transition;
 use crate::rl::schedule::linear_epsilon;
@@ -91,9 +92,15 @@ mplight_settings! { {
     pub struct Config
 } }
 
+/// Returns MPLight, untrained.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    let learner = MpLight::new(METHOD.name, config.clone(), Demand::Pressure, setup.seed);
+    Box::new(Learning::new(learner, setup.episodes))
+}
+
 /// A signal that the learner decides for.
-#[derive(Debug, Clone)]
-struct Place {
+#[derive(Debug)]
+struct Controlled {
     /// Index of the signal.
     signal: usize,
     phases: usize,
@@ -103,53 +110,56 @@ struct Place {
 }
 
 /// What is learned, for all signals.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct Shared {
     dqn: Dqn<Frap>,
     normaliser: Option<Normaliser>,
 }
 
 /// MPLight and its variants.
-#[derive(Debug, Clone)]
-pub struct MpLight {
+#[derive(Debug)]
+pub(super) struct MpLight {
     name: &'static str,
     config: Config,
     demand: Demand,
     seed: u64,
-    training: TrainingState,
-    signals: Vec<SignalSpec>,
-    places: Vec<Place>,
+    controlled: Vec<Controlled>,
     shared: Option<Shared>,
 }
 
-/// Returns MPLight, untrained.
-pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
-    Box::new(MpLight::new(config.clone(), setup.episodes, setup.seed))
+impl MpLight {
+    /// Returns a learner that sees this of movements; `seed` is of everything random in it.
+    pub(super) fn new(name: &'static str, config: Config, demand: Demand, seed: u64) -> Self {
+        Self { name, config, demand, seed, controlled: vec![], shared: None }
+    }
+
+    /// Returns the values of the phases of the first signal.
+    #[cfg(test)]
+    pub(super) fn values(&mut self, signals: &[SignalSpec], seen: &Observation) -> Vec<f32> {
+        let first = &mut self.controlled[0];
+        self.demand.write(&signals[first.signal], seen, &mut first.state[HEAD..]);
+        let shared = self.shared.as_mut().expect("a signal to decide for");
+        shared.dqn.values(&first.state).to_vec()
+    }
+
+    /// Returns the share of random actions.
+    fn epsilon(&self, training: &TrainingState) -> f64 {
+        let config = &self.config;
+        let span = training.exploration_span(config.exploration_fraction, self.controlled.len());
+        let seen = self.shared.as_ref().map_or(0, |s| s.dqn.transitions());
+        linear_epsilon(config.start_e, config.end_e, span, seen)
+    }
 }
 
-impl MpLight {
-    /// Returns an untrained controller; `seed` is for everything random in it.
-    pub fn new(config: Config, episodes: u32, seed: u64) -> Self {
-        Self::variant(METHOD.name, config, Demand::Pressure, episodes, seed)
+impl Learner for MpLight {
+    fn name(&self) -> &'static str {
+        self.name
     }
 
-    /// Returns an untrained variant that sees other things of movements.
-    pub(super) fn variant(
-        name: &'static str,
-        config: Config,
-        demand: Demand,
-        episodes: u32,
-        seed: u64,
-    ) -> Self {
-        let (training, shared) = (TrainingState::new(episodes), None);
-        Self { name, config, demand, seed, training, signals: vec![], places: vec![], shared }
-    }
-
-    fn build(&mut self, signals: &[SignalSpec]) {
-        self.signals = signals.to_vec();
+    fn meet(&mut self, signals: &[SignalSpec]) {
         let slots = signals.iter().map(movement_slots).max().unwrap_or(0);
         let width = slots * self.demand.width();
-        self.places.clear();
+        self.controlled.clear();
         let mut layouts = Vec::new();
         for (signal, spec) in signals.iter().enumerate().filter(|(_, s)| decides(s)) {
             let index = |m: &usize| spec.movements[*m].index;
@@ -159,10 +169,10 @@ impl MpLight {
             state[0] = layouts.len() as f32;
             layouts.push(Layout::new(&pairs, self.demand.stride()));
             let (phases, next) = (spec.phases.len(), state.clone());
-            self.places.push(Place { signal, phases, state, next, action: 0 });
+            self.controlled.push(Controlled { signal, phases, state, next, action: 0 });
         }
         let config = &self.config;
-        let count = self.places.len() as u64;
+        let count = self.controlled.len() as u64;
         let network = Frap::new(layouts, self.demand.width(), width);
         let orthogonal = config.orthogonal_initialisation;
         let init = if orthogonal { Init::Orthogonal(SQRT_2) } else { Init::Uniform };
@@ -185,25 +195,90 @@ impl MpLight {
         });
     }
 
-    /// Returns the values of the phases of the first signal.
-    #[cfg(test)]
-    pub(super) fn values(&mut self, seen: &Observation) -> Vec<f32> {
-        let place = &mut self.places[0];
-        self.demand.write(&self.signals[place.signal], seen, &mut place.state[HEAD..]);
-        let shared = self.shared.as_mut().expect("a signal to decide for");
-        shared.dqn.values(&place.state).to_vec()
+    fn controls(&self) -> bool {
+        self.shared.is_some()
     }
 
-    /// Returns the share of random actions.
-    fn epsilon(&self) -> f64 {
-        let config = &self.config;
-        let count = self.places.len();
-        let span = self.training.exploration_span(config.exploration_fraction, count);
-        let seen = self.shared.as_ref().map_or(0, |s| s.dqn.transitions());
-        linear_epsilon(config.start_e, config.end_e, span, seen)
+    fn act(
+        &mut self,
+        training: &TrainingState,
+        signals: &[SignalSpec],
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) {
+        let epsilon = training.active.then(|| self.epsilon(training));
+        let Some(shared) = &mut self.shared else { return };
+        for own in &mut self.controlled {
+            let seen = &observations[own.signal];
+            own.state[1] = seen.phase as f32;
+            let demand = &mut own.state[HEAD..];
+            demand.fill(0.0);
+            self.demand.write(&signals[own.signal], seen, demand);
+            if let Some(normaliser) = &mut shared.normaliser {
+                normaliser.take_in(demand, epsilon.is_some());
+            }
+            own.action = match epsilon {
+                Some(epsilon) => shared.dqn.explore(&own.state, own.phases, epsilon),
+                None => shared.dqn.greedy(&own.state),
+            };
+            phases[own.signal] = GreenPhase(own.action);
+        }
     }
 
-    fn restore(&mut self, archive: &Archive) -> Result<(), ControlError> {
+    fn observe(
+        &mut self,
+        training: &mut TrainingState,
+        signals: &[SignalSpec],
+        observations: &[Observation],
+        truncated: bool,
+    ) {
+        let Some(shared) = &mut self.shared else { return };
+        for own in &mut self.controlled {
+            let seen = &observations[own.signal];
+            let reward = pressure_reward(seen);
+            training.curve.reward += f64::from(reward);
+            own.next[1] = seen.phase as f32;
+            let demand = &mut own.next[HEAD..];
+            demand.fill(0.0);
+            self.demand.write(&signals[own.signal], seen, demand);
+            if let Some(normaliser) = &shared.normaliser {
+                normaliser.apply(demand);
+            }
+            shared.dqn.observe(&Transition {
+                state: &own.state,
+                action: own.action,
+                reward,
+                next: &own.next,
+                terminal: truncated && !self.config.bootstrap_at_time_limit,
+            });
+        }
+        if truncated {
+            training.curve.loss = shared.dqn.take_loss();
+            training.curve.epsilon = Some(self.epsilon(training));
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        self.shared.as_ref().is_none_or(|shared| shared.dqn.is_finite())
+    }
+
+    fn learned(&self, model: &mut Archive) {
+        let Some(shared) = &self.shared else { return };
+        shared.dqn.learned("", model);
+        if let Some(normaliser) = &shared.normaliser {
+            normaliser.save("", model);
+        }
+    }
+
+    fn save(&self, archive: &mut Archive) {
+        let Some(shared) = &self.shared else { return };
+        shared.dqn.save("", archive);
+        if let Some(normaliser) = &shared.normaliser {
+            normaliser.save("", archive);
+        }
+    }
+
+    fn restore(&mut self, _: &[SignalSpec], archive: &Archive) -> Result<(), ControlError> {
         let Some(shared) = &mut self.shared else { return Ok(()) };
         match is_checkpoint(archive) {
             true => shared.dqn.restore("", archive)?,
@@ -216,129 +291,20 @@ impl MpLight {
     }
 }
 
-impl Controller for MpLight {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        let changed = self.signals != signals;
-        if changed {
-            self.build(signals);
-        }
-        if let Some(archive) = self.training.adopted(changed) {
-            self.restore(&archive)?;
-        }
-        Ok(training::drives(signals))
-    }
-
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
-        let epsilon = self.training.active.then(|| self.epsilon());
-        let Some(shared) = &mut self.shared else { return };
-        for place in &mut self.places {
-            let seen = &observations[place.signal];
-            place.state[1] = seen.phase as f32;
-            let demand = &mut place.state[HEAD..];
-            demand.fill(0.0);
-            self.demand.write(&self.signals[place.signal], seen, demand);
-            if let Some(normaliser) = &mut shared.normaliser {
-                normaliser.take_in(demand, epsilon.is_some());
-            }
-            place.action = match epsilon {
-                Some(epsilon) => shared.dqn.explore(&place.state, place.phases, epsilon),
-                None => shared.dqn.greedy(&place.state),
-            };
-            phases[place.signal] = GreenPhase(place.action);
-        }
-    }
-
-    fn observe(&mut self, observations: &[Observation], truncated: bool) {
-        let Some(shared) = self.shared.as_mut().filter(|_| self.training.active) else { return };
-        for place in &mut self.places {
-            let seen = &observations[place.signal];
-            let reward = pressure_reward(seen);
-            self.training.curve.reward += f64::from(reward);
-            place.next[1] = seen.phase as f32;
-            let demand = &mut place.next[HEAD..];
-            demand.fill(0.0);
-            self.demand.write(&self.signals[place.signal], seen, demand);
-            if let Some(normaliser) = &shared.normaliser {
-                normaliser.apply(demand);
-            }
-            shared.dqn.observe(&Transition {
-                state: &place.state,
-                action: place.action,
-                reward,
-                next: &place.next,
-                terminal: truncated && !self.config.bootstrap_at_time_limit,
-            });
-        }
-        if truncated {
-            self.training.curve.loss = shared.dqn.take_loss();
-            self.training.curve.epsilon = Some(self.epsilon());
-        }
-    }
-
-    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
-        training::train(self, trainer)
-    }
-
-    fn details(&self) -> BTreeMap<String, String> {
-        training::remarks(self.name(), &self.training, &self.signals)
-    }
-
-    fn figures(&self) -> BTreeMap<String, f64> {
-        self.training.figures()
-    }
-
-    fn model(&self) -> Option<Archive> {
-        let shared = self.shared.as_ref()?;
-        let mut model = training::model(self.name, &self.signals);
-        let (network, parameters) = shared.dqn.learned();
-        crate::nn::save(network, parameters, "", &mut model);
-        if let Some(normaliser) = &shared.normaliser {
-            normaliser.save("", &mut model);
-        }
-        Some(model)
-    }
-
-    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
-        self.training.load(self.name, model)
-    }
-}
-
-impl Learner for MpLight {
-    fn training(&mut self) -> &mut TrainingState {
-        &mut self.training
-    }
-
-    fn controls(&self) -> bool {
-        self.shared.is_some()
-    }
-
-    fn is_finite(&self) -> bool {
-        self.shared.as_ref().is_none_or(|shared| shared.dqn.is_finite())
-    }
-
-    fn save(&self, archive: &mut Archive) {
-        if let Some(shared) = &self.shared {
-            shared.dqn.save("", archive);
-            if let Some(normaliser) = &shared.normaliser {
-                normaliser.save("", archive);
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::Service::{None as Red, Protected};
+    use super::super::Trainer;
     use super::super::testing::{QueueWorld, check_learner, signal_with, two_phase_signal};
     use super::*;
 
+    fn learner(config: &Config, episodes: u32) -> Box<dyn Controller> {
+        create(config, &Setup { seed: 7, episodes, imported: false })
+    }
+
     #[test]
     fn it_learns_and_goes_on_from_a_checkpoint() {
-        check_learner(&|episodes| Box::new(MpLight::new(Config::default(), episodes, 7)));
+        check_learner(&|episodes| learner(&Config::default(), episodes));
     }
 
     #[test]
@@ -350,7 +316,7 @@ mod tests {
             orthogonal_initialisation: true,
             ..Config::default()
         };
-        check_learner(&|episodes| Box::new(MpLight::new(config.clone(), episodes, 7)));
+        check_learner(&|episodes| learner(&config, episodes));
     }
 
     #[test]
@@ -359,17 +325,18 @@ mod tests {
             signal_with(&[[Protected, Red, Red], [Red, Protected, Red], [Red, Red, Protected]]);
         let signals = vec![two_phase_signal(), three.clone()];
         let mut world = QueueWorld::new(signals.clone());
-        let mut learner = MpLight::new(Config::default(), 60, 7);
-        learner.train(&mut world).unwrap();
-        let shared = learner.shared.as_ref().unwrap();
+        let shared = MpLight::new("mplight", Config::default(), Demand::Pressure, 7);
+        let mut trained = Learning::new(shared, 60);
+        trained.train(&mut world).unwrap();
+        let shared = trained.learner.shared.as_ref().unwrap();
         assert_eq!(shared.dqn.transitions(), 60 * 2 * u64::from(QueueWorld::DECISIONS));
-        let together = world.episode(&mut learner, 0).unwrap().delay_s;
-        let untrained = world.episode(&mut MpLight::new(Config::default(), 60, 7), 0).unwrap();
+        let together = world.episode(&mut trained, 0).unwrap().delay_s;
+        let untrained = world.episode(&mut *learner(&Config::default(), 60), 0).unwrap();
         assert!(together < 0.6 * untrained.delay_s, "{together} {}", untrained.delay_s);
         // What was learned on both serves a third that is like neither.
-        let mut other = MpLight::new(Config::default(), 60, 7);
-        other.load(learner.model().unwrap()).unwrap();
+        let mut other = learner(&Config::default(), 60);
+        other.load(trained.model().unwrap()).unwrap();
         let mut alone = QueueWorld::new(vec![three]);
-        assert!(alone.episode(&mut other, 0).unwrap().delay_s < 0.6 * untrained.delay_s);
+        assert!(alone.episode(&mut *other, 0).unwrap().delay_s < 0.6 * untrained.delay_s);
     }
 }

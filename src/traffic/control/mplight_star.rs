@@ -8,6 +8,7 @@
 //!
 //! Source: RESCO, agents/mplight.py (`MPLightFULL`) and states.py (`mplight_full`).
 
+use super::learner::Learning;
 use super::mplight::{self, MpLight, mplight_settings};
 use super::state::{Demand, FULL_WIDTH};
 use super::{Controller, Setup};
@@ -35,18 +36,14 @@ mplight_settings! { {
 
 /// Returns MPLight*, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
-    Box::new(variant(METHOD.name, FULL_WIDTH, config, setup))
+    let learner = variant(METHOD.name, FULL_WIDTH, config, setup.seed);
+    Box::new(Learning::new(learner, setup.episodes))
 }
 
 /// Returns a variant whose movements read windows that are `stride` numbers apart.
-pub(super) fn variant(
-    name: &'static str,
-    stride: usize,
-    config: &Config,
-    setup: &Setup,
-) -> MpLight {
+pub(super) fn variant(name: &'static str, stride: usize, config: &Config, seed: u64) -> MpLight {
     let demand = Demand::Full { all_lanes: config.speed_of_all_lanes, stride };
-    MpLight::variant(name, config.into(), demand, setup.episodes, setup.seed)
+    MpLight::new(name, config.into(), demand, seed)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //!
 //! Source: RESCO, agents/mplight.py (`MPLightFULL`) and states.py (`mplight_full`).
 
+use super::learner::Learning;
 use super::mplight_star::variant;
 use super::{Controller, Setup};
 use crate::run::method::{Method, Training};
@@ -29,11 +30,13 @@ const RESCO_STRIDE: usize = 1;
 
 /// Returns RESCO's MPLight*, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
-    Box::new(variant(METHOD.name, RESCO_STRIDE, config, setup))
+    let learner = variant(METHOD.name, RESCO_STRIDE, config, setup.seed);
+    Box::new(Learning::new(learner, setup.episodes))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::learner::Learner;
     use super::super::state::FULL_WIDTH;
     use super::super::testing::{check_learner, signal_with};
     use super::super::{LaneObservation, Observation, Service};
@@ -55,11 +58,12 @@ mod tests {
         });
         let signal = signal_with(&rows);
         let values = |stride, queue: [f64; 4]| {
-            let mut controller = variant(METHOD.name, stride, &Config::default(), &SETUP);
-            controller.begin(std::slice::from_ref(&signal)).unwrap();
+            let mut learner = variant(METHOD.name, stride, &Config::default(), 7);
+            let signals = std::slice::from_ref(&signal);
+            learner.meet(signals);
             let lane = |queue| LaneObservation { queue, ..LaneObservation::default() };
             let seen = Observation { lanes: queue.map(lane).to_vec(), ..Observation::default() };
-            controller.values(&seen)
+            learner.values(signals, &seen)
         };
         let [few, many] = [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 9.0, 0.0]];
         assert_eq!(values(RESCO_STRIDE, few), values(RESCO_STRIDE, many));

@@ -1,4 +1,4 @@
-//! What every learner does around its algorithm: episodes, checkpoints, the learning curve.
+//! Where the training of a learner stands: episodes, the learning curve, models and what to say of them.
 
 use std::collections::BTreeMap;
 
@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::nn::archive::{Archive, ArchiveError};
 
-use super::{ControlError, Controller, Drive, SignalSpec, Trainer};
+use super::{ControlError, SignalSpec};
 
 /// Kinds of archives: what a learner has learned, and what a training goes on from.
 const MODEL: &str = "model";
-const CHECKPOINT: &str = "checkpoint";
+pub(super) const CHECKPOINT: &str = "checkpoint";
 
 /// Phases below which a signal has nothing to decide.
 const MIN_PHASES: usize = 2;
@@ -36,13 +36,13 @@ pub(super) struct TrainingState {
     /// Episodes done.
     pub(super) done: u32,
     /// Whether what has been learned is more than what it began with.
-    updated: bool,
+    pub(super) updated: bool,
     /// Whether this is a training episode.
     pub(super) active: bool,
     /// Decisions per episode.
     pub(super) decisions: u32,
     /// A model or checkpoint that the next episode begins with.
-    pub(super) pending: Option<Archive>,
+    pending: Option<Archive>,
     /// The model that signals begin with, however often they change.
     model: Option<Archive>,
     /// The running or last episode.
@@ -59,6 +59,14 @@ impl TrainingState {
     /// signals are others than before.
     pub(super) fn adopted(&mut self, changed: bool) -> Option<Archive> {
         self.pending.take().or_else(|| self.model.clone().filter(|_| changed))
+    }
+
+    /// Goes on from a checkpoint.
+    pub(super) fn resume(&mut self, checkpoint: Archive) -> Result<(), ControlError> {
+        self.done = checkpoint.get("episodes")?;
+        self.updated = checkpoint.get("updated")?;
+        self.pending = Some(checkpoint);
+        Ok(())
     }
 
     /// Returns the transitions over which exploration falls: this share of the episodes, cut to whole
@@ -93,65 +101,6 @@ impl TrainingState {
         self.pending = Some(model);
         Ok(())
     }
-}
-
-/// A controller that learns from training episodes.
-pub(super) trait Learner: Controller {
-    /// Where its training stands.
-    fn training(&mut self) -> &mut TrainingState;
-
-    /// Whether there is a signal to decide for; known after the first episode has begun.
-    fn controls(&self) -> bool;
-
-    /// Whether what it has learned are numbers.
-    fn is_finite(&self) -> bool;
-
-    /// Adds everything that learning goes on from.
-    fn save(&self, archive: &mut Archive);
-}
-
-/// Trains a learner, from a checkpoint if there is one.
-pub(super) fn train(
-    learner: &mut dyn Learner,
-    trainer: &mut dyn Trainer,
-) -> Result<(), ControlError> {
-    learner.training().decisions = trainer.decisions_per_episode();
-    if let Some(archive) = trainer.saved() {
-        learner.training().done = archive.get("episodes")?;
-        learner.training().updated = archive.get("updated")?;
-        learner.training().pending = Some(archive);
-    }
-    learner.training().active = true;
-    while learner.training().done < learner.training().episodes {
-        let episode = learner.training().done;
-        learner.training().curve = Curve::default();
-        trainer.episode(learner, episode)?;
-        if !learner.controls() {
-            break;
-        }
-        learner.training().done += 1;
-        // An episode without an update has no loss.
-        let loss = learner.training().curve.loss;
-        let finite = loss.is_none_or(f64::is_finite);
-        if !finite || !learner.is_finite() {
-            let what = if finite { "a parameter" } else { "the loss" };
-            return Err(ControlError::Diverged { episode, what });
-        }
-        learner.training().updated |= loss.is_some();
-        let TrainingState { done, updated, .. } = *learner.training();
-        let learner = &*learner;
-        trainer.checkpoint(&|| {
-            let mut archive = Archive::default();
-            archive.put("kind", CHECKPOINT);
-            archive.put("method", learner.name());
-            archive.put("episodes", done);
-            archive.put("updated", updated);
-            learner.save(&mut archive);
-            archive
-        })?;
-    }
-    learner.training().active = false;
-    Ok(())
 }
 
 /// Returns the mean, or nothing of nothing.
@@ -207,12 +156,6 @@ fn shapes(signals: &[SignalSpec]) -> Vec<Shape> {
     signals.iter().map(|s| Shape { lanes: s.lanes.len(), phases: s.phases.len() }).collect()
 }
 
-/// Returns what drives each signal: the learner. Where there is a single phase it is that phase, for
-/// ever, which is what RESCO and an equal split do there too.
-pub(super) fn drives(signals: &[SignalSpec]) -> Vec<Drive> {
-    vec![Drive::Decisions; signals.len()]
-}
-
 /// Whether a signal has more than one phase to choose from.
 pub(super) fn decides(signal: &SignalSpec) -> bool {
     signal.phases.len() >= MIN_PHASES
@@ -250,12 +193,16 @@ pub(super) fn remarks(
 
 #[cfg(test)]
 mod tests {
-    use super::super::idqn::{Config, Idqn};
+    use super::super::idqn::{Config, create};
     use super::super::testing::{QueueWorld, two_phase_signal};
-    use super::*;
+    use super::super::{Controller, Setup};
 
     fn small() -> Config {
         Config { hidden: 16, ..Config::default() }
+    }
+
+    fn learner(config: &Config, episodes: u32) -> Box<dyn Controller> {
+        create(config, &Setup { seed: 7, episodes, imported: false })
     }
 
     #[test]
@@ -263,7 +210,7 @@ mod tests {
         for (bootstrap_at_time_limit, expected) in [(false, 1), (true, 0)] {
             let mut world = QueueWorld::new(vec![two_phase_signal()]);
             let config = Config { bootstrap_at_time_limit, ..small() };
-            Idqn::new(config, 1, 7).train(&mut world).unwrap();
+            learner(&config, 1).train(&mut world).unwrap();
             let state = world.kept.borrow_mut().pop().unwrap();
             let count = QueueWorld::DECISIONS as usize;
             let terminals = state.u32("signal0.replay.terminals", &[count]).unwrap();
@@ -277,13 +224,13 @@ mod tests {
         let config = Config { learning_starts: 3 * QueueWorld::DECISIONS as usize, ..small() };
         let remark = |episodes| {
             let mut world = QueueWorld::new(vec![two_phase_signal()]);
-            let mut learner = Idqn::new(config.clone(), episodes, 7);
-            learner.train(&mut world).unwrap();
+            let mut whole = learner(&config, episodes);
+            whole.train(&mut world).unwrap();
             world.saved = world.kept.borrow_mut().pop();
-            let mut continued = Idqn::new(config.clone(), episodes, 7);
+            let mut continued = learner(&config, episodes);
             continued.train(&mut world).unwrap();
             let [whole, continued] =
-                [learner, continued].map(|l| l.details().get("training of idqn").cloned());
+                [whole, continued].map(|l| l.details().get("training of idqn").cloned());
             assert_eq!(whole, continued);
             whole
         };
@@ -298,7 +245,7 @@ mod tests {
     #[test]
     fn exploration_ends_after_four_fifths_of_the_episodes() {
         let mut world = QueueWorld::new(vec![two_phase_signal()]);
-        Idqn::new(small(), 10, 7).train(&mut world).unwrap();
+        learner(&small(), 10).train(&mut world).unwrap();
         let epsilons: Vec<f64> = world.figures.iter().map(|f| f["epsilon"]).collect();
         let expected = [0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125, 0.0, 0.0, 0.0];
         assert_eq!(epsilons, expected);

@@ -7,6 +7,7 @@ pub mod check;
 mod demand;
 pub mod inflow;
 pub mod signal;
+pub mod table;
 
 use serde::{Deserialize, Serialize};
 

@@ -1,0 +1,26 @@
+//! docs/settings.md says of every setting what its declaration says.
+//!
+//! `INSTA_UPDATE=always cargo test --release --test settings_page` writes the page anew.
+
+use std::fs;
+
+use tsc_family::traffic::settings::table::markdown;
+
+const PAGE: &str = "docs/settings.md";
+
+/// Ends what is written by hand.
+const MARK: &str = "<!-- from here on written by tests/settings_page.rs -->\n";
+
+#[test]
+fn the_page_of_settings_says_what_they_are() {
+    let page = fs::read_to_string(PAGE).unwrap();
+    let (by_hand, _) = page.split_once(MARK).expect("the page has the mark");
+    let expected = format!("{by_hand}{MARK}\n{}", markdown());
+    if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
+        fs::write(PAGE, &expected).unwrap();
+        return;
+    }
+    let line = page.lines().zip(expected.lines()).position(|(a, b)| a != b);
+    let line = line.unwrap_or(page.lines().count().min(expected.lines().count())) + 1;
+    assert!(page == expected, "{PAGE}, line {line}, is not what the settings are declared as");
+}
