@@ -1,5 +1,6 @@
 //! Evaluates traffic signal controllers over the whole family of a city's intersections.
 
+pub mod analysis;
 pub mod cartpole;
 pub mod cli;
 pub mod domains;

@@ -87,7 +87,7 @@ fn the_json_rows_have_exactly_the_documented_fields() {
     let dir = tempfile::tempdir().unwrap();
     let data = ReportData::new(&Results::load(&three_methods(dir.path())).unwrap());
     insta::assert_snapshot!(serde_json::to_string(&data.json_rows()[1]).unwrap(), @r#"
-{"method":"fixed-time-untuned","against":"fixed-time-untuned","overall":1.0,"overall_low":1.0,"overall_high":1.0,"delay_s":27.5,"points":2,"failed":0,"ratio_of_means":1.0,"ratio_of_means_low":1.0,"ratio_of_means_high":1.0,"median":1.0,"median_low":1.0,"median_high":1.0,"geometric_mean":1.0,"geometric_mean_low":1.0,"geometric_mean_high":1.0,"up_to_e":1.0,"up_to_e_low":1.0,"up_to_e_high":1.0,"at_f":null,"at_f_low":null,"at_f_high":null,"unfinished_share":0.019999999999999997,"gridlock_share":0.0,"episode_median_delay_s":20.0,"episode_worst_delay_s":60.0,"episode_median":1.0,"episode_worst":1.0}
+{"against":"fixed-time-untuned","at_f":null,"at_f_high":null,"at_f_low":null,"delay_s":27.5,"episode_median":1.0,"episode_median_delay_s":20.0,"episode_worst":1.0,"episode_worst_delay_s":60.0,"failed":0,"geometric_mean":1.0,"geometric_mean_high":1.0,"geometric_mean_low":1.0,"gridlock_share":0.0,"median":1.0,"median_high":1.0,"median_low":1.0,"method":"fixed-time-untuned","overall":1.0,"overall_high":1.0,"overall_low":1.0,"points":2,"ratio_of_means":1.0,"ratio_of_means_high":1.0,"ratio_of_means_low":1.0,"unfinished_share":0.019999999999999997,"up_to_e":1.0,"up_to_e_high":1.0,"up_to_e_low":1.0}
 "#);
 }
 

@@ -122,7 +122,7 @@ fn a_learner_is_reported_by_evaluation_and_as_resco_does() {
     // Weights are 3 to 1, replicates average first.
     assert_eq!(idqn.method.overall, Some(0.75 * 0.75 + 0.25 * (0.75 + 3.5) / 2.0));
     assert_eq!((idqn.best, idqn.last_ten), (Some(1.0), Some(1.375)));
-    assert_eq!((idqn.planned, idqn.scored, idqn.worse, idqn.gridlocked), (4, 4, 1, Some(1)));
+    assert_eq!((idqn.planned, idqn.scored, idqn.worse, idqn.with_share[1]), (4, 4, 1, Some(1)));
     assert_eq!((idqn.median, idqn.worst), (Some(0.75), Some(3.5)));
     assert_eq!(idqn.wall_s, Some(90.0));
     let star = &learners[1];

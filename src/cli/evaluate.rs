@@ -15,7 +15,6 @@ use super::scenario::ScenarioArg;
 use super::values::{at_least_one, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::report::level_of_service::letter;
 use crate::run::model::SavedModel;
 use crate::store::record::Row;
 use crate::traffic::content;
@@ -26,6 +25,7 @@ use crate::traffic::environment::generated_world;
 use crate::traffic::family::load::{LoadedScenario, load_with};
 use crate::traffic::model::SignalModel;
 use crate::traffic::problem::imported_id;
+use crate::traffic::report::level_of_service::letter;
 use crate::traffic::settings::Scenario;
 use crate::traffic::simulator;
 

@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::io::ErrorKind;
 
+use crate::analysis::AnalysisError;
 use crate::cli::refused::Refused;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
@@ -97,10 +98,12 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     if let Some(e) = error.downcast_ref::<SimError>() {
         return Some(sim(e));
     }
+    if error.is::<AnalysisError>() {
+        return Some(USAGE);
+    }
     match error.downcast_ref::<ReportError>() {
         Some(ReportError::Store(e)) => return Some(store(e)),
         Some(ReportError::Io(e)) => return Some(file(e)),
-        Some(ReportError::NotInRun { .. } | ReportError::Incomplete { .. }) => return Some(USAGE),
         _ => {}
     }
     if let Some(e) = error.downcast_ref::<FileError>() {

@@ -1,14 +1,11 @@
 //! Lines of `--json`.
 
-use serde_json::{Value, json};
-
-use crate::report::JsonRow;
+use serde_json::{Map, Value};
 
 /// Returns a method as `--json` prints it.
-pub(super) fn method_line(row: &JsonRow) -> Value {
-    let mut value = json!({"event": "method"});
-    merge(&mut value, row);
-    value
+pub(super) fn method_line(mut row: Map<String, Value>) -> Value {
+    row.insert("event".to_owned(), "method".into());
+    Value::Object(row)
 }
 
 /// Adds the fields of a plain record to a JSON object.

@@ -51,7 +51,7 @@ pub(super) fn print(
     let paths = report::write_data(layout, data)?;
     if json {
         for row in data.json_rows() {
-            line(method_line(&row))?;
+            line(method_line(row))?;
         }
     } else {
         line(text::table(data))?;

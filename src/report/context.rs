@@ -1,9 +1,10 @@
 //! How the score depends on each context feature: where in the family a method is good.
 
-use super::data::{MethodSummary, ReportData};
+use super::data::ReportData;
 use super::figures::{Figure, WIDTH, color, label, noun};
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
 use super::{format, palette};
+use crate::analysis::MethodSummary;
 use crate::stats::score::weighted_mean;
 use crate::store::manifest::FeatureColumn;
 

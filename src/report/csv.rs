@@ -4,12 +4,13 @@
 //! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
 //! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
 
-use super::data::{MethodSummary, ReportData, ScoreRow};
-use super::episodes::{Episode, EpisodeSummary};
-use super::level_of_service::{DELAY, letter};
-use super::summaries::Estimated;
-use super::training::{LOSS, RETURN, Training};
+use super::data::ReportData;
+use crate::analysis::Estimated;
+use crate::analysis::{Episode, EpisodeSummary};
+use crate::analysis::{LOSS, RETURN, TrainingSummary};
+use crate::analysis::{MethodSummary, TaskScore};
 use crate::store::record::{Outcome, RowKind};
+use crate::traffic::report::level_of_service::{DELAY, letter};
 
 /// Metrics that have a column of their own besides the objective.
 const METRICS: [&str; 5] =
@@ -32,10 +33,10 @@ pub(super) fn scores(data: &ReportData) -> String {
     header.push("level_of_service".to_owned());
     header.extend(identity.features.iter().map(|f| f.name.clone()));
     header.extend(["weight", "against"].map(str::to_owned));
-    titled(data, header, data.rows.iter().map(|row| (row.point, score_row(data, row))))
+    titled(data, header, data.tasks.iter().map(|row| (row.point, score_row(data, row))))
 }
 
-fn score_row(data: &ReportData, row: &ScoreRow) -> Vec<String> {
+fn score_row(data: &ReportData, row: &TaskScore) -> Vec<String> {
     let point = &data.points[row.point].row;
     let objective = data.manifest.identity.objective.as_str();
     let value = match row.outcome {
@@ -60,23 +61,25 @@ fn score_row(data: &ReportData, row: &ScoreRow) -> Vec<String> {
     cells
 }
 
-/// Summaries beside the overall performance, each with an interval.
-const SUMMARIES: [&str; 5] = ["ratio_of_means", "median", "geometric_mean", "up_to_e", "at_f"];
+/// Summaries beside the overall performance, each with an interval; those of regimes follow.
+const SUMMARIES: [&str; 3] = ["ratio_of_means", "median", "geometric_mean"];
 
 /// Returns the names of the columns that summarise evaluation episodes.
-fn of_episodes(objective: &str) -> [String; 6] {
-    [
-        "unfinished_share".to_owned(),
-        "gridlock_share".to_owned(),
+fn of_episodes(data: &ReportData) -> Vec<String> {
+    let objective = &data.manifest.identity.objective;
+    let shares = data.shares.iter().map(|share| share.name.to_owned());
+    let spread = [
         format!("episode_median_{objective}"),
         format!("episode_worst_{objective}"),
         "episode_median".to_owned(),
         "episode_worst".to_owned(),
-    ]
+    ];
+    shares.chain(spread).collect()
 }
 
-fn episode_cells(e: &EpisodeSummary) -> [String; 6] {
-    [e.unfinished, e.gridlocked, e.median, e.worst, e.median_relative, e.worst_relative].map(number)
+fn episode_cells(e: &EpisodeSummary) -> impl Iterator<Item = String> {
+    let spread = [e.median, e.worst, e.median_relative, e.worst_relative];
+    e.shares.iter().copied().chain(spread).map(number)
 }
 
 /// Returns `summary.csv`: one row per method, best first.
@@ -90,11 +93,12 @@ pub(super) fn summary(data: &ReportData) -> String {
         .map(str::to_owned)
         .chain(
             SUMMARIES
-                .iter()
-                .flat_map(|s| [(*s).to_owned(), format!("{s}_low"), format!("{s}_high")]),
+                .into_iter()
+                .chain(data.regimes.iter().map(|regime| regime.name))
+                .flat_map(|s| [s.to_owned(), format!("{s}_low"), format!("{s}_high")]),
         )
         .chain(["points_at_f", "importance_at_f", "delay_share_at_f"].map(str::to_owned))
-        .chain(of_episodes(&objective))
+        .chain(of_episodes(data))
         .collect::<Vec<_>>();
     table(&header, data.methods.iter().map(|m| summary_row(data, m)))
 }
@@ -122,8 +126,8 @@ fn summary_row(data: &ReportData, m: &MethodSummary) -> Vec<String> {
         data.reference.name.clone(),
     ];
     let s = &m.summaries;
-    for summary in [s.ratio_of_means, s.median, s.geometric_mean, s.up_to_e, s.at_f] {
-        cells.extend(with_interval(summary));
+    for summary in [s.ratio_of_means, s.median, s.geometric_mean].iter().chain(&s.by_regime) {
+        cells.extend(with_interval(*summary));
     }
     let at_f = data.overloaded;
     cells.push(at_f.map_or_else(String::new, |o| o.points.to_string()));
@@ -172,14 +176,16 @@ fn episode_row(data: &ReportData, e: &Episode) -> Vec<String> {
 pub(super) fn training(data: &ReportData) -> String {
     let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
         .into_iter()
-        .chain(["resco_best", "resco_last_ten", "gridlocked", "weight", "against"])
+        .chain(["resco_best", "resco_last_ten"])
+        .chain(events(data).map(|(_, event)| event))
+        .chain(["weight", "against"])
         .map(str::to_owned)
-        .chain(of_episodes(&data.manifest.identity.objective))
+        .chain(of_episodes(data))
         .collect::<Vec<_>>();
     titled(data, header, data.trainings.iter().map(|t| (t.point, training_row(data, t))))
 }
 
-fn training_row(data: &ReportData, t: &Training) -> Vec<String> {
+fn training_row(data: &ReportData, t: &TrainingSummary) -> Vec<String> {
     let outcome = match t.outcome {
         Some(Outcome::Ok) => "ok",
         Some(Outcome::Failed) if t.diverged => "diverged",
@@ -196,12 +202,17 @@ fn training_row(data: &ReportData, t: &Training) -> Vec<String> {
         number(t.score),
         number(t.resco_best),
         number(t.resco_last_ten),
-        t.gridlocked.map_or_else(String::new, |g| g.to_string()),
-        point.weight.to_string(),
-        data.reference.name.clone(),
     ];
+    let has = |i: usize| t.has_share(i).map_or_else(String::new, |has| has.to_string());
+    cells.extend(events(data).map(|(i, _)| has(i)));
+    cells.extend([point.weight.to_string(), data.reference.name.clone()]);
     cells.extend(episode_cells(&t.evaluations));
     cells
+}
+
+/// Returns what happens in an evaluation episode or does not, with its position among the shares.
+pub(super) fn events(data: &ReportData) -> impl Iterator<Item = (usize, &'static str)> {
+    data.shares.iter().enumerate().filter_map(|(i, share)| Some((i, share.event?)))
 }
 
 /// Returns the shortest text that reads back as the same number.

@@ -13,12 +13,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::data::{MethodSummary, ReportData};
+use super::data::ReportData;
 use super::figures::{Figure, WIDTH, color, noun, sentence, widest_name};
 use super::signals::SIGNALS;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
-use super::training::Training;
 use super::{format, palette, signals};
+use crate::analysis::MethodSummary;
+use crate::analysis::TrainingSummary;
 use crate::stats::quantile::quantile;
 use crate::stats::score::{mean, weighted_mean};
 
@@ -53,7 +54,7 @@ const TOP_PX: f64 = 34.0;
 /// A learner's curve and its band, one value per episode.
 struct Curve<'a> {
     method: &'a MethodSummary,
-    trainings: Vec<&'a Training>,
+    trainings: Vec<&'a TrainingSummary>,
     mean: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
@@ -168,7 +169,7 @@ fn curve<'a>(
     method: &'a MethodSummary,
     points: &BTreeSet<usize>,
 ) -> Option<Curve<'a>> {
-    let trainings: Vec<&Training> = data
+    let trainings: Vec<&TrainingSummary> = data
         .trainings_of(&method.method)
         .filter(|t| !t.curve.is_empty() && (points.is_empty() || points.contains(&t.point)))
         .collect();

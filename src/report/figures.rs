@@ -1,10 +1,11 @@
 //! The figures of a report, drawn from its data.
 
-use super::data::{MethodSummary, ReportData};
-use super::level_of_service::{DELAY, LEVELS, range, shares};
+use super::data::ReportData;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
 use super::{format, palette};
+use crate::analysis::MethodSummary;
 use crate::stats::Histogram;
+use crate::traffic::report::level_of_service::{DELAY, LEVELS, range, shares};
 
 /// Width of all figures, pixels.
 pub(super) const WIDTH: f64 = 900.0;

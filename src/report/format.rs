@@ -6,7 +6,7 @@ use crate::store::manifest::FeatureColumn;
 const NARROW: f64 = 0.02;
 
 /// Returns a score: two decimals, three significant digits from 10 on.
-pub(super) fn score(value: f64) -> String {
+pub(crate) fn score(value: f64) -> String {
     match value.abs() {
         v if v < 9.995 => format!("{value:.2}"),
         v if v < 99.95 => format!("{value:.1}"),
@@ -16,7 +16,7 @@ pub(super) fn score(value: f64) -> String {
 
 /// Returns a score with as many decimals as its interval allows: two, or three when the interval is
 /// narrower than [`NARROW`].
-pub(super) fn score_within(value: f64, interval: Option<(f64, f64)>) -> String {
+pub(crate) fn score_within(value: f64, interval: Option<(f64, f64)>) -> String {
     match interval {
         Some((low, high)) if high - low < NARROW && high < 10.0 && high > low => {
             format!("{value:.3}")
@@ -26,18 +26,18 @@ pub(super) fn score_within(value: f64, interval: Option<(f64, f64)>) -> String {
 }
 
 /// Returns an interval of scores, such as `0.54 to 0.58`.
-pub(super) fn interval((low, high): (f64, f64)) -> String {
+pub(crate) fn interval((low, high): (f64, f64)) -> String {
     let within = |value| score_within(value, Some((low, high)));
     format!("{} to {}", within(low), within(high))
 }
 
 /// Returns a delay in seconds or a queue in vehicles: one decimal, none from 100 on.
-pub(super) fn delay(value: f64) -> String {
+pub(crate) fn delay(value: f64) -> String {
     if value.abs() < 99.95 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
 /// Returns a share as per cent; more than nothing is never "0%".
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     match share * 100.0 {
         p if p <= 0.0 => "0%".to_owned(),
         p if p < 1.0 => "<1%".to_owned(),
@@ -46,7 +46,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// Returns a time in the largest unit of which it has at least two, such as `90 s` or `2.5 min`.
-pub(super) fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{} min", delay(s / 60.0)),
@@ -55,18 +55,18 @@ pub(super) fn duration(seconds: f64) -> String {
 }
 
 /// Returns a feature's value without decimals that it does not have.
-pub(super) fn feature(value: f64) -> String {
+pub(crate) fn feature(value: f64) -> String {
     let rounded = (value * 100.0).round() / 100.0;
     rounded.to_string()
 }
 
 /// Returns a count with its noun, in the plural unless it is one.
-pub(super) fn count(n: usize, noun: &str) -> String {
+pub(crate) fn count(n: usize, noun: &str) -> String {
     if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") }
 }
 
 /// Returns a feature's name as words, without the suffix that repeats its unit.
-pub(super) fn words(name: &str, unit: &str) -> String {
+pub(crate) fn words(name: &str, unit: &str) -> String {
     let name = match name.rsplit_once('_') {
         Some((stem, suffix)) if !unit.is_empty() && suffix.len() <= 3 => stem,
         _ => name,
@@ -75,7 +75,7 @@ pub(super) fn words(name: &str, unit: &str) -> String {
 }
 
 /// Returns a feature's name and unit, such as `speed (mph)`.
-pub(super) fn feature_label(feature: &FeatureColumn) -> String {
+pub(crate) fn feature_label(feature: &FeatureColumn) -> String {
     let name = words(&feature.name, &feature.unit);
     match feature.unit.as_str() {
         "" => name,

@@ -1,23 +1,26 @@
 //! The second table for terminals, summaries beside the score, and sentences on where they disagree.
 
-use super::data::{MethodSummary, ReportData};
+use super::data::ReportData;
 use super::format;
-use super::summaries::Estimated;
 use super::text::plain_table;
-
-const HEADER: [&str; 9] =
-    ["method", "ratio", "median", "geometric", "to E", "at F", "unfinished", "gridlock", "worst"];
-
-/// Columns of numbers, which are aligned to the right.
-const RIGHT: [usize; 8] = [1, 2, 3, 4, 5, 6, 7, 8];
+use crate::analysis::Estimated;
+use crate::analysis::MethodSummary;
+use crate::traffic::report::UNFINISHED;
 
 /// Distance from 1 below which two decimals show no difference from the reference.
 const EQUAL: f64 = 0.005;
 
 /// Returns the further summaries of the methods that have an estimate, in the order of the ranking.
 pub(super) fn table(data: &ReportData) -> String {
-    let rows = data.methods.iter().filter(|m| m.overall.is_some()).map(|m| row(m).to_vec());
-    plain_table(&HEADER, &RIGHT, rows.collect())
+    let rows = data.methods.iter().filter(|m| m.overall.is_some()).map(row);
+    let header: Vec<&str> = ["method", "ratio", "median", "geometric"]
+        .into_iter()
+        .chain(data.regimes.iter().map(|regime| regime.short))
+        .chain(data.shares.iter().map(|share| share.short))
+        .chain(["worst"])
+        .collect();
+    let right: Vec<usize> = (1..header.len()).collect();
+    plain_table(&header, &right, rows.collect())
 }
 
 /// Returns what the columns of the table mean, a line or two.
@@ -32,22 +35,17 @@ pub(super) fn legend(data: &ReportData) -> String {
     )
 }
 
-fn row(m: &MethodSummary) -> [String; 9] {
+fn row(m: &MethodSummary) -> Vec<String> {
     let dash = || "-".to_owned();
     let value = |e: Option<Estimated>| e.map_or_else(dash, |e| format::score(e.value));
     let share = |s: Option<f64>| s.map_or_else(dash, format::percent);
     let (s, e) = (&m.summaries, &m.episodes);
-    [
-        m.method.clone(),
-        value(s.ratio_of_means),
-        value(s.median),
-        value(s.geometric_mean),
-        value(s.up_to_e),
-        value(s.at_f),
-        share(e.unfinished),
-        share(e.gridlocked),
-        e.worst_relative.map_or_else(dash, format::score),
-    ]
+    let mut cells = vec![m.method.clone()];
+    cells.extend([s.ratio_of_means, s.median, s.geometric_mean].map(value));
+    cells.extend(s.by_regime.iter().copied().map(value));
+    cells.extend(e.shares.iter().copied().map(share));
+    cells.push(e.worst_relative.map_or_else(dash, format::score));
+    cells
 }
 
 /// Returns a sentence per method that some summaries call better and others worse than the
@@ -62,7 +60,12 @@ pub(super) fn disagreements(data: &ReportData) -> Vec<String> {
 /// Says that a method is better by one summary and worse by another.
 fn two_sides(data: &ReportData, m: &MethodSummary) -> Option<String> {
     let mut all = vec![("score", m.overall?, m.interval)];
-    let further = m.summaries.named();
+    let s = &m.summaries;
+    let further = [
+        ("ratio of mean delays", s.ratio_of_means),
+        ("median score", s.median),
+        ("geometric mean", s.geometric_mean),
+    ];
     all.extend(further.into_iter().filter_map(|(name, e)| e.map(|e| (name, e.value, e.interval))));
     let side = |better: bool| -> Vec<String> {
         let here = all.iter().filter(|(_, value, _)| match better {
@@ -129,7 +132,7 @@ fn other_order(data: &ReportData) -> Option<String> {
 /// when no record says.
 pub(super) fn unfinished(data: &ReportData) -> Option<String> {
     let shares: Vec<String> = (data.methods.iter())
-        .filter_map(|m| Some(format!("{} {}", m.method, share(m.episodes.unfinished?))))
+        .filter_map(|m| Some(format!("{} {}", m.method, share(m.episodes.shares[UNFINISHED]?))))
         .collect();
     if shares.is_empty() {
         return None;

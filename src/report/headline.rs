@@ -1,11 +1,12 @@
 //! The first sentences of a report: who won, by how much, and how sure that is.
 
-use super::data::{MethodSummary, ReportData};
+use super::data::ReportData;
 use super::demand;
 use super::figures::{noun, with_interval};
 use super::format;
-use super::level_of_service::DELAY;
+use crate::analysis::MethodSummary;
 use crate::store::manifest::Identity;
+use crate::traffic::report::level_of_service::DELAY;
 
 /// Evaluation seeds below which an interval is too rough for a verdict.
 const FEW_SEEDS: usize = 5;

@@ -2,22 +2,25 @@
 
 use minijinja::{Value, context};
 
+use super::csv::events;
 use super::curves::{FEW_TRAININGS, SMOOTHED_OVER, common_points};
-use super::data::{MethodSummary, ReportData, ScoreRow};
-use super::episodes::{EpisodeSummary, GRIDLOCK_EXCESS, GRIDLOCK_SHARE};
+use super::data::ReportData;
+use super::divisor::baseline_in_full;
 use super::figures::{Figure, label, level_shares};
 use super::headline::{headline, sentences};
-use super::level_of_service::{DELAY, LEVELS, letter, range};
 use super::names::streets;
 use super::page::render;
 use super::plan_values::plan_values;
-use super::reference::baseline_in_full;
-use super::summaries::Estimated;
-use super::training::LearnerSummary;
 use super::{format, further, narrow, text};
+use crate::analysis::EpisodeSummary;
+use crate::analysis::Estimated;
+use crate::analysis::LearnerSummary;
+use crate::analysis::{MethodSummary, TaskScore};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
 use crate::store::places::Place;
+use crate::traffic::report::level_of_service::{DELAY, LEVELS, letter, range};
+use crate::traffic::report::{GRIDLOCK_EXCESS, GRIDLOCK_SHARE};
 
 const TEMPLATE: &str = include_str!("templates/index.html");
 const STYLE: &str = include_str!("templates/style.css");
@@ -84,12 +87,15 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
             .collect::<Vec<_>>(),
         worst => worst(data),
         units => units(data),
+        regimes => data.regimes.iter().map(|r| r.heading.to_vec()).collect::<Vec<_>>(),
+        shares => data.shares.iter().map(|s| s.heading.to_vec()).collect::<Vec<_>>(),
+        events => events(data).map(|(i, _)| data.shares[i].heading.to_vec()).collect::<Vec<_>>(),
         context => figure("context"),
         failures => data.failed().take(FAILURE_ROWS).map(|r| failure(data, r)).collect::<Vec<_>>(),
         failed => data.failed().count(),
         without_reference => data.methods.iter().map(|m| m.without_reference).max().unwrap_or(0),
         missing => data.missing(),
-        planned => data.rows.len(),
+        planned => data.tasks.len(),
         sampling => data.sampling(),
         budget => identity.sample.budget,
         family_size => identity.sample.family_size,
@@ -131,19 +137,17 @@ fn method(data: &ReportData, m: &MethodSummary) -> Value {
         failed => m.failed,
         missing => m.missing,
         levels => level_shares(data, m).map(format::percent).to_vec(),
-        summaries => summaries(data, m),
+        summaries => summaries(m),
         episodes => episodes(&m.episodes),
     }
 }
 
 /// Returns the score and the summaries beside it; those by level of service need a delay.
-fn summaries(data: &ReportData, m: &MethodSummary) -> Vec<Value> {
+fn summaries(m: &MethodSummary) -> Vec<Value> {
     let s = &m.summaries;
     let score = m.overall.map(|value| Estimated { value, interval: m.interval });
     let mut all = vec![score, s.ratio_of_means, s.median, s.geometric_mean];
-    if data.manifest.identity.objective == DELAY {
-        all.extend([s.up_to_e, s.at_f]);
-    }
+    all.extend(&s.by_regime);
     let value = |e: Option<Estimated>| {
         let interval = e.and_then(|e| e.interval).filter(|_| !m.is_reference);
         context! {
@@ -158,12 +162,14 @@ fn dash() -> String {
     "\u{2013}".to_owned()
 }
 
+fn share(share: Option<f64>) -> String {
+    share.map_or_else(dash, |s| format!("{:.1}%", 100.0 * s))
+}
+
 fn episodes(e: &EpisodeSummary) -> Value {
-    let share = |s: Option<f64>| s.map_or_else(dash, |s| format!("{:.1}%", 100.0 * s));
     context! {
         count => e.episodes,
-        unfinished => share(e.unfinished),
-        gridlocked => share(e.gridlocked),
+        shares => e.shares.iter().copied().map(share).collect::<Vec<_>>(),
         median => e.median_relative.map_or_else(dash, format::score),
         worst => e.worst_relative.map_or_else(dash, format::score),
         median_s => e.median.map_or_else(dash, format::delay),
@@ -200,7 +206,7 @@ fn training(data: &ReportData) -> Option<Value> {
     let points = common_points(data).len();
     (!learners.is_empty()).then(|| {
         context! {
-            rows => learners.iter().map(learner).collect::<Vec<_>>(),
+            rows => learners.iter().map(|l| learner(data, l)).collect::<Vec<_>>(),
             single => curves.len() < 2,
             points,
             few => FEW_TRAININGS,
@@ -210,7 +216,7 @@ fn training(data: &ReportData) -> Option<Value> {
     })
 }
 
-fn learner(l: &LearnerSummary<'_>) -> Value {
+fn learner(data: &ReportData, l: &LearnerSummary<'_>) -> Value {
     let score = |v: Option<f64>| v.map_or_else(dash, format::score);
     let m = l.method;
     context! {
@@ -224,7 +230,10 @@ fn learner(l: &LearnerSummary<'_>) -> Value {
         best => score(l.best),
         last_ten => score(l.last_ten),
         worse => l.worse,
-        gridlocked => l.gridlocked.map_or_else(dash, |n| n.to_string()),
+        with_event => events(data)
+            .map(|(i, _)| l.with_share[i].map_or_else(dash, |n| n.to_string()))
+            .collect::<Vec<_>>(),
+        events => events(data).map(|(i, _)| share(m.episodes.shares[i])).collect::<Vec<_>>(),
         evaluated => episodes(&m.episodes),
         median => score(l.median),
         worst => score(l.worst),
@@ -300,7 +309,7 @@ fn places(data: &ReportData, row: &PointRow) -> Vec<String> {
     texts
 }
 
-fn failure(data: &ReportData, row: &ScoreRow) -> Value {
+fn failure(data: &ReportData, row: &TaskScore) -> Value {
     context! {
         method => row.method.as_str(),
         point => data.called(&data.points[row.point].row.point),

@@ -8,9 +8,9 @@ use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
 
 use super::csv;
 use super::data::ReportData;
-use super::level_of_service::{DELAY, letter};
 use super::names::streets;
 use crate::store::places::Place;
+use crate::traffic::report::level_of_service::{DELAY, letter};
 
 /// Detail of a family of which every point MDP is an intersection with its own arms.
 const PER_APPROACH: &str = "per-approach";

@@ -7,14 +7,15 @@
 mod legend;
 mod view;
 
-use super::data::{MethodSummary, ReportData};
+use super::data::ReportData;
 use super::figures::{Figure, WIDTH};
 use super::intersections::{Basis, basis};
-use super::level_of_service::{DELAY, LEVELS, level, range};
 use super::names::streets;
 use super::svg::{Anchor, Canvas, INK, MUTED, TextStyle, nice_step};
 use super::{format, palette};
+use crate::analysis::MethodSummary;
 use crate::store::places::Place;
+use crate::traffic::report::level_of_service::{DELAY, LEVELS, level, range};
 use view::{MARGIN_PX, View};
 
 /// Length of a degree of latitude, kilometres (mean radius of the Earth 6371 km).

@@ -15,7 +15,7 @@ mod table;
 
 pub(super) use files::write;
 
-use super::data::ScoreRow;
+use crate::analysis::TaskScore;
 use crate::store::results::Results;
 use crate::traffic::program::SignalProgram;
 use crate::traffic::settings::signal::SignalSettings;
@@ -61,7 +61,7 @@ pub struct TaskPlan {
 }
 
 /// Returns what every finished task ran, in the order of the plan.
-pub(super) fn plans(results: &Results, rows: &[ScoreRow]) -> Vec<TaskPlan> {
+pub(super) fn plans(results: &Results, rows: &[TaskScore]) -> Vec<TaskPlan> {
     let identity = &results.manifest.identity;
     let settings = identity.settings.get("signal").cloned().unwrap_or_default();
     let settings: SignalSettings = serde_json::from_value(settings).unwrap_or_default();

@@ -11,7 +11,7 @@ use super::curves::{BAND, FEW_TRAININGS, SMOOTHED_OVER, ticks};
 use super::data::ReportData;
 use super::format;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
-use super::training::Training;
+use crate::analysis::TrainingSummary;
 use crate::stats::quantile::quantile;
 use crate::stats::score::{mean, weighted_mean};
 
@@ -27,7 +27,7 @@ type Band = Option<[f64; 3]>;
 /// A figure of training: its name and what its panel shows.
 pub(super) struct Signal {
     label: &'static str,
-    of: fn(&Training) -> &[Option<f64>],
+    of: fn(&TrainingSummary) -> &[Option<f64>],
 }
 
 /// The figures that stand beside the delay.
@@ -46,7 +46,7 @@ fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
 }
 
 /// Returns the mean and the band of a figure, one per episode.
-fn bands(data: &ReportData, trainings: &[&Training], signal: &Signal) -> Vec<Band> {
+fn bands(data: &ReportData, trainings: &[&TrainingSummary], signal: &Signal) -> Vec<Band> {
     let with_values =
         || trainings.iter().filter(|t| (signal.of)(t).iter().any(Option::is_some)).copied();
     let episodes = with_values().map(|t| (signal.of)(t).len()).max().unwrap_or(0);
@@ -74,7 +74,7 @@ fn bands(data: &ReportData, trainings: &[&Training], signal: &Signal) -> Vec<Ban
 pub(super) fn panel(
     canvas: &mut Canvas,
     data: &ReportData,
-    trainings: &[&Training],
+    trainings: &[&TrainingSummary],
     signal: &Signal,
     area: (f64, f64, f64, f64),
     (episodes, color, dash): (usize, &str, Option<&str>),

@@ -2,9 +2,10 @@
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 
-use super::data::{MethodSummary, ReportData};
-use super::reference::baseline_in_full;
+use super::data::ReportData;
+use super::divisor::baseline_in_full;
 use super::{format, further};
+use crate::analysis::MethodSummary;
 
 const HEADER: [&str; 8] =
     ["rank", "method", "score", "95% interval", "delay (s)", "worst", "points", "failed"];
@@ -96,7 +97,7 @@ pub fn notes(data: &ReportData) -> Vec<String> {
 /// Returns the notes without where summaries disagree.
 pub(super) fn warnings(data: &ReportData) -> Vec<String> {
     let mut notes = Vec::new();
-    let planned = data.rows.len();
+    let planned = data.tasks.len();
     let missing = data.missing();
     if missing > 0 {
         notes.push(format!(
@@ -111,7 +112,7 @@ pub(super) fn warnings(data: &ReportData) -> Vec<String> {
              missing\"."));
     }
     let identity = &data.manifest.identity;
-    let still: Vec<String> = (data.rows.iter())
+    let still: Vec<String> = (data.tasks.iter())
         .filter(|r| r.method == data.reference.name)
         .filter(|r| r.metrics.get(&identity.objective) == Some(&0.0))
         .map(|r| data.called(&data.points[r.point].row.point))

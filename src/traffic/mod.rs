@@ -15,6 +15,7 @@ pub mod network;
 pub mod places;
 pub mod problem;
 pub mod program;
+pub mod report;
 pub mod settings;
 pub mod side;
 pub mod sim;

@@ -3,9 +3,9 @@
 use super::{Basis, Dot, class_name, draw, letter};
 use crate::report::data::ReportData;
 use crate::report::figures::WIDTH;
-use crate::report::level_of_service::{DELAY, range};
 use crate::report::palette;
 use crate::report::svg::{Anchor, Canvas, TextStyle, text_width};
+use crate::traffic::report::level_of_service::{DELAY, range};
 
 /// Radius of the dots of the legend, pixels.
 const RADIUS_PX: f64 = 7.0;

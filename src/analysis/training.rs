@@ -1,33 +1,35 @@
 //! How learners were trained: one entry per training, one summary per learner.
 //!
-//! A learner is a method whose training episodes have a return, or that diverged. Every delay is
-//! divided by the mean delay on the point MDP of what scores are divided by, so that trainings compare
+//! A learner is a method whose training episodes have a return, or that diverged. Every objective is
+//! divided by the mean one on the point MDP of what scores are divided by, so that trainings compare
 //! and RESCO's two ways of reporting stand beside the score.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::data::{MethodSummary, ReportData, Study};
 use super::episodes::{Episode, EpisodeSummary};
+use super::evidence::Evidence;
+use super::method::MethodSummary;
+use super::points::PointSummary;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
 use crate::store::record::{Metrics, Outcome, Record, RowKind};
 use crate::store::results::Results;
 
 /// Metric of a training episode that only learners have.
-pub(super) const RETURN: &str = "return";
+pub const RETURN: &str = "return";
 
 /// Metric of the training episodes in which a learner updated its network.
-pub(super) const LOSS: &str = "loss";
+pub const LOSS: &str = "loss";
 
 /// How the reason of a training that diverged begins.
 const DIVERGED: &str = "training diverged";
 
 /// One training: a learner on a point MDP, once.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Training {
+pub struct TrainingSummary {
     /// Name of the method.
     pub method: String,
-    /// Position of the point MDP in [`ReportData::points`].
+    /// Position of the point MDP among the chosen point MDPs.
     pub point: usize,
     /// Which of several independent trainings.
     pub replicate: u32,
@@ -39,14 +41,11 @@ pub struct Training {
     pub score: Option<f64>,
     /// Its evaluation episodes.
     pub evaluations: EpisodeSummary,
-    /// Delay in the best training episode, relative to the reference.
+    /// Objective in the best training episode, relative to the reference.
     pub resco_best: Option<f64>,
-    /// Mean delay in the last ten training episodes, relative to the reference.
+    /// Mean objective in the last ten training episodes, relative to the reference.
     pub resco_last_ten: Option<f64>,
-    /// Whether one of its evaluation episodes or more ended in gridlock; `None` when that is not
-    /// known.
-    pub gridlocked: Option<bool>,
-    /// Delay of every training episode, relative to the reference; empty without a reference.
+    /// Objective of every training episode, relative to the reference; empty without a reference.
     pub curve: Vec<f64>,
     /// Return of every training episode; `None` where there is none.
     pub returns: Vec<Option<f64>>,
@@ -79,9 +78,9 @@ pub struct LearnerSummary<'a> {
     pub last_ten: Option<f64>,
     /// Trainings that ended worse than the reference.
     pub worse: usize,
-    /// Trainings of which an evaluation episode ended in gridlock; `None` when that is not known of
-    /// some.
-    pub gridlocked: Option<usize>,
+    /// Trainings with a share above 0, in the order of [`super::Measures::shares`]; `None` when that is not
+    /// known of some.
+    pub with_share: Vec<Option<usize>>,
     /// Median score over trainings, each counting once.
     pub median: Option<f64>,
     /// Highest score of a training.
@@ -90,68 +89,69 @@ pub struct LearnerSummary<'a> {
     pub wall_s: Option<f64>,
 }
 
-impl ReportData {
-    /// Returns a summary per learner, in the order of the ranking.
-    pub fn learners(&self) -> Vec<LearnerSummary<'_>> {
-        let has_trainings =
-            |m: &&MethodSummary| self.trainings.iter().any(|t| t.method == m.method);
-        self.methods.iter().filter(has_trainings).map(|m| self.learner(m)).collect()
-    }
-
-    /// Returns the trainings of a method.
-    pub fn trainings_of<'a>(&'a self, method: &'a str) -> impl Iterator<Item = &'a Training> {
-        self.trainings.iter().filter(move |t| t.method == method)
-    }
-
-    fn learner<'a>(&'a self, method: &'a MethodSummary) -> LearnerSummary<'a> {
-        let trainings = || self.trainings_of(&method.method);
-        let count = |f: &dyn Fn(&Training) -> bool| trainings().filter(|t| f(t)).count();
-        let scores: Vec<f64> = trainings().filter_map(|t| t.score).collect();
-        let walls: Vec<f64> = trainings()
-            .filter(|t| t.outcome == Some(Outcome::Ok))
-            .filter_map(|t| t.wall_s)
-            .collect();
-        LearnerSummary {
-            method,
-            planned: trainings().count(),
-            scored: scores.len(),
-            failed: count(&|t| t.outcome == Some(Outcome::Failed)),
-            diverged: count(&|t| t.diverged),
-            episodes: trainings().map(|t| t.episodes).max().unwrap_or(0),
-            best: self.weighted(trainings(), |t| t.resco_best),
-            last_ten: self.weighted(trainings(), |t| t.resco_last_ten),
-            worse: count(&|t| t.score > Some(1.0)),
-            gridlocked: trainings()
-                .filter(|t| t.score.is_some())
-                .map(|t| t.gridlocked.map(usize::from))
-                .sum(),
-            median: median(&scores),
-            worst: scores.iter().copied().reduce(f64::max),
-            wall_s: median(&walls),
-        }
-    }
-
-    /// Returns the mean over point MDPs, with their weights, of the mean over replicates.
-    pub(super) fn weighted<'a>(
-        &self,
-        trainings: impl Iterator<Item = &'a Training>,
-        value: impl Fn(&Training) -> Option<f64>,
-    ) -> Option<f64> {
-        let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        for training in trainings {
-            if let Some(value) = value(training) {
-                by_point.entry(training.point).or_default().push(value);
-            }
-        }
-        weighted_mean(
-            by_point.iter().filter_map(|(p, values)| Some((self.points[*p].weight, mean(values)?))),
-        )
+impl TrainingSummary {
+    /// Returns whether one of its evaluation episodes or more has a share above 0; `None` when that is not
+    /// known.
+    pub fn has_share(&self, share: usize) -> Option<bool> {
+        let of_episodes = self.evaluations.shares.get(share).copied().flatten();
+        of_episodes.map(|share| share > 0.0)
     }
 }
 
+/// Returns the summary of a learner; `shares` is how many the domain measures.
+pub(super) fn learner<'a>(
+    method: &'a MethodSummary,
+    trainings: &[&TrainingSummary],
+    points: &[PointSummary],
+    shares: usize,
+) -> LearnerSummary<'a> {
+    let all = || trainings.iter().copied();
+    let count = |f: &dyn Fn(&TrainingSummary) -> bool| all().filter(|t| f(t)).count();
+    let scores: Vec<f64> = all().filter_map(|t| t.score).collect();
+    let walls: Vec<f64> =
+        all().filter(|t| t.outcome == Some(Outcome::Ok)).filter_map(|t| t.wall_s).collect();
+    let with_share = |i: usize| {
+        let known = all().filter(|t| t.score.is_some()).map(|t| t.has_share(i));
+        known.map(|has| has.map(usize::from)).sum()
+    };
+    LearnerSummary {
+        method,
+        planned: trainings.len(),
+        scored: scores.len(),
+        failed: count(&|t| t.outcome == Some(Outcome::Failed)),
+        diverged: count(&|t| t.diverged),
+        episodes: all().map(|t| t.episodes).max().unwrap_or(0),
+        best: weighted(all(), points, |t| t.resco_best),
+        last_ten: weighted(all(), points, |t| t.resco_last_ten),
+        worse: count(&|t| t.score > Some(1.0)),
+        with_share: (0..shares).map(with_share).collect(),
+        median: median(&scores),
+        worst: scores.iter().copied().reduce(f64::max),
+        wall_s: median(&walls),
+    }
+}
+
+/// Returns the mean over point MDPs, with their weights, of the mean over replicates.
+fn weighted<'a>(
+    trainings: impl Iterator<Item = &'a TrainingSummary>,
+    points: &[PointSummary],
+    value: impl Fn(&TrainingSummary) -> Option<f64>,
+) -> Option<f64> {
+    let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for training in trainings {
+        if let Some(value) = value(training) {
+            by_point.entry(training.point).or_default().push(value);
+        }
+    }
+    weighted_mean(
+        by_point.iter().filter_map(|(p, values)| Some((points[*p].weight, mean(values)?))),
+    )
+}
+
 /// Returns the trainings, one per task of a learner.
-pub(super) fn trainings(results: &Results, study: Study<'_>) -> Vec<Training> {
-    let identity = &results.manifest.identity;
+pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<TrainingSummary> {
+    let identity = evidence.identity;
+    let shares = evidence.measures.shares().len();
     let learners: BTreeSet<&str> = results
         .records
         .values()
@@ -160,18 +160,20 @@ pub(super) fn trainings(results: &Results, study: Study<'_>) -> Vec<Training> {
         .collect();
     let objective = identity.objective.as_str();
     let mut evaluations: BTreeMap<(&str, usize, u32), Vec<&Episode>> = BTreeMap::new();
-    for episode in study.episodes.iter().filter(|e| e.kind == RowKind::Evaluation) {
+    for episode in evidence.episodes.iter().filter(|e| e.kind == RowKind::Evaluation) {
         let method = identity.methods[episode.method].as_str();
         let key = (method, episode.point, episode.replicate);
         evaluations.entry(key).or_default().push(episode);
     }
-    let tasks = results.plan.iter().zip(study.rows);
+    let tasks = results.plan.iter().zip(evidence.tasks);
     let of_learners = tasks.filter(|(task, _)| learners.contains(task.method.as_str()));
     of_learners
         .map(|(task, row)| {
-            let of_reference =
-                study.reference.index.and_then(|r| study.points[row.point].results[r].as_ref());
-            let unit = of_reference.map(|r| r.objective).filter(|delay| *delay > 0.0);
+            let of_reference = evidence
+                .reference
+                .index
+                .and_then(|r| evidence.points[row.point].results[r].as_ref());
+            let unit = of_reference.map(|r| r.objective).filter(|unit| *unit > 0.0);
             let record = results.records.get(&task.task);
             let relative = |name: &str| Some(row.metrics.get(name)? / unit?);
             let figure = |name: &str| -> Vec<Option<f64>> {
@@ -180,9 +182,13 @@ pub(super) fn trainings(results: &Results, study: Study<'_>) -> Vec<Training> {
             };
             let key = (task.method.as_str(), row.point, task.replicate);
             let own = evaluations.get(&key).into_iter().flatten().copied();
-            let evaluations =
-                EpisodeSummary::of(own, std::slice::from_ref(&study.points[row.point]), objective);
-            Training {
+            let evaluations = EpisodeSummary::of(
+                own,
+                std::slice::from_ref(&evidence.points[row.point]),
+                objective,
+                shares,
+            );
+            TrainingSummary {
                 method: task.method.clone(),
                 point: row.point,
                 replicate: task.replicate,
@@ -191,10 +197,9 @@ pub(super) fn trainings(results: &Results, study: Study<'_>) -> Vec<Training> {
                 score: row.score,
                 resco_best: relative(&format!("resco_best_{objective}")),
                 resco_last_ten: relative(&format!("resco_last_ten_{objective}")),
-                gridlocked: evaluations.gridlocked.map(|share| share > 0.0),
                 evaluations,
                 curve: record.zip(unit).map_or_else(Vec::new, |(r, unit)| {
-                    curve(r, objective).map(|delay| delay / unit).collect()
+                    curve(r, objective).map(|value| value / unit).collect()
                 }),
                 returns: figure(RETURN),
                 losses: figure(LOSS),

@@ -3,10 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use super::data::ScoreRow;
-use super::level_of_service::{self, DELAY};
+use super::estimator::estimator_of;
+use super::measures::Measures;
 use super::reference::Reference;
-use crate::sample::Sampling;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
 use crate::store::manifest::PointRow;
@@ -25,9 +24,9 @@ pub struct PointSummary {
     pub row: PointRow,
     /// Weight of its scores in the estimates.
     pub weight: f64,
-    /// Whether the baseline, whatever scores are divided by, leaves it at level of service F; `None`
-    /// when it has no record or the objective is no delay.
-    pub at_f: Option<bool>,
+    /// Position of its regime in [`Measures::regimes`], by what the baseline achieves there, whatever
+    /// scores are divided by; `None` when that is not known.
+    pub regime: Option<usize>,
     /// What each method achieved, in the order of the manifest; `None` without a record.
     pub results: Vec<Option<PointResult>>,
 }
@@ -45,17 +44,40 @@ pub struct PointResult {
     pub objectives: Option<PointObjectives>,
 }
 
+/// One task.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaskScore {
+    /// Name of the method.
+    pub method: String,
+    /// Position of the point MDP among the chosen point MDPs.
+    pub point: usize,
+    /// Which of several independent trainings.
+    pub replicate: u32,
+    /// How the task ended; `None` when it has no record.
+    pub outcome: Option<Outcome>,
+    /// Why it failed.
+    pub reason: Option<String>,
+    /// Means over the evaluation episodes.
+    pub metrics: Metrics,
+    /// The reference's objective on the same seeds.
+    pub reference: Option<f64>,
+    /// The score.
+    pub score: Option<f64>,
+}
+
 /// Returns the point MDPs in the order of the manifest and the tasks in the order of the plan.
 pub(super) fn summarise_points(
     results: &Results,
     reference: &Reference,
-) -> (Vec<PointSummary>, Vec<ScoreRow>) {
+    measures: &dyn Measures,
+) -> (Vec<PointSummary>, Vec<TaskScore>) {
     let identity = &results.manifest.identity;
     let position: BTreeMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
     let records = records_by_cell(results, &position);
     let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
     let objective = identity.objective.as_str();
+    let estimator = estimator_of(identity.sample.sampling);
     let of_reference: Vec<BySeed> = (0..identity.points.len())
         .map(|point| {
             let cell = reference.index.and_then(|method| records.get(&(method, point)));
@@ -74,17 +96,15 @@ pub(super) fn summarise_points(
                     let own = Some(method) == reference.index;
                     let mut result = summarise_cell(cell, &of_reference[point], objective, own)?;
                     if let (Some(o), Some(draw)) = (&mut result.objectives, draw) {
-                        (o.weight, o.draws) = (draw.weight, draws_of(results, draw.count));
+                        (o.weight, o.draws) = (draw.weight, estimator.draws(draw.count));
                     }
                     Some(result)
                 })
                 .collect();
             let of_baseline = baseline.and_then(|b| results[b].as_ref());
-            let at_f = of_baseline
-                .filter(|_| objective == DELAY)
-                .map(|r| level_of_service::letter(r.objective) == 'F');
+            let regime = of_baseline.and_then(|r| measures.regime(objective, &r.metrics));
             let weight = draw.map_or(0.0, |d| d.weight);
-            PointSummary { index: point, row: row.clone(), weight, at_f, results }
+            PointSummary { index: point, row: row.clone(), weight, regime, results }
         })
         .collect();
     let rows = results
@@ -95,7 +115,7 @@ pub(super) fn summarise_points(
             let record = results.records.get(&task.task);
             let summary = record.map(|r| &r.summary);
             let scored = record.and_then(|r| score_of(r, &of_reference[point], objective));
-            Some(ScoreRow {
+            Some(TaskScore {
                 method: task.method.clone(),
                 point,
                 replicate: task.replicate,
@@ -108,14 +128,6 @@ pub(super) fn summarise_points(
         })
         .collect();
     (points, rows)
-}
-
-/// A draw's count is a multiplicity only with replacement; for k-means it is a cluster's size.
-fn draws_of(results: &Results, count: u32) -> u32 {
-    match results.manifest.identity.sample.sampling {
-        Sampling::WithReplacement => count,
-        _ => 1,
-    }
 }
 
 /// Returns the successful records by position of method and point MDP, replicates in order.

@@ -1,7 +1,7 @@
 //! What scores are divided by: the run's baseline, or with `--against` another of its methods.
 
-use super::ReportError;
-use super::format::count;
+use super::error::AnalysisError;
+use super::measures::Measures;
 use crate::store::manifest::Identity;
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -31,10 +31,14 @@ impl Reference {
     ///
     /// # Errors
     ///
-    /// [`ReportError::NotInRun`] for a method that is not in the run, [`ReportError::Incomplete`] for
+    /// [`AnalysisError::NotInRun`] for a method that is not in the run, [`AnalysisError::Incomplete`] for
     /// one without a result on some of the chosen point MDPs: the scores of others would be over
     /// whatever it finished, which is no comparison.
-    pub fn against(results: &Results, name: &str) -> Result<Self, ReportError> {
+    pub fn against(
+        results: &Results,
+        name: &str,
+        measures: &dyn Measures,
+    ) -> Result<Self, AnalysisError> {
         let identity = &results.manifest.identity;
         if name == identity.baseline {
             return Ok(Self::baseline(identity));
@@ -47,57 +51,33 @@ impl Reference {
                 some.push_str(", ...");
             }
             let points = identity.points.len();
-            return Err(ReportError::Incomplete {
+            return Err(AnalysisError::Incomplete {
                 method: name.to_owned(),
+                objective: measures.noun(&identity.objective).to_owned(),
                 missing: missing.len(),
-                points: count(points, "point MDP"),
+                points: if points == 1 {
+                    "1 point MDP".into()
+                } else {
+                    format!("{points} point MDPs")
+                },
                 some,
             });
         }
         let index = identity.methods.iter().position(|m| m == name);
         Ok(Self { name: name.to_owned(), index, is_baseline: false })
     }
-
-    /// Returns it in a sentence: `the baseline NAME`, or `NAME`.
-    pub(super) fn in_full(&self) -> String {
-        if self.is_baseline { baseline_in_full(&self.name) } else { self.name.clone() }
-    }
-
-    /// Returns it in a sentence, short: `the baseline`, or `NAME`.
-    pub(super) fn in_short(&self) -> &str {
-        if self.is_baseline { "the baseline" } else { &self.name }
-    }
-
-    /// Returns it in a label: `baseline`, or `NAME`.
-    pub(super) fn as_label(&self) -> &str {
-        if self.is_baseline { "baseline" } else { &self.name }
-    }
-
-    /// Returns its name in a table, marked as what the others are divided by.
-    pub(super) fn marked(&self) -> String {
-        match self.is_baseline {
-            true if self.name == "baseline" => self.name.clone(),
-            true => format!("{} (baseline)", self.name),
-            false => format!("{} (divisor)", self.name),
-        }
-    }
-}
-
-/// Returns a baseline in a sentence: `the baseline NAME`, without a name that says just that.
-pub(super) fn baseline_in_full(name: &str) -> String {
-    if name == "baseline" { "the baseline".to_owned() } else { format!("the baseline {name}") }
 }
 
 /// Checks that scores can be divided by a method of this name.
 ///
 /// # Errors
 ///
-/// [`ReportError::NotInRun`].
-pub fn check_name(name: &str, methods: &[String]) -> Result<(), ReportError> {
+/// [`AnalysisError::NotInRun`].
+pub fn check_name(name: &str, methods: &[String]) -> Result<(), AnalysisError> {
     match methods.iter().any(|m| m == name) {
         true => Ok(()),
         false => {
-            Err(ReportError::NotInRun { method: name.to_owned(), methods: methods.join(", ") })
+            Err(AnalysisError::NotInRun { method: name.to_owned(), methods: methods.join(", ") })
         }
     }
 }
@@ -120,27 +100,6 @@ fn without_result<'a>(results: &'a Results, method: &str) -> Vec<&'a str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn reference(name: &str, is_baseline: bool) -> Reference {
-        Reference { name: name.into(), index: Some(0), is_baseline }
-    }
-
-    #[test]
-    fn the_baseline_is_called_so_and_another_method_is_not() {
-        let baseline = reference("untuned", true);
-        assert_eq!(baseline.in_full(), "the baseline untuned");
-        assert_eq!(baseline.in_short(), "the baseline");
-        assert_eq!(reference("baseline", true).in_full(), "the baseline");
-        assert_eq!(reference("fixed-time", false).in_full(), "fixed-time");
-        assert_eq!(reference("fixed-time", false).as_label(), "fixed-time");
-    }
-
-    #[test]
-    fn a_table_does_not_say_baseline_twice() {
-        assert_eq!(reference("baseline", true).marked(), "baseline");
-        assert_eq!(reference("untuned", true).marked(), "untuned (baseline)");
-        assert_eq!(reference("fixed-time", false).marked(), "fixed-time (divisor)");
-    }
 
     #[test]
     fn a_method_that_is_not_in_the_run_is_refused_with_those_that_are() {

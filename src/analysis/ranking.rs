@@ -4,20 +4,28 @@
 
 use std::collections::BTreeSet;
 
-use super::data::{MethodSummary, ScoreRow, Study, summarise_method};
-use super::points::PointSummary;
-use crate::stats::Bootstrap;
-
-/// A method with what its estimate could have been.
-pub(super) type Estimate = (MethodSummary, Option<Bootstrap>);
+use super::evidence::Evidence;
+use super::method::{MethodSummary, Summarised, summarise_method};
+use super::points::{PointSummary, TaskScore};
 
 /// All methods with results on the point MDPs that every one of them finished.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Common {
+pub struct OnCommonPoints {
     /// Number of these point MDPs.
     pub points: usize,
     /// One summary per method, best first, over these point MDPs only.
     pub methods: Vec<MethodSummary>,
+}
+
+/// The distance between the two best methods on the same point MDPs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lead {
+    /// The second best method.
+    pub runner_up: String,
+    /// Its overall performance minus the best one's.
+    pub difference: f64,
+    /// 95% interval of the difference, paired by point MDP and seed.
+    pub interval: (f64, f64),
 }
 
 /// Returns the point MDPs in a method's estimate, as positions.
@@ -29,11 +37,11 @@ fn scored(points: &[PointSummary], method: usize) -> BTreeSet<usize> {
 
 /// Returns the estimates of all methods, best first; those that lack point MDPs which another one
 /// has come last and without a rank.
-pub(super) fn rank(study: Study<'_>) -> Vec<Estimate> {
+pub(super) fn rank(evidence: Evidence<'_>) -> Vec<Summarised> {
     let all: Vec<BTreeSet<usize>> =
-        (0..study.manifest.identity.methods.len()).map(|m| scored(study.points, m)).collect();
-    let mut estimates: Vec<Estimate> =
-        (0..all.len()).map(|index| summarise_method(study, index)).collect();
+        (0..evidence.identity.methods.len()).map(|m| scored(evidence.points, m)).collect();
+    let mut estimates: Vec<Summarised> =
+        (0..all.len()).map(|index| summarise_method(evidence, index)).collect();
     let others = estimates.iter().filter(|(m, _)| !m.is_reference).map(|(m, _)| &all[m.index]);
     // Of equally many the first, as the manifest has them.
     let most = others.rev().max_by_key(|points| points.len());
@@ -53,18 +61,36 @@ pub(super) fn rank(study: Study<'_>) -> Vec<Estimate> {
 
 /// Compares all methods with results where all of them have some; `None` when they are all ranked
 /// anyway, or have nothing in common.
-pub(super) fn common(study: Study<'_>, estimates: &[Estimate]) -> Option<Common> {
+pub(super) fn on_common_points(
+    evidence: Evidence<'_>,
+    estimates: &[Summarised],
+) -> Option<OnCommonPoints> {
     let with_results = || estimates.iter().filter(|(m, _)| m.overall.is_some());
     if with_results().all(|(m, _)| m.rank.is_some()) {
         return None;
     }
-    let sets = with_results().map(|(m, _)| scored(study.points, m.index));
+    let sets = with_results().map(|(m, _)| scored(evidence.points, m.index));
     let shared = sets.reduce(|a, b| &a & &b).filter(|shared| !shared.is_empty())?;
-    let points: Vec<PointSummary> = shared.iter().map(|i| study.points[*i].clone()).collect();
-    let rows: Vec<ScoreRow> =
-        study.rows.iter().filter(|r| shared.contains(&r.point)).cloned().collect();
-    let on_shared = Study { points: &points, rows: &rows, ..study };
+    let points: Vec<PointSummary> = shared.iter().map(|i| evidence.points[*i].clone()).collect();
+    let tasks: Vec<TaskScore> =
+        evidence.tasks.iter().filter(|r| shared.contains(&r.point)).cloned().collect();
+    let on_shared = Evidence { points: &points, tasks: &tasks, ..evidence };
     let methods = rank(on_shared).into_iter().map(|(m, _)| m);
     let methods = methods.filter(|m| m.overall.is_some()).collect();
-    Some(Common { points: points.len(), methods })
+    Some(OnCommonPoints { points: points.len(), methods })
+}
+
+/// Compares the two best methods when they were evaluated on the same point MDPs.
+pub(super) fn lead(estimates: &[Summarised], points: &[PointSummary]) -> Option<Lead> {
+    let [(best, Some(first)), (second, Some(other)), ..] = estimates else { return None };
+    let scored = |p: &PointSummary, m: &MethodSummary| {
+        p.results[m.index].as_ref().is_some_and(|r| r.score.is_some())
+    };
+    if points.iter().any(|p| scored(p, best) != scored(p, second)) {
+        return None;
+    }
+    let difference = first.difference(other);
+    let interval = difference.interval?;
+    let runner_up = second.method.clone();
+    Some(Lead { runner_up, difference: difference.value, interval })
 }

@@ -1,0 +1,105 @@
+//! What an estimator is given and what it gives.
+
+use rand_chacha::ChaCha8Rng;
+
+use crate::stats::summary::{Statistic, mean_of_scores};
+use crate::stats::{Bootstrap, PointObjectives, StatsError};
+
+/// What an estimator knows of a sample beside the scores.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sample {
+    /// Number of point MDPs in the family.
+    pub family_size: usize,
+    /// Tells methods apart, whose trainings have nothing in common.
+    pub method: u64,
+}
+
+/// An estimate with its uncertainty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// The estimate.
+    pub value: f64,
+    /// Its 95% interval; `None` where the spread cannot be estimated, as from one seed on a whole family.
+    pub interval: Option<(f64, f64)>,
+    /// Estimates from resampled data, shape `[resamples]`; empty for estimators that do not resample, and
+    /// where the spread cannot be estimated.
+    pub resamples: Vec<f64>,
+}
+
+/// A way from the scores on a sample to the whole family.
+pub trait Estimator: Sync {
+    /// Returns its name, such as `M1`.
+    fn name(&self) -> &'static str;
+
+    /// Returns what must hold for its interval to be one, in a sentence or two.
+    fn assumptions(&self) -> &'static str;
+
+    /// Returns how many draws a point MDP stands for that the sample has with this count.
+    fn draws(&self, count: u32) -> u32 {
+        let _ = count;
+        1
+    }
+
+    /// Returns whether so many evaluated point MDPs are the family, so that their choice adds no uncertainty.
+    fn is_whole(&self, sample: Sample, evaluated: usize) -> bool {
+        evaluated == sample.family_size
+    }
+
+    /// Returns the estimate of the overall performance `E = sum_i p_i s_i`.
+    ///
+    /// # Arguments
+    ///
+    /// Those of [`Estimator::estimate_all`].
+    ///
+    /// # Errors
+    ///
+    /// [`StatsError`] without point MDPs, for weights that sum to 0, and where a score is undefined.
+    fn estimate(
+        &self,
+        sample: Sample,
+        scores: &[PointObjectives],
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Estimate, StatsError> {
+        let mut all = self.estimate_all(sample, scores, &[&mean_of_scores], rng)?;
+        all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
+    }
+
+    /// Returns the estimates of several statistics of the family from the same draws, in their order; `None`
+    /// where one is undefined, such as the mean over a regime without a point MDP.
+    ///
+    /// # Arguments
+    ///
+    /// * `scores` — shape `[n]`; the evaluated point MDPs, each with its weight, how often it was drawn, the
+    ///   objective of the method, shape `[replicates, seeds]`, and what it is divided by, shape `[seeds]`.
+    ///   Weights need not sum to 1, so that an estimate without what is missing is over what is there.
+    /// * `statistics` — shape `[k]`; functions of the means per point MDP.
+    /// * `rng` — equally seeded generators draw equal points and seeds for every method, which
+    ///   [`Estimate::difference`] relies on.
+    ///
+    /// # Errors
+    ///
+    /// [`StatsError`] where a score is undefined.
+    fn estimate_all(
+        &self,
+        sample: Sample,
+        scores: &[PointObjectives],
+        statistics: &[Statistic<'_>],
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Vec<Option<Estimate>>, StatsError>;
+}
+
+impl From<Bootstrap> for Estimate {
+    fn from(bootstrap: Bootstrap) -> Self {
+        let interval = bootstrap.interval();
+        Self { value: bootstrap.estimate, interval, resamples: bootstrap.resamples }
+    }
+}
+
+impl Estimate {
+    /// Returns `other - self`, resample by resample, which is much narrower than the two intervals suggest:
+    /// both methods met the same seeds. Only meaningful for the same point MDPs and equally seeded generators.
+    pub fn difference(&self, other: &Self) -> Self {
+        let bootstrap = |e: &Self| Bootstrap { estimate: e.value, resamples: e.resamples.clone() };
+        bootstrap(self).difference(&bootstrap(other)).into()
+    }
+}

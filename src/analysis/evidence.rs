@@ -1,0 +1,24 @@
+//! What methods are summarised from.
+
+use super::episodes::Episode;
+use super::measures::Measures;
+use super::points::{PointSummary, TaskScore};
+use super::reference::Reference;
+use crate::store::manifest::Identity;
+
+/// What methods are summarised from; all of a run, or the part of it that some methods have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Evidence<'a> {
+    /// What the run was.
+    pub(super) identity: &'a Identity,
+    /// What scores are divided by.
+    pub(super) reference: &'a Reference,
+    /// What the domain measures.
+    pub(super) measures: &'a dyn Measures,
+    /// The point MDPs that count.
+    pub(super) points: &'a [PointSummary],
+    /// The tasks that count.
+    pub(super) tasks: &'a [TaskScore],
+    /// All episodes.
+    pub(super) episodes: &'a [Episode],
+}

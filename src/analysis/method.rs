@@ -1,0 +1,120 @@
+//! One method over all its point MDPs.
+//!
+//! A point MDP enters a method's estimate when both the method and what scores are divided by have a
+//! record of it and the objective of the latter is above 0. Weights are renormalised over these point MDPs, and
+//! every summary counts what it lacks.
+
+use std::collections::BTreeMap;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::episodes::EpisodeSummary;
+use super::estimator::{Estimate, Sample, estimator_of};
+use super::evidence::Evidence;
+use super::points::{PointResult, PointSummary};
+use super::summaries::{Summaries, summarise};
+use crate::seed::derive;
+use crate::stats::score::weighted_mean;
+use crate::store::record::{Metrics, Outcome};
+
+/// One method over all its point MDPs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MethodSummary {
+    /// Name of the method.
+    pub method: String,
+    /// Position in the manifest's list of methods.
+    pub index: usize,
+    /// Whether it is what scores are divided by.
+    pub is_reference: bool,
+    /// Place by overall performance, from 1.
+    pub rank: Option<usize>,
+    /// Overall performance; 1 is what scores are divided by, lower is better.
+    pub overall: Option<f64>,
+    /// 95% interval of the overall performance.
+    pub interval: Option<(f64, f64)>,
+    /// Other summaries of its scores and objectives.
+    pub summaries: Summaries,
+    /// Its evaluation episodes on the point MDPs in the estimate.
+    pub episodes: EpisodeSummary,
+    /// Importance-weighted mean of the objective.
+    pub objective: Option<f64>,
+    /// Importance-weighted means of the other metrics.
+    pub metrics: Metrics,
+    /// The point MDP with the highest score, and that score.
+    pub worst: Option<(String, f64)>,
+    /// Point MDPs in the estimate.
+    pub points: usize,
+    /// Tasks that failed.
+    pub failed: usize,
+    /// Tasks without a record.
+    pub missing: usize,
+    /// Point MDPs that the method finished but the reference did not, or where the reference's
+    /// objective is 0.
+    pub without_reference: usize,
+}
+
+/// A method with its estimate, from which differences are taken.
+pub(super) type Summarised = (MethodSummary, Option<Estimate>);
+
+/// Summarises a method over the point MDPs that count.
+pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summarised {
+    let Evidence { identity, reference, measures, points, tasks, episodes } = evidence;
+    let method = identity.methods[index].clone();
+    let finished: Vec<(&PointSummary, &PointResult)> =
+        points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
+    let scored: Vec<_> = finished.iter().filter(|(_, r)| r.score.is_some()).copied().collect();
+    let (estimate, summaries) = estimate(evidence, index, &scored);
+    let own_tasks = || tasks.iter().filter(|r| r.method == method);
+    let worst = scored
+        .iter()
+        .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1));
+    let counted: Vec<PointSummary> = scored.iter().map(|(p, _)| (*p).clone()).collect();
+    let own = episodes.iter().filter(|e| e.method == index);
+    let summary = MethodSummary {
+        is_reference: Some(index) == reference.index,
+        index,
+        rank: None,
+        overall: estimate.as_ref().map(|e| e.value),
+        interval: estimate.as_ref().and_then(|e| e.interval),
+        summaries,
+        episodes: EpisodeSummary::of(own, &counted, &identity.objective, measures.shares().len()),
+        objective: weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))),
+        metrics: weighted_metrics(&scored),
+        worst,
+        points: scored.len(),
+        failed: own_tasks().filter(|r| r.outcome == Some(Outcome::Failed)).count(),
+        missing: own_tasks().filter(|r| r.outcome.is_none()).count(),
+        without_reference: finished.len() - scored.len(),
+        method,
+    };
+    (summary, estimate)
+}
+
+/// Estimates with the same generator for every method, so that differences are paired.
+fn estimate(
+    evidence: Evidence<'_>,
+    index: usize,
+    scored: &[(&PointSummary, &PointResult)],
+) -> (Option<Estimate>, Summaries) {
+    let identity = evidence.identity;
+    let objectives: Vec<_> =
+        scored.iter().filter_map(|(p, r)| Some((*p, r.objectives.clone()?))).collect();
+    let sample = Sample { family_size: identity.sample.family_size, method: index as u64 };
+    let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
+    let estimator = estimator_of(identity.sample.sampling);
+    let regimes = evidence.measures.regimes(&identity.objective).len();
+    summarise(&objectives, estimator, sample, regimes, &mut rng)
+}
+
+/// Returns the weighted means of every metric that all point MDPs have.
+fn weighted_metrics(scored: &[(&PointSummary, &PointResult)]) -> Metrics {
+    let Some((_, first)) = scored.first() else { return Metrics::new() };
+    let mean = |name: &String| {
+        let values: Option<Vec<_>> =
+            scored.iter().map(|(p, r)| Some((p.weight, *r.metrics.get(name)?))).collect();
+        Some((name.clone(), weighted_mean(values?)?))
+    };
+    first.metrics.keys().filter_map(mean).collect::<BTreeMap<_, _>>()
+}

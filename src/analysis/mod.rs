@@ -1,0 +1,34 @@
+//! From records to what they say: scores, estimates with their uncertainty, ranking, trainings, winners.
+//!
+//! Everything here is a function of records that were read already: no files, no drawing, no simulator, and
+//! nothing of what the point MDPs are. What a domain knows beside the objective it says through [`Measures`].
+//!
+//! ```text
+//! records -> points, episodes -> method (estimator, summaries) -> ranking, training, winners -> Analysis
+//! ```
+
+mod episodes;
+mod error;
+pub mod estimator;
+mod evidence;
+mod measures;
+mod method;
+mod points;
+mod ranking;
+mod reference;
+mod summaries;
+mod training;
+mod whole;
+mod winners;
+
+pub use episodes::{Episode, EpisodeSummary};
+pub use error::AnalysisError;
+pub use measures::{Measures, Regime, Share, Unknown};
+pub use method::MethodSummary;
+pub use points::{PointResult, PointSummary, TaskScore};
+pub use ranking::{Lead, OnCommonPoints};
+pub use reference::{Reference, check_name};
+pub use summaries::{Estimated, Summaries};
+pub use training::{LOSS, LearnerSummary, RETURN, TrainingSummary};
+pub use whole::Analysis;
+pub use winners::Winner;

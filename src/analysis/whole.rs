@@ -1,0 +1,182 @@
+//! All that records say, put together.
+
+use std::collections::BTreeSet;
+
+use super::episodes::{Episode, episodes};
+use super::error::AnalysisError;
+use super::estimator::{Estimator, estimator_of};
+use super::evidence::Evidence;
+use super::measures::{Measures, Regime, Share};
+use super::method::MethodSummary;
+use super::points::{PointResult, PointSummary, TaskScore, summarise_points};
+use super::ranking::{Lead, OnCommonPoints, lead, on_common_points, rank};
+use super::reference::Reference;
+use super::training::{LearnerSummary, TrainingSummary, learner, trained, trainings};
+use super::winners::{Winner, winners};
+use crate::sample::Sampling;
+use crate::store::manifest::Manifest;
+use crate::store::record::Outcome;
+use crate::store::results::Results;
+
+/// All that records say: one summary per method, one row per task, episode and point MDP.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Analysis {
+    /// What the run was.
+    pub manifest: Manifest,
+    /// What people call the objective.
+    pub noun: String,
+    /// What people call the point MDPs, in the order of [`Self::points`].
+    pub titles: Vec<String>,
+    /// Classes of point MDPs.
+    pub regimes: &'static [Regime],
+    /// What is measured of evaluation episodes.
+    pub shares: &'static [Share],
+    /// What scores are divided by.
+    pub reference: Reference,
+    /// One summary per method, best first, methods without an estimate last.
+    pub methods: Vec<MethodSummary>,
+    /// One row per task, in the order of the plan.
+    pub tasks: Vec<TaskScore>,
+    /// The chosen point MDPs, in the order of the family.
+    pub points: Vec<PointSummary>,
+    /// By how much the best method is ahead of the second best.
+    pub lead: Option<Lead>,
+    /// All methods on the point MDPs that all finished; there when some method is not ranked.
+    pub common: Option<OnCommonPoints>,
+    /// One entry per task of a learner, in the order of the plan.
+    pub trainings: Vec<TrainingSummary>,
+    /// One entry per episode, in the order of the plan.
+    pub episodes: Vec<Episode>,
+    /// Methods that tune or learn.
+    pub trained: BTreeSet<String>,
+    /// The best method of every point MDP, in the order of [`Self::points`].
+    pub winners: Vec<Option<Winner>>,
+}
+
+impl Analysis {
+    /// Analyses results, with scores relative to the run's baseline.
+    pub fn new(results: &Results, measures: &dyn Measures) -> Self {
+        let reference = Reference::baseline(&results.manifest.identity);
+        Self::relative_to(results, reference, measures)
+    }
+
+    /// Analyses results, with scores relative to another method.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Reference::against`].
+    pub fn against(
+        results: &Results,
+        method: &str,
+        measures: &dyn Measures,
+    ) -> Result<Self, AnalysisError> {
+        let reference = Reference::against(results, method, measures)?;
+        Ok(Self::relative_to(results, reference, measures))
+    }
+
+    fn relative_to(results: &Results, reference: Reference, measures: &dyn Measures) -> Self {
+        let identity = &results.manifest.identity;
+        let (points, tasks) = summarise_points(results, &reference, measures);
+        let episodes = episodes(results, &reference, measures);
+        let evidence = Evidence {
+            identity,
+            reference: &reference,
+            measures,
+            points: &points,
+            tasks: &tasks,
+            episodes: &episodes,
+        };
+        let estimates = rank(evidence);
+        let common = on_common_points(evidence, &estimates);
+        let trainings = trainings(results, evidence);
+        Self {
+            noun: measures.noun(&identity.objective).to_owned(),
+            titles: identity.points.iter().map(|point| measures.title(point)).collect(),
+            regimes: measures.regimes(&identity.objective),
+            shares: measures.shares(),
+            winners: winners(&points, identity),
+            lead: lead(&estimates, &points),
+            methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
+            common,
+            trainings,
+            trained: trained(results),
+            manifest: results.manifest.clone(),
+            reference,
+            tasks,
+            points,
+            episodes,
+        }
+    }
+
+    /// Returns what the estimates rest on.
+    pub fn estimator(&self) -> &'static dyn Estimator {
+        estimator_of(self.manifest.identity.sample.sampling)
+    }
+
+    /// Returns a summary per learner, in the order of the ranking.
+    pub fn learners(&self) -> Vec<LearnerSummary<'_>> {
+        let mut learners = Vec::new();
+        for method in &self.methods {
+            let trainings: Vec<&TrainingSummary> = self.trainings_of(&method.method).collect();
+            if !trainings.is_empty() {
+                learners.push(learner(method, &trainings, &self.points, self.shares.len()));
+            }
+        }
+        learners
+    }
+
+    /// Returns the trainings of a method.
+    pub fn trainings_of<'a>(
+        &'a self,
+        method: &'a str,
+    ) -> impl Iterator<Item = &'a TrainingSummary> {
+        self.trainings.iter().filter(move |t| t.method == method)
+    }
+
+    /// Returns the best of the ranked methods.
+    pub fn best(&self) -> Option<&MethodSummary> {
+        self.methods.first().filter(|m| m.rank.is_some())
+    }
+
+    /// Returns the methods with an estimate that lack point MDPs which others have.
+    pub fn unranked(&self) -> impl Iterator<Item = &MethodSummary> {
+        self.methods.iter().filter(|m| m.overall.is_some() && m.rank.is_none())
+    }
+
+    /// Returns the methods of which some point MDP has results of only a part of its replicates.
+    pub fn partly_replicated(&self) -> BTreeSet<&str> {
+        let done = |row: &&TaskScore| row.outcome == Some(Outcome::Ok);
+        let finished: BTreeSet<(&str, usize)> =
+            self.tasks.iter().filter(done).map(|r| (r.method.as_str(), r.point)).collect();
+        let partial = |r: &&TaskScore| !done(r) && finished.contains(&(r.method.as_str(), r.point));
+        self.tasks.iter().filter(partial).map(|r| r.method.as_str()).collect()
+    }
+
+    /// Returns the number of tasks without a record.
+    pub fn missing(&self) -> usize {
+        self.tasks.iter().filter(|r| r.outcome.is_none()).count()
+    }
+
+    /// Returns the failed tasks.
+    pub fn failed(&self) -> impl Iterator<Item = &TaskScore> {
+        self.tasks.iter().filter(|r| r.outcome == Some(Outcome::Failed))
+    }
+
+    /// Returns the name of the sampling as on the command line.
+    pub fn sampling(&self) -> &'static str {
+        match self.manifest.identity.sample.sampling {
+            Sampling::KMeans => "k-means",
+            Sampling::WithReplacement => "with-replacement",
+            Sampling::WithoutReplacement => "without-replacement",
+            Sampling::All => "all",
+        }
+    }
+
+    /// Returns what a method achieved on every point MDP in its estimate, with the point MDP.
+    pub fn results_of(&self, method: usize) -> impl Iterator<Item = (&PointSummary, &PointResult)> {
+        self.points.iter().filter_map(move |p| {
+            let result = p.results[method].as_ref()?;
+            result.score.map(|_| (p, result))
+        })
+    }
+}
