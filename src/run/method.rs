@@ -43,6 +43,22 @@ pub struct Method {
 }
 
 impl Method {
+    /// Returns the description of a method without settings and with a colour that no other has, to be
+    /// changed where it is more than that.
+    pub const fn new(name: &'static str, summary: &'static str, training: Training) -> Self {
+        let (color, dash) = ("#444444", "6 2");
+        Self {
+            name,
+            summary,
+            training,
+            default: false,
+            decision_s: 0.0,
+            color,
+            dash,
+            settings: &[],
+        }
+    }
+
     /// Returns the name of its section of a scenario.
     pub fn section(&self) -> String {
         self.name.replace('-', "_")

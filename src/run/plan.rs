@@ -33,6 +33,26 @@ pub struct Request<'a> {
     pub replicates: u32,
 }
 
+/// Evaluation episodes of every task, where nothing else is asked for.
+pub const EVALUATION_SEEDS: u32 = 5;
+
+impl<'a> Request<'a> {
+    /// Returns a request for all point MDPs, with seed 0, [`EVALUATION_SEEDS`] episodes and one training
+    /// per learner; its fields say otherwise.
+    pub fn new(domain: &'a dyn Domain, problem: &'a dyn Problem, methods: &'a [String]) -> Self {
+        Self {
+            domain,
+            problem,
+            budget: None,
+            sampling: Sampling::KMeans,
+            methods,
+            base_seed: 0,
+            evaluation_seeds: EVALUATION_SEEDS,
+            replicates: 1,
+        }
+    }
+}
+
 /// A plan before anything is prepared: who is evaluated where.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draft {
