@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let results = evaluate(&request, &folder.join("run"))?;
 
     let mut out = std::io::stdout().lock();
-    for method in ReportData::new(&results).methods {
+    for method in &ReportData::new(&results).methods {
         let score = method.overall.map_or("no score".to_owned(), |score| format!("{score:.2}"));
         writeln!(out, "{:14} {score}", method.method)?;
     }
