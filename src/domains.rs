@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use crate::cartpole::domain::CartPoles;
 use crate::run::domain::Domain;
 use crate::traffic::domain::Traffic;
 
@@ -12,7 +13,12 @@ pub fn traffic() -> &'static dyn Domain {
     &*TRAFFIC
 }
 
+/// Returns carts and poles.
+pub fn cartpole() -> &'static dyn Domain {
+    &CartPoles
+}
+
 /// Returns all domains.
-pub fn domains() -> [&'static dyn Domain; 1] {
-    [traffic()]
+pub fn domains() -> [&'static dyn Domain; 2] {
+    [traffic(), cartpole()]
 }

@@ -1,5 +1,6 @@
 //! `dqn`: deep Q-learning, as Stable-Baselines3 has it.
 
+use super::ppo::weights;
 use crate::rl::sb3::dqn::Settings;
 use crate::run::method::{Method, Training};
 use crate::settings::setting::settings;
@@ -10,7 +11,7 @@ pub const METHOD: Method = Method {
     summary: "deep Q-learning, as in Stable-Baselines3",
     training: Training::Learned,
     default: true,
-    decision_s: 4e-6,
+    decision_s: 3.3e-6,
     color: "#d55e00",
     dash: "6 3",
     settings: Config::SETTINGS,
@@ -51,4 +52,13 @@ settings! {
         /// Units of both hidden layers.
         hidden: usize = 64, in 1.0..=1024.0, unit "units";
     } and {}
+}
+
+impl Config {
+    /// Returns products and sums of a step, updates included.
+    pub(super) fn work(&self) -> f64 {
+        let updates = f64::from(self.gradient_steps) / self.train_frequency as f64;
+        // Both networks forward, and one twice as much backward.
+        4.0 * updates * self.batch_size as f64 * weights(self.hidden)
+    }
 }

@@ -3,8 +3,12 @@
 //! Source: Jayawardana et al. (NeurIPS 2022), appendix; the values are multiples 0.1 to 10 of
 //! gymnasium's constants, as CARL's bounds allow. gymnasium's own force of 10 N is not among them.
 
+use std::fmt;
+use std::str::FromStr;
+
 use super::dynamics::Context;
 use crate::family::{Feature, MdpFamily, PointMdp};
+use crate::suggest::did_you_mean;
 
 /// Name of the family.
 pub const NAME: &str = "cartpole";
@@ -64,6 +68,58 @@ pub fn point(context: &Context, importance: f64) -> PointMdp {
     }
 }
 
+/// Why a point MDP is no cart and pole.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ContextError {
+    /// A feature that none of them has.
+    #[error("a cart and pole has no feature {feature:?}, only {}{meant}", known())]
+    Feature {
+        /// The feature.
+        feature: String,
+        /// A similar name, in words.
+        meant: String,
+    },
+    /// A value that none of them can have.
+    #[error("{feature} of {point} is {value}; expected a number above 0")]
+    Value {
+        /// Id of the point MDP.
+        point: String,
+        /// The feature.
+        feature: String,
+        /// Its value.
+        value: f64,
+    },
+}
+
+/// Returns the names of all features.
+fn known() -> String {
+    FEATURES.map(|(name, _)| name).join(", ")
+}
+
+/// Returns the context of a point MDP; a feature that its family does not have is gymnasium's.
+///
+/// # Errors
+///
+/// [`ContextError`] for a feature that does not exist or a value that is not positive.
+pub fn context(features: &[Feature], point: &PointMdp) -> Result<Context, ContextError> {
+    let mut numbers = Context::default().features();
+    for (feature, value) in features.iter().zip(&point.features) {
+        let name = &feature.name;
+        let place = FEATURES.iter().position(|(known, _)| known == name);
+        let place = place.ok_or_else(|| ContextError::Feature {
+            feature: name.clone(),
+            meant: did_you_mean(name, FEATURES.iter().map(|(known, _)| *known)),
+        })?;
+        if !(value.is_finite() && *value > 0.0) {
+            let (point, feature) = (point.id.clone(), name.clone());
+            return Err(ContextError::Value { point, feature, value: *value });
+        }
+        numbers[place] = *value;
+    }
+    Ok(Context::from_features(numbers))
+}
+
 impl Context {
     /// Returns the context as features, in the order of [`FEATURES`].
     pub fn features(&self) -> [f64; 5] {
@@ -74,6 +130,32 @@ impl Context {
     pub fn from_features(features: [f64; 5]) -> Self {
         let [length_m, masscart_kg, masspole_kg, force_n, gravity_mps2] = features;
         Self { length_m, masscart_kg, masspole_kg, force_n, gravity_mps2 }
+    }
+}
+
+impl fmt::Display for Context {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words =
+            FEATURES.iter().zip(self.features()).map(|((name, _), v)| format!("{name}={v}"));
+        f.write_str(&words.collect::<Vec<_>>().join(" "))
+    }
+}
+
+impl FromStr for Context {
+    type Err = String;
+
+    /// Reads what [`fmt::Display`] writes.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong =
+            || format!("expected {}=NUMBER, not {text:?}", known().replace(", ", "=NUMBER "));
+        let words: Vec<&str> = text.split(' ').collect();
+        let words: [&str; 5] = words.try_into().map_err(|_| wrong())?;
+        let mut numbers = [0.0; 5];
+        for ((word, (name, _)), number) in words.iter().zip(FEATURES).zip(&mut numbers) {
+            let value = word.strip_prefix(name).and_then(|rest| rest.strip_prefix('='));
+            *number = value.and_then(|v| v.parse().ok()).ok_or_else(wrong)?;
+        }
+        Ok(Self::from_features(numbers))
     }
 }
 
@@ -101,5 +183,31 @@ mod tests {
         let features: [f64; 5] = point.features.clone().try_into().unwrap();
         assert_eq!(Context::from_features(features), context);
         assert_eq!(point.title, "pole 0.5 m, 0.1 kg; cart 1 kg; push 50 N; gravity 0.1 m/s²");
+    }
+    #[test]
+    fn a_table_may_have_some_of_the_features_and_no_others() {
+        let feature = |name: &str| vec![Feature { name: name.into(), unit: String::new() }];
+        let point = |value| PointMdp { features: vec![value], ..point(&Context::default(), 1.0) };
+        let heavy = context(&feature("masspole_kg"), &point(0.7)).unwrap();
+        assert_eq!(heavy, Context { masspole_kg: 0.7, ..Context::default() });
+        let e = context(&feature("masspole"), &point(0.7)).unwrap_err().to_string();
+        assert!(e.starts_with("a cart and pole has no feature \"masspole\""), "{e}");
+        assert!(e.contains("only length_m, ") && e.ends_with("; did you mean masspole_kg?"), "{e}");
+        for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(context(&feature("force_n"), &point(value)).is_err());
+        }
+    }
+
+    #[test]
+    fn a_context_is_read_as_it_is_written() {
+        for point in &family().points {
+            let context = Context::from_features(point.features.clone().try_into().unwrap());
+            assert_eq!(context.to_string().parse(), Ok(context));
+        }
+        let text = "length_m=0.5 masscart_kg=1 masspole_kg=0.1 force_n=10 gravity_mps2=9.8";
+        assert_eq!(Context::default().to_string(), text);
+        for wrong in ["", &text[1..], "length_m=0.5", &text.replace("=10", "=ten")] {
+            assert!(wrong.parse::<Context>().is_err(), "{wrong}");
+        }
     }
 }

@@ -1,0 +1,74 @@
+//! Carts and poles as a domain of evaluation.
+
+use serde_json::{Map, Value};
+
+use super::dynamics::{Context, Dynamics};
+use super::environment::CartPole;
+use super::settings::Scenario;
+use super::trial::{PoleTrial, SCORE};
+use super::{dqn, ppo};
+use crate::run::domain::{Domain, Objective, Site, Trial};
+use crate::run::fault::TrialError;
+use crate::run::method::Method;
+use crate::stats::Direction;
+
+/// The methods.
+const METHODS: [Method; 2] = [ppo::METHOD, dqn::METHOD];
+
+/// Carts and poles, judged by the share of the best return.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct CartPoles;
+
+impl CartPoles {
+    /// Name of the domain.
+    pub const NAME: &str = "cartpole";
+}
+
+impl Domain for CartPoles {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn objective(&self) -> Objective {
+        Objective { metric: SCORE, title: SCORE, unit: "", direction: Direction::Higher }
+    }
+
+    fn baseline(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn methods(&self) -> &[Method] {
+        &METHODS
+    }
+
+    fn trial(
+        &self,
+        site: &Site<'_>,
+        method: &str,
+        seed: u64,
+    ) -> Result<Box<dyn Trial>, TrialError> {
+        let input = |message: String| TrialError::Input(message.into());
+        let scenario: Scenario = serde_json::from_value(site.settings.clone())
+            .map_err(|e| input(format!("manifest.json: settings: {e}")))?;
+        let context: Context = site.point.environment.parse().map_err(|e: String| {
+            input(format!("manifest.json: environment of {}: {e}", site.point.point))
+        })?;
+        let dynamics = Dynamics::new(context, scenario.environment.dynamics);
+        let environment = CartPole::new(dynamics, scenario.environment.start);
+        let trial = PoleTrial::new(environment, &scenario, method, seed);
+        let trial = trial.ok_or_else(|| input(format!("there is no method {method:?}")))?;
+        Ok(Box::new(trial))
+    }
+
+    fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {
+        let mut card = Map::new();
+        for (name, key) in
+            [("settings", method), ("preset", "preset"), ("environment", "environment")]
+        {
+            let value = settings.get(key).cloned();
+            let value = value.ok_or_else(|| format!("the scenario has no settings of {key}"))?;
+            card.insert(name.to_owned(), value);
+        }
+        Ok(card)
+    }
+}

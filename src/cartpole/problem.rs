@@ -1,0 +1,135 @@
+//! A scenario of carts and poles: settings and a family.
+
+use std::collections::BTreeSet;
+
+use serde_json::Value;
+
+use super::environment::HORIZON;
+use super::family::{self, ContextError};
+use super::settings::Scenario;
+use super::trial::ROW_STEPS;
+use super::{dqn, ppo};
+use crate::family::MdpFamily;
+use crate::hash::sha256;
+use crate::run::domain::{Effort, Prepared, PreparedPoint, Problem};
+use crate::run::fault::Cause;
+use crate::run::method::Method;
+
+/// What stands in manifests for a simulator.
+const SIMULATOR: &str = "CartPole with the equations of gymnasium 1.4.0";
+
+/// Processor time of a step of evaluation, seconds; measured, see `benches/README.md`.
+const STEP_S: f64 = 5e-7;
+
+/// A scenario of carts and poles.
+#[derive(Debug, Clone)]
+pub struct CartPoleProblem {
+    scenario: Scenario,
+    family: MdpFamily,
+}
+
+impl CartPoleProblem {
+    /// Returns the problem of a scenario.
+    ///
+    /// # Arguments
+    ///
+    /// * `family` — whose features are names of [`family::FEATURES`], gymnasium's values where one is missing;
+    ///   `None` takes CARL's.
+    ///
+    /// # Errors
+    ///
+    /// [`ContextError`] when a point MDP is no cart and pole.
+    pub fn new(scenario: Scenario, family: Option<MdpFamily>) -> Result<Self, ContextError> {
+        let family = family.unwrap_or_else(family::family);
+        for point in &family.points {
+            family::context(&family.features, point)?;
+        }
+        Ok(Self { scenario, family })
+    }
+}
+
+impl Problem for CartPoleProblem {
+    fn family(&self) -> &MdpFamily {
+        &self.family
+    }
+
+    fn settings(&self) -> Value {
+        serde_json::to_value(&self.scenario).expect("a scenario is plain data")
+    }
+
+    fn prepare(
+        &self,
+        chosen: &BTreeSet<&str>,
+        done: &(dyn Fn(&str) + Sync),
+    ) -> Result<Prepared, Cause> {
+        let mut prepared = Prepared { simulator: SIMULATOR.to_owned(), ..Prepared::default() };
+        for point in self.family.points.iter().filter(|p| chosen.contains(p.id.as_str())) {
+            let environment = family::context(&self.family.features, point)?.to_string();
+            let content = sha256(format!("cartpole {environment}").as_bytes());
+            let made = PreparedPoint { environment, content, ..PreparedPoint::default() };
+            prepared.points.insert(point.id.clone(), made);
+            done(&point.id);
+        }
+        Ok(prepared)
+    }
+
+    fn effort(&self, method: &Method, _: &str) -> Effort {
+        let Scenario { ppo, dqn, .. } = &self.scenario;
+        let (steps, work) = match method.name == dqn::METHOD.name {
+            true => (dqn.total_steps, dqn.work() / dqn::Config::default().work()),
+            false => (ppo.total_steps, ppo.work() / ppo::Config::default().work()),
+        };
+        Effort {
+            training: u32::try_from(steps.div_ceil(ROW_STEPS)).unwrap_or(u32::MAX),
+            training_s: ROW_STEPS as f64 * method.decision_s * work,
+            evaluation_s: f64::from(HORIZON) * STEP_S,
+            is_informed: true,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::family::{Feature, PointMdp};
+
+    fn problem(preset: &str) -> CartPoleProblem {
+        let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
+        CartPoleProblem::new(scenario, None).unwrap()
+    }
+
+    #[test]
+    fn what_is_prepared_is_the_context_whatever_the_point_is_called() {
+        let chosen = BTreeSet::from(["l0.5-c1-p0.1-f50-g9.8"]);
+        let prepared = problem("sb3").prepare(&chosen, &|_| {}).unwrap();
+        let text = "length_m=0.5 masscart_kg=1 masspole_kg=0.1 force_n=50 gravity_mps2=9.8";
+        let (id, made) = prepared.points.first_key_value().unwrap();
+        assert_eq!((id.as_str(), made.environment.as_str()), ("l0.5-c1-p0.1-f50-g9.8", text));
+        assert_eq!(prepared.points.len(), 1);
+        let feature = Feature { name: "force_n".into(), unit: "N".into() };
+        let own = PointMdp {
+            id: "strong".into(),
+            title: "strong".into(),
+            features: vec![50.0],
+            importance: 1.0,
+            instances: 1,
+        };
+        let family = MdpFamily::new("own", vec![feature], vec![own], "p.csv").unwrap();
+        let problem = CartPoleProblem::new(Scenario::default(), Some(family)).unwrap();
+        let same = problem.prepare(&BTreeSet::from(["strong"]), &|_| {}).unwrap();
+        assert_eq!(same.points["strong"], *made);
+    }
+
+    #[test]
+    fn the_effort_of_a_training_is_about_what_was_measured() {
+        // Processor time of whole trainings, benches/cartpole.rs.
+        let cases = [("sb3", 0, 0.52), ("sb3", 1, 0.33), ("tuned", 0, 0.9), ("tuned", 1, 6.0)];
+        for (preset, method, measured) in cases {
+            let method = [ppo::METHOD, dqn::METHOD][method];
+            let effort = problem(preset).effort(&method, "");
+            let expected = f64::from(effort.training) * effort.training_s;
+            let ratio = expected / measured;
+            assert!((0.5..2.0).contains(&ratio), "{preset} {}: {expected} s", method.name);
+        }
+    }
+}
