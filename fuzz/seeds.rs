@@ -1,6 +1,6 @@
 //! Writes the seeds: the small town of the unit tests in all formats.
 
-#[path = "../src/osm/read/sample.rs"]
+#[path = "../osm-signals/src/read/sample.rs"]
 mod sample;
 
 use std::path::{Path, PathBuf};

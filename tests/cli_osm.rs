@@ -10,7 +10,10 @@ use common::{program, run, stderr, succeed};
 use serde_json::Value;
 
 fn case(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/networks").join(name).join("input.osm")
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("osm-signals/tests/networks")
+        .join(name)
+        .join("input.osm")
 }
 
 /// Derives a family of a case into `city` of a folder, with further arguments.

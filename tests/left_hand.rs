@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
+use osm_signals::{DrivingSide, Turns};
 use tsc_family::traffic::control::{ControlError, Controller, EpisodeOutcome, Trainer};
 use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{EpisodeMetrics, SignalEnv, run_episode};
@@ -14,10 +15,9 @@ use tsc_family::traffic::family::load::load_with;
 use tsc_family::traffic::network::build::{BuildOptions, build_all};
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::index::file;
-use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, Turns};
+use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec};
 use tsc_family::traffic::network::net_file::NetFile;
 use tsc_family::traffic::settings::Scenario;
-use tsc_family::traffic::side::DrivingSide;
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
 /// Controllers that need no long training.

@@ -6,19 +6,20 @@ use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
 
+use osm_signals::DrivingSide;
+use osm_signals::Turns;
 use tsc_family::settings::overrides::Override;
 use tsc_family::traffic::family::load::{self, LoadedScenario};
 use tsc_family::traffic::network::build::{BuildOptions, BuildSummary, build_all};
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::error::NetworkError;
 use tsc_family::traffic::network::index::Index;
-use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, Turns, intersections};
+use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, intersections};
 use tsc_family::traffic::network::net_file::NetFile;
 use tsc_family::traffic::network::phases::ProgramPhase;
 use tsc_family::traffic::network::plain::DEFAULT_PROGRAM;
 use tsc_family::traffic::network::validate::validate;
 use tsc_family::traffic::settings::{DemandSettings, NetworkSettings, Scenario, SignalSettings};
-use tsc_family::traffic::side::DrivingSide;
 
 const EXIT_LENGTH_M: f64 = 60.0;
 

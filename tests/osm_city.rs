@@ -1,30 +1,31 @@
-//! What signal lists, counts and boundaries change in a city, on a hand-written extract.
+//! What a city makes of a survey of its map, on hand-written extracts.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::fs;
 use std::path::Path;
 
-use tsc_family::osm::boundary::Boundary;
-use tsc_family::osm::city::{City, Inputs};
-use tsc_family::osm::config::OsmConfig;
-use tsc_family::osm::counts::{CountSettings, Counts};
-use tsc_family::osm::extract::Extract;
-use tsc_family::osm::intersections::Skip;
-use tsc_family::osm::read::read;
-use tsc_family::osm::signals::{SignalColumns, SignalList};
-use tsc_family::osm::traffic::InflowSource;
+use osm_signals::side::{SideSetting, decide};
+use osm_signals::signals::{SignalColumns, SignalList};
+use osm_signals::{Extract, Inputs, Settings, Survey, read};
+use tsc_family::traffic::city::city::City;
+use tsc_family::traffic::city::flag::Flag;
+use tsc_family::traffic::city::reason::Reason;
+use tsc_family::traffic::city::table;
 use tsc_family::traffic::family::load::from_text;
 
-/// The four arms of Main Street (east and west) and First Street, after replacing some text.
-fn four_arms(replace: &[(&str, &str)]) -> Extract {
-    let mut text = fs::read_to_string("tests/networks/four_arms/input.osm").unwrap();
-    for (from, to) in replace {
-        assert!(text.contains(from), "{from}");
-        text = text.replace(from, to);
-    }
-    let file = tempfile::Builder::new().suffix(".osm").tempfile().unwrap();
-    fs::write(file.path(), text).unwrap();
-    read(file.path(), &|_, _| {}).unwrap()
+fn case(name: &str) -> Extract {
+    let folder = Path::new("osm-signals/tests/networks").join(name);
+    read(&folder.join("input.osm"), &|_, _| {}).unwrap()
+}
+
+fn city(extract: &Extract, signals: Option<&SignalList>) -> City {
+    let decision = decide(extract, SideSetting::Auto, None).unwrap();
+    let driving_side = decision.driving_side;
+    let inputs = Inputs { signals, driving_side, ..Inputs::default() };
+    City::new(Survey::new(extract, &Settings::default(), &inputs), decision.into())
+}
+
+fn ids(city: &City) -> Vec<&str> {
+    city.sites().map(|site| site.found.id.as_str()).collect()
 }
 
 fn list(rows: &str) -> SignalList {
@@ -32,211 +33,21 @@ fn list(rows: &str) -> SignalList {
     SignalList::from_bytes(text.as_bytes(), Path::new("l.csv"), &SignalColumns::default()).unwrap()
 }
 
-/// Counts on lines given by their ends, longitude first.
-fn counts(lines: &[(f64, [[f64; 2]; 2])]) -> Counts {
-    let features: Vec<String> = lines
-        .iter()
-        .map(|(aadt, line)| {
-            format!(
-                "{{\"type\": \"Feature\", \"properties\": {{\"AADT\": {aadt}}}, \"geometry\": \
-                 {{\"type\": \"LineString\", \"coordinates\": {line:?}}}}}"
-            )
-        })
-        .collect();
-    let text =
-        format!("{{\"type\": \"FeatureCollection\", \"features\": [{}]}}", features.join(","));
-    Counts::from_bytes(text.as_bytes(), Path::new("c.geojson"), &CountSettings::default()).unwrap()
-}
-
-fn ids(city: &City) -> Vec<&str> {
-    city.found.intersections.iter().map(|i| i.id.as_str()).collect()
-}
-
-const EAST: [[f64; 2]; 2] = [[-75.0, 40.0], [-74.998, 40.0]];
-const WEST: [[f64; 2]; 2] = [[-75.0, 40.0], [-75.003, 40.0]];
-const NORTH: [[f64; 2]; 2] = [[-75.0, 40.0], [-75.0, 40.002]];
-
-/// Metres per degree at the equator.
-const PER_DEG: f64 = 111_195.083;
-
-/// A signal of the map.
-const MAPPED: &str = "<tag k=\"highway\" v=\"traffic_signals\"/>";
-
-#[test]
-fn half_of_a_total_goes_each_way_unless_told_otherwise() {
-    let extract = four_arms(&[]);
-    let counts = counts(&[(20_000.0, EAST)]);
-    let inputs = Inputs { counts: Some(&counts), ..Inputs::default() };
-    let mut config = OsmConfig::default();
-    let per_lane = |config: &OsmConfig| {
-        let city = City::new(&extract, config, &inputs);
-        assert_eq!(city.traffic[0][1].source, InflowSource::Counted);
-        city.traffic[0][1].aadt_per_lane
-    };
-    assert_eq!(per_lane(&config), 5_000.0);
-    // The peak direction is the scenario's.
-    config.traffic.directional_split = 0.6;
-    assert_eq!(per_lane(&config), 5_000.0);
-    config.traffic.both_directions = false;
-    assert_eq!(per_lane(&config), 10_000.0);
-}
-
-#[test]
-fn an_arm_without_a_count_gets_the_mean_of_its_class_or_its_default() {
-    let class = [("v=\"residential\"", "v=\"secondary\"")];
-    let three = [(8_000.0, EAST), (16_000.0, WEST), (3_000.0, NORTH)];
-    let south = |extract: &Extract, counts: &Counts| {
-        let inputs = Inputs { counts: Some(counts), ..Inputs::default() };
-        let mut config = OsmConfig::default();
-        config.counts.spread_m = 0.0;
-        let traffic = City::new(extract, &config, &inputs).traffic[0][2].clone();
-        (traffic.aadt_per_lane, traffic.source)
-    };
-    // Half of each on 2, 2 and 2 lanes: all streets have the 4 lanes of the only tagged one.
-    let mean = (2_000.0 + 4_000.0 + 750.0) / 3.0;
-    assert_eq!(south(&four_arms(&class), &counts(&three)), (mean, InflowSource::Imputed));
-    assert_eq!(south(&four_arms(&class), &counts(&three[..2])), (4250.0, InflowSource::Default));
-    assert_eq!(south(&four_arms(&[]), &counts(&three)), (195.0, InflowSource::Default));
-}
-
-#[test]
-fn a_list_names_junctions_that_the_map_has_no_signal_at() {
-    let extract = four_arms(&[(MAPPED, "")]);
-    let config = OsmConfig::default();
-    assert!(City::new(&extract, &config, &Inputs::default()).found.intersections.is_empty());
-    let signals = list("A7,40.0001,-75.0\n");
-    let city =
-        City::new(&extract, &config, &Inputs { signals: Some(&signals), ..Inputs::default() });
-    assert_eq!(ids(&city), ["A7"]);
-    assert_eq!(city.found.intersections[0].arms.len(), 4);
-    let matched = &city.listed[0];
-    assert!(!matched.on_map);
-    assert!((matched.distance_m.unwrap() - 11.1).abs() < 0.1, "{matched:?}");
-}
-
-/// An east-west street that two streets cross 38 m apart; the western junction, node 10, has a
-/// signal of the map.
-fn two_crossings(signals: &[(i64, f64)]) -> Extract {
-    let mut nodes: Vec<(i64, f64, f64)> =
-        vec![(10, 0.0, 0.0), (20, 38.0, 0.0), (1, -200.0, 0.0), (2, 238.0, 0.0)];
-    nodes.extend([(11, 0.0, 200.0), (12, 0.0, -200.0), (21, 38.0, 200.0), (22, 38.0, -200.0)]);
-    nodes.extend(signals.iter().filter(|(id, _)| *id > 22).map(|(id, east)| (*id, *east, 0.0)));
-    let mut main: Vec<_> = nodes.iter().filter(|(.., north)| *north == 0.0).copied().collect();
-    main.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let main: Vec<i64> = main.iter().map(|(id, ..)| *id).collect();
-    let mut text = "<osm version=\"0.6\">\n".to_owned();
-    for (id, east, north) in nodes {
-        let tag = if signals.iter().any(|(s, _)| *s == id) { MAPPED } else { "" };
-        let (lat, lon) = (north / PER_DEG, east / PER_DEG);
-        text += &format!("<node id=\"{id}\" lat=\"{lat:.7}\" lon=\"{lon:.7}\">{tag}</node>\n");
-    }
-    for (id, refs) in [(1, &main[..]), (2, &[11, 10, 12]), (3, &[21, 20, 22])] {
-        let refs: String = refs.iter().map(|r| format!("<nd ref=\"{r}\"/>")).collect();
-        let name = format!("<tag k=\"name\" v=\"{id}\"/>");
-        text +=
-            &format!("<way id=\"{id}\">{refs}<tag k=\"highway\" v=\"secondary\"/>{name}</way>\n");
-    }
-    text += "</osm>\n";
-    let file = tempfile::Builder::new().suffix(".osm").tempfile().unwrap();
-    fs::write(file.path(), text).unwrap();
-    read(file.path(), &|_, _| {}).unwrap()
-}
-
-/// A row so many metres east of the western crossing.
-fn row(id: &str, east: f64) -> String {
-    format!("{id},0,{:.7}\n", east / PER_DEG)
-}
-
-#[test]
-fn a_listed_junction_beside_a_signal_of_the_map_is_an_intersection_of_its_own() {
-    let extract = two_crossings(&[(10, 0.0)]);
-    for rows in [[("a", 0.0), ("b", 38.0)], [("b", 36.0), ("a", 2.0)]] {
-        let signals = list(&rows.map(|(id, east)| row(id, east)).concat());
-        let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-        let city = City::new(&extract, &OsmConfig::default(), &inputs);
-        let nodes: Vec<_> =
-            city.found.intersections.iter().map(|i| (&*i.id, &i.nodes[..])).collect();
-        assert_eq!(nodes, [("a", &[10][..]), ("b", &[20])]);
-        assert_eq!(city.listed.iter().filter(|l| l.on_map).count(), 1);
-    }
-}
-
-#[test]
-fn a_row_that_is_off_goes_to_the_junction_with_a_signal() {
-    // The signal is at the western crossing, 38 m from the eastern one.
-    let extract = two_crossings(&[(10, 0.0)]);
-    let node = |east: f64| {
-        let signals = list(&row("a", east));
-        let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-        let city = City::new(&extract, &OsmConfig::default(), &inputs);
-        (city.found.intersections[0].nodes.clone(), city.listed[0].on_map)
-    };
-    assert_eq!([node(5.0), node(25.0)], [(vec![10], true), (vec![10], true)]);
-    // A second row between them is a duplicate, though the other junction is nearer.
-    let signals = list(&[row("a", 1.0), row("b", 22.0)].concat());
-    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-    let city = City::new(&extract, &OsmConfig::default(), &inputs);
-    assert_eq!((ids(&city), city.listed[1].duplicate_of), (vec!["a"], Some(2)));
-    // Right on the other junction, and the signal is clearly farther away.
-    assert_eq!(node(37.0), (vec![20], false));
-}
-
-#[test]
-fn a_row_beside_a_signal_at_a_stop_line_names_no_further_junction() {
-    // The signal stands 12 m west of the western crossing, the row 20 m west of it.
-    let extract = two_crossings(&[(30, -12.0)]);
-    let signals = list(&row("a", -20.0));
-    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-    let city = City::new(&extract, &OsmConfig::default(), &inputs);
-    assert_eq!(ids(&city), ["a"]);
-    assert_eq!(
-        (&city.found.intersections[0].signals[..], city.listed[0].on_map),
-        (&[30][..], true)
-    );
-}
-
-#[test]
-fn of_two_rows_at_one_intersection_the_nearer_one_is_matched() {
-    let extract = four_arms(&[]);
-    let signals = list("far,40.0002,-75.0\nnear,40.0001,-75.0\nelsewhere,40.1,-75.0\nno,0,0\n");
-    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-    let city = City::new(&extract, &OsmConfig::default(), &inputs);
-    assert_eq!(ids(&city), ["near"]);
-    let reasons: Vec<_> = city.listed.iter().map(|l| l.why().unwrap_or_default()).collect();
-    let expected = [
-        "duplicate of row 3",
-        "",
-        "no junction of streets within reach",
-        "at latitude 0, longitude 0, which stands for no place",
-    ];
-    assert_eq!(reasons, expected);
-    let metres: Vec<_> = city.listed.iter().map(|l| l.distance_m.map(f64::round)).collect();
-    assert_eq!(metres, [Some(22.0), Some(11.0), None, None]);
-}
-
-#[test]
-fn an_intersection_that_is_not_listed_is_left_out() {
-    let signals = list("a,40.1,-75.0\n");
-    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-    let city = City::new(&four_arms(&[]), &OsmConfig::default(), &inputs);
-    assert_eq!(city.skips(), [(Skip::NotListed, 1)]);
-}
-
 #[test]
 fn an_id_of_free_text_names_the_intersection_and_its_network_gets_a_safe_one() {
+    let signals = list("\"../Main St,  5th\",40.0,-75.0\n");
+    let city = city(&case("four_arms"), Some(&signals));
+    assert_eq!(ids(&city), ["../Main St, 5th"]);
+    let (row, left_out) = city.listed().next().unwrap();
+    assert_eq!(row.intersection.as_deref(), Some("../Main St, 5th"));
+    assert_eq!((row.note, left_out), (None, None));
+    let settings = Settings::default().intersections;
+    let csv = table::csv(&city, &settings, Path::new("x.osm")).unwrap();
     for detail in ["six-features", "per-approach"] {
-        let signals = list("\"../Main St,  5th\",40.0,-75.0\n");
-        let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
-        let config = OsmConfig::default();
-        let city = City::new(&four_arms(&[]), &config, &inputs);
-        assert_eq!(ids(&city), ["../Main St, 5th"]);
-        assert_eq!(city.listed[0].intersection.as_deref(), Some("../Main St, 5th"));
-        assert_eq!(city.listed[0].reason, None);
-        let table = city.table(&config, Path::new("x.osm")).unwrap();
-        let table = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
+        let csv = |_: &str| Ok(String::from_utf8_lossy(&csv).into_owned());
         let text =
             format!("name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"{detail}\"\n");
-        let loaded = from_text(&text, "x.toml", &[], &table).unwrap();
+        let loaded = from_text(&text, "x.toml", &[], &csv).unwrap();
         assert_eq!(loaded.intersections[0].id, "../Main St, 5th");
         let point = &loaded.family.points[0];
         assert!(!point.id.contains('/') && !point.id.contains(' '), "{}", point.id);
@@ -248,26 +59,34 @@ fn an_id_of_free_text_names_the_intersection_and_its_network_gets_a_safe_one() {
 }
 
 #[test]
-fn a_boundary_decides_by_the_middle_of_an_intersection() {
-    let extract = four_arms(&[]);
-    let config = OsmConfig::default();
-    let city = |bbox| {
-        let boundary = Boundary::parse(bbox).unwrap();
-        City::new(&extract, &config, &Inputs { boundary: Some(&boundary), ..Inputs::default() })
-    };
-    assert_eq!(ids(&city("-75.0001,39.9999,-74.9999,40.0001")), ["n101"]);
-    assert_eq!(city("-74.9999,39.9999,-74.9,40.0001").skips(), [(Skip::OutsideBoundary, 1)]);
+fn what_is_left_out_keeps_intersections_and_traffic_together() {
+    let signals = list("a,40.0,-75.0\nb,40.0,-74.9993\n");
+    let mut city = city(&case("two_signals_60_m"), Some(&signals));
+    assert_eq!(ids(&city), ["a", "b"]);
+    let second = city.survey().traffic[1].clone();
+    city.leave_out([("a".to_owned(), "no room".to_owned())].into());
+    assert_eq!(ids(&city), ["b"]);
+    assert_eq!(city.sites().next().unwrap().traffic, second);
+    assert_eq!(city.skips(), [(Reason::NoNetwork, 1)]);
+    assert_eq!(city.left_out["a"], "no room");
+    let left_out: Vec<_> = city.listed().map(|(_, reason)| reason).collect();
+    assert_eq!(left_out, [Some(Reason::NoNetwork), None]);
 }
 
 #[test]
-fn what_is_left_out_keeps_intersections_and_traffic_together() {
-    let extract = read(Path::new("tests/networks/two_signals_60_m/input.osm"), &|_, _| {}).unwrap();
-    let config = OsmConfig::default();
-    let mut city = City::new(&extract, &config, &Inputs::default());
-    let (first, second) = (ids(&city)[0].to_owned(), city.traffic[1].clone());
-    city.leave_out([(first.clone(), "no room".to_owned())].into());
-    assert_eq!(city.found.intersections.len(), 1);
-    assert_eq!(city.traffic, [second]);
-    assert_eq!(city.skips(), [(Skip::NoNetwork, 1)]);
-    assert_eq!(city.left_out[&first], "no room");
+fn where_all_streams_can_go_at_once_nothing_is_to_decide() {
+    let flagged = |case: &str| {
+        let flags = city(&self::case(case), None).sites().next().unwrap().flags();
+        flags.contains(&Flag::OneGreen)
+    };
+    assert_eq!(["one_green", "four_arms", "left_hand_divided"].map(flagged), [true, false, false]);
+    let mut city = city(&case("one_green"), None);
+    assert_eq!((city.leave_out_one_green(&[].into()), ids(&city).len()), (1, 0));
+    assert_eq!(city.leave_out_one_green(&[].into()), 0);
+    let error = table::csv(&city, &Settings::default().intersections, Path::new("x.osm"));
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "x.osm: no signalised intersection; signals: 1 a single green; see which nodes have \
+         highway=traffic_signals"
+    );
 }

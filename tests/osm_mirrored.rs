@@ -10,14 +10,18 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use flate2::read::MultiGzDecoder;
-use tsc_family::osm::city::{City, Inputs};
-use tsc_family::osm::config::OsmConfig;
-use tsc_family::osm::extract::Extract;
-use tsc_family::osm::mirror::mirrored_extract;
-use tsc_family::osm::read::read;
-use tsc_family::osm::side::{DecidedBy, SideDecision, SideSetting, decide};
+use osm_signals::DrivingSide;
+use osm_signals::extract::Extract;
+use osm_signals::mirror::mirrored_extract;
+use osm_signals::read::read;
+use osm_signals::settings::Settings;
+use osm_signals::side::{DecidedBy, SideDecision, SideSetting, decide};
+use osm_signals::survey::{Inputs, Survey};
+use tsc_family::traffic::city::city::City;
+use tsc_family::traffic::city::config::CityConfig;
+use tsc_family::traffic::city::side::CitySide;
+use tsc_family::traffic::city::table::approaches;
 use tsc_family::traffic::family::approaches::Approach;
-use tsc_family::traffic::side::DrivingSide;
 
 /// Where larger extracts are, if they are.
 const EXTRACTS: &str = "../shared/data/osm";
@@ -25,7 +29,8 @@ const EXTRACTS: &str = "../shared/data/osm";
 fn nothing(_: u64, _: u64) {}
 
 fn folders() -> Vec<PathBuf> {
-    let entries = fs::read_dir("tests/networks").unwrap().map(|entry| entry.unwrap().path());
+    let entries =
+        fs::read_dir("osm-signals/tests/networks").unwrap().map(|entry| entry.unwrap().path());
     let mut folders: Vec<PathBuf> = entries.filter(|path| path.is_dir()).collect();
     folders.sort();
     folders
@@ -42,14 +47,14 @@ fn auto(extract: &Extract) -> SideDecision {
     decide(extract, SideSetting::Auto, None).unwrap()
 }
 
-fn city(extract: &Extract, config: &OsmConfig, side: DrivingSide) -> City {
-    let side = SideDecision { driving_side: side, ..SideDecision::default() };
-    City::new(extract, config, &Inputs { side: Some(&side), ..Inputs::default() })
+fn city(extract: &Extract, settings: &Settings, driving_side: DrivingSide) -> City {
+    let survey = Survey::new(extract, settings, &Inputs { driving_side, ..Inputs::default() });
+    City::new(survey, CitySide { driving_side, ..CitySide::default() })
 }
 
 /// The table of approaches, by intersection and bearing, without the letters of the arms.
-fn rows(city: &City, config: &OsmConfig) -> Vec<Approach> {
-    let mut rows = city.approaches(config);
+fn rows(city: &City, settings: &Settings) -> Vec<Approach> {
+    let mut rows = approaches(city, &settings.intersections);
     for row in &mut rows {
         row.arm = String::new();
     }
@@ -90,18 +95,18 @@ fn longitudes(value: &impl std::fmt::Debug) -> Vec<i32> {
     numbers.map(|t| t.split([' ', ',', '}']).next().unwrap().parse().unwrap()).collect()
 }
 
-fn assert_mirrored(name: &str, extract: &Extract, mirror: &Extract, config: &OsmConfig) -> usize {
+fn assert_mirrored(name: &str, extract: &Extract, mirror: &Extract, settings: &Settings) -> usize {
     let side = auto(extract).driving_side;
-    let (a, b) = (city(extract, config, side), city(mirror, config, side.other()));
-    assert_eq!(mirrored(&rows(&a, config)), rows(&b, config), "{name}");
+    let (a, b) = (city(extract, settings, side), city(mirror, settings, side.other()));
+    assert_eq!(mirrored(&rows(&a, settings)), rows(&b, settings), "{name}");
     let skipped = |city: &City, sign: i32| -> Vec<_> {
-        let all = city.found.skipped.iter();
+        let all = city.survey().found.skipped.iter();
         all.map(|s| (s.signals.clone(), s.reason, s.place.latitude_e7, sign * s.place.longitude_e7))
             .collect()
     };
     assert_eq!(skipped(&a, -1), skipped(&b, 1), "{name}");
     let sorted = |city: &City, sign: i32| {
-        let mut all: Vec<i32> = longitudes(&city.found).iter().map(|l| sign * l).collect();
+        let mut all: Vec<i32> = longitudes(&city.survey().found).iter().map(|l| sign * l).collect();
         all.sort_unstable();
         all
     };
@@ -114,7 +119,7 @@ fn assert_mirrored(name: &str, extract: &Extract, mirror: &Extract, config: &Osm
     ] {
         assert_eq!((votes.right, votes.left), (mirror.left, mirror.right), "{name}");
     }
-    a.found.intersections.len()
+    a.sites().count()
 }
 
 #[test]
@@ -123,14 +128,18 @@ fn every_hand_written_extract_is_read_in_the_mirror_as_its_mirror_image() {
     let mut intersections = 0;
     for folder in &folders {
         let config = folder.join("config.toml");
-        let config =
-            if config.exists() { OsmConfig::read(&config).unwrap() } else { OsmConfig::default() };
+        let config = if config.exists() {
+            CityConfig::read(&config).unwrap()
+        } else {
+            CityConfig::default()
+        };
+        let settings = config.settings;
         let text = fs::read_to_string(folder.join("input.osm")).unwrap();
         let (extract, mirror) = (of_text(&text), of_text(&xml::mirrored(&text)));
         assert_eq!(mirrored_extract(&extract).nodes, mirror.nodes, "{}", folder.display());
         assert_eq!(mirrored_extract(&extract).ways, mirror.ways, "{}", folder.display());
         let name = folder.display().to_string();
-        intersections += assert_mirrored(&name, &extract, &mirror, &config);
+        intersections += assert_mirrored(&name, &extract, &mirror, &settings);
     }
     assert!(folders.len() > 40 && intersections > 35, "{intersections} of {}", folders.len());
 }
@@ -138,8 +147,8 @@ fn every_hand_written_extract_is_read_in_the_mirror_as_its_mirror_image() {
 #[test]
 fn on_the_wrong_side_many_cases_are_read_wrong() {
     // Otherwise the test above could not fail.
-    let config = OsmConfig::default();
-    let read = |extract: &Extract, side| rows(&city(extract, &config, side), &config);
+    let settings = Settings::default();
+    let read = |extract: &Extract, side| rows(&city(extract, &settings, side), &settings);
     let wrong: Vec<PathBuf> = folders()
         .into_iter()
         .filter(|folder| {
@@ -161,18 +170,26 @@ fn real_cities_in_the_mirror_are_recognised_by_their_streets_and_read_as_their_m
         }
     };
     files.sort();
-    let config = OsmConfig::default();
+    let settings = Settings::default();
     for file in files.iter().filter(|f| f.to_string_lossy().contains(".osm")) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         let (extract, mirror) = both(file);
         let decision = auto(&mirror);
-        let intersections = assert_mirrored(&name, &extract, &mirror, &config);
-        eprintln!("{name}: {intersections} intersections; mirrored: {}", decision.text());
+        let intersections = assert_mirrored(&name, &extract, &mirror, &settings);
+        eprintln!(
+            "{name}: {intersections} intersections; mirrored: {}",
+            CitySide::from(decision.clone()).text()
+        );
         let votes = decision.carriageways.total() + 3 * decision.roundabouts.total();
         if votes >= 20 {
-            assert_eq!(decision.driving_side, DrivingSide::Left, "{name}: {}", decision.text());
+            assert_eq!(
+                decision.driving_side,
+                DrivingSide::Left,
+                "{name}: {}",
+                CitySide::from(decision.clone()).text()
+            );
             assert_eq!(decision.decided_by, DecidedBy::Streets, "{name}");
-            assert!(decision.warning.is_some(), "{name}: the country says otherwise");
+            assert!(decision.doubt.is_some(), "{name}: the country says otherwise");
         }
     }
 }

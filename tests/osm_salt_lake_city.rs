@@ -9,10 +9,10 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use tsc_family::osm::counts::{CountMatch, CountSettings, Counts};
-use tsc_family::osm::extract::Place;
-use tsc_family::osm::geometry::{LocalMetric, distance_m};
-use tsc_family::osm::signals::{SignalColumns, SignalList};
+use osm_signals::counts::{CountMatch, CountSettings, Counts};
+use osm_signals::extract::Place;
+use osm_signals::geometry::{LocalMetric, distance_m};
+use osm_signals::signals::{SignalColumns, SignalList};
 use tsc_family::traffic::family::approaches::Approach;
 use tsc_family::traffic::family::features::inflow_vph;
 use tsc_family::traffic::family::load::{LoadedScenario, load};

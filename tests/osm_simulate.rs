@@ -8,11 +8,13 @@ use std::fs;
 use std::path::Path;
 
 use common::succeed;
-use tsc_family::osm::city::{City, Inputs};
-use tsc_family::osm::config::OsmConfig;
-use tsc_family::osm::read::read;
-use tsc_family::osm::side::{SideSetting, decide};
-use tsc_family::traffic::side::DrivingSide;
+use osm_signals::DrivingSide;
+use osm_signals::read::read;
+use osm_signals::settings::Settings;
+use osm_signals::side::{SideSetting, decide};
+use osm_signals::survey::{Inputs, Survey};
+use tsc_family::traffic::city::city::City;
+use tsc_family::traffic::city::table::approaches;
 
 /// Ten minutes, and vehicles that stand for five are teleported: none does at low demand.
 const SCENARIO: &str = "\
@@ -31,20 +33,21 @@ hourly_share = 0.02
 fn write_approaches(file: &Path, wanted: DrivingSide) -> usize {
     let mut writer = csv::Writer::from_path(file).unwrap();
     let mut intersections = 0;
-    for case in fs::read_dir("tests/networks").unwrap() {
+    for case in fs::read_dir("osm-signals/tests/networks").unwrap() {
         let case = case.unwrap().path();
         if !case.is_dir() {
             continue;
         }
         let extract = read(&case.join("input.osm"), &|_, _| {}).unwrap();
-        let config = OsmConfig::default();
+        let settings = Settings::default();
         let side = decide(&extract, SideSetting::Auto, None).unwrap();
         if side.driving_side != wanted {
             continue;
         }
-        let city = City::new(&extract, &config, &Inputs { side: Some(&side), ..Inputs::default() });
-        intersections += city.found.intersections.len();
-        for mut row in city.approaches(&config) {
+        let inputs = Inputs { driving_side: wanted, ..Inputs::default() };
+        let city = City::new(Survey::new(&extract, &settings, &inputs), side.into());
+        intersections += city.sites().count();
+        for mut row in approaches(&city, &settings.intersections) {
             let name = case.file_name().unwrap().to_string_lossy();
             row.intersection = format!("{name}-{}", row.intersection);
             writer.serialize(row).unwrap();

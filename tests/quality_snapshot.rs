@@ -8,24 +8,27 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use made_up::{well_formed, well_linked, words};
-use tsc_family::osm::drawing::{Drawing, DrawnStreet};
-use tsc_family::osm::flags::Flag;
-use tsc_family::osm::intersections::Skip;
-use tsc_family::osm::listing::ListMatch;
-use tsc_family::osm::oddities::{Oddities, Oddity};
-use tsc_family::osm::quality::{
+use osm_signals::DrivingSide;
+use osm_signals::flags::Flag as MapFlag;
+use osm_signals::intersections::Skip;
+use osm_signals::oddities::{Oddities, Oddity};
+use osm_signals::side::DecidedBy;
+use osm_signals::side::countries::Country;
+use osm_signals::side::evidence::Votes;
+use osm_signals::streets::Source;
+use osm_signals::tags::Highway;
+use osm_signals::traffic::InflowSource;
+use tsc_family::report::quality::write_quality;
+use tsc_family::traffic::city::drawing::{Drawing, DrawnStreet};
+use tsc_family::traffic::city::flag::Flag;
+use tsc_family::traffic::city::quality::ListedRow;
+use tsc_family::traffic::city::quality::{
     CountsSummary, Demand, Distribution, InputFile, Provenance, Quality, SkipCount,
 };
-use tsc_family::osm::side::countries::Country;
-use tsc_family::osm::side::evidence::Votes;
-use tsc_family::osm::side::{DecidedBy, SideDecision};
-use tsc_family::osm::sketch::{Sketch, SketchArm};
-use tsc_family::osm::spots::{Spot, SpotArm};
-use tsc_family::osm::streets::Source;
-use tsc_family::osm::tags::Highway;
-use tsc_family::osm::traffic::InflowSource;
-use tsc_family::report::quality::write_quality;
-use tsc_family::traffic::side::DrivingSide;
+use tsc_family::traffic::city::reason::Reason;
+use tsc_family::traffic::city::side::CitySide;
+use tsc_family::traffic::city::sketch::{Sketch, SketchArm};
+use tsc_family::traffic::city::spots::{Spot, SpotArm};
 
 fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
     Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
@@ -49,7 +52,11 @@ fn spot(id: &str, streets: &[&str], known: f64) -> Spot {
         known,
         list_distance_m: None,
         count_distance_m: None,
-        flags: if known > 0.0 { vec![] } else { vec![Flag::CloseArms, Flag::Cut] },
+        flags: if known > 0.0 {
+            vec![]
+        } else {
+            [MapFlag::CloseArms, MapFlag::Cut].map(Flag::Map).to_vec()
+        },
     }
 }
 
@@ -74,8 +81,8 @@ fn arm(name: &str, known: f64) -> SpotArm {
     }
 }
 
-fn row(line: u64, matched: Option<(&str, f64, bool)>) -> ListMatch {
-    ListMatch {
+fn row(line: u64, matched: Option<(&str, f64, bool)>) -> ListedRow {
+    ListedRow {
         id: format!("<{line}> & co"),
         line,
         latitude: 40.0,
@@ -93,7 +100,7 @@ fn plain() -> Quality {
     let mut ignored = Oddities::default();
     ignored.add("unusable number of lanes", || "way 17, lanes=<many>".to_owned());
     let skip = |reason: Skip, signals, examples: &[i64]| SkipCount {
-        reason,
+        reason: Reason::Map(reason),
         text: reason.reason(),
         signals,
         examples: examples.to_vec(),
@@ -105,7 +112,7 @@ fn plain() -> Quality {
         version: "0.1.0",
         inputs: vec![file("extract", "a <b> & \"c\".osm.pbf")],
         written: BTreeMap::new(),
-        side: SideDecision {
+        side: CitySide {
             driving_side: DrivingSide::Left,
             decided_by: DecidedBy::Streets,
             countries: vec![Country {

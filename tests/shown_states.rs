@@ -7,6 +7,7 @@ mod shown;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use osm_signals::DrivingSide;
 use shown::{Limits, states, violations};
 use tsc_family::settings::overrides::Override;
 use tsc_family::traffic::control::registry::METHODS;
@@ -20,7 +21,6 @@ use tsc_family::traffic::family::load::load_with;
 use tsc_family::traffic::network::build::{BuildOptions, build_all};
 use tsc_family::traffic::network::intersection::IntersectionSpec;
 use tsc_family::traffic::settings::{Scenario, SixFeatures};
-use tsc_family::traffic::side::DrivingSide;
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
 const RESCO: Limits =

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use osm_signals::DrivingSide;
 use tsc_family::traffic::env::{SignalEnv, World};
 use tsc_family::traffic::network::build::{BuildOptions, build_all};
 use tsc_family::traffic::network::demand::DemandSpec;
@@ -11,7 +12,6 @@ use tsc_family::traffic::network::intersection::IntersectionSpec;
 use tsc_family::traffic::settings::{
     DemandSettings, NetworkSettings, SignalSettings, SimulationSettings, SixFeatures,
 };
-use tsc_family::traffic::side::DrivingSide;
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
 /// Returns the median.

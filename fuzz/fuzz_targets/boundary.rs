@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use tsc_family::osm::boundary::Boundary;
-use tsc_family::osm::extract::Place;
+use osm_signals::boundary::Boundary;
+use osm_signals::extract::Place;
 
 fuzz_target!(|bytes: &[u8]| {
     let place = Place { latitude_e7: 407_600_000, longitude_e7: -1_119_000_000 };

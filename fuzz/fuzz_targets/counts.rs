@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use tsc_family::osm::counts::{CountSettings, Counts};
-use tsc_family::osm::extract::Place;
+use osm_signals::counts::{CountSettings, Counts};
+use osm_signals::extract::Place;
 
 fuzz_target!(|bytes: &[u8]| {
     let settings = CountSettings::default();

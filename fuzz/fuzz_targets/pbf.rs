@@ -5,8 +5,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use tsc_family::osm::OsmError;
-use tsc_family::osm::read::read_pbf;
+use osm_signals::OsmError;
+use osm_signals::read::read_pbf;
 
 /// A block with streets, without which there is no second pass.
 const STREETS: &[u8] = include_bytes!("../seeds/pbf/block-ways");

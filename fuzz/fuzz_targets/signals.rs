@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use tsc_family::osm::signals::{SignalColumns, SignalList};
+use osm_signals::signals::{SignalColumns, SignalList};
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(list) =

@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use tsc_family::osm::OsmError;
-use tsc_family::osm::read::read_xml;
+use osm_signals::OsmError;
+use osm_signals::read::read_xml;
 
 fuzz_target!(|bytes: &[u8]| {
     let size = bytes.len() as u64;

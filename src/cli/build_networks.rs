@@ -14,13 +14,11 @@ use super::output::{Progress, line};
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit;
-use crate::osm::OsmError;
-use crate::osm::write::SCENARIO_FILE;
+use crate::traffic::city::folder::{SCENARIO_FILE, networks_folder, of_preset};
 use crate::traffic::family::load::{LoadedScenario, load_with};
 use crate::traffic::network::build::{BuildOptions, BuildSummary};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
 use crate::traffic::problem::{self, networks};
-use crate::traffic::settings::Preset;
 
 /// `tsc-family build-networks`.
 #[derive(Debug, clap::Args)]
@@ -58,9 +56,10 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global()?;
     }
     if let Some(extract) = &args.osm.osm {
-        return osm::run(args, extract);
+        let to = (args.out.as_deref(), args.force);
+        return osm::run(&args.osm, extract, to, args.scenario.settings(), args.quiet);
     }
-    without_extract(&args.osm, &args.scenario.scenario)?;
+    args.osm.without_extract(&args.scenario.scenario)?;
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     Use::BUILD.check(&loaded, &args.scenario.settings())?;
@@ -82,20 +81,6 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-/// Refuses options that have no effect because there is no extract.
-fn without_extract(options: &osm::OsmArgs, scenario: &str) -> Result<(), OsmError> {
-    let given = [
-        ("--signals", options.signals.is_some()),
-        ("--aadt", options.aadt.is_some()),
-        ("--boundary", options.boundary.is_some()),
-        ("--config", options.config.is_some()),
-        ("--driving-side", options.driving_side.is_some()),
-    ];
-    let Some((option, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
-    let reason = format!("{option} is for extracts; give one with --osm, or leave it out");
-    Err(OsmError::Nothing { path: scenario.into(), reason })
-}
-
 /// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder or as
 /// the `scenario.toml` within it, as `--osm` writes it, else `networks/NAME`; with another preset than
 /// the default in a folder of its own beside it, because the default programs differ.
@@ -108,18 +93,6 @@ pub(super) fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf
     match (path.file_name(), path.parent()) {
         (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(networks_folder(preset)),
         _ => Path::new("networks").join(of_preset(&loaded.scenario.name, preset)),
-    }
-}
-
-/// Returns the name of the folder of a city's networks, beside its scenario.
-pub(super) fn networks_folder(preset: Preset) -> String {
-    of_preset("networks", preset)
-}
-
-fn of_preset(name: &str, preset: Preset) -> String {
-    match preset == Preset::default() {
-        true => name.to_owned(),
-        false => format!("{name}-{}", preset.name()),
     }
 }
 

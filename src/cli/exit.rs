@@ -3,15 +3,17 @@
 use std::error::Error;
 use std::io::ErrorKind;
 
+use osm_signals::OsmError;
+
 use crate::analysis::AnalysisError;
 use crate::cli::refused::Refused;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
-use crate::osm::OsmError;
 use crate::report::ReportError;
 use crate::run::error::RunError;
 use crate::run::fault::TrialError;
 use crate::store::error::StoreError;
+use crate::traffic::city::error::CityError;
 use crate::traffic::error::TrafficError;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::sim::error::SimError;
@@ -92,8 +94,8 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     if error.is::<Refused>() {
         return Some(USAGE);
     }
-    if let Some(e) = error.downcast_ref::<OsmError>() {
-        return Some(osm(e));
+    if let Some(e) = error.downcast_ref::<CityError>() {
+        return Some(city(e));
     }
     if let Some(e) = error.downcast_ref::<SimError>() {
         return Some(sim(e));
@@ -130,10 +132,12 @@ fn network(error: &NetworkError) -> u8 {
     }
 }
 
-fn osm(error: &OsmError) -> u8 {
+fn city(error: &CityError) -> u8 {
     match error {
-        OsmError::Family(e) => family(e),
-        OsmError::Io(e) => file(e),
+        CityError::Family(e) => family(e),
+        CityError::Network(e) => network(e),
+        CityError::Io(e) => file(e),
+        CityError::Input(OsmError::Unreadable { reason, .. }) => system(reason),
         _ => USAGE,
     }
 }
@@ -173,9 +177,13 @@ fn store(error: &StoreError) -> u8 {
     }
 }
 
-/// A file that is not there or may not be used is the user's to mend; a full disk is not usage.
 fn file(error: &FileError) -> u8 {
-    match error.reason.kind() {
+    system(&error.reason)
+}
+
+/// A file that is not there or may not be used is the user's to mend; a full disk is not usage.
+fn system(reason: &std::io::Error) -> u8 {
+    match reason.kind() {
         ErrorKind::NotFound
         | ErrorKind::PermissionDenied
         | ErrorKind::AlreadyExists

@@ -1,9 +1,9 @@
 //! The columns of a table by their names, and the numbers in them.
 
 use csv::StringRecord;
+use sheet::{Fault, Row};
 
 use crate::family::error::FamilyError;
-use crate::sheet::{Fault, Row};
 use crate::suggest::{did_you_mean, similar};
 
 /// Returns the error for what is wrong at a line of a table.

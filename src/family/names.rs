@@ -31,11 +31,7 @@ const LETTERS: [(char, &str); 7] = [
 ///
 /// What is wrong with it: nothing but blanks.
 pub fn title(what: &str, text: &str) -> Result<String, String> {
-    let title = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    if title.is_empty() || title.chars().any(char::is_control) {
-        return Err(format!("{what} {text:?}: expected a name or a number"));
-    }
-    Ok(title)
+    sheet::name(text).ok_or_else(|| format!("{what} {text:?}: expected a name or a number"))
 }
 
 /// Returns the id of what is called so: the name itself where files can be called so, else its plain

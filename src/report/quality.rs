@@ -11,14 +11,14 @@ mod text;
 use std::path::{Path, PathBuf};
 
 use minijinja::{Value, context};
+use osm_signals::oddities::Oddity;
 
 use super::page::render;
 use super::{ReportError, format};
 use crate::files::write_atomically;
-use crate::osm::drawing::Drawing;
-use crate::osm::oddities::Oddity;
-use crate::osm::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
 use crate::stats::quantile::quantile;
+use crate::traffic::city::drawing::Drawing;
+use crate::traffic::city::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
 use text::{percent, share};
 
 const TEMPLATE: &str = include_str!("templates/quality.html");

@@ -1,5 +1,10 @@
 //! Signalised intersections in SUMO: everything that knows of traffic.
+//!
+//! All geometry knows right-hand traffic only. What is left-hand is mirrored east to west where it comes in
+//! (extracts in [`osm_signals::mirror`], intersections to build in [`network::intersection`], SUMO's scenes in
+//! [`env::side`]) and back where it goes out.
 
+pub mod city;
 pub mod content;
 pub mod contest;
 pub mod control;
@@ -17,7 +22,6 @@ pub mod problem;
 pub mod program;
 pub mod report;
 pub mod settings;
-pub mod side;
 pub mod sim;
 pub mod simulator;
 pub mod timing;

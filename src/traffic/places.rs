@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::city::surroundings::{Named, read_names, read_streets};
 use super::family::load::LoadedScenario;
 use crate::files::write_atomically;
-use crate::osm::surroundings::{Named, read_names, read_streets};
 use crate::run::fault::Cause;
 use crate::store::Layout;
 use crate::store::places::{Place, Places, Streets};

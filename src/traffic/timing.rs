@@ -21,9 +21,10 @@
 
 mod program;
 
+use osm_signals::angle::turn_degrees;
+
 use crate::traffic::control::Turn;
 use crate::traffic::settings::{ChangeInterval, SignalSettings};
-use crate::units::turn_degrees;
 
 /// Perception and reaction of a driver, seconds (ITE).
 const REACTION_S: f64 = 1.0;

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! <!-- snippet: run
-//! before: cp $REPO/tests/networks/four_arms/input.osm .
+//! before: cp $REPO/osm-signals/tests/networks/four_arms/input.osm .
 //! instead: --budget 20 => --budget 1 --eval-seeds 1
 //! -->
 //! ```
@@ -12,6 +12,7 @@
 //! - `run`: the commands are executed, one page in one folder, from top to bottom;
 //! - `parse: REASON`: they are not, for a reason, but the program must accept their arguments;
 //! - `file NAME`: the block is that file, which commands of the page use;
+//! - `doctest: WHERE`: Rust that the tests of a crate's documentation compile;
 //! - `text: REASON`: no command and no file.
 //!
 //! `before` is a shell command that puts files in place, `instead` a part of the commands that is replaced to
@@ -93,6 +94,7 @@ fn block(language: String, text: String, place: String, marker: &str) -> Result<
     let languages: &[&str] = match word {
         "run" | "parse" => &["sh", "console"],
         "file" => &["toml", "csv"],
+        "doctest" => &["rust", "rust,no_run"],
         _ => &["text"],
     };
     if !languages.contains(&&*language) {
@@ -102,7 +104,7 @@ fn block(language: String, text: String, place: String, marker: &str) -> Result<
         "run" if rest.is_empty() => Kind::Run,
         "parse" if !rest.is_empty() => Kind::Parse,
         "file" if !rest.is_empty() => Kind::File(rest.to_owned()),
-        "text" if !rest.is_empty() => Kind::Text,
+        "text" | "doctest" if !rest.is_empty() => Kind::Text,
         _ => return wrong(&format!("unknown marker or no reason: {head}")),
     };
     let (mut before, mut instead) = (Vec::new(), Vec::new());

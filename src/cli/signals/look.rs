@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use osm_signals::DrivingSide;
 use serde_json::{Value, json};
 
 use crate::traffic::control::{Service, Turn};
 use crate::traffic::env::derive::DerivedSignal;
 use crate::traffic::env::warnings;
 use crate::traffic::settings::SignalSettings;
-use crate::traffic::side::DrivingSide;
 use crate::traffic::sim::Scene;
 use crate::traffic::sim::error::SimError;
 use crate::traffic::sim::topology::Topology;

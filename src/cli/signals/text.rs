@@ -1,9 +1,10 @@
 //! A signal as text for people.
 
+use osm_signals::DrivingSide;
+
 use super::look::{Look, turn};
 use crate::traffic::control::Service;
 use crate::traffic::env::warnings;
-use crate::traffic::side::DrivingSide;
 use crate::traffic::sim::topology::edge;
 
 /// Returns a signal in words.

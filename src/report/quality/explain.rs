@@ -1,6 +1,8 @@
 //! What the reasons and features on the page on quality mean, a sentence or two each.
 
-use crate::osm::intersections::Skip;
+use osm_signals::intersections::Skip;
+
+use crate::traffic::city::reason::Reason;
 
 /// Returns a text as a sentence.
 pub(super) fn sentence(text: &str) -> String {
@@ -10,14 +12,22 @@ pub(super) fn sentence(text: &str) -> String {
 }
 
 /// Says what a reason means and what helps.
-pub(super) fn meaning(reason: Skip) -> &'static str {
-    match reason {
+pub(super) fn meaning(reason: Reason) -> &'static str {
+    let skip = match reason {
+        Reason::OneGreen => {
+            return "All streams can go at once, so no controller has anything to decide.";
+        }
+        Reason::NoNetwork => {
+            return "Its arms allow no sound network; quality.json says what fails.";
+        }
+        Reason::Map(skip) => skip,
+    };
+    match skip {
         Skip::NotOnStreet => "Such as on a service road or a path.",
         Skip::NoJunction => "Such as at a pedestrian crossing in mid-block.",
         Skip::Border => "The junction or one of its arms is cut off: give a larger extract.",
         Skip::EndOfStreet => "Probably where the extract was cut out: give a larger one.",
         Skip::Crossing => "No other street of the junction beside it has a signal.",
-        Skip::OneGreen => "All streams can go at once, so no controller has anything to decide.",
         Skip::Roundabout => "It controls a roundabout, which no point MDP describes.",
         Skip::RampMeter => "It lets vehicles onto a motorway one by one: no streets cross there.",
         Skip::FewArms => "Such as at a bend, or where a path or a service road meets a street.",
@@ -26,7 +36,6 @@ pub(super) fn meaning(reason: Skip) -> &'static str {
         Skip::ManyLanes => "Look whether the lanes in the map are right.",
         Skip::OutsideBoundary => "Left out as asked with --boundary.",
         Skip::NotListed => "Left out as asked with --signals.",
-        Skip::NoNetwork => "Its arms allow no sound network; quality.json says what fails.",
     }
 }
 

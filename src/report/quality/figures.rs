@@ -1,10 +1,10 @@
 //! The figures of the page on quality, except the map: shares of what is known, and histograms.
 
-use crate::osm::quality::{Distribution, Quality};
 use crate::report::figures::WIDTH;
 use crate::report::svg::{Anchor, Axes, Canvas, MUTED, TextStyle, nice_step};
 use crate::report::{format, palette};
 use crate::stats::Histogram;
+use crate::traffic::city::quality::{Distribution, Quality};
 
 use super::text::percent;
 

@@ -4,14 +4,14 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use minijinja::{Value, context};
+use osm_signals::streets::Source;
+use osm_signals::traffic::InflowSource;
 
 use super::map_link;
 use super::text::percent;
-use crate::osm::flags::Flag;
-use crate::osm::quality::Quality;
-use crate::osm::spots::{Spot, SpotArm};
-use crate::osm::streets::Source;
-use crate::osm::traffic::InflowSource;
+use crate::traffic::city::flag::Flag;
+use crate::traffic::city::quality::Quality;
+use crate::traffic::city::spots::{Spot, SpotArm};
 
 /// Rows that are shown, so that the page stays small; the others are in the files beside it.
 const ROWS: usize = 3000;

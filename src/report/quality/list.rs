@@ -6,10 +6,9 @@ use minijinja::{Value, context};
 
 use super::text::{matched, percent, share};
 use super::{figures, map_link};
-use crate::osm::listing::ListMatch;
-use crate::osm::quality::Quality;
 use crate::report::format;
 use crate::stats::quantile::quantile;
+use crate::traffic::city::quality::{ListedRow, Quality};
 
 /// Rows of the list that are shown; the others are in the file beside the page.
 const ROWS: usize = 1000;
@@ -52,18 +51,18 @@ pub(super) fn list(q: &Quality) -> Option<Value> {
 
 /// Returns the rows without an intersection in the order of the list, then the others, farthest
 /// first.
-fn doubtful_first(q: &Quality) -> Vec<&ListMatch> {
-    let mut rows: Vec<&ListMatch> = q.listed.iter().collect();
-    let metres = |r: &ListMatch| r.intersection.as_ref().map_or(f64::INFINITY, |_| distance_m(r));
+fn doubtful_first(q: &Quality) -> Vec<&ListedRow> {
+    let mut rows: Vec<&ListedRow> = q.listed.iter().collect();
+    let metres = |r: &ListedRow| r.intersection.as_ref().map_or(f64::INFINITY, |_| distance_m(r));
     rows.sort_by(|a, b| metres(b).total_cmp(&metres(a)));
     rows
 }
 
-fn distance_m(row: &ListMatch) -> f64 {
+fn distance_m(row: &ListedRow) -> f64 {
     row.distance_m.unwrap_or_default()
 }
 
-fn row(row: &ListMatch) -> Value {
+fn row(row: &ListedRow) -> Value {
     let outcome = match (&row.intersection, row.on_map) {
         (Some(_), true) => "matched".to_owned(),
         (Some(_), false) => "matched; no signal on the map".to_owned(),

@@ -7,14 +7,14 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::osm::drawing::{Drawing, DrawnStreet};
-use crate::osm::quality::Quality;
-use crate::osm::spots::Spot;
-use crate::osm::surroundings::rank;
 use crate::report::figures::WIDTH;
 use crate::report::map::{KM_PER_DEGREE, scale_bar};
 use crate::report::svg::{Anchor, Canvas, MUTED, TextStyle};
 use crate::report::{format, palette};
+use crate::traffic::city::drawing::{Drawing, DrawnStreet};
+use crate::traffic::city::quality::Quality;
+use crate::traffic::city::spots::Spot;
+use crate::traffic::city::surroundings::rank;
 
 use super::text::percent;
 
@@ -224,7 +224,7 @@ fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::osm::tags::Highway;
+    use osm_signals::tags::Highway;
 
     #[test]
     fn a_third_is_in_the_class_that_starts_there() {

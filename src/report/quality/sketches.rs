@@ -4,10 +4,10 @@ use minijinja::{Value, context};
 
 use super::intersections::{flags, streets};
 use super::map_link;
-use crate::osm::drawing::Drawing;
-use crate::osm::quality::Quality;
-use crate::osm::sketch::{RADIUS_M, Sketch, SketchArm};
 use crate::report::svg::{Anchor, Canvas, INK, TextStyle};
+use crate::traffic::city::drawing::Drawing;
+use crate::traffic::city::quality::Quality;
+use crate::traffic::city::sketch::{RADIUS_M, Sketch, SketchArm};
 
 /// Width and height of a drawing, pixels.
 const SIZE_PX: f64 = 260.0;

@@ -1,10 +1,12 @@
 //! What the page on the quality of a family says in words: the summary, what to do, warnings.
 
+use osm_signals::intersections::Skip;
+
 use super::explain::sentence;
-use crate::osm::intersections::Skip;
-use crate::osm::quality::{Provenance, Quality};
 use crate::report::demand;
 use crate::report::format::{self, count};
+use crate::traffic::city::quality::{Provenance, Quality};
+use crate::traffic::city::reason::Reason;
 
 /// Share of the inflows that are defaults above which results say little about real traffic.
 const MANY_DEFAULTS: f64 = 0.5;
@@ -222,16 +224,15 @@ pub(super) fn warnings(q: &Quality) -> Vec<String> {
 }
 
 /// Returns whether signals are left out because the user asked for others only.
-fn chosen(reason: Skip) -> bool {
-    matches!(reason, Skip::OutsideBoundary | Skip::NotListed)
+fn chosen(reason: Reason) -> bool {
+    matches!(reason, Reason::Map(Skip::OutsideBoundary | Skip::NotListed))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::osm::listing::ListMatch;
-    use crate::osm::quality::{CountsSummary, Demand, SkipCount};
-    use crate::osm::side::SideDecision;
+    use crate::traffic::city::quality::{CountsSummary, Demand, ListedRow, SkipCount};
+    use crate::traffic::city::side::CitySide;
 
     fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
         Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
@@ -244,7 +245,7 @@ mod tests {
             version: "0.1.0",
             inputs: Vec::new(),
             written: std::collections::BTreeMap::new(),
-            side: SideDecision::default(),
+            side: CitySide::default(),
             ways: 30,
             signals: 10,
             signals_used: 10,
@@ -263,7 +264,7 @@ mod tests {
             counts: None,
             left_out: std::collections::BTreeMap::new(),
             listed: Vec::new(),
-            ignored: crate::osm::oddities::Oddities::default(),
+            ignored: osm_signals::oddities::Oddities::default(),
             features: Vec::new(),
             spots: Vec::new(),
         }
@@ -284,8 +285,8 @@ mod tests {
         })
     }
 
-    fn row(intersection: Option<&str>) -> ListMatch {
-        ListMatch {
+    fn row(intersection: Option<&str>) -> ListedRow {
+        ListedRow {
             id: "1".to_owned(),
             line: 2,
             latitude: 40.0,
@@ -299,7 +300,8 @@ mod tests {
     }
 
     fn skip(reason: Skip, signals: usize) -> SkipCount {
-        SkipCount { reason, text: reason.reason(), signals, examples: Vec::new() }
+        let (reason, text) = (Reason::Map(reason), reason.reason());
+        SkipCount { reason, text, signals, examples: Vec::new() }
     }
 
     fn warned(q: &Quality, part: &str) -> bool {

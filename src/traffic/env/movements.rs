@@ -9,10 +9,11 @@
 
 use std::collections::BTreeMap;
 
+use osm_signals::angle::{normalise_degrees, turn_degrees};
+
 use crate::traffic::control::Turn;
 use crate::traffic::sim::topology::edge;
 use crate::traffic::sim::{Direction, Link, Scene, SignalInfo};
-use crate::units::{normalise_degrees, turn_degrees};
 
 /// Headings of the four slots of RESCO's movement order: S, W, N, E.
 const SLOT_HEADINGS_DEG: [f64; 4] = [180.0, 270.0, 0.0, 90.0];

@@ -11,11 +11,12 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
+use osm_signals::DrivingSide;
+use osm_signals::angle::mirrored_deg;
 use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
 use super::sumocfg::SumoConfig;
-use crate::traffic::side::{DrivingSide, mirrored_deg};
 use crate::traffic::sim::{Direction, Scene};
 
 /// First bytes of a compressed file.

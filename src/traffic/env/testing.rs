@@ -53,7 +53,7 @@ pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
         end_s: 60.0,
         steps_per_second: 1,
         routes,
-        side: crate::traffic::side::DrivingSide::Right,
+        side: osm_signals::DrivingSide::Right,
         turn_shares: vec![],
     }
 }

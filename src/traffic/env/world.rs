@@ -3,10 +3,11 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use osm_signals::DrivingSide;
+
 use super::side::driving_side;
 use super::sumocfg::SumoConfig;
 use crate::files::FileError;
-use crate::traffic::side::DrivingSide;
 use crate::traffic::sim::error::SimError;
 
 /// How far the steps of a second may be from a whole number.

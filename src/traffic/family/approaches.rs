@@ -8,16 +8,17 @@
 mod approach;
 mod impute;
 
-pub use approach::{Approach, Intersection};
-
 use std::collections::BTreeMap;
+
+use osm_signals::intersections::MAX_LANES;
+use sheet::{Fault, Row, Sheet};
 
 use crate::family::columns::{Columns, at};
 use crate::family::error::FamilyError;
 use crate::family::names::title;
 use crate::settings::within;
-use crate::sheet::{Fault, Row, Sheet};
 use approach::RawIntersection;
+pub use approach::{Approach, Intersection};
 use impute::impute;
 
 /// The columns of the table.
@@ -36,9 +37,6 @@ const COLUMNS: [&str; 13] = [
     "aadt_veh_per_day_per_lane",
     "movements",
 ];
-
-/// Most lanes per direction that an approach may have.
-pub const MAX_LANES: u32 = 12;
 
 /// Reads an approaches table and imputes the counts that are missing.
 ///

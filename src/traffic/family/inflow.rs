@@ -14,11 +14,11 @@
 //! Handbook.
 //! Deviation: there the peak direction of a street is counted; a map has no such counts.
 
-use crate::traffic::settings::FamilySettings;
-use crate::traffic::settings::inflow::EVEN_SPLIT;
-use crate::units::turn_degrees;
+use osm_signals::angle::turn_degrees;
 
 use super::approaches::Approach;
+use crate::traffic::settings::FamilySettings;
+use crate::traffic::settings::inflow::EVEN_SPLIT;
 
 /// Half of all headings, degrees.
 const HALF_DEG: f64 = 90.0;

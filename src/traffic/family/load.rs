@@ -16,7 +16,6 @@ use crate::files::FileError;
 use crate::settings::default_name::name_of;
 use crate::settings::overrides::{Override, overlay};
 use crate::settings::wording;
-use crate::sheet;
 use crate::suggest::did_you_mean;
 use crate::traffic::settings::check::check;
 use crate::traffic::settings::{Detail, Preset, Scenario, SixFeatures};

@@ -5,12 +5,13 @@
 //! (counts, normalised), the six features of an intersection, and one column per further feature. A
 //! column name that ends in a known unit (`_m`, `_mph`, `_vph`, `_s`, `_kg`) tells the feature's unit.
 
+use sheet::{Fault, Row, Sheet};
+
 use crate::family::columns::{Columns, at};
 use crate::family::error::FamilyError;
 use crate::family::names::{safe_id, title};
 use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::settings::within;
-use crate::sheet::{Fault, Row, Sheet};
 use crate::traffic::settings::SixFeatures;
 
 const UNITS: [(&str, &str); 6] = [

@@ -14,6 +14,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
+use osm_signals::Turn;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal};
@@ -21,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
-use super::movements::{Movement, Turn, incoming_edge, movements};
+use super::movements::{Movement, incoming_edge, movements};
 use super::peak::peaked_s;
 use crate::files::FileError;
 use crate::seed;
@@ -248,9 +249,8 @@ fn routes(movements: &[Movement], shares: &TurnShares) -> Vec<RouteShare> {
         weights.fill(1.0);
     }
     let total: f64 = weights.iter().sum();
-    let share =
-        |(m, weight): (&Movement, f64)| RouteShare { to: m.to_edge(), share: weight / total };
-    movements.iter().zip(weights).map(share).collect()
+    let weighted = movements.iter().zip(weights);
+    weighted.map(|(m, weight)| RouteShare { to: m.to_edge(), share: weight / total }).collect()
 }
 
 /// Draws a desired speed; like SUMO, draws again outside the bounds.

@@ -3,6 +3,9 @@
 //! The generator knows right-hand traffic only: the arms of left-hand traffic are mirrored here, and
 //! [`plain`](super::plain) mirrors the drawing back.
 
+use osm_signals::DrivingSide;
+use osm_signals::Turns;
+use osm_signals::angle::normalise_degrees;
 use serde::Serialize;
 
 use crate::settings::within;
@@ -11,24 +14,7 @@ use crate::traffic::family::features::simulated_inflow_vph;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::settings::{Detail, FamilySettings, SixFeatures};
-use crate::traffic::side::DrivingSide;
-use crate::units::{mph_to_mps, normalise_degrees};
-
-/// Turns that exist from an arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Turns {
-    /// Left turns.
-    pub left: bool,
-    /// Straight on.
-    pub through: bool,
-    /// Right turns.
-    pub right: bool,
-}
-
-impl Turns {
-    /// All three.
-    pub const ALL: Self = Self { left: true, through: true, right: true };
-}
+use crate::units::mph_to_mps;
 
 /// One arm of an intersection; a direction without lanes does not exist.
 #[derive(Debug, Clone, PartialEq, Serialize)]

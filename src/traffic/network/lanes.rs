@@ -17,8 +17,10 @@
 
 use std::ops::Range;
 
+use osm_signals::Turn;
+
 use super::intersection::{Arm, IntersectionSpec};
-use super::movements::{Movement, Turn, movements};
+use super::movements::{Movement, movements};
 use crate::traffic::network::error::NetworkError;
 
 /// A lane of an incoming edge that leads to a lane of an outgoing edge.
@@ -155,7 +157,8 @@ fn first_exit_lane(turn: Turn, lanes: &Range<u32>, lanes_in: u32, exit_lanes: u3
 
 #[cfg(test)]
 mod tests {
-    use super::super::intersection::Turns;
+    use osm_signals::Turns;
+
     use super::super::movements::shapes::{cross, star, tee, wye};
     use super::*;
 

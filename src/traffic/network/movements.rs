@@ -1,38 +1,22 @@
 //! The movements of an intersection and which of them conflict.
 //!
 //! A movement leads from one arm to another. Only geometry decides whether it is a left turn,
-//! goes through or is a right turn, so that any number of arms works.
+//! goes through or is a right turn ([`osm_signals::turn`]).
 //!
 //! Choices where implementations differ:
-//! - **Through** is the exit closest to straight ahead, if it is less than
-//!   [`THROUGH_LIMIT_DEG`] off; of two that are equally close, the one on the right. Every other
-//!   exit is a left or a right turn by its side, so there may be several of each.
-//! - **U-turns** do not exist.
 //! - **Named turns** ([`Arm::turns`]) only remove movements. Where they would remove all of an
 //!   arm, the data contradicts the geometry and geometry wins.
 //! - **Conflicts** are those of right-hand traffic on a circle: movements of different arms
 //!   conflict if they end in the same arm or if their chords cross.
 
+use osm_signals::intersections::MAX_ARMS;
+use osm_signals::turn::{self, Turn};
+
 use super::intersection::{Arm, IntersectionSpec};
 use crate::traffic::network::error::NetworkError;
-use crate::units::turn_degrees;
-
-/// Largest turn of a movement that goes through, degrees; half of a right angle.
-pub const THROUGH_LIMIT_DEG: f64 = 45.0;
 
 /// Fewest and most arms that a network is built for.
-pub const ARMS: std::ops::RangeInclusive<usize> = 2..=6;
-
-/// Category of a movement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Turn {
-    /// To the left.
-    Left,
-    /// Straight on.
-    Through,
-    /// To the right.
-    Right,
-}
+pub const ARMS: std::ops::RangeInclusive<usize> = 2..=MAX_ARMS;
 
 /// A way across the intersection; arms are indices into [`IntersectionSpec::arms`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -116,12 +100,7 @@ pub fn movements(spec: &IntersectionSpec) -> Result<Vec<Movement>, NetworkError>
                 "no way out for vehicles from arm {from}; give another arm an exit"
             ));
         }
-        let named = |turn: Turn| match (arms[from].turns, turn) {
-            (None, _) => true,
-            (Some(turns), Turn::Left) => turns.left,
-            (Some(turns), Turn::Through) => turns.through,
-            (Some(turns), Turn::Right) => turns.right,
-        };
+        let named = |turn: Turn| arms[from].turns.is_none_or(|turns| turns.has(turn));
         if exits.iter().any(|m| named(m.turn)) {
             exits.retain(|m| named(m.turn));
         }
@@ -135,30 +114,16 @@ pub fn movements(spec: &IntersectionSpec) -> Result<Vec<Movement>, NetworkError>
 
 /// Returns the movements that geometry allows from one arm, leftmost first.
 fn exits(arms: &[Arm], from: usize) -> Vec<Movement> {
-    let heading_deg = arms[from].bearing_deg + 180.0;
-    let mut exits: Vec<(f64, usize)> = (0..arms.len())
-        .filter(|&to| to != from && arms[to].lanes_out > 0)
-        .map(|to| (turn_degrees(heading_deg, arms[to].bearing_deg), to))
-        .collect();
-    exits.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let through = exits
-        .iter()
-        .filter(|(turn_deg, _)| turn_deg.abs() < THROUGH_LIMIT_DEG)
-        .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()).then(b.0.total_cmp(&a.0)))
-        .map(|(_, to)| *to);
-    let turn = |(turn_deg, to): (f64, usize)| match turn_deg {
-        _ if through == Some(to) => Turn::Through,
-        d if d < 0.0 => Turn::Left,
-        _ => Turn::Right,
-    };
-    exits.into_iter().map(|exit| Movement { from, to: exit.1, turn: turn(exit) }).collect()
+    let others = arms.iter().enumerate().filter(|(to, arm)| *to != from && arm.lanes_out > 0);
+    let exits = turn::exits(arms[from].bearing_deg, others.map(|(to, arm)| (to, arm.bearing_deg)));
+    exits.into_iter().map(|(to, turn)| Movement { from, to, turn }).collect()
 }
 
 /// Intersections for the tests of this folder.
 #[cfg(test)]
 pub(crate) mod shapes {
     use super::super::intersection::{Arm, IntersectionSpec};
-    use crate::traffic::side::DrivingSide;
+    use osm_signals::DrivingSide;
 
     /// Two-lane arms at these bearings.
     pub(crate) fn spec(bearings_deg: &[f64]) -> IntersectionSpec {
@@ -197,7 +162,8 @@ pub(crate) mod shapes {
 
 #[cfg(test)]
 mod tests {
-    use super::super::intersection::Turns;
+    use osm_signals::Turns;
+
     use super::shapes::{cross, spec, star, tee, wye};
     use super::*;
 

@@ -15,9 +15,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use osm_signals::Turn;
+
 use super::intersection::IntersectionSpec;
 use super::lanes::{Connection, Layout, layout};
-use super::movements::{Movement, Turn};
+use super::movements::Movement;
 use super::net_file::NetFile;
 use super::phases::{Conflicts, PHASES_PROGRAM, Phase, Relation, phases, program};
 use super::plain::{self, DEFAULT_PROGRAM};

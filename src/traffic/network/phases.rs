@@ -17,11 +17,13 @@
 //!
 //! Source: RESCO (Ault and Sharon, NeurIPS 2021), eight phase pairs of its full four-way signals.
 
+use osm_signals::Turn;
+use osm_signals::angle::normalise_degrees;
+
 use super::intersection::IntersectionSpec;
 use super::lanes::{Connection, Layout};
-use super::movements::{Movement, Turn};
+use super::movements::Movement;
 use crate::traffic::settings::NetworkSettings;
-use crate::units::normalise_degrees;
 
 /// Program id of these phases in a network.
 pub const PHASES_PROGRAM: &str = "phases";
@@ -233,7 +235,8 @@ pub fn program(phases: &[Phase], links: &[usize], settings: &NetworkSettings) ->
 
 #[cfg(test)]
 mod tests {
-    use super::super::intersection::Turns;
+    use osm_signals::Turns;
+
     use super::super::lanes::layout;
     use super::super::movements::shapes::{cross, spec, star, tee, wye};
     use super::*;

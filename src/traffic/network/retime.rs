@@ -5,9 +5,10 @@
 //! least or more than its longest green; where these do not fit, the cycle is another one. Yellow and
 //! all-red are ours: netconvert's, which it gives wide and slow junctions, are left out.
 
+use osm_signals::Turn;
+
 use super::intersection::IntersectionSpec;
 use super::lanes::Layout;
-use super::movements::Turn;
 use super::phases::ProgramPhase;
 use super::plain::LANE_WIDTH_M;
 use crate::traffic::control;

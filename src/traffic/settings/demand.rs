@@ -1,9 +1,9 @@
 //! Settings of the vehicles that arrive: how long, how they turn, how unevenly they come.
 
+use osm_signals::DrivingSide;
 use serde::{Deserialize, Serialize};
 
 use crate::settings::setting::settings;
-use crate::traffic::side::DrivingSide;
 
 /// Largest [`DemandSettings::approach_spread`]: a larger one leaves an approach without vehicles.
 pub const MAX_APPROACH_SPREAD: f64 = 0.745;

@@ -9,12 +9,12 @@ pub mod inflow;
 pub mod signal;
 pub mod table;
 
+use osm_signals::DrivingSide;
 use serde::{Deserialize, Serialize};
 
 use crate::settings::setting::{Section, settings};
 use crate::traffic::control;
 use crate::traffic::control::registry::methods;
-use crate::traffic::side::DrivingSide;
 
 pub use demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
 use inflow::{EVEN_SPLIT, InflowSources, NORTH_EAST_DEG, is_even, is_north_east};

@@ -11,7 +11,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::units::{normalise_degrees, turn_degrees};
+use osm_signals::angle::{normalise_degrees, turn_degrees};
 
 use super::Direction;
 

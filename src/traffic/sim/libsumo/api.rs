@@ -21,12 +21,12 @@ use libsumo_sys::{
     SumoStreetLane, SumoTopology, SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED,
     TRAFFICLIGHT_TYPE_STATIC,
 };
+use osm_signals::angle::normalise_degrees;
 
 use crate::traffic::sim::topology::{StreetLane, Topology, Way};
 use crate::traffic::sim::{
     Direction, Lane, Link, Program, ProgramKind, ProgramPhase, SignalInfo, SimError, StepCounts,
 };
-use crate::units::normalise_degrees;
 
 /// Vehicles that the first buffer has room for; it doubles until they fit.
 const FIRST_CAPACITY: usize = 16;

@@ -1,0 +1,157 @@
+//! Which turns exist across a site: what one-way streets and turn restrictions leave.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::arms::Arm;
+use super::extract::{Extract, Restriction, Via};
+use super::graph::{Graph, Step};
+use super::legs::{SlipKind, Surroundings, heading};
+use crate::angle::turn_degrees;
+
+/// Most steps that a search for ways across one site takes.
+const MAX_STEPS: usize = 20_000;
+
+/// Turn restrictions by the way that they start on.
+#[derive(Debug, Default)]
+pub struct Restrictions<'a> {
+    by_from: HashMap<i64, Vec<&'a Restriction>>,
+}
+
+impl<'a> Restrictions<'a> {
+    /// Returns the restrictions of an extract.
+    pub fn new(extract: &'a Extract) -> Self {
+        let mut by_from: HashMap<i64, Vec<&Restriction>> = HashMap::new();
+        for restriction in &extract.restrictions {
+            by_from.entry(restriction.from).or_default().push(restriction);
+        }
+        Self { by_from }
+    }
+
+    /// Returns whether traffic that came along `path` may take `next`; consecutive steps on one way
+    /// are one.
+    fn allow(&self, graph: &Graph<'_>, path: &[Step], next: Step) -> bool {
+        let last = path[path.len() - 1];
+        let node = graph.extract.nodes.id(graph.source(next) as usize);
+        let to = graph.way(next).id;
+        let at_node = self.by_from.get(&graph.way(last).id).into_iter().flatten();
+        let by_node: Vec<_> = at_node.filter(|r| r.via == Via::Node(node)).collect();
+        // Several `only_*` from one way allow each of their ways on.
+        let only = by_node.iter().any(|r| r.only);
+        let named = by_node.iter().any(|r| r.only && r.to == to);
+        if (only && !named) || by_node.iter().any(|r| !r.only && r.to == to) {
+            return false;
+        }
+        let mut ways: Vec<i64> = path.iter().map(|s| graph.way(*s).id).collect();
+        ways.dedup();
+        (0..ways.len()).all(|start| {
+            let from = self.by_from.get(&ways[start]).into_iter().flatten();
+            from.filter(|r| matches!(&r.via, Via::Ways(via) if *via == ways[start + 1..]))
+                .filter(|_| ways.last() != Some(&to))
+                .all(|r| (r.to == to) == r.only)
+        })
+    }
+}
+
+/// Returns the pairs of arms between which traffic can cross a site.
+///
+/// A way around the centre of the junction in the wrong sense, such as three left turns instead of
+/// a forbidden right turn, does not count.
+pub fn crossings(
+    graph: &Graph<'_>,
+    restrictions: &Restrictions<'_>,
+    around: &Surroundings,
+    arms: &[Arm],
+) -> BTreeSet<(usize, usize)> {
+    let inside: HashSet<Step> = around.inside.iter().copied().collect();
+    let mut exits: HashMap<Step, usize> = HashMap::new();
+    for (index, arm) in arms.iter().enumerate() {
+        for leg in arm.legs.iter().map(|l| &around.legs[*l]).filter(|l| l.outbound) {
+            exits.insert(leg.first(), index);
+        }
+    }
+    for slip in around.slips.iter().filter(|s| s.kind == SlipKind::Behind) {
+        let last = slip.steps[slip.steps.len() - 1];
+        if let Some(exit) = merged_into(graph, around, arms, graph.target(last)) {
+            exits.insert(slip.steps[0], exit);
+        }
+    }
+    let mut found = BTreeSet::new();
+    for (index, arm) in arms.iter().enumerate() {
+        let legs = arm.legs.iter().map(|l| &around.legs[*l]).filter(|l| l.inbound);
+        let mut entries: Vec<Step> = legs.map(|l| l.first().reversed()).collect();
+        for slip in arm.slips.iter().map(|s| &around.slips[*s]) {
+            let SlipKind::Before(leaves) = slip.kind else { continue };
+            if !restrictions.allow(graph, &[leaves], slip.steps[0]) {
+                continue;
+            }
+            let last = slip.steps[slip.steps.len() - 1];
+            match merged_into(graph, around, arms, graph.target(last)) {
+                Some(exit) => found.extend([(index, exit)]),
+                None => entries.push(last),
+            }
+        }
+        for entry in entries {
+            let mut search =
+                Search { graph, restrictions, inside: &inside, exits: &exits, budget: MAX_STEPS };
+            let mut reached = BTreeSet::new();
+            search.visit(&mut vec![entry], 0.0, &mut reached);
+            found.extend(reached.into_iter().map(|exit| (index, exit)));
+        }
+    }
+    found.retain(|(from, to)| from != to);
+    found
+}
+
+/// Returns the arm on which a slip lane ends.
+fn merged_into(graph: &Graph<'_>, around: &Surroundings, arms: &[Arm], node: u32) -> Option<usize> {
+    arms.iter().position(|arm| {
+        arm.legs
+            .iter()
+            .map(|l| &around.legs[*l])
+            .filter(|l| l.outbound)
+            .any(|leg| leg.chain.steps.iter().any(|s| graph.target(*s) == node))
+    })
+}
+
+struct Search<'s, 'g> {
+    graph: &'s Graph<'g>,
+    restrictions: &'s Restrictions<'g>,
+    inside: &'s HashSet<Step>,
+    exits: &'s HashMap<Step, usize>,
+    budget: usize,
+}
+
+impl Search<'_, '_> {
+    /// Goes on from the end of a path that has turned so far in all, degrees.
+    fn visit(&mut self, path: &mut Vec<Step>, turned_deg: f64, reached: &mut BTreeSet<usize>) {
+        let last = path[path.len() - 1];
+        let graph = self.graph;
+        for next in graph.steps(graph.target(last)) {
+            let known = self.inside.contains(next) || self.exits.contains_key(next);
+            if !known
+                || next.piece == last.piece
+                || !graph.allowed(*next)
+                || path.iter().any(|s| graph.source(*s) == graph.target(*next))
+                || self.budget == 0
+                || !self.restrictions.allow(graph, path, *next)
+            {
+                continue;
+            }
+            self.budget -= 1;
+            let turned_deg = turned_deg + turn_degrees(heading(graph, last), heading(graph, *next));
+            match self.exits.get(next) {
+                Some(arm) => {
+                    let straight = turn_degrees(heading(graph, path[0]), heading(graph, *next));
+                    if (turned_deg - straight).abs() < 180.0 {
+                        reached.insert(*arm);
+                    }
+                }
+                None => {
+                    path.push(*next);
+                    self.visit(path, turned_deg, reached);
+                    path.pop();
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Counts at stations, as CSV.
+
+use std::path::Path;
+
+use geojson::JsonValue;
+
+use super::counted::{Counted, Found, Shape};
+use super::field::{choose, count};
+use crate::error::{OsmError, brief};
+use crate::oddities::Oddities;
+use crate::table::{Column, Table};
+
+/// Usual names of the column with the axis of the street.
+const BEARING: [&str; 2] = ["bearing_deg", "bearing"];
+
+/// Usual names of the column with the id.
+const ID: [&str; 4] = ["id", "station", "station_id", "name"];
+
+/// Largest bearing either way, degrees.
+const CIRCLE_DEG: f64 = 360.0;
+
+/// Reads count stations; `field` is the column with the count if it is given.
+///
+/// # Errors
+///
+/// [`OsmError`] for a malformed table, a place outside the world or a bearing that is none.
+pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Found, OsmError> {
+    let mut table = Table::open(bytes, path)?;
+    let at = (table.need(&Column::latitude(None))?, table.need(&Column::longitude(None))?);
+    let bearing = table.find(&Column { what: "bearing", given: None, usual: &BEARING })?;
+    let id = table.find(&Column { what: "id", given: None, usual: &ID })?;
+    let names: Vec<_> = table.headers().map(|name| (name, None)).collect();
+    let field = choose(&names, field).map_err(|reason| table.error(table.header_line(), reason))?;
+    let aadt = table.need(&Column { what: "count", given: Some(&field), usual: &[] })?;
+    let mut oddities = Oddities::default();
+    let mut counted = Vec::new();
+    while let Some(row) = table.next_row()? {
+        let line = format!("line {}", row.line);
+        let id = id.map(|column| row.text(column)).filter(|id| !id.is_empty());
+        let id = id.map_or_else(|| line.clone(), str::to_owned);
+        let text = row.text(aadt);
+        let separated = text.contains([',', '.'])
+            && text.chars().all(|c| c.is_ascii_digit() || "+-.,".contains(c));
+        let found = match separated {
+            // Of a number with a separator the table knows what it means.
+            true => JsonValue::from(table.number(&row, aadt)?),
+            false => JsonValue::from(text),
+        };
+        match count(Some(&found)) {
+            Err(reason) => {
+                oddities.add(reason, || {
+                    if id == line { id } else { format!("{line}, id {}", brief(&id)) }
+                });
+            }
+            Ok(aadt_veh_per_day) => {
+                let place = table.place(&row, at)?;
+                let bearing = match bearing {
+                    None => None,
+                    Some(column) => table.optional_number(&row, column)?,
+                };
+                if let Some(degrees) = bearing.filter(|b| b.abs() > CIRCLE_DEG) {
+                    let reason = format!(
+                        "a bearing of {degrees} degrees; give it clockwise from north, from 0 to 360"
+                    );
+                    return Err(table.error(row.line, reason));
+                }
+                let shape = Shape::Station(place, bearing);
+                counted.push(Counted { id, aadt_veh_per_day, shape });
+            }
+        }
+    }
+    Ok(Found { counted, field, oddities })
+}

@@ -1,0 +1,190 @@
+//! Which property or column of a file holds the counts, and what its values mean.
+
+use geojson::JsonValue;
+
+use crate::error::brief;
+
+/// What names of counts have in common.
+const AADT: &str = "aadt";
+
+/// What names have that say when a count is from instead of what it is (`DOT_AADTYR`).
+const WHEN: [&str; 3] = ["yr", "year", "date"];
+
+/// Years that a name can mean.
+const YEARS: std::ops::RangeInclusive<u32> = 1950..=2099;
+
+/// Most names that a message lists.
+const LISTED: usize = 30;
+
+/// A name, and one of its values if none is usable.
+pub(super) type Name<'a> = (&'a str, Option<String>);
+
+/// Returns the name of the counts among all names.
+///
+/// # Errors
+///
+/// What is wrong, the names to choose from, and the way out.
+pub(super) fn choose(names: &[Name<'_>], given: Option<&str>) -> Result<String, String> {
+    if let Some(given) = given {
+        let exact = names.iter().find(|(n, _)| *n == given);
+        let mut alike = names.iter().filter(|(n, _)| n.eq_ignore_ascii_case(given));
+        return match (exact, alike.next(), alike.next()) {
+            (Some((name, _)), ..) | (None, Some((name, _)), None) => Ok((*name).to_owned()),
+            _ => {
+                let given = brief(given);
+                Err(format!("nothing is named {given:?} (given as field); {}", listed(names)))
+            }
+        };
+    }
+    let is = |name: &str| {
+        let lower = name.to_lowercase();
+        lower.contains(AADT) && !WHEN.iter().any(|w| lower.contains(w))
+    };
+    let (named, unusable): (Vec<_>, Vec<_>) =
+        names.iter().filter(|n| is(n.0)).partition(|(_, unusable)| unusable.is_none());
+    let named: Vec<_> = named.into_iter().map(|n| n.0).collect();
+    let first: Vec<_> = named.iter().filter(|n| n.to_lowercase().starts_with(AADT)).collect();
+    if let [only] = first[..] {
+        return Ok((*only).to_owned());
+    }
+    let latest = named.iter().filter_map(|n| year(n)).max();
+    let of_latest: Vec<_> = named.iter().filter(|n| year(n) == latest).collect();
+    let plain = latest.map_or_else(|| AADT.to_owned(), |year| format!("{AADT}{year}"));
+    let mut best = of_latest.iter().filter(|n| n.to_lowercase().replace('_', "") == plain);
+    match (&of_latest[..], best.next(), best.next()) {
+        ([only], ..) | (_, Some(only), None) => Ok((**only).to_owned()),
+        ([], ..) => Err(match &unusable[..] {
+            [] => format!("no name has AADT in it; {}", listed(names)),
+            [(name, value), ..] => format!(
+                "{} has no usable value (such as {}); {}",
+                brief(name),
+                brief(value.as_deref().unwrap_or_default()),
+                listed(names)
+            ),
+        }),
+        _ => {
+            let several: Vec<_> = of_latest.iter().take(LISTED).map(|n| brief(n)).collect();
+            Err(format!(
+                "several names could be the count ({}); give one as `field`",
+                several.join(", ")
+            ))
+        }
+    }
+}
+
+/// Returns a count of vehicles per day.
+///
+/// # Errors
+///
+/// Why it is none; a reason of [`Oddities`](crate::oddities::Oddities).
+pub(super) fn count(value: Option<&JsonValue>) -> Result<f64, &'static str> {
+    let number = match value {
+        None | Some(JsonValue::Null) => return Err("missing count"),
+        Some(JsonValue::Number(number)) => number.as_f64(),
+        Some(JsonValue::String(text)) if text.trim().is_empty() => return Err("missing count"),
+        Some(JsonValue::String(text)) => text.trim().parse().ok(),
+        Some(_) => None,
+    };
+    match number.filter(|n: &f64| n.is_finite()) {
+        None => Err("count that is no number"),
+        Some(number) if number < 0.0 => Err("negative count"),
+        // Some agencies write 0 where nothing was counted, and no street has no traffic at all.
+        Some(0.0) => Err("count of 0"),
+        Some(number) => Ok(number),
+    }
+}
+
+/// Returns the year in a name, of several the last one.
+fn year(name: &str) -> Option<u32> {
+    name.split(|c: char| !c.is_ascii_digit())
+        .filter_map(|digits| digits.parse().ok())
+        .rfind(|year| YEARS.contains(year))
+}
+
+fn listed(names: &[Name<'_>]) -> String {
+    let shown: Vec<_> = names.iter().take(LISTED).map(|(name, _)| brief(name)).collect();
+    let more = if names.len() > LISTED { ", ..." } else { "" };
+    if shown.is_empty() {
+        "there is no name at all; export the counts with their attributes".to_owned()
+    } else {
+        format!("the names are {}{more}; give that of the counts as `field`", shown.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn chosen(names: &[&str]) -> Result<String, String> {
+        choose(&names.iter().map(|n| (*n, None)).collect::<Vec<_>>(), None)
+    }
+
+    #[test]
+    fn the_only_name_or_else_the_latest_year_is_taken() {
+        for (names, expected) in [
+            (vec!["ROUTE", "AADT"], "AADT"),
+            (vec!["aadt", "DOT_AADT"], "aadt"),
+            (vec!["DOT_AADT", "DOT_AADTYR"], "DOT_AADT"),
+            (vec!["AADT2019", "AADT2021", "AADT2018"], "AADT2021"),
+            (vec!["AADT2023_Unrounded", "AADT2024_Unrounded"], "AADT2024_Unrounded"),
+            (vec!["AADT2024_Unrounded", "AADT_2024"], "AADT_2024"),
+            (vec!["aadt", "aadt_single_unit", "aadt_combination"], "aadt"),
+            (vec!["AADT", "AADT2021"], "AADT2021"),
+        ] {
+            assert_eq!(chosen(&names).as_deref(), Ok(expected));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_decided_lists_the_candidates() {
+        assert_eq!(
+            chosen(&["AHEAD_AADT", "BACK_AADT"]).unwrap_err(),
+            "several names could be the count (AHEAD_AADT, BACK_AADT); give one as `field`"
+        );
+        assert_eq!(
+            chosen(&["ROUTE", "VOLUME"]).unwrap_err(),
+            "no name has AADT in it; the names are ROUTE, VOLUME; give that of the counts as \
+             `field`"
+        );
+        assert!(chosen(&[]).unwrap_err().contains("no name at all"));
+    }
+
+    #[test]
+    fn a_name_without_usable_values_is_no_candidate() {
+        let latest = ("AADT2022", Some("null".to_owned()));
+        assert_eq!(choose(&[latest.clone(), ("AADT2021", None)], None).unwrap(), "AADT2021");
+        assert_eq!(
+            choose(&[latest], None).unwrap_err(),
+            "AADT2022 has no usable value (such as null); the names are AADT2022; \
+             give that of the counts as `field`"
+        );
+    }
+
+    #[test]
+    fn a_given_name_is_taken_whatever_its_case_unless_that_is_unclear() {
+        let names = [("Volume", None), ("vol", None), ("VOL", None)];
+        assert_eq!(choose(&names, Some("VOLUME")).unwrap(), "Volume");
+        assert_eq!(choose(&names, Some("vol")).unwrap(), "vol");
+        assert!(choose(&names, Some("Vol")).unwrap_err().contains("nothing is named \"Vol\""));
+    }
+
+    #[test]
+    fn a_count_is_a_positive_number_also_as_text() {
+        assert_eq!(count(Some(&json!(1200))), Ok(1200.0));
+        assert_eq!(count(Some(&json!(" 1200.5 "))), Ok(1200.5));
+        for (value, reason) in [
+            (json!(null), "missing count"),
+            (json!(" "), "missing count"),
+            (json!(-1), "negative count"),
+            (json!(0), "count of 0"),
+            (json!("NaN"), "count that is no number"),
+            (json!("many"), "count that is no number"),
+            (json!([1]), "count that is no number"),
+        ] {
+            assert_eq!(count(Some(&value)), Err(reason), "{value}");
+        }
+        assert_eq!(count(None), Err("missing count"));
+    }
+}

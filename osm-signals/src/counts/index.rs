@@ -1,0 +1,397 @@
+//! The spatial index of counts and the join to a street.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+use geo::{
+    BoundingRect, Coord, Distance, Euclidean, Line, LineLocatePoint, Point, Rect, Vector2DOps,
+};
+use rstar::primitives::GeomWithData;
+use rstar::{AABB, RTree};
+
+use super::counted::{CountMatch, Counted, Shape};
+use super::samples::{FIRST_M, Plane, Sample, Street, axis_deg};
+use super::settings::CountSettings;
+use crate::extract::Place;
+use crate::geometry::axis_difference_deg;
+
+/// How far beyond the end of a counted line a street may still be beside it, metres. Without this
+/// the line of the opposite arm would be near the first places of an arm.
+const BEYOND_M: f64 = 10.0;
+
+/// A straight piece of a counted line, degrees, and the position of what it belongs to.
+type Piece = GeomWithData<Line<f64>, usize>;
+
+/// A station, degrees, the position of what it belongs to and the axis of its road.
+type Station = GeomWithData<Point<f64>, (usize, Option<f64>)>;
+
+/// Counts by where they are.
+#[derive(Debug)]
+pub(super) struct Index {
+    /// Id and vehicles per day.
+    counted: Vec<(String, f64)>,
+    pieces: RTree<Piece>,
+    stations: RTree<Station>,
+    bounds: Rect<f64>,
+    /// Whether a count lay along a street whose lanes cannot carry it. Streets are joined in
+    /// parallel; what is set here does not depend on their order.
+    over_cap: Vec<AtomicBool>,
+}
+
+/// How a street lies to a counted line or station at one place.
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    distance_m: f64,
+    angle_deg: f64,
+}
+
+/// A match, how well it fits, from 0 to 1, and the position of its count.
+type Scored = (f64, CountMatch, usize);
+
+impl Index {
+    /// Returns the index; `None` if nothing was counted.
+    pub(super) fn new(all: Vec<Counted>) -> Option<Self> {
+        let mut counted = Vec::with_capacity(all.len());
+        let (mut pieces, mut stations) = (Vec::new(), Vec::new());
+        for (i, Counted { id, aadt_veh_per_day, shape }) in all.into_iter().enumerate() {
+            counted.push((id, aadt_veh_per_day));
+            match shape {
+                Shape::Lines(lines) => {
+                    let pairs = lines.iter().flat_map(|line| line.windows(2));
+                    let line = |pair: &[Place]| Line::new(degrees(pair[0]), degrees(pair[1]));
+                    pieces.extend(pairs.map(|pair| Piece::new(line(pair), i)));
+                }
+                Shape::Station(place, axis) => {
+                    stations.push(Station::new(degrees(place).into(), (i, axis)));
+                }
+            }
+        }
+        let ends = pieces.iter().flat_map(|p| [p.geom().start, p.geom().end]);
+        let places = ends.chain(stations.iter().map(|s| Coord::from(*s.geom())));
+        let bounds = places.collect::<geo::LineString<_>>().bounding_rect()?;
+        let (pieces, stations) = (RTree::bulk_load(pieces), RTree::bulk_load(stations));
+        let over_cap = counted.iter().map(|_| AtomicBool::new(false)).collect();
+        Some(Self { counted, pieces, stations, bounds, over_cap })
+    }
+
+    /// Returns how many lines or stations there are.
+    pub(super) fn len(&self) -> usize {
+        self.counted.len()
+    }
+
+    /// Returns the smallest box around all, degrees.
+    pub(super) fn bounds(&self) -> Rect<f64> {
+        self.bounds
+    }
+
+    /// Returns the count of a street, if one belongs to it.
+    pub(super) fn along(
+        &self,
+        street: &[Place],
+        lanes: u32,
+        settings: &CountSettings,
+    ) -> Option<CountMatch> {
+        let plane = Plane::around(*street.first()?);
+        let flat = plane.street(street)?;
+        let area = area(street, &plane, settings.match_m)?;
+        let most = settings.max_veh_per_day_per_lane * f64::from(lanes.max(1));
+        let lines = self.lines(&plane, &flat, &area, settings);
+        let stations = self.stations(&plane, &flat, &area, settings);
+        let possible = |(_, found, i): &Scored| {
+            let possible = found.aadt_veh_per_day <= most;
+            if !possible {
+                self.over_cap[*i].store(true, Relaxed);
+            }
+            possible
+        };
+        let best = lines.into_iter().chain(stations).filter(possible).max_by(worse);
+        best.map(|(_, found, _)| found)
+    }
+
+    /// Returns how many counts lay along streets whose lanes cannot carry them.
+    pub(super) fn over_cap(&self) -> usize {
+        self.over_cap.iter().filter(|over| over.load(Relaxed)).count()
+    }
+
+    /// Returns the counted lines beside a street.
+    fn lines(
+        &self,
+        plane: &Plane,
+        street: &Street,
+        area: &AABB<Point<f64>>,
+        settings: &CountSettings,
+    ) -> Vec<Scored> {
+        let mut lines: BTreeMap<usize, Vec<Line<f64>>> = BTreeMap::new();
+        for piece in self.pieces.locate_in_envelope_intersecting(area) {
+            let (start, end) = (plane.flat(piece.geom().start), plane.flat(piece.geom().end));
+            lines.entry(piece.data).or_default().push(Line::new(start, end));
+        }
+        let samples = street.samples();
+        let scored = lines.into_iter().filter_map(|(i, pieces)| {
+            let nearest = |sample: &Sample| {
+                pieces.iter().filter_map(|piece| beside(sample, piece, settings)).min_by(nearer)
+            };
+            let near: Vec<_> = samples.iter().filter_map(nearest).collect();
+            (!near.is_empty() && 2 * near.len() >= samples.len())
+                .then(|| self.scored(i, &near, samples.len(), settings))
+        });
+        scored.collect()
+    }
+
+    /// Returns the stations beside a street.
+    fn stations(
+        &self,
+        plane: &Plane,
+        street: &Street,
+        area: &AABB<Point<f64>>,
+        settings: &CountSettings,
+    ) -> Vec<Scored> {
+        // A station before this is beside a street that this one meets.
+        let margin_m = FIRST_M.min(street.length_m / 4.0);
+        let scored = self.stations.locate_in_envelope_intersecting(area).filter_map(|station| {
+            let (i, axis) = station.data;
+            let at = Point::from(plane.flat((*station.geom()).into()));
+            let along_m = street.line.line_locate_point(&at)? * street.length_m;
+            let distance_m = Euclidean.distance(&at, &street.line);
+            let here = street.sample(along_m)?;
+            let angle_deg = axis.map_or(0.0, |axis| axis_difference_deg(axis, here.axis_deg));
+            let beside = (margin_m..=street.length_m - margin_m).contains(&along_m)
+                && distance_m <= settings.match_m
+                && angle_deg <= settings.match_deg;
+            beside.then(|| self.scored(i, &[Near { distance_m, angle_deg }], 1, settings))
+        });
+        scored.collect()
+    }
+
+    /// Returns the match of places, of so many, at which a count is near a street.
+    fn scored(&self, i: usize, near: &[Near], of: usize, settings: &CountSettings) -> Scored {
+        let closeness: f64 = near.iter().map(|n| 1.0 - n.distance_m / settings.match_m).sum();
+        let mean = |f: fn(&Near) -> f64| near.iter().map(f).sum::<f64>() / near.len() as f64;
+        let (id, aadt_veh_per_day) = &self.counted[i];
+        let found = CountMatch {
+            aadt_veh_per_day: *aadt_veh_per_day,
+            distance_m: mean(|n| n.distance_m),
+            angle_deg: mean(|n| n.angle_deg),
+            id: id.clone(),
+        };
+        (closeness / of as f64, found, i)
+    }
+}
+
+/// Orders matches by how well they fit; ties by distance and angle, then by what does not depend
+/// on the order of the file.
+fn worse((a_fits, a, _): &Scored, (b_fits, b, _): &Scored) -> Ordering {
+    a_fits
+        .total_cmp(b_fits)
+        .then(b.distance_m.total_cmp(&a.distance_m))
+        .then(b.angle_deg.total_cmp(&a.angle_deg))
+        .then(b.aadt_veh_per_day.total_cmp(&a.aadt_veh_per_day))
+        .then_with(|| b.id.cmp(&a.id))
+}
+
+/// Orders places by distance; where two pieces meet, the angle decides.
+fn nearer(a: &Near, b: &Near) -> Ordering {
+    a.distance_m.total_cmp(&b.distance_m).then(a.angle_deg.total_cmp(&b.angle_deg))
+}
+
+/// Returns how a piece of a counted line lies beside a place of a street, if it does.
+fn beside(sample: &Sample, piece: &Line<f64>, settings: &CountSettings) -> Option<Near> {
+    let step = piece.delta();
+    let angle_deg = axis_difference_deg(axis_deg(step), sample.axis_deg);
+    if angle_deg > settings.match_deg {
+        return None;
+    }
+    let length_m = step.magnitude();
+    let along_m = step.dot_product(Coord::from(sample.at) - piece.start) / length_m;
+    let beyond_m = (-along_m).max(along_m - length_m);
+    let distance_m = Euclidean.distance(&sample.at, piece);
+    (beyond_m <= BEYOND_M && distance_m <= settings.match_m)
+        .then_some(Near { distance_m, angle_deg })
+}
+
+/// Returns the box around a street, enlarged by some metres, degrees.
+fn area(street: &[Place], plane: &Plane, margin_m: f64) -> Option<AABB<Point<f64>>> {
+    let line: geo::LineString<_> = street.iter().map(|p| degrees(*p)).collect();
+    let bounds = line.bounding_rect()?;
+    let margin = Coord {
+        x: margin_m / plane.metric.east_m_per_deg,
+        y: margin_m / plane.metric.north_m_per_deg,
+    };
+    let corners = (bounds.min() - margin, bounds.max() + margin);
+    Some(AABB::from_corners(corners.0.into(), corners.1.into()))
+}
+
+/// Returns a place as its longitude (x) and latitude (y).
+fn degrees(place: Place) -> Coord<f64> {
+    Coord { x: place.longitude(), y: place.latitude() }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Metres per degree of latitude; of longitude too, because everything lies at the equator.
+    const PER_DEG: f64 = 111_195.083;
+
+    /// A place so many metres east and north of the junction.
+    fn at((east, north): (f64, f64)) -> Place {
+        Place::from_degrees(north / PER_DEG, east / PER_DEG).unwrap()
+    }
+
+    /// The street of the tests: 100 m to the north.
+    fn street() -> Vec<Place> {
+        [(0.0, 0.0), (0.0, 40.0), (0.0, 100.0)].map(at).to_vec()
+    }
+
+    fn line(id: &str, aadt_veh_per_day: f64, places: &[(f64, f64)]) -> Counted {
+        let places = places.iter().copied().map(at).collect();
+        Counted { id: id.into(), aadt_veh_per_day, shape: Shape::Lines(vec![places]) }
+    }
+
+    fn station(id: &str, place: (f64, f64), axis: Option<f64>) -> Counted {
+        let shape = Shape::Station(at(place), axis);
+        Counted { id: id.into(), aadt_veh_per_day: 900.0, shape }
+    }
+
+    fn found(counted: Vec<Counted>) -> Option<CountMatch> {
+        Index::new(counted).unwrap().along(&street(), 2, &CountSettings::default())
+    }
+
+    fn id(counted: Vec<Counted>) -> Option<String> {
+        found(counted).map(|m| m.id)
+    }
+
+    #[test]
+    fn a_line_along_the_street_is_its_count() {
+        let found = found(vec![line("a", 9000.0, &[(3.0, -10.0), (3.0, 200.0)])]).unwrap();
+        assert_eq!((found.aadt_veh_per_day, &*found.id), (9000.0, "a"));
+        assert!((found.distance_m - 3.0).abs() < 0.02 && found.angle_deg < 0.1, "{found:?}");
+    }
+
+    #[test]
+    fn a_road_that_crosses_above_is_not_taken() {
+        assert_eq!(id(vec![line("above", 40_000.0, &[(-300.0, 50.0), (300.0, 60.0)])]), None);
+        assert_eq!(id(vec![line("at 45", 9000.0, &[(-40.0, 0.0), (60.0, 100.0)])]), None);
+    }
+
+    #[test]
+    fn a_freeway_beside_the_street_is_not_taken_but_the_next_best() {
+        let freeway = line("freeway", 200_403.0, &[(1.0, 0.0), (1.0, 100.0)]);
+        let own = line("own", 12_000.0, &[(9.0, 0.0), (9.0, 100.0)]);
+        assert_eq!(id(vec![freeway.clone()]), None);
+        assert_eq!(id(vec![freeway, own]), Some("own".into()));
+    }
+
+    #[test]
+    fn a_parallel_road_much_farther_away_does_not_win_by_being_longer() {
+        let own = line("own", 9000.0, &[(2.0, 0.0), (2.0, 70.0)]);
+        let frontage = line("frontage", 9000.0, &[(25.0, -200.0), (25.0, 200.0)]);
+        assert_eq!(id(vec![frontage, own]), Some("own".into()));
+    }
+
+    #[test]
+    fn a_line_has_to_be_near_half_of_the_street() {
+        assert_eq!(id(vec![line("a", 9000.0, &[(2.0, 70.0), (2.0, 300.0)])]), None);
+        assert!(id(vec![line("a", 9000.0, &[(2.0, 40.0), (2.0, 300.0)])]).is_some());
+        assert_eq!(id(vec![line("a", 9000.0, &[(30.5, 0.0), (30.5, 100.0)])]), None);
+        assert!(id(vec![line("a", 9000.0, &[(29.5, 0.0), (29.5, 100.0)])]).is_some());
+    }
+
+    #[test]
+    fn the_line_of_the_opposite_arm_is_not_taken() {
+        let opposite = vec![line("opposite", 9000.0, &[(0.0, -200.0), (0.0, 0.0)])];
+        let short = [(0.0, 0.0), (0.0, 35.0)].map(at);
+        let index = Index::new(opposite).unwrap();
+        assert_eq!(index.along(&short, 2, &CountSettings::default()), None);
+    }
+
+    #[test]
+    fn a_station_counts_for_the_street_that_it_is_beside() {
+        assert_eq!(id(vec![station("a", (8.0, 50.0), None)]), Some("a".into()));
+        assert_eq!(id(vec![station("along", (8.0, 50.0), Some(185.0))]), Some("along".into()));
+        assert_eq!(id(vec![station("across", (8.0, 50.0), Some(90.0))]), None);
+        assert_eq!(id(vec![station("crossing street", (20.0, 0.0), None)]), None);
+        assert_eq!(id(vec![station("far", (31.0, 50.0), None)]), None);
+        let near = vec![station("b", (9.0, 30.0), None), station("c", (-4.0, 60.0), None)];
+        assert_eq!(id(near), Some("c".into()));
+    }
+
+    #[test]
+    fn a_street_without_length_has_no_count() {
+        let index = Index::new(vec![line("a", 1.0, &[(0.0, 0.0), (0.0, 9.0)])]).unwrap();
+        let settings = CountSettings::default();
+        assert_eq!(index.along(&[], 1, &settings), None);
+        assert_eq!(index.along(&[at((0.0, 1.0))], 1, &settings), None);
+        assert_eq!(index.along(&[at((0.0, 1.0)); 2], 1, &settings), None);
+    }
+
+    prop_compose! {
+        fn any_line()(
+            aadt in 1_u32..60_000,
+            places in prop::collection::vec((-60_i32..60, -60_i32..160), 2..6),
+        ) -> Counted {
+            let places: Vec<_> = places.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).collect();
+            line(&format!("{aadt}"), f64::from(aadt), &places)
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_order_of_lines_does_not_matter(
+            lines in prop::collection::vec(any_line(), 1..9).prop_shuffle(),
+        ) {
+            let mut reversed = lines.clone();
+            reversed.reverse();
+            prop_assert_eq!(found(lines), found(reversed));
+        }
+
+        #[test]
+        fn the_direction_of_lines_does_not_matter(
+            lines in prop::collection::vec(any_line(), 1..5),
+        ) {
+            let reversed = lines.iter().cloned().map(|mut counted| {
+                if let Shape::Lines(lines) = &mut counted.shape {
+                    lines[0].reverse();
+                }
+                counted
+            });
+            let (one, other) = (found(lines.clone()), found(reversed.collect()));
+            prop_assert_eq!(one.as_ref().map(|m| &m.id), other.as_ref().map(|m| &m.id));
+            if let (Some(one), Some(other)) = (one, other) {
+                prop_assert!((one.distance_m - other.distance_m).abs() < 1e-6);
+                prop_assert!((one.angle_deg - other.angle_deg).abs() < 1e-6);
+            }
+        }
+
+        #[test]
+        fn a_match_keeps_to_its_limits(lines in prop::collection::vec(any_line(), 1..9)) {
+            let settings = CountSettings::default();
+            if let Some(found) = found(lines) {
+                prop_assert!(found.distance_m <= settings.match_m);
+                prop_assert!(found.angle_deg <= settings.match_deg);
+                prop_assert!(found.aadt_veh_per_day <= 2.0 * settings.max_veh_per_day_per_lane);
+            }
+        }
+
+        #[test]
+        fn any_place_on_earth_is_joined_without_panic(
+            lines in prop::collection::vec((-900_000_000..=900_000_000, -1_800_000_000..=1_800_000_000), 2..4),
+            offset in -500..500_i32,
+        ) {
+            let places: Vec<_> = lines
+                .into_iter()
+                .map(|(latitude_e7, longitude_e7)| Place { latitude_e7, longitude_e7 })
+                .collect();
+            let street: Vec<_> = places
+                .iter()
+                .map(|p| Place { longitude_e7: p.longitude_e7 + offset, ..*p })
+                .collect();
+            let shape = Shape::Lines(vec![places]);
+            let counted = Counted { id: "a".into(), aadt_veh_per_day: 1.0, shape };
+            drop(Index::new(vec![counted]).unwrap().along(&street, 1, &CountSettings::default()));
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Why what is read cannot be used.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why an extract, a signal list, counts or a boundary cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OsmError {
+    /// A file whose content is not what its name says.
+    #[error("{}: holds {found}, but its name promises {expected}; {way_out}", .path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        found: &'static str,
+        /// What its name promises.
+        expected: &'static str,
+        /// What to do.
+        way_out: String,
+    },
+    /// A file that is damaged.
+    #[error("{}, byte {byte}: {reason}; fetch the file again", .path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where reading failed, in bytes of the file as it is stored.
+        byte: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A table, GeoJSON or setting with something unusable at a place.
+    #[error("{}, {place}: {reason}", .path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Line, feature or field.
+        place: String,
+        /// What is wrong and the way out.
+        reason: String,
+    },
+    /// A file that can be read but holds nothing to work with.
+    #[error("{}: {reason}", .path.display())]
+    Nothing {
+        /// The file.
+        path: PathBuf,
+        /// What is missing and the way out.
+        reason: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {reason}", .path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's reason; part of the message, so it is no source of its own.
+        reason: io::Error,
+    },
+}
+
+impl OsmError {
+    /// Returns a closure for `map_err` that adds the path.
+    pub(crate) fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |reason| Self::Unreadable { path, reason }
+    }
+}
+
+/// Most characters of a value that a message quotes.
+const QUOTED: usize = 60;
+
+/// Returns a value from a file for a message: the start of it, if it is long.
+pub(crate) fn brief(text: &str) -> String {
+    shortened(text, QUOTED)
+}
+
+/// Returns a text, or the start of it with so many characters, if it is longer.
+pub fn shortened(text: &str, chars: usize) -> String {
+    match text.char_indices().nth(chars) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}

@@ -1,0 +1,50 @@
+//! What is worth a look at an intersection.
+
+use serde::Serialize;
+
+/// What is worth a look at an intersection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Flag {
+    /// No node is a signal for vehicles: pedestrians cross all of its streets at signals.
+    CrossingsOnly,
+    /// All of its signals are crossings of pedestrians, too.
+    AllCrossings,
+    /// The map leaves an approach no way across.
+    NoWayAcross,
+    /// Two neighbouring arms are at a small angle.
+    CloseArms,
+    /// Five or six arms.
+    ManyArms,
+    /// An approach of seven or more lanes.
+    ManyLanes,
+    /// An approach of two or more lanes for right turns only.
+    ManyRight,
+    /// The map has no signal there, only the list.
+    NotOnMap,
+    /// Its row in the signal list is far away.
+    FarFromList,
+    /// The extract ends before the next junction of an approach.
+    Cut,
+    /// An approach is shorter or longer than the settings allow and was given another length.
+    OtherLength,
+}
+
+impl Flag {
+    /// Returns the flag in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::CrossingsOnly => "known by its crossings only",
+            Self::AllCrossings => "all signals are at crossings",
+            Self::NoWayAcross => "an approach without a way across",
+            Self::CloseArms => "two arms less than 25 degrees apart",
+            Self::ManyArms => "five or more arms",
+            Self::ManyLanes => "an approach of seven or more lanes",
+            Self::ManyRight => "two or more right-only lanes",
+            Self::Cut => "cut by the extract",
+            Self::OtherLength => "an approach was given another length",
+            Self::NotOnMap => "no signal on the map",
+            Self::FarFromList => "more than 25 m from its row in the list",
+        }
+    }
+}

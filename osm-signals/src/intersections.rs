@@ -1,0 +1,302 @@
+//! From an extract to its signalised intersections, and to the reasons why other signals are none.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::across::{Restrictions, crossings};
+use super::arms::{Arm, arms};
+use super::extract::Place;
+use super::flags::Flag;
+use super::graph::Graph;
+use super::legs::{Leg, Surroundings, surroundings};
+use super::settings::Settings;
+use super::sites::{Site, Uncontrolled, sites};
+use super::streets::Streets;
+use super::turn::{Turns, exits};
+
+/// Most arms of an intersection: what has more is probably several that were joined.
+pub const MAX_ARMS: usize = 6;
+
+/// Most lanes of an arm in one direction: more are probably a mistake of the map.
+pub const MAX_LANES: u32 = 12;
+
+/// Why a signal is no intersection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Skip {
+    /// It is on no drivable street.
+    NotOnStreet,
+    /// No junction of streets is within reach, such as at a crossing in mid-block.
+    NoJunction,
+    /// The extract ends before or at the junction.
+    Border,
+    /// Its street ends at it, probably because the extract was cut out there.
+    EndOfStreet,
+    /// It is a pedestrian crossing on one street of a junction, whose other streets have no signal.
+    Crossing,
+    /// It controls a roundabout.
+    Roundabout,
+    /// It meters a ramp: only motorways and their ramps meet, and they merge.
+    RampMeter,
+    /// Fewer than three arms.
+    FewArms,
+    /// Fewer than two arms lead to the signal.
+    FewApproaches,
+    /// More than [`MAX_ARMS`] arms.
+    ManyArms,
+    /// More than [`MAX_LANES`] lanes in one direction.
+    ManyLanes,
+    /// Outside the boundary.
+    OutsideBoundary,
+    /// Not in the signal list.
+    NotListed,
+}
+
+impl Skip {
+    /// Returns the reason in words.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::NotOnStreet => "not on a drivable street",
+            Self::NoJunction => "no junction within reach",
+            Self::Border => "at the border of the extract",
+            Self::EndOfStreet => "at the end of a street",
+            Self::Crossing => "pedestrian crossing on one street",
+            Self::Roundabout => "roundabout",
+            Self::RampMeter => "ramp meter",
+            Self::FewArms => "fewer than three arms",
+            Self::FewApproaches => "fewer than two approaches",
+            Self::ManyArms => "more than six arms",
+            Self::ManyLanes => "more than twelve lanes in one direction",
+            Self::OutsideBoundary => "outside the boundary",
+            Self::NotListed => "not in the signal list",
+        }
+    }
+}
+
+/// A signalised intersection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersection {
+    /// Stable id: `n` and the smallest id of its signal nodes, or of its nodes without any.
+    pub id: String,
+    /// Its middle.
+    pub centre: Place,
+    /// Ids of its junction nodes, sorted.
+    pub nodes: Vec<i64>,
+    /// Where its junction and signal nodes are.
+    pub places: Vec<Place>,
+    /// Distance to its place in the signal list, metres, if there is a list.
+    pub list_distance_m: Option<f64>,
+    /// Ids of its signal nodes, sorted.
+    pub signals: Vec<i64>,
+    /// Its arms, sorted by bearing.
+    pub arms: Vec<Arm>,
+    /// Per arm the turns that exist; `None` for an arm without incoming lanes, and where the map
+    /// leaves no way across.
+    pub turns: Vec<Option<Turns>>,
+    /// What is worth a look about its signals.
+    pub flags: Vec<Flag>,
+}
+
+impl Intersection {
+    /// Returns the places at which it can be met: its middle and its nodes.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        std::iter::once(self.centre).chain(self.places.iter().copied())
+    }
+
+    /// Returns the names of its streets, each once, in alphabetical order.
+    pub fn streets(&self) -> BTreeSet<&str> {
+        self.arms.iter().filter_map(|a| a.name.as_deref()).collect()
+    }
+}
+
+/// A signal, or several of one junction, that is no intersection.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Skipped {
+    /// Ids of the signal nodes.
+    pub signals: Vec<i64>,
+    /// Where the first of them is.
+    #[serde(skip)]
+    pub place: Place,
+    /// Why.
+    pub reason: Skip,
+}
+
+/// What an extract has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Found {
+    /// Intersections, by id of their first signal.
+    pub intersections: Vec<Intersection>,
+    /// Signals that are none.
+    pub skipped: Vec<Skipped>,
+}
+
+/// Returns the intersections of an extract.
+///
+/// # Arguments
+///
+/// * `listed` — nodes that have a signal, whatever the map says.
+pub fn intersections(graph: &Graph<'_>, settings: &Settings, listed: &[u32]) -> Found {
+    let extract = graph.extract;
+    let streets = Streets::new(extract, &settings.streets);
+    let restrictions = Restrictions::new(extract);
+    let (sites, left) = sites(graph, &settings.intersections, listed);
+    let made: Vec<Result<Intersection, Skipped>> = sites
+        .par_iter()
+        .map(|site| intersection(graph, &streets, &restrictions, settings, site))
+        .collect();
+    let mut found = Found::default();
+    for result in made {
+        match result {
+            Ok(intersection) => found.intersections.push(intersection),
+            Err(skipped) => found.skipped.push(skipped),
+        }
+    }
+    found.skipped.extend(left.into_iter().map(|(signal, reason)| {
+        let signal = &extract.signals[signal];
+        let reason = match reason {
+            Uncontrolled::NotOnStreet => Skip::NotOnStreet,
+            Uncontrolled::NoJunction => Skip::NoJunction,
+            Uncontrolled::Border => Skip::Border,
+            Uncontrolled::EndOfStreet => Skip::EndOfStreet,
+        };
+        Skipped { signals: vec![signal.id], place: signal.place, reason }
+    }));
+    let first = |signals: &[i64], nodes: &[i64]| signals.first().or(nodes.first()).copied();
+    found.intersections.sort_by_key(|i| first(&i.signals, &i.nodes));
+    found.skipped.sort_by_key(|s| first(&s.signals, &[]));
+    found
+}
+
+fn intersection(
+    graph: &Graph<'_>,
+    streets: &Streets,
+    restrictions: &Restrictions<'_>,
+    settings: &Settings,
+    site: &Site,
+) -> Result<Intersection, Skipped> {
+    let extract = graph.extract;
+    let nodes: Vec<i64> = site.nodes.iter().map(|n| extract.nodes.id(*n as usize)).collect();
+    let signals: Vec<i64> = site.signals.iter().map(|s| extract.signals[*s].id).collect();
+    let centre = centre(graph, &site.nodes);
+    let skip = |reason| Err(Skipped { signals: signals.clone(), place: centre, reason });
+    let on_roundabout = |n: &u32| graph.steps(*n).iter().any(|s| graph.way(*s).street.roundabout);
+    if site.nodes.iter().any(on_roundabout) {
+        return skip(Skip::Roundabout);
+    }
+    let around = surroundings(graph, site, &settings.intersections);
+    let metered =
+        !site.signals.is_empty() && site.signals.iter().all(|s| extract.signals[*s].tags.meter);
+    let merges = around.legs.iter().filter(|l| l.outbound).count() <= 1;
+    let on_motorway = |l: &Leg| graph.way(l.first()).street.highway.is_motorway();
+    if metered || (merges && around.legs.iter().all(on_motorway)) {
+        return skip(Skip::RampMeter);
+    }
+    let mut arms = arms(graph, streets, settings, &around, centre);
+    if arms.len() < 3 {
+        let cut = site.nodes.iter().any(|n| graph.is_cut(*n));
+        return skip(if cut { Skip::Border } else { Skip::FewArms });
+    }
+    let exits = arms.iter().filter(|a| a.lanes_out > 0).count();
+    for arm in arms.iter_mut().filter(|a| exits <= usize::from(a.lanes_out > 0)) {
+        // Nobody comes in where the only way out is back.
+        (arm.lanes_in, arm.left_turn_lanes, arm.right_turn_lanes) = (0, 0, 0);
+        (arm.slip_lanes, arm.centre_lanes) = (0, 0);
+    }
+    if arms.iter().filter(|a| a.lanes_in > 0).count() < 2 {
+        return skip(Skip::FewApproaches);
+    }
+    if arms.len() > MAX_ARMS {
+        return skip(Skip::ManyArms);
+    }
+    if arms.iter().any(|a| a.lanes_in.max(a.lanes_out) > MAX_LANES) {
+        return skip(Skip::ManyLanes);
+    }
+    let turns = turns(graph, restrictions, &around, &arms);
+    for (arm, turns) in arms.iter_mut().zip(&turns) {
+        let Some(turns) = turns else { continue };
+        if !turns.left {
+            // A centre lane is there for left turns; other lanes turn where they can.
+            arm.lanes_in -= arm.centre_lanes;
+            (arm.left_turn_lanes, arm.centre_lanes) = (0, 0);
+        }
+        if !turns.right {
+            arm.right_turn_lanes = 0;
+        }
+    }
+    if !site.listed && crosses_one_street(graph, site, &around, &arms) {
+        return skip(Skip::Crossing);
+    }
+    let flags = flags(site, graph);
+    let first = signals.first().or(nodes.first()).copied().unwrap_or_default();
+    let junctions = site.nodes.iter().map(|n| graph.place(*n));
+    let places = junctions.chain(site.signals.iter().map(|s| extract.signals[*s].place)).collect();
+    Ok(Intersection {
+        id: format!("n{first}"),
+        centre,
+        nodes,
+        places,
+        list_distance_m: None,
+        signals,
+        arms,
+        turns,
+        flags,
+    })
+}
+
+fn flags(site: &Site, graph: &Graph<'_>) -> Vec<Flag> {
+    let signals = || site.signals.iter().map(|s| &graph.extract.signals[*s]);
+    let holds = [
+        (Flag::CrossingsOnly, site.signals.is_empty() && !site.listed),
+        (Flag::AllCrossings, !site.signals.is_empty() && signals().all(|s| s.tags.crossing)),
+    ];
+    holds.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()
+}
+
+/// Returns whether all signals of a site are pedestrian crossings before the junction, on one of its arms.
+fn crosses_one_street(graph: &Graph<'_>, site: &Site, around: &Surroundings, arms: &[Arm]) -> bool {
+    let extract = graph.extract;
+    let signals: Vec<u32> = site
+        .signals
+        .iter()
+        .map(|s| &extract.signals[*s])
+        .filter(|s| s.tags.crossing)
+        .filter_map(|s| extract.nodes.index(s.id).map(|n| n as u32))
+        .collect();
+    let on_arm = |arm: &Arm, node: u32| {
+        let mut steps = arm.legs.iter().flat_map(|l| &around.legs[*l].chain.steps);
+        steps.any(|s| graph.target(*s) == node)
+    };
+    !site.signals.is_empty()
+        && signals.len() == site.signals.len()
+        && arms.iter().any(|arm| signals.iter().all(|node| on_arm(arm, *node)))
+}
+
+/// Returns the middle of some nodes.
+fn centre(graph: &Graph<'_>, nodes: &[u32]) -> Place {
+    let count = nodes.len() as f64;
+    let mean = |f: fn(Place) -> f64| nodes.iter().map(|n| f(graph.place(*n))).sum::<f64>() / count;
+    Place::from_degrees(mean(Place::latitude), mean(Place::longitude))
+        .expect("the middle of places is a place")
+}
+
+/// Returns per arm which turns exist.
+fn turns(
+    graph: &Graph<'_>,
+    restrictions: &Restrictions<'_>,
+    around: &Surroundings,
+    arms: &[Arm],
+) -> Vec<Option<Turns>> {
+    let crossings = crossings(graph, restrictions, around, arms);
+    let of = |from: usize| {
+        let others = arms.iter().enumerate().filter(|(to, arm)| *to != from && arm.lanes_out > 0);
+        exits(arms[from].bearing_deg, others.map(|(to, arm)| (to, arm.bearing_deg)))
+            .into_iter()
+            .filter(|(to, _)| crossings.contains(&(from, *to)))
+            .fold(None, |turns: Option<Turns>, (_, turn)| {
+                Some(turns.unwrap_or(Turns::NONE).with(turn))
+            })
+    };
+    (0..arms.len()).map(|from| if arms[from].lanes_in > 0 { of(from) } else { None }).collect()
+}

@@ -1,0 +1,98 @@
+//! Left-hand traffic in the mirror: an extract with east and west exchanged, and what is found in it
+//! turned back.
+//!
+//! Seen in a mirror, left-hand traffic is right-hand traffic: carriageways, roundabouts, slip lanes and
+//! the way around a junction are where all code between here knows them, and turns to the right are turns to
+//! the left. Only coordinates and the order and turns of marked lanes change; one-way streets and
+//! restrictions name ways and nodes, which the mirror leaves alone.
+
+use super::arms::Arm;
+use super::extract::{Extract, Place};
+use super::graph::Graph;
+use super::intersections::{Found, Intersection, intersections};
+use super::listing::{Named, unmapped};
+use super::settings::Settings;
+use super::signals::ListedSignal;
+use super::turn::Turns;
+use crate::angle::mirrored_deg;
+use crate::driving_side::DrivingSide;
+
+/// Returns the intersections of an extract of right-hand or left-hand traffic, as on the ground, and the
+/// junctions that a list names.
+///
+/// Left-hand traffic takes the memory of its extract twice.
+///
+/// # Arguments
+///
+/// * `listed` — signals of a list, which stand whatever the map says.
+pub fn found(
+    graph: &Graph<'_>,
+    settings: &Settings,
+    listed: &[ListedSignal],
+    side: DrivingSide,
+) -> (Found, Named) {
+    let match_m = settings.intersections.list_match_m;
+    let of = |graph: &Graph<'_>, listed: &[ListedSignal]| {
+        let found = intersections(graph, settings, &[]);
+        let named = unmapped(graph, &found, listed, match_m);
+        match named.nodes.is_empty() {
+            true => (found, named),
+            false => (intersections(graph, settings, &named.nodes), named),
+        }
+    };
+    match side {
+        DrivingSide::Right => of(graph, listed),
+        DrivingSide::Left => {
+            let mirrored =
+                |row: &ListedSignal| ListedSignal { place: row.place.mirrored(), ..row.clone() };
+            let listed: Vec<ListedSignal> = listed.iter().map(mirrored).collect();
+            let extract = mirrored_extract(graph.extract);
+            let (mut found, named) = of(&Graph::new(&extract), &listed);
+            turn_back(&mut found);
+            (found, named)
+        }
+    }
+}
+
+/// Returns an extract with east and west exchanged.
+pub fn mirrored_extract(extract: &Extract) -> Extract {
+    let mut mirrored = extract.clone();
+    mirrored.nodes.mirror();
+    for signal in &mut mirrored.signals {
+        signal.place = signal.place.mirrored();
+    }
+    for turns in mirrored.ways.iter_mut().filter_map(|way| way.street.turns.as_mut()) {
+        turns.mirror();
+    }
+    mirrored
+}
+
+fn turn_back(found: &mut Found) {
+    found.intersections.iter_mut().for_each(turn_intersection_back);
+    for skipped in &mut found.skipped {
+        skipped.place = skipped.place.mirrored();
+    }
+}
+
+fn turn_intersection_back(i: &mut Intersection) {
+    i.centre = i.centre.mirrored();
+    mirror_places(&mut i.places);
+    let arms = std::mem::take(&mut i.arms).into_iter().map(arm_turned_back);
+    let turns = std::mem::take(&mut i.turns).into_iter().map(|turns| turns.map(Turns::mirrored));
+    let mut both: Vec<(Arm, Option<Turns>)> = arms.zip(turns).collect();
+    both.sort_by(|a, b| a.0.bearing_deg.total_cmp(&b.0.bearing_deg));
+    (i.arms, i.turns) = both.into_iter().unzip();
+}
+
+fn arm_turned_back(mut arm: Arm) -> Arm {
+    arm.bearing_deg = mirrored_deg(arm.bearing_deg);
+    std::mem::swap(&mut arm.left_turn_lanes, &mut arm.right_turn_lanes);
+    mirror_places(&mut arm.places);
+    arm
+}
+
+fn mirror_places(places: &mut [Place]) {
+    for place in places {
+        *place = place.mirrored();
+    }
+}

@@ -1,0 +1,219 @@
+//! Turn restrictions: what a relation `type=restriction` forbids or prescribes to cars.
+//!
+//! Choices where readers differ:
+//! - `restriction:motorcar` and `restriction:motor_vehicle` go before `restriction`.
+//! - What holds at certain times only is left out, and so is `no_u_turn`: signals here are
+//!   modelled without U-turns.
+//!
+//! Source: <https://wiki.openstreetmap.org/wiki/Relation:restriction>.
+
+use crate::extract::{Restriction, Via};
+use crate::oddities::Oddities;
+use crate::tags::{Tags, tag};
+
+/// Most members of a restriction that are believed; real ones have three to ten.
+const MAX_MEMBERS: usize = 100;
+
+/// Keys of what a restriction says about cars, the most specific first.
+const KEYS: [&str; 3] = ["restriction:motorcar", "restriction:motor_vehicle", "restriction"];
+
+/// Keys that limited a restriction to a time before `restriction:conditional` was invented.
+const TIMES: [&str; 4] = ["day_on", "day_off", "hour_on", "hour_off"];
+
+/// What a member of a relation is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A node.
+    Node,
+    /// A way.
+    Way,
+    /// A relation.
+    Relation,
+}
+
+/// A member of a relation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Member<'a> {
+    /// What it is.
+    pub(super) kind: Kind,
+    /// Its id.
+    pub(super) id: i64,
+    /// Its part in the relation.
+    pub(super) role: &'a str,
+}
+
+/// Returns whether a relation is a turn restriction, for whatever vehicles.
+pub(super) fn is_restriction(tags: &Tags<'_>) -> bool {
+    tag(tags, "type") == Some("restriction")
+}
+
+/// Returns what a restriction says about cars, one per pair of ways; what cannot be used is
+/// counted.
+pub(super) fn restrictions(
+    relation: i64,
+    tags: &Tags<'_>,
+    members: &[Member<'_>],
+    oddities: &mut Oddities,
+) -> Vec<Restriction> {
+    let parsed = kind(tags).and_then(|kind| match kind {
+        None => Ok(Vec::new()),
+        Some(kind) => between(kind, members),
+    });
+    parsed.unwrap_or_else(|reason| {
+        oddities.add(reason, || format!("relation {relation}"));
+        Vec::new()
+    })
+}
+
+/// Returns the kind, such as `no_left_turn`; `Ok(None)` if it is none that matters here.
+fn kind<'a>(tags: &Tags<'a>) -> Result<Option<&'a str>, &'static str> {
+    let except = tag(tags, "except").unwrap_or_default();
+    if except.split(';').any(|v| matches!(v.trim(), "motorcar" | "motor_vehicle")) {
+        return Err("turn restriction that is not for cars");
+    }
+    let Some(value) = KEYS.iter().find_map(|key| tag(tags, key)) else {
+        let others = || tags.iter().filter(|(key, _)| key.starts_with("restriction:"));
+        return Err(match (others().next(), others().any(|(k, _)| !k.ends_with(":conditional"))) {
+            (None, _) => "turn restriction of no kind",
+            (Some(_), false) => "turn restriction at certain times only",
+            (Some(_), true) => "turn restriction that is not for cars",
+        });
+    };
+    if TIMES.iter().any(|key| tag(tags, key).is_some()) {
+        return Err("turn restriction at certain times only");
+    }
+    let mut kinds = value.split(';').map(str::trim).filter(|kind| *kind != "no_u_turn");
+    match kinds.next() {
+        None => Ok(None),
+        Some(kind) if kind.starts_with("no_") || kind.starts_with("only_") => Ok(Some(kind)),
+        Some(_) => Err("turn restriction of an unknown kind"),
+    }
+}
+
+/// Returns the restrictions between the ways that the members name.
+fn between(kind: &str, members: &[Member<'_>]) -> Result<Vec<Restriction>, &'static str> {
+    const UNCLEAR: &str = "turn restriction with more members than it can have";
+    if members.len() > MAX_MEMBERS {
+        return Err(UNCLEAR);
+    }
+    let ids = |role: &str, kind: Kind| -> Vec<i64> {
+        members.iter().filter(|m| m.role == role && m.kind == kind).map(|m| m.id).collect()
+    };
+    let (from, to) = (ids("from", Kind::Way), ids("to", Kind::Way));
+    let via = match (&*ids("via", Kind::Node), ids("via", Kind::Way)) {
+        ([node], ways) if ways.is_empty() => Some(Via::Node(*node)),
+        ([], ways) if !ways.is_empty() => Some(Via::Ways(ways)),
+        ([], _) => None,
+        _ => return Err(UNCLEAR),
+    };
+    let via = via.filter(|_| !from.is_empty() && !to.is_empty());
+    let via = via.ok_or("turn restriction without one of from, via and to")?;
+    let several = (from.len() > 1, to.len() > 1);
+    let fine = match kind {
+        "no_entry" => !several.1,
+        "no_exit" => !several.0,
+        _ => several == (false, false),
+    };
+    if !fine {
+        return Err(UNCLEAR);
+    }
+    let only = kind.starts_with("only_");
+    let pairs = from.iter().flat_map(|from| to.iter().map(|to| (*from, *to)));
+    Ok(pairs.map(|(from, to)| Restriction { from, via: via.clone(), to, only }).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MEMBERS: [Member<'static>; 3] = [way(1, "from"), node(2, "via"), way(3, "to")];
+
+    const fn way(id: i64, role: &'static str) -> Member<'static> {
+        Member { kind: Kind::Way, id, role }
+    }
+
+    const fn node(id: i64, role: &'static str) -> Member<'static> {
+        Member { kind: Kind::Node, id, role }
+    }
+
+    fn read(tags: &Tags<'_>, members: &[Member<'_>]) -> (Vec<Restriction>, Option<&'static str>) {
+        let mut oddities = Oddities::default();
+        let found = restrictions(9, tags, members, &mut oddities);
+        let reason = oddities.iter().next().map(|(reason, _)| reason);
+        (found, reason)
+    }
+
+    fn one(only: bool) -> Vec<Restriction> {
+        vec![Restriction { from: 1, via: Via::Node(2), to: 3, only }]
+    }
+
+    #[test]
+    fn a_restriction_forbids_or_prescribes_one_turn() {
+        assert_eq!(read(&[("restriction", "no_left_turn")], &MEMBERS), (one(false), None));
+        assert_eq!(read(&[("restriction", "only_straight_on")], &MEMBERS), (one(true), None));
+        assert_eq!(
+            read(&[("restriction", "no_u_turn; no_left_turn")], &MEMBERS),
+            (one(false), None)
+        );
+        let cars = [("restriction", "no_left_turn"), ("restriction:motorcar", "only_left_turn")];
+        assert_eq!(read(&cars, &MEMBERS), (one(true), None));
+    }
+
+    #[test]
+    fn u_turns_are_dropped_silently() {
+        assert_eq!(read(&[("restriction", "no_u_turn")], &MEMBERS), (vec![], None));
+    }
+
+    #[test]
+    fn what_is_not_for_cars_at_all_times_is_counted() {
+        let not_cars = "turn restriction that is not for cars";
+        let times = "turn restriction at certain times only";
+        for (tags, reason) in [
+            (vec![("restriction:hgv", "no_left_turn")], not_cars),
+            (vec![("restriction", "no_left_turn"), ("except", "bus; motorcar")], not_cars),
+            (vec![("restriction:conditional", "no_left_turn @ (07:00-09:00)")], times),
+            (vec![("restriction", "no_left_turn"), ("hour_on", "07:00")], times),
+            (vec![("name", "x")], "turn restriction of no kind"),
+            (vec![("restriction", "maybe")], "turn restriction of an unknown kind"),
+        ] {
+            assert_eq!(read(&tags, &MEMBERS), (vec![], Some(reason)), "{tags:?}");
+        }
+        let bus = [("restriction", "no_left_turn"), ("except", "bus")];
+        assert_eq!(read(&bus, &MEMBERS), (one(false), None));
+    }
+
+    #[test]
+    fn members_that_are_missing_or_too_many_are_counted() {
+        let no_left = [("restriction", "no_left_turn")];
+        let incomplete = Some("turn restriction without one of from, via and to");
+        for missing in 0..3 {
+            let mut members = MEMBERS.to_vec();
+            members.remove(missing);
+            assert_eq!(read(&no_left, &members), (vec![], incomplete), "{missing}");
+        }
+        let unclear = Some("turn restriction with more members than it can have");
+        for surplus in [way(4, "from"), way(4, "to"), node(4, "via"), way(4, "via")] {
+            let members = [&MEMBERS[..], &[surplus]].concat();
+            assert_eq!(read(&no_left, &members), (vec![], unclear), "{surplus:?}");
+        }
+        assert_eq!(read(&no_left, &MEMBERS.repeat(40)), (vec![], unclear));
+    }
+
+    #[test]
+    fn several_ways_of_no_entry_and_no_exit_give_a_restriction_each() {
+        let members = [&MEMBERS[..], &[way(4, "from")]].concat();
+        let (found, reason) = read(&[("restriction", "no_entry")], &members);
+        assert_eq!(found.iter().map(|r| (r.from, r.to)).collect::<Vec<_>>(), [(1, 3), (4, 3)]);
+        assert_eq!(reason, None);
+        let members = [&MEMBERS[..], &[way(4, "to")]].concat();
+        let (found, _) = read(&[("restriction", "no_exit")], &members);
+        assert_eq!(found.iter().map(|r| (r.from, r.to)).collect::<Vec<_>>(), [(1, 3), (1, 4)]);
+    }
+
+    #[test]
+    fn a_restriction_leads_through_ways_too() {
+        let members = [way(1, "from"), way(5, "via"), way(6, "via"), way(3, "to")];
+        let (found, _) = read(&[("restriction", "no_left_turn")], &members);
+        assert_eq!(found[0].via, Via::Ways(vec![5, 6]));
+    }
+}

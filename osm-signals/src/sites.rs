@@ -1,0 +1,345 @@
+//! Which junctions a signal controls, and which of them are one intersection.
+//!
+//! A signal stands at a junction, or before one: then it belongs to the first junction that its
+//! traffic reaches. Signalised junctions are one intersection, a *site*, if they are close along a
+//! street, or if they are the crossings with the two carriageways of one divided street. Crossings
+//! with the other carriageway belong to the site even if nobody mapped a signal there.
+//!
+//! Deviation: IntersectionZoo chains all signals within 80 m, which makes one intersection of two
+//! neighbouring ones in a dense street grid.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashSet};
+
+use super::crossings::crossed_all_around;
+use super::extract::SignalNode;
+use super::geometry::{bearing_deg, distance_m};
+use super::graph::{Graph, Step};
+use super::near::{adjoining, touch};
+use super::settings::IntersectionSettings;
+use crate::angle::turn_degrees;
+
+/// Largest deviation of two carriageways from opposite headings, degrees.
+const OPPOSITE_DEG: f64 = 40.0;
+
+/// Largest deviation from a right angle between a carriageway and the way across the median,
+/// degrees.
+const ACROSS_DEG: f64 = 50.0;
+
+/// Smallest angle at which one street turns into another at a node where a third one is missing,
+/// degrees: a street that only changes its name goes on more or less straight.
+const CORNER_DEG: f64 = 45.0;
+
+/// Why a signal controls no junction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Uncontrolled {
+    /// It is on no drivable street.
+    NotOnStreet,
+    /// No junction of streets is within reach.
+    NoJunction,
+    /// The extract ends before a junction.
+    Border,
+    /// Its street ends at it: probably where the extract was cut out.
+    EndOfStreet,
+}
+
+/// Junctions that are one intersection, and its signals.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Site {
+    /// Junction nodes, sorted.
+    pub nodes: Vec<u32>,
+    /// Positions in [`Extract::signals`](super::extract::Extract::signals), sorted; empty for a
+    /// junction that only a signal list names or whose crossings alone have signals.
+    pub signals: Vec<usize>,
+    /// Whether a signal list names one of its junctions.
+    pub listed: bool,
+}
+
+/// Returns the sites of an extract and the signals that belong to none.
+///
+/// # Arguments
+///
+/// * `listed` — further junctions that have a signal, whatever the map says.
+pub fn sites(
+    graph: &Graph<'_>,
+    settings: &IntersectionSettings,
+    listed: &[u32],
+) -> (Vec<Site>, Vec<(usize, Uncontrolled)>) {
+    let mut anchors: BTreeMap<u32, Vec<usize>> = listed.iter().map(|n| (*n, vec![])).collect();
+    let (mut left, mut corners) = (Vec::new(), Vec::new());
+    for (signal, index) in graph.extract.signals.iter().zip(0..) {
+        match junction_of(graph, settings.signal_reach_m, signal) {
+            Ok(node) => {
+                anchors.entry(node).or_default().push(index);
+                corners.extend(corner(graph, settings.join_m, signal, node).map(|c| (node, c)));
+            }
+            Err(reason) => left.push((index, reason)),
+        }
+    }
+    left.retain(|(index, reason)| {
+        let behind = (*reason == Uncontrolled::NoJunction)
+            .then(|| junction_behind(graph, settings.join_m, &graph.extract.signals[*index]))
+            .flatten();
+        match behind.and_then(|node| anchors.get_mut(&node)) {
+            Some(signals) => {
+                signals.push(*index);
+                false
+            }
+            None => true,
+        }
+    });
+    if settings.from_crossings {
+        for node in crossed_all_around(graph, settings.join_m) {
+            anchors.entry(node).or_default();
+        }
+    }
+    let groups = group(graph, settings, &anchors, &corners);
+    let sites = groups
+        .into_iter()
+        .map(|nodes| {
+            let mut signals: Vec<usize> =
+                nodes.iter().filter_map(|n| anchors.get(n)).flatten().copied().collect();
+            signals.sort_unstable();
+            let listed = nodes.iter().any(|n| listed.contains(n));
+            Site { nodes, signals, listed }
+        })
+        .collect();
+    (sites, left)
+}
+
+/// Returns the junction that a signal controls.
+fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u32, Uncontrolled> {
+    let node = graph.extract.nodes.index(signal.id).map(|n| n as u32);
+    let Some(node) = node else { return Err(Uncontrolled::NotOnStreet) };
+    if graph.steps(node).is_empty() {
+        // All neighbours are missing.
+        return Err(if graph.is_cut(node) {
+            Uncontrolled::Border
+        } else {
+            Uncontrolled::NotOnStreet
+        });
+    }
+    let none = HashSet::new();
+    if graph.is_junction(node, &none) {
+        return Ok(node);
+    }
+    let nearest = |steps: &mut dyn Iterator<Item = &Step>| {
+        let chains = steps.map(|s| graph.chain_within(*s, reach_m));
+        let ends = chains
+            .filter(|c| graph.is_junction(c.end, &none))
+            .map(|c| (graph.length_m(&c.steps), c.end))
+            .filter(|(metres, _)| *metres <= reach_m);
+        ends.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
+    };
+    let faces = |s: &&Step| signal.tags.forward.is_none_or(|forward| s.forward == forward);
+    let onwards = || graph.steps(node).iter().filter(|s| graph.allowed(**s));
+    // A direction that leads to no junction is a mistake of the map.
+    let found = nearest(&mut onwards().filter(faces)).or_else(|| nearest(&mut onwards()));
+    found.ok_or_else(|| {
+        let ends_at_border = graph.steps(node).iter().any(|s| {
+            let chain = graph.chain_within(*s, reach_m);
+            graph.is_cut(chain.end) && graph.length_m(&chain.steps) <= reach_m
+        });
+        if ends_at_border || graph.is_cut(node) {
+            Uncontrolled::Border
+        } else if graph.neighbours(node, &none).len() == 1 {
+            Uncontrolled::EndOfStreet
+        } else {
+            Uncontrolled::NoJunction
+        }
+    })
+}
+
+/// Returns the node of a signal that is no junction only because a street is left out, such as the
+/// crossing with a carriageway that goes on as a motorway: two streets of different names meet there
+/// at an angle, next to the junction that the signal controls.
+fn corner(graph: &Graph<'_>, join_m: f64, signal: &SignalNode, junction: u32) -> Option<u32> {
+    let node = graph.extract.nodes.index(signal.id)? as u32;
+    let [a, b] = graph.steps(node) else { return None };
+    let name = |step: &Step| graph.way(*step).street.name.as_deref();
+    let heading = |step: &Step| bearing_deg(graph.place(node), graph.place(graph.target(*step)));
+    let bend = 180.0 - turn_degrees(heading(a), heading(b)).abs();
+    let named = name(a).is_some() && name(b).is_some() && name(a) != name(b);
+    let near = distance_m(graph.place(node), graph.place(junction)) <= join_m;
+    (named && near && bend >= CORNER_DEG).then_some(node)
+}
+
+/// Returns the junction that traffic has just left at a signal, such as one at the far side of a
+/// crossing.
+fn junction_behind(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Option<u32> {
+    let node = graph.extract.nodes.index(signal.id)? as u32;
+    let chains = graph.steps(node).iter().map(|s| graph.chain_within(*s, reach_m));
+    let near = chains.map(|c| (graph.length_m(&c.steps), c.end)).filter(|c| c.0 <= reach_m);
+    near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
+}
+
+/// A node within reach of another along the streets.
+#[derive(Debug, Clone, Copy)]
+struct Reached {
+    metres: f64,
+    before: u32,
+}
+
+/// Returns the nodes within a distance along the streets, whichever way traffic goes.
+fn within_reach(graph: &Graph<'_>, from: u32, limit_m: f64) -> BTreeMap<u32, Reached> {
+    let mut reached = BTreeMap::from([(from, Reached { metres: 0.0, before: from })]);
+    // Millimetres, because floating-point numbers have no total order for a heap.
+    let mut heap = BinaryHeap::from([(Reverse(0_u64), from)]);
+    let mut done = HashSet::new();
+    while let Some((_, node)) = heap.pop() {
+        if !done.insert(node) {
+            continue;
+        }
+        let base_m = reached[&node].metres;
+        for step in graph.steps(node) {
+            let (to, metres) = (graph.target(*step), base_m + graph.step_m(*step));
+            if metres <= limit_m && reached.get(&to).is_none_or(|r| metres < r.metres) {
+                reached.insert(to, Reached { metres, before: node });
+                heap.push((Reverse((metres * 1000.0) as u64), to));
+            }
+        }
+    }
+    reached
+}
+
+/// Returns the anchors that are one intersection, with the other junctions that belong to it.
+fn group(
+    graph: &Graph<'_>,
+    settings: &IntersectionSettings,
+    anchors: &BTreeMap<u32, Vec<usize>>,
+    corners: &[(u32, u32)],
+) -> Vec<Vec<u32>> {
+    let none = HashSet::new();
+    let mut groups = Groups::new(graph, settings.max_extent_m, anchors.keys().copied());
+    let mut links = Vec::new();
+    for a in anchors.keys().copied() {
+        let reached = within_reach(graph, a, settings.max_extent_m);
+        for (b, r) in reached.range(a + 1..).filter(|(b, _)| anchors.contains_key(b)) {
+            if r.metres <= settings.join_m
+                || (r.metres <= settings.median_m && opposite(graph, a, *b))
+                || touch(graph, a, *b)
+            {
+                links.push((r.metres, a, *b, path(&reached, *b)));
+            }
+        }
+    }
+    links.sort_by(|x, y| x.0.total_cmp(&y.0).then_with(|| (x.1, x.2).cmp(&(y.1, y.2))));
+    for (_, a, b, between) in links {
+        let junctions = between.into_iter().filter(|n| graph.is_junction(*n, &none));
+        groups.join(a, b, junctions.collect());
+    }
+    let mut queue: Vec<u32> = groups.of.keys().copied().rev().collect();
+    while let Some(a) = queue.pop() {
+        let reached = within_reach(graph, a, settings.median_m);
+        for b in reached.keys().copied() {
+            let new = !groups.of.contains_key(&b) && graph.is_junction(b, &none);
+            if new && opposite(graph, a, b) && groups.add(a, b) {
+                queue.push(b);
+            }
+        }
+    }
+    let members: Vec<u32> = groups.of.keys().copied().collect();
+    for a in members {
+        for b in adjoining(graph, settings.join_m, &groups.of, a) {
+            groups.add(a, b);
+        }
+    }
+    for (junction, corner) in corners {
+        if !groups.of.contains_key(corner) {
+            groups.add(*junction, *corner);
+        }
+    }
+    groups.members()
+}
+
+/// Returns the nodes between the start of a search and a node.
+fn path(reached: &BTreeMap<u32, Reached>, to: u32) -> Vec<u32> {
+    let mut nodes = Vec::new();
+    let mut node = reached[&to].before;
+    while reached[&node].before != node {
+        nodes.push(node);
+        node = reached[&node].before;
+    }
+    nodes
+}
+
+/// Returns whether two junctions are the crossings with the two carriageways of one street: both
+/// have a one-way street of one name, with opposite headings, and the other carriageway is to the
+/// left of each (traffic keeps to the right).
+fn opposite(graph: &Graph<'_>, a: u32, b: u32) -> bool {
+    let across = bearing_deg(graph.place(a), graph.place(b));
+    let carriageways = |node: u32| {
+        let one_way = graph.steps(node).iter().filter(|s| graph.is_one_way(**s));
+        one_way.map(|s| {
+            let travel = if graph.allowed(*s) { *s } else { s.reversed() };
+            let (from, to) = (graph.source(travel), graph.target(travel));
+            (bearing_deg(graph.place(from), graph.place(to)), &graph.way(*s).street)
+        })
+    };
+    carriageways(a).any(|(heading, street)| {
+        let left = (turn_degrees(heading, across) + 90.0).abs() <= ACROSS_DEG;
+        left && carriageways(b).any(|(other, other_street)| {
+            let turn = turn_degrees(heading, other).abs();
+            turn >= 180.0 - OPPOSITE_DEG
+                && street.name == other_street.name
+                && street.highway == other_street.highway
+        })
+    })
+}
+
+/// Disjoint groups of nodes of limited extent.
+struct Groups<'g, 'a> {
+    graph: &'g Graph<'a>,
+    max_extent_m: f64,
+    of: BTreeMap<u32, usize>,
+    nodes: Vec<BTreeSet<u32>>,
+}
+
+impl<'g, 'a> Groups<'g, 'a> {
+    fn new(graph: &'g Graph<'a>, max_extent_m: f64, nodes: impl Iterator<Item = u32>) -> Self {
+        let nodes: Vec<BTreeSet<u32>> = nodes.map(|n| BTreeSet::from([n])).collect();
+        let of = nodes.iter().enumerate().flat_map(|(i, n)| n.iter().map(move |n| (*n, i)));
+        Self { graph, max_extent_m, of: of.collect(), nodes }
+    }
+
+    fn fits(&self, a: usize, others: &BTreeSet<u32>) -> bool {
+        self.nodes[a].iter().all(|x| {
+            others.iter().all(|y| {
+                distance_m(self.graph.place(*x), self.graph.place(*y)) <= self.max_extent_m
+            })
+        })
+    }
+
+    /// Joins the groups of two nodes and takes in the nodes between them, unless that is too wide.
+    fn join(&mut self, a: u32, b: u32, between: BTreeSet<u32>) {
+        let (i, j) = (self.of[&a], self.of[&b]);
+        let free = between.into_iter().filter(|n| !self.of.contains_key(n));
+        let mut others: BTreeSet<u32> = free.collect();
+        if i != j {
+            others.extend(&self.nodes[j]);
+        }
+        if self.fits(i, &others) {
+            if i != j {
+                self.nodes[j].clear();
+            }
+            self.of.extend(others.iter().map(|n| (*n, i)));
+            self.nodes[i].extend(others);
+        }
+    }
+
+    /// Adds a node to the group of another, unless that is too wide; returns whether it did.
+    fn add(&mut self, a: u32, node: u32) -> bool {
+        let group = self.of[&a];
+        let fits = self.fits(group, &BTreeSet::from([node]));
+        if fits {
+            self.nodes[group].insert(node);
+            self.of.insert(node, group);
+        }
+        fits
+    }
+
+    fn members(self) -> Vec<Vec<u32>> {
+        let groups = self.nodes.into_iter().filter(|n| !n.is_empty());
+        groups.map(|n| n.into_iter().collect()).collect()
+    }
+}

@@ -1,0 +1,105 @@
+//! A survey: the signalised intersections of an extract with their arms, and what a city knows of them.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
+use geo::{BoundingRect, Coord, LineString, Rect};
+
+use super::boundary::Boundary;
+use super::counts::Counts;
+use super::driving_side::DrivingSide;
+use super::extract::Extract;
+use super::graph::Graph;
+use super::intersections::{Found, Skip, Skipped};
+use super::listing::{ListMatch, keep_listed};
+use super::mirror;
+use super::settings::Settings;
+use super::signals::SignalList;
+use super::spread::Spread;
+use super::traffic::{ArmTraffic, traffic};
+
+/// What decides beside the extract.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Inputs<'a> {
+    /// Which intersections count.
+    pub signals: Option<&'a SignalList>,
+    /// Traffic counts.
+    pub counts: Option<&'a Counts>,
+    /// Where intersections must lie.
+    pub boundary: Option<&'a Boundary>,
+    /// Side of the street that traffic keeps to; [`decide`](super::side::decide) tells that of an extract.
+    pub driving_side: DrivingSide,
+}
+
+/// The intersections of an extract.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Survey {
+    /// Intersections, and signals that are none.
+    pub found: Found,
+    /// Traffic by intersection and arm.
+    pub traffic: Vec<Vec<ArmTraffic>>,
+    /// What became of the rows of the signal list.
+    pub listed: Vec<ListMatch>,
+    /// The smallest box around the streets of the extract, degrees: x is the longitude and y the
+    /// latitude; nothing without any street.
+    pub covered: Option<Rect<f64>>,
+}
+
+impl Survey {
+    /// Returns the survey of an extract.
+    pub fn new(extract: &Extract, settings: &Settings, inputs: &Inputs<'_>) -> Self {
+        let match_m = settings.intersections.list_match_m;
+        let rows = inputs.signals.map_or(&[][..], |list| &list.signals[..]);
+        let graph = Graph::new(extract);
+        let (mut found, named) = mirror::found(&graph, settings, rows, inputs.driving_side);
+        // A junction outside the boundary ends the reach of a count as well.
+        let limit_m = settings.counts.spread_m;
+        let spread = inputs
+            .counts
+            .map(|counts| (counts, Spread::new(&graph, &found.intersections, limit_m)));
+        if let Some(boundary) = inputs.boundary {
+            let (inside, outside) =
+                found.intersections.into_iter().partition(|i| boundary.contains(i.centre));
+            found.intersections = inside;
+            for skipped in found.skipped.iter_mut().filter(|s| !boundary.contains(s.place)) {
+                skipped.reason = Skip::OutsideBoundary;
+            }
+            found.skipped.extend(Vec::into_iter(outside).map(|i| Skipped {
+                signals: i.signals,
+                place: i.centre,
+                reason: Skip::OutsideBoundary,
+            }));
+        }
+        let listed = match inputs.signals {
+            Some(list) => keep_listed(&mut found, &list.signals, &named, match_m),
+            None => Vec::new(),
+        };
+        let counts = spread.as_ref().map(|(counts, spread)| (*counts, spread));
+        let traffic = traffic(&found.intersections, counts, &settings.traffic);
+        Self { found, traffic, listed, covered: covered(extract) }
+    }
+
+    /// Returns whether a traffic count was found for any arm.
+    pub fn is_counted(&self) -> bool {
+        self.traffic.iter().flatten().any(|t| t.count.is_some())
+    }
+
+    /// Returns how many signals are no intersection, by reason, most frequent first.
+    pub fn skips(&self) -> Vec<(Skip, usize)> {
+        let mut counts = BTreeMap::new();
+        for skipped in &self.found.skipped {
+            *counts.entry(skipped.reason).or_default() += skipped.signals.len().max(1);
+        }
+        let mut counts: Vec<(Skip, usize)> = counts.into_iter().collect();
+        counts.sort_by_key(|(skip, n)| (Reverse(*n), *skip));
+        counts
+    }
+}
+
+/// Returns the smallest box around the streets of an extract, degrees.
+fn covered(extract: &Extract) -> Option<Rect<f64>> {
+    let places = (0..extract.nodes.len()).filter_map(|node| extract.nodes.place(node));
+    let line: LineString<f64> =
+        places.map(|p| Coord { x: p.longitude(), y: p.latitude() }).collect();
+    line.bounding_rect()
+}

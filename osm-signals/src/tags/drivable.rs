@@ -1,0 +1,95 @@
+//! Which ways are drivable: what OSMnx's filter `drive` keeps, less private drives.
+
+use super::value::{Tags, tag};
+
+/// Values of `highway` that are not drivable (OSMnx's filter).
+const NOT_DRIVABLE: [&str; 27] = [
+    "abandoned",
+    "bridleway",
+    "bus_guideway",
+    "busway",
+    "construction",
+    "corridor",
+    "cycleway",
+    "elevator",
+    "escalator",
+    "footway",
+    "no",
+    "path",
+    "pedestrian",
+    "planned",
+    "platform",
+    "proposed",
+    "raceway",
+    "razed",
+    "rest_area",
+    "service",
+    "services",
+    "steps",
+    "track",
+    "crossing",
+    "demolished",
+    "via_ferrata",
+    "motorway_junction",
+];
+
+/// Values of `service` that OSMnx's filter leaves out.
+const SERVICE: [&str; 6] =
+    ["alley", "driveway", "emergency_access", "parking", "parking_aisle", "private"];
+
+/// Values of access tags that keep the public's motor vehicles out.
+const CLOSED: [&str; 2] = ["no", "private"];
+
+/// Values of access tags that let the public's motor vehicles in, whatever a more general tag says.
+const OPEN: [&str; 4] = ["yes", "designated", "permissive", "destination"];
+
+/// Returns whether a way with these tags is a street for this project.
+pub fn drivable(tags: &Tags<'_>) -> bool {
+    let is = |key, values: &[&str]| tag(tags, key).is_some_and(|v| values.contains(&v));
+    tag(tags, "highway").is_some_and(|h| !NOT_DRIVABLE.contains(&h))
+        && !is("area", &["yes"])
+        && !is("access", &["private"])
+        && !is("motor_vehicle", &CLOSED)
+        && !is("motorcar", &CLOSED)
+        && (!is("vehicle", &CLOSED) || is("motor_vehicle", &OPEN) || is("motorcar", &OPEN))
+        && !is("service", &SERVICE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_osmnx_drives_on_is_drivable() {
+        for value in ["motorway", "trunk", "residential", "living_street", "motorway_link", "road"]
+        {
+            assert!(drivable(&[("highway", value)]), "{value}");
+        }
+        for value in ["service", "footway", "construction", "track"] {
+            assert!(!drivable(&[("highway", value)]), "{value}");
+        }
+        for other in [
+            ("area", "yes"),
+            ("access", "private"),
+            ("motor_vehicle", "no"),
+            ("motorcar", "no"),
+            ("motor_vehicle", "private"),
+            ("motorcar", "private"),
+            ("vehicle", "no"),
+            ("vehicle", "private"),
+            ("service", "alley"),
+        ] {
+            assert!(!drivable(&[("highway", "residential"), other]), "{other:?}");
+        }
+        assert!(!drivable(&[("building", "yes")]));
+    }
+
+    #[test]
+    fn a_tag_of_motor_vehicles_wins_over_that_of_all_vehicles() {
+        let with = |key, value| {
+            drivable(&[("highway", "residential"), ("vehicle", "private"), (key, value)])
+        };
+        assert!(with("motor_vehicle", "yes") && with("motorcar", "designated"));
+        assert!(!with("motor_vehicle", "delivery") && !with("bicycle", "yes"));
+    }
+}

@@ -1,0 +1,301 @@
+//! Numbers of lanes and the turns that lanes are marked for.
+
+use super::direction::Direction;
+use super::value::{Tags, tag};
+use crate::error::brief;
+use crate::oddities::Oddities;
+
+/// Most lanes of a way that are believed, both directions together.
+pub const MAX_LANES: u8 = 20;
+
+/// The turns that a lane is marked for, as a set; an empty set says nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct TurnLane(u8);
+
+impl TurnLane {
+    /// Nothing is marked, or `none`.
+    pub const UNMARKED: Self = Self(0);
+    /// Left turns of any sharpness.
+    pub const LEFT: Self = Self(1);
+    /// Straight on, also after merging into a neighbouring lane.
+    pub const THROUGH: Self = Self(2);
+    /// Right turns of any sharpness.
+    pub const RIGHT: Self = Self(4);
+    /// U-turns.
+    pub const REVERSE: Self = Self(8);
+
+    /// Returns the set of both.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Returns whether only left turns are marked, of which a U-turn is one in right-hand traffic.
+    pub fn is_left_only(self) -> bool {
+        self != Self::UNMARKED && Self::LEFT.with(Self::REVERSE).has(self)
+    }
+
+    /// Returns whether only right turns are marked.
+    pub fn is_right_only(self) -> bool {
+        self == Self::RIGHT
+    }
+
+    /// Returns the set with left and right exchanged.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        let same = Self(self.0 & (Self::THROUGH.0 | Self::REVERSE.0));
+        let left = if self.has(Self::RIGHT) { Self::LEFT } else { Self::UNMARKED };
+        let right = if self.has(Self::LEFT) { Self::RIGHT } else { Self::UNMARKED };
+        same.with(left).with(right)
+    }
+
+    /// Returns whether all turns of another set are marked.
+    pub fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Parses the marks of one lane, such as `through;right`; `None` for an unknown one.
+    fn parse(text: &str) -> Option<Self> {
+        text.split(';').map(str::trim).try_fold(Self::UNMARKED, |set, turn| {
+            Some(set.with(match turn {
+                "" | "none" => Self::UNMARKED,
+                "left" | "slight_left" | "sharp_left" => Self::LEFT,
+                "reverse" => Self::REVERSE,
+                "through" | "merge_to_left" | "merge_to_right" => Self::THROUGH,
+                "right" | "slight_right" | "sharp_right" => Self::RIGHT,
+                _ => return None,
+            }))
+        })
+    }
+}
+
+/// `lanes` and its suffixes, as tagged; 0 stands for none tagged, except for the centre lane.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LaneTags {
+    /// `lanes`: both directions together.
+    pub total: Option<u8>,
+    /// `lanes:forward`.
+    pub forward: Option<u8>,
+    /// `lanes:backward`.
+    pub backward: Option<u8>,
+    /// `lanes:both_ways`: a centre lane for turns from both directions.
+    pub both_ways: Option<u8>,
+}
+
+impl LaneTags {
+    pub(super) fn parse(
+        way: i64,
+        tags: &Tags<'_>,
+        direction: Direction,
+        oddities: &mut Oddities,
+    ) -> Self {
+        let mut number = |key: &str, least: u8| {
+            let text = tag(tags, key)?;
+            let lanes = lanes(text).filter(|lanes| (least..=MAX_LANES).contains(lanes));
+            if lanes.is_none() {
+                oddities.add("unusable number of lanes", || {
+                    format!("way {way}, {key}={}", brief(text))
+                });
+            }
+            lanes
+        };
+        let mut lanes = Self {
+            total: number("lanes", 1),
+            forward: number("lanes:forward", 1),
+            backward: number("lanes:backward", 1),
+            both_ways: number("lanes:both_ways", 0),
+        };
+        if lanes.leave_nothing(direction) {
+            oddities.add("lanes contradict", || {
+                let tags = [
+                    ("lanes", lanes.total),
+                    ("lanes:forward", lanes.forward),
+                    ("lanes:backward", lanes.backward),
+                ];
+                let tags = tags.iter().filter_map(|(key, n)| n.map(|n| format!(", {key}={n}")));
+                format!("way {way}{}", tags.collect::<String>())
+            });
+            (lanes.forward, lanes.backward) = (None, None);
+        }
+        lanes
+    }
+
+    /// Returns whether one direction of a two-way street would have all lanes, so that nothing is
+    /// left for the other one, of which no tag speaks.
+    fn leave_nothing(self, direction: Direction) -> bool {
+        let one = match (self.forward, self.backward) {
+            (Some(one), None) | (None, Some(one)) => one,
+            _ => return false,
+        };
+        direction == Direction::Both && self.total.is_some_and(|total| total <= one && total > 1)
+    }
+}
+
+/// Returns a number of lanes; the smallest of a list, as netconvert takes it.
+fn lanes(text: &str) -> Option<u8> {
+    let numbers = text.split([';', '|']).map(|part| part.trim().parse::<u8>().ok());
+    numbers.collect::<Option<Vec<_>>>()?.into_iter().min()
+}
+
+/// `turn:lanes` and its suffixes: lanes from left to right in the direction of travel.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TurnTags {
+    /// `turn:lanes`: of a one-way street in its direction.
+    pub plain: Box<[TurnLane]>,
+    /// `turn:lanes:forward`.
+    pub forward: Box<[TurnLane]>,
+    /// `turn:lanes:backward`.
+    pub backward: Box<[TurnLane]>,
+}
+
+/// Tags that say lane by lane whether motor vehicles may use it.
+const LANE_ACCESS: [&str; 3] = ["motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
+
+impl TurnTags {
+    pub(super) fn parse(way: i64, tags: &Tags<'_>, oddities: &mut Oddities) -> Option<Self> {
+        let mut lanes = |suffix: &str| {
+            let key = format!("turn:lanes{suffix}");
+            let Some(text) = tag(tags, &key) else { return Box::default() };
+            match turn_lanes(text, closed(tags, suffix)) {
+                Some(lanes) => lanes,
+                None => {
+                    oddities
+                        .add("unusable turn lanes", || format!("way {way}, {key}={}", brief(text)));
+                    Box::default()
+                }
+            }
+        };
+        let turns =
+            Self { plain: lanes(""), forward: lanes(":forward"), backward: lanes(":backward") };
+        (turns != Self::default()).then_some(turns)
+    }
+
+    /// Exchanges left and right: the order of the lanes and their turns.
+    pub fn mirror(&mut self) {
+        for lanes in [&mut self.plain, &mut self.forward, &mut self.backward] {
+            lanes.reverse();
+            for lane in lanes.iter_mut() {
+                *lane = lane.mirrored();
+            }
+        }
+    }
+
+    /// Returns the memory beside the tags themselves, bytes.
+    pub fn heap_bytes(&self) -> usize {
+        self.plain.len() + self.forward.len() + self.backward.len()
+    }
+}
+
+/// Returns which lanes are closed to motor vehicles, for a suffix of `turn:lanes`.
+fn closed<'a>(tags: &Tags<'a>, suffix: &str) -> Option<Vec<&'a str>> {
+    let mut found = LANE_ACCESS.iter().filter_map(|key| tag(tags, &format!("{key}{suffix}")));
+    found.next().map(|text| text.split('|').map(str::trim).collect())
+}
+
+/// Parses turn lanes, leaving out those that are closed to motor vehicles, such as cycle lanes.
+fn turn_lanes(text: &str, access: Option<Vec<&str>>) -> Option<Box<[TurnLane]>> {
+    let lanes: Option<Vec<_>> = text.split('|').map(TurnLane::parse).collect();
+    let lanes = lanes.filter(|lanes| lanes.len() <= usize::from(MAX_LANES))?;
+    let access = access.filter(|access| access.len() == lanes.len()).unwrap_or_default();
+    let open = |i: usize| access.get(i) != Some(&"no");
+    let open: Vec<_> = (0..lanes.len()).filter(|i| open(*i)).map(|i| lanes[i]).collect();
+    Some(open.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lane_tags(tags: &Tags<'_>) -> (LaneTags, u64) {
+        let mut oddities = Oddities::default();
+        let lanes = LaneTags::parse(1, tags, Direction::Both, &mut oddities);
+        (lanes, oddities.count("unusable number of lanes"))
+    }
+
+    #[test]
+    fn the_smallest_number_of_a_list_counts() {
+        assert_eq!(lane_tags(&[("lanes", "3;2")]).0.total, Some(2));
+        assert_eq!(lane_tags(&[("lanes", " 4 ")]).0.total, Some(4));
+    }
+
+    #[test]
+    fn unusable_numbers_are_ignored_and_counted() {
+        for text in ["0", "-1", "many", "9999", "", "2.5", "2;many"] {
+            assert_eq!(lane_tags(&[("lanes", text)]), (LaneTags::default(), 1), "{text:?}");
+        }
+        assert_eq!(lane_tags(&[("lanes:both_ways", "0")]).1, 0);
+    }
+
+    #[test]
+    fn a_direction_that_has_all_lanes_of_a_two_way_street_is_ignored_and_counted() {
+        let contradictions = |tags: &Tags<'_>, direction| {
+            let mut oddities = Oddities::default();
+            let lanes = LaneTags::parse(1, tags, direction, &mut oddities);
+            (lanes.forward.or(lanes.backward), oddities.count("lanes contradict"))
+        };
+        for key in ["lanes:forward", "lanes:backward"] {
+            for (total, own) in [("3", "3"), ("2", "4")] {
+                let tags = [("lanes", total), (key, own)];
+                assert_eq!(contradictions(&tags, Direction::Both), (None, 1), "{tags:?}");
+            }
+        }
+        let all = [("lanes", "3"), ("lanes:forward", "3")];
+        assert_eq!(contradictions(&all, Direction::Forward), (Some(3), 0));
+        let some = [("lanes", "3"), ("lanes:forward", "2")];
+        assert_eq!(contradictions(&some, Direction::Both), (Some(2), 0));
+        let both = [("lanes", "3"), ("lanes:forward", "3"), ("lanes:backward", "1")];
+        assert_eq!(contradictions(&both, Direction::Both), (Some(3), 0));
+    }
+
+    #[test]
+    fn an_example_of_an_unusable_tag_is_short() {
+        let mut oddities = Oddities::default();
+        let long = "9".repeat(100_000);
+        let tags = [("lanes", &*long), ("turn:lanes", &long)];
+        LaneTags::parse(1, &tags, Direction::Both, &mut oddities);
+        drop(TurnTags::parse(1, &tags, &mut oddities));
+        assert_eq!(oddities.iter().count(), 2);
+        assert!(oddities.iter().all(|(_, o)| o.example.len() < 100));
+    }
+
+    fn turns(text: &str) -> Option<Vec<TurnLane>> {
+        turn_lanes(text, None).map(Into::into)
+    }
+
+    #[test]
+    fn turns_are_read_lane_by_lane() {
+        let (left, through, right) = (TurnLane::LEFT, TurnLane::THROUGH, TurnLane::RIGHT);
+        assert_eq!(
+            turns("left;reverse|through|through;slight_right|sharp_right"),
+            Some(vec![left.with(TurnLane::REVERSE), through, through.with(right), right])
+        );
+        assert_eq!(turns("||none"), Some(vec![TurnLane::UNMARKED; 3]));
+        assert_eq!(turns("merge_to_left|through"), Some(vec![through; 2]));
+        assert_eq!(turns("left|sideways"), None);
+    }
+
+    #[test]
+    fn a_u_turn_crosses_opposing_traffic_on_either_side() {
+        let lanes = turns("left;reverse|reverse|through;reverse|right").unwrap();
+        assert_eq!(
+            lanes.iter().map(|l| l.is_left_only()).collect::<Vec<_>>(),
+            [true, true, false, false]
+        );
+        let left_hand = turns("left|through;reverse|reverse|reverse;right").unwrap();
+        let mut tags = TurnTags { forward: left_hand.into(), ..TurnTags::default() };
+        tags.mirror();
+        assert_eq!(*tags.forward, *lanes);
+    }
+
+    #[test]
+    fn cycle_lanes_among_turn_lanes_are_left_out() {
+        let tags = [("turn:lanes", "left|through|through|right"), ("vehicle:lanes", "yes||no|")];
+        let turns = TurnTags::parse(1, &tags, &mut Oddities::default()).unwrap();
+        assert_eq!(*turns.plain, [TurnLane::LEFT, TurnLane::THROUGH, TurnLane::RIGHT]);
+    }
+
+    #[test]
+    fn ways_without_turn_lanes_have_no_tags() {
+        assert_eq!(TurnTags::parse(1, &[("lanes", "2")], &mut Oddities::default()), None);
+    }
+}
