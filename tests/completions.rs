@@ -8,9 +8,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{stderr, stdout};
-use tsc_family::settings::wording::settings;
+use tsc_family::settings::named::Named;
 use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::family::load::EMBEDDED;
+use tsc_family::traffic::settings::Scenario;
 
 /// Has bash complete the last word of a line in a folder, as at the press of Tab, and returns what it
 /// offers. The line is split as bash does, at `=` too.
@@ -55,7 +56,7 @@ fn methods_are_offered_and_of_a_list_the_last_is_completed() {
 
 #[test]
 fn settings_are_offered_with_their_equals_sign() {
-    let all: Vec<String> = settings().iter().map(|name| format!("{name}=")).collect();
+    let all: Vec<String> = Scenario::names().iter().map(|name| format!("{name}=")).collect();
     let mut found = press_tab(&["run", "--set", ""]);
     found.sort();
     let mut sorted = all;

@@ -22,12 +22,13 @@ pub struct ScenarioArg {
 impl ScenarioArg {
     /// Returns what replaces settings: the preset first, so that a setting counts more.
     pub(super) fn settings(&self) -> Vec<Override> {
-        self.preset.map(Override::preset).into_iter().chain(self.set.iter().cloned()).collect()
+        let preset = self.preset.map(|p| Override::preset(p.name()));
+        preset.into_iter().chain(self.set.iter().cloned()).collect()
     }
 
     /// Returns the same with a preset where none is given.
     pub(super) fn settings_on(&self, preset: Preset) -> Vec<Override> {
-        let preset = self.preset.unwrap_or(preset);
-        std::iter::once(Override::preset(preset)).chain(self.set.iter().cloned()).collect()
+        let preset = Override::preset(self.preset.unwrap_or(preset).name());
+        std::iter::once(preset).chain(self.set.iter().cloned()).collect()
     }
 }

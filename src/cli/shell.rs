@@ -15,10 +15,10 @@ use clap_complete::env::{CompleteEnv, Shells};
 
 use crate::cli::exit;
 use crate::run::method::Method;
-use crate::settings::wording::settings;
+use crate::settings::named::Named;
 use crate::traffic::control::registry::METHODS;
 use crate::traffic::family::load::EMBEDDED;
-use crate::traffic::settings::table;
+use crate::traffic::settings::{Scenario, table};
 
 /// Environment variable by which a shell's script asks for completions; its value is the shell.
 const ASKS: &str = "TSC_FAMILY_COMPLETE";
@@ -58,8 +58,9 @@ fn with_values(arg: Arg) -> Arg {
             names.into_iter().chain(files).collect()
         }),
         "set" => ArgValueCompleter::new(|word: &OsStr| {
-            let fitting =
-                settings().iter().filter(|name| word.to_str().is_some_and(|w| name.starts_with(w)));
+            let fitting = Scenario::names()
+                .iter()
+                .filter(|name| word.to_str().is_some_and(|w| name.starts_with(w)));
             fitting.map(setting).collect()
         }),
         "methods" => ArgValueCompleter::new(|word: &OsStr| {

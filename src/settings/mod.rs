@@ -2,6 +2,7 @@
 //! wrong.
 
 pub mod default_name;
+pub mod named;
 pub mod overrides;
 pub mod setting;
 mod within;

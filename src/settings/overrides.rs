@@ -4,9 +4,9 @@ use std::str::FromStr;
 
 use toml::{Table, Value};
 
+use super::named::Named;
 use super::wording::explain;
 use crate::family::error::FamilyError;
-use crate::traffic::settings::{Preset, Scenario};
 
 /// A setting by its dotted name, such as `demand.horizon_s`, and its new value.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,11 +27,11 @@ impl Override {
     }
 
     /// Returns a preset, as `--preset` says it.
-    pub fn preset(preset: Preset) -> Self {
+    pub fn preset(name: &str) -> Self {
         Self {
-            flag: format!("--preset {}", preset.name()),
+            flag: format!("--preset {name}"),
             path: vec!["preset".to_owned()],
-            value: Value::String(preset.name().to_owned()),
+            value: Value::String(name.to_owned()),
         }
     }
 
@@ -40,17 +40,17 @@ impl Override {
         &self.flag
     }
 
-    /// Returns a scenario with the setting replaced; the ranges of numbers are not checked here.
+    /// Returns settings with this one replaced; the ranges of numbers are not checked here.
     ///
     /// # Errors
     ///
     /// [`FamilyError::Override`] for a setting that does not exist or a value of a wrong type.
-    pub fn apply(&self, scenario: &Scenario) -> Result<Scenario, FamilyError> {
+    pub fn apply<S: Named>(&self, settings: &S) -> Result<S, FamilyError> {
         // All defaults are written out, so that a part of a table can be replaced as well.
-        let mut settings = Table::try_from(scenario).expect("a scenario is plain data");
+        let mut settings = Table::try_from(settings).expect("settings are plain data");
         self.put_into(&mut settings)?;
         let key = self.path.join(".");
-        settings.try_into().map_err(|e: toml::de::Error| self.wrong(self.reason(e.message(), &key)))
+        settings.try_into().map_err(|e: toml::de::Error| self.wrong(reason::<S>(e.message(), &key)))
     }
 
     /// Puts the setting into the text of a scenario, where it need not be right yet.
@@ -71,12 +71,6 @@ impl Override {
         }
         put(table, last, self.value.clone());
         Ok(())
-    }
-
-    /// Returns what is wrong with the setting; its name is in front of the message already.
-    fn reason(&self, message: &str, key: &str) -> String {
-        let text = explain(message, key);
-        text.strip_prefix(&format!("{key}: ")).map_or_else(|| text.clone(), str::to_owned)
     }
 
     /// Returns the dotted names of what it sets: of a table, those of the settings in it.
@@ -118,6 +112,12 @@ impl FromStr for Override {
     }
 }
 
+/// Returns what is wrong with a setting; its name is in front of the message already.
+fn reason<S: Named>(message: &str, key: &str) -> String {
+    let text = explain::<S>(message, key);
+    text.strip_prefix(&format!("{key}: ")).map_or_else(|| text.clone(), str::to_owned)
+}
+
 /// Puts the settings of a table over those of another.
 pub fn overlay(settings: &mut Table, over: Table) {
     for (key, value) in over {
@@ -138,6 +138,7 @@ fn put(table: &mut Table, key: &str, value: Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::traffic::settings::Scenario;
 
     fn scenario() -> Scenario {
         toml::from_str("name = \"x\"\nfamily.points = \"p.csv\"\nbaseline.green_s = 30").unwrap()

@@ -1,14 +1,11 @@
 //! What is wrong with a setting, in the words of the one who wrote it: the deserialiser's messages
 //! name its own types, and list all names where one was meant.
 
-use std::sync::LazyLock;
-
 use toml::de::{DeTable, DeValue, Error};
-use toml::{Table, Value};
 
+use super::named::Named;
 use crate::family::error::FamilyError;
 use crate::suggest::{did_you_mean, similar_settings};
-use crate::traffic::settings::Scenario;
 
 /// The deserialiser's types, and what a user calls them.
 const TYPES: [(&str, &str); 9] = [
@@ -33,39 +30,13 @@ const FOUND: [(&str, &str); 6] = [
     ("sequence", "a list"),
 ];
 
-/// A scenario with all settings that can be given.
-const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nfamily.points = \"p\"\n\
-                     family.approaches = \"a\"\nfamily.directional_split = 0.55\n\
-                     family.peak_heading_deg = 90";
-
-static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
-    let scenario: Scenario = toml::from_str(WHOLE).expect("the text is a scenario");
-    let mut names = Vec::new();
-    gather("", &Table::try_from(scenario).expect("a scenario is plain data"), &mut names);
-    names
-});
-
-/// Returns the dotted names of all settings of a scenario.
-pub fn settings() -> &'static [String] {
-    &NAMES
-}
-
-fn gather(above: &str, table: &Table, names: &mut Vec<String>) {
-    for (key, value) in table {
-        match value {
-            Value::Table(inner) => gather(&format!("{above}{key}."), inner, names),
-            _ => names.push(format!("{above}{key}")),
-        }
-    }
-}
-
-/// Returns the error for a scenario file that cannot be read, with line, setting and plain words.
-pub fn file_error(file: &str, text: &str, error: &Error) -> FamilyError {
+/// Returns the error for a file of settings that cannot be read, with line, setting and plain words.
+pub fn file_error<S: Named>(file: &str, text: &str, error: &Error) -> FamilyError {
     let start = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = 1 + text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count();
     let key = DeTable::parse(text).ok().and_then(|table| key_at(table.get_ref(), start));
     let key = key.unwrap_or_default();
-    let message = explain(error.message(), &key.join("."));
+    let message = explain::<S>(error.message(), &key.join("."));
     FamilyError::Toml { file: format!("{file}, line {line}"), message }
 }
 
@@ -89,12 +60,12 @@ fn key_at(table: &DeTable<'_>, at: usize) -> Option<Vec<String>> {
 /// # Arguments
 ///
 /// * `key`: dotted name of the setting that it is about, empty where that is not known.
-pub fn explain(message: &str, key: &str) -> String {
+pub fn explain<S: Named>(message: &str, key: &str) -> String {
     let message = message.trim();
     let about = |text: String| if key.is_empty() { text } else { format!("{key}: {text}") };
     if let Some(rest) = message.strip_prefix("unknown field `") {
         let (name, others) = rest.split_once('`').unwrap_or((rest, ""));
-        return unknown(key, name, others);
+        return unknown::<S>(key, name, others);
     }
     if let Some(rest) = message.strip_prefix("unknown variant `") {
         let (value, others) = rest.split_once('`').unwrap_or((rest, ""));
@@ -124,14 +95,14 @@ pub fn explain(message: &str, key: &str) -> String {
 }
 
 /// Returns the message for a setting that does not exist.
-fn unknown(key: &str, name: &str, others: &str) -> String {
+fn unknown<S: Named>(key: &str, name: &str, others: &str) -> String {
     // Any part of the name may be the one that does not exist.
     let dotted = match key {
         "" => name.to_owned(),
         key if key.split('.').any(|part| part == name) => key.to_owned(),
         table => format!("{table}.{name}"),
     };
-    let meant = similar_settings(&dotted, settings().iter().map(String::as_str));
+    let meant = similar_settings(&dotted, S::names().iter().map(String::as_str));
     if !meant.is_empty() {
         return format!("unknown setting {dotted}; did you mean {}?", meant.join(" or "));
     }
@@ -151,10 +122,11 @@ fn quoted(text: &str) -> Vec<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::traffic::settings::Scenario;
 
     fn of_file(text: &str) -> String {
         let error = toml::from_str::<Scenario>(text).unwrap_err();
-        file_error("c.toml", text, &error).to_string()
+        file_error::<Scenario>("c.toml", text, &error).to_string()
     }
 
     #[test]
@@ -189,22 +161,5 @@ mod tests {
             of_file("name = \"x\"\n[family\n"),
             "c.toml, line 2: unclosed table, expected `]`"
         );
-    }
-
-    #[test]
-    fn every_setting_is_named() {
-        for table in ["", "family.", "signal.", "demand.turn_shares.", "family.bins."] {
-            let text = format!("{table}zzz = 1\n{WHOLE}");
-            let error = toml::from_str::<Scenario>(&text).unwrap_err();
-            let names = quoted(error.message().split_once("expected").unwrap().1);
-            assert!(names.len() > 2, "{error}");
-            // What inflows rest on is written by `build-networks --osm`, not set by people.
-            for name in names.into_iter().filter(|name| *name != "inflows") {
-                let dotted = format!("{table}{name}");
-                let found =
-                    settings().iter().any(|s| *s == dotted || s.starts_with(&format!("{dotted}.")));
-                assert!(found, "{dotted}");
-            }
-        }
     }
 }

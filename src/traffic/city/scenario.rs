@@ -91,7 +91,7 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError>
     let own = table.clone().try_into::<Scenario>();
     let mut scenario = own.map_err(|e: toml::de::Error| FamilyError::Toml {
         file: format!("{source}, [scenario]"),
-        message: explain(e.message(), ""),
+        message: explain::<Scenario>(e.message(), ""),
     })?;
     for setting in overrides {
         scenario = setting.apply(&scenario)?;

@@ -119,7 +119,7 @@ fn with_preset(
     overlay(&mut settings, table(text));
     settings.entry("name").or_insert_with(|| name_of(file).into());
     let mut scenario: Scenario = settings.try_into().map_err(|e: toml::de::Error| {
-        let reason = wording::explain(e.message(), "");
+        let reason = wording::explain::<Scenario>(e.message(), "");
         let message = format!("with the preset {}: {reason}", preset.name());
         FamilyError::Toml { file: file.to_owned(), message }
     })?;
@@ -149,7 +149,7 @@ pub fn from_text(
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
 ) -> Result<LoadedScenario, FamilyError> {
     let mut scenario: Scenario =
-        toml::from_str(text).map_err(|e| wording::file_error(file, text, &e))?;
+        toml::from_str(text).map_err(|e| wording::file_error::<Scenario>(file, text, &e))?;
     // A name that is written and empty is the user's mistake, one that is not written is the file's.
     if !text.parse::<Table>().is_ok_and(|table| table.contains_key("name")) {
         scenario.name = name_of(file);

@@ -6,6 +6,7 @@
 pub mod check;
 mod demand;
 pub mod inflow;
+mod names;
 pub mod signal;
 pub mod table;
 

@@ -47,11 +47,11 @@ fn part(name: &str, section: &dyn Section) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::wording::settings;
+    use crate::settings::named::Named;
 
     #[test]
     fn every_setting_of_a_section_is_in_the_table() {
-        for name in settings().iter().filter(|name| name.split('.').count() == 2) {
+        for name in Scenario::names().iter().filter(|name| name.split('.').count() == 2) {
             assert!(find(name).is_some(), "{name}");
         }
         assert_eq!(find("idqn.batch_size").map(|s| s.unit), Some("transitions"));
