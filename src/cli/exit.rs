@@ -33,17 +33,6 @@ pub const MISMATCH: u8 = 5;
 /// Interrupted; run the same command again to continue.
 pub const INTERRUPTED: u8 = 130;
 
-/// Table for `--help` and the man page.
-pub const HELP: &str = "\
-Exit codes:
-  0    done
-  1    something unexpected failed
-  2    wrong usage or unusable input
-  3    the run is complete, but some tasks failed
-  4    SUMO is missing or unsupported
-  5    the results directory holds another run, or is in use
-  130  interrupted; the same command continues";
-
 /// Returns the exit code of an error, by the first known error in its chain.
 pub fn code(error: &(dyn Error + 'static)) -> u8 {
     let mut next = Some(error);

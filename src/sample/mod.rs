@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::family::MdpFamily;
 
 /// How point MDPs are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
     /// M3: k-means clusters, each represented by the point MDP nearest to its centroid
@@ -22,7 +22,6 @@ pub enum Sampling {
     /// M2: random draws by importance, without replacement
     WithoutReplacement,
     /// Every point MDP of the family: what `--budget all` does, no choice of its own
-    #[value(skip)]
     All,
 }
 

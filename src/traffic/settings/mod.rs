@@ -146,7 +146,7 @@ settings! {
 }
 
 /// How much of an intersection its network keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Detail {
     /// Four equal arms from six features, as the paper describes a point MDP.

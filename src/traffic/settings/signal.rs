@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::settings::setting::settings;
 
 /// What the settings that a scenario does not name are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// The literature's limits: 3 s of yellow, no all-red, 7 s of least green, no pedestrians.
