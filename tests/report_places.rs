@@ -14,6 +14,7 @@ use tsc_family::store::manifest::Manifest;
 use tsc_family::store::opaque::Opaque;
 use tsc_family::store::places::{Place, Places, Streets};
 use tsc_family::store::record::TaskResult;
+use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 
 fn place(id: &str, streets: &[&str], at: (f64, f64), point: &str, stands: Option<&str>) -> Place {
@@ -88,18 +89,18 @@ fn results(root: &Path, manifest: &Manifest) -> Layout {
     })
 }
 
-const METHODS: [&str; 4] = ["baseline", "fixed-time", "actuated", "max-pressure"];
+const RUN: [&str; 4] = ["baseline", "fixed-time", "actuated", "max-pressure"];
 
 /// A results directory with places and its report.
 fn report_on(root: &Path, places: &Places) -> Layout {
-    let mut manifest = manifest(&METHODS);
+    let mut manifest = manifest(&RUN);
     for point in &mut manifest.identity.points {
         point.environment = "network".to_owned();
     }
     manifest.provenance.networks = "no/such/folder".to_owned();
     let layout = results(root, &manifest);
     fs::write(layout.places(), places.to_json()).unwrap();
-    report::write(&layout).unwrap();
+    report::write(&layout, METHODS).unwrap();
     layout
 }
 
@@ -150,7 +151,7 @@ fn a_plan_is_a_file_for_sumo_and_an_older_report_s_are_gone() {
     let layout = report_on(dir.path(), &places());
     let plans = layout.report().join("plans");
     fs::write(plans.join("old.add.xml"), "old").unwrap();
-    let paths = report::write(&layout).unwrap();
+    let paths = report::write(&layout, METHODS).unwrap();
     let mut names: Vec<String> = fs::read_dir(&plans)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -206,16 +207,16 @@ fn the_page_calls_single_intersections_by_their_streets() {
 #[test]
 fn without_coordinates_there_are_no_files_of_places_and_damaged_ones_are_refused() {
     let dir = tempfile::tempdir().unwrap();
-    let mut manifest = manifest(&METHODS);
+    let mut manifest = manifest(&RUN);
     for point in &mut manifest.identity.points {
         point.places.clear();
     }
     let layout = results(dir.path(), &manifest);
-    let paths = report::write(&layout).unwrap();
+    let paths = report::write(&layout, METHODS).unwrap();
     assert_eq!((paths.intersections, paths.geojson), (None, None));
     assert!(!layout.report().join("map.svg").exists());
     fs::write(layout.places(), "{\"intersections\":[{}]}").unwrap();
-    let e = report::write(&layout).unwrap_err().to_string();
+    let e = report::write(&layout, METHODS).unwrap_err().to_string();
     assert!(e.contains("places.json") && e.contains("missing field"), "{e}");
 }
 
@@ -232,7 +233,7 @@ fn old_records_have_their_plans_in_words() {
         let rows = evaluations(&[10.0, 11.0]);
         Some(Ok(TaskResult { rows, details, ..TaskResult::default() }))
     });
-    report::write(&layout).unwrap();
+    report::write(&layout, METHODS).unwrap();
     insta::assert_snapshot!(text(&layout, "plans.csv"));
     assert!(layout.report().join("plans/busy.add.xml").exists());
 }

@@ -9,6 +9,7 @@ use made_up::{evaluations, manifest, well_formed, well_linked, words};
 use tsc_family::report;
 use tsc_family::store::Layout;
 use tsc_family::store::record::TaskResult;
+use tsc_family::traffic::control::registry::METHODS;
 
 const TITLE: &str = "Main St / 5th <old>";
 
@@ -20,7 +21,7 @@ fn titled(root: &std::path::Path, title: &str) -> Layout {
         "max-pressure" if task.point == "busy" => Some(Err("it broke")),
         _ => Some(Ok(TaskResult { rows: evaluations(&[60.0, 62.0]), ..TaskResult::default() })),
     });
-    report::write(&layout).unwrap();
+    report::write(&layout, METHODS).unwrap();
     layout
 }
 

@@ -12,6 +12,7 @@ use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult, Wall};
 use tsc_family::store::results::Results;
+use tsc_family::traffic::control::registry::METHODS;
 
 /// Delays under the baseline on `quiet` and `busy`, seconds.
 const BASELINE: [f64; 2] = [20.0, 50.0];
@@ -87,11 +88,11 @@ fn two_learners(root: &Path) -> Layout {
 }
 
 fn data_of(layout: &Layout) -> ReportData {
-    ReportData::new(&Results::load(layout).unwrap())
+    ReportData::new(&Results::load(layout).unwrap(), METHODS)
 }
 
 fn file_of(layout: &Layout, file: &str) -> String {
-    report::write(layout).unwrap();
+    report::write(layout, METHODS).unwrap();
     fs::read_to_string(layout.report().join(file)).unwrap()
 }
 

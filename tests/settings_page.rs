@@ -4,7 +4,9 @@
 
 use std::fs;
 
-use tsc_family::traffic::settings::table::markdown;
+use tsc_family::cartpole::settings::Scenario;
+use tsc_family::settings::page::markdown;
+use tsc_family::traffic::settings::table::defaults;
 
 const PAGE: &str = "docs/settings.md";
 
@@ -15,7 +17,10 @@ const MARK: &str = "<!-- from here on written by tests/settings_page.rs -->\n";
 fn the_page_of_settings_says_what_they_are() {
     let page = fs::read_to_string(PAGE).unwrap();
     let (by_hand, _) = page.split_once(MARK).expect("the page has the mark");
-    let expected = format!("{by_hand}{MARK}\n{}", markdown());
+    let signals = markdown("", &defaults().sections());
+    let poles = markdown("CartPole: ", &Scenario::default().sections());
+    let expected =
+        format!("{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}");
     if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
         fs::write(PAGE, &expected).unwrap();
         return;

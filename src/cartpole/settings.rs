@@ -9,6 +9,7 @@ use super::{dqn, ppo};
 use crate::family::FamilyError;
 use crate::settings::overrides::{Override, overlay};
 use crate::settings::setting::{Section, settings};
+use crate::settings::{OutOfRange, all_within};
 
 /// Settings that others stand on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -90,21 +91,14 @@ impl Scenario {
     ///
     /// [`FamilyError::Setting`] naming file and setting.
     pub fn check(&self, file: &str) -> Result<(), FamilyError> {
-        let sections: [(&str, &dyn Section); 3] =
-            [("environment", &self.environment), ("ppo", &self.ppo), ("dqn", &self.dqn)];
-        for (section, settings) in sections {
-            for number in settings.ranges() {
-                crate::settings::within(number.value, number.low, number.high).map_err(
-                    |expected| FamilyError::Setting {
-                        file: file.to_owned(),
-                        field: format!("{section}.{}", number.name),
-                        value: number.value.to_string(),
-                        expected,
-                    },
-                )?;
-            }
-        }
-        Ok(())
+        all_within(&self.sections()).map_err(|OutOfRange { field, value, expected }| {
+            FamilyError::Setting { file: file.to_owned(), field, value, expected }
+        })
+    }
+
+    /// Returns its sections by name.
+    pub fn sections(&self) -> [(&'static str, &dyn Section); 3] {
+        [("environment", &self.environment), ("ppo", &self.ppo), ("dqn", &self.dqn)]
     }
 }
 

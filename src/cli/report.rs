@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use super::json::method_line;
 use super::output::{line, note};
 use crate::cli::exit;
+use crate::domains::domains;
 use crate::report::{self, ReportData, text};
+use crate::run::domain::Domain;
+use crate::run::method::Method;
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -33,12 +36,19 @@ pub struct ReportArgs {
 pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let results = Results::load(&layout)?;
+    let methods = methods_of(&results);
     let data = match &args.against {
-        Some(method) => ReportData::against(&results, method)?,
-        None => ReportData::new(&results),
+        Some(divisor) => ReportData::against(&results, methods, divisor)?,
+        None => ReportData::new(&results, methods),
     };
     print(&layout, &data, args.json, true)?;
     Ok(exit::DONE)
+}
+
+/// Returns the methods of what results are of; none where this program does not have that.
+pub(super) fn methods_of(results: &Results) -> &'static [Method] {
+    let name = &results.manifest.identity.domain;
+    domains().into_iter().find(|d| d.name() == name).map_or(&[], Domain::methods)
 }
 
 /// Writes a report and prints its table, or with `json` its methods; `notes` go to standard error.

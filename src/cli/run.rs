@@ -18,7 +18,7 @@ use super::folder::RESULTS;
 use super::json::merge;
 use super::monitor::Monitor;
 use super::output::{line, note};
-use super::report::print;
+use super::report::{methods_of, print};
 use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
@@ -160,8 +160,9 @@ fn work(
 /// Reports the finished run.
 fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     let results = Results::load(layout)?;
-    let mut reports = vec![ReportData::new(&results)];
-    match args.against.as_ref().map(|method| ReportData::against(&results, method)) {
+    let methods = methods_of(&results);
+    let mut reports = vec![ReportData::new(&results, methods)];
+    match args.against.as_ref().map(|divisor| ReportData::against(&results, methods, divisor)) {
         Some(Ok(data)) => reports.push(data),
         // Tasks failed, so that some results are missing: the run is no less complete for that.
         Some(Err(e)) => note(e),

@@ -2,8 +2,8 @@
 
 use super::data::ReportData;
 use super::figures::{Figure, WIDTH, color, label, noun};
+use super::format;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
-use super::{format, palette};
 use crate::analysis::MethodSummary;
 use crate::stats::score::weighted_mean;
 use crate::store::manifest::FeatureColumn;
@@ -70,7 +70,7 @@ pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
         let y = frame.y(1.0);
         canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
         for (m, points) in methods.iter().zip(curves).rev() {
-            draw(&mut canvas, &frame, points, y_end, (color(data, m), palette::dash(&m.method)));
+            draw(&mut canvas, &frame, points, y_end, (color(data, m), data.looks.dash(&m.method)));
         }
     }
     let description = format!(
@@ -91,7 +91,7 @@ fn with_legend(data: &ReportData, methods: &[&MethodSummary], rows: usize) -> (C
     for (i, m) in methods.iter().enumerate() {
         let x = 16.0 + slot * (i % per_row) as f64;
         let y = 16.0 + LEGEND_PX * (i / per_row) as f64;
-        let dash = palette::dash(&m.method);
+        let dash = data.looks.dash(&m.method);
         canvas.line((x, y), (x + 20.0, y), color(data, m), 2.5, dash);
         canvas.circle((x + 10.0, y), 4.0, color(data, m), None);
         canvas.text(x + 27.0, y + 4.5, &label(data, m), TextStyle::new(Anchor::Start));

@@ -17,7 +17,7 @@ use super::data::ReportData;
 use super::figures::{Figure, WIDTH, color, noun, sentence, widest_name};
 use super::signals::SIGNALS;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
-use super::{format, palette, signals};
+use super::{format, signals};
 use crate::analysis::MethodSummary;
 use crate::analysis::TrainingSummary;
 use crate::stats::quantile::quantile;
@@ -107,7 +107,7 @@ pub(super) fn learning(data: &ReportData) -> Option<Figure> {
     let label = format!("{} 1", data.reference.as_label());
     canvas.text(area.2 + 26.0, labels[curves.len()] + 4.5, &label, style.color(MUTED));
     for (c, y) in curves.iter().zip(labels).rev() {
-        let (color, dash) = (color(data, c.method), palette::dash(&c.method.method));
+        let (color, dash) = (color(data, c.method), data.looks.dash(&c.method.method));
         let end = line(&mut canvas, &frame, &c.mean, (color, 2.2, dash));
         canvas.line(end, (area.2 + 22.0, y), color, 1.2, dash);
         let text = format!("{} {}", c.method.method, format::score(last(&c.mean)));
@@ -140,7 +140,7 @@ fn small_panels(
             let left = width * column as f64 + 56.0;
             (left, top, left + width - 70.0, top + HEIGHT_PX.1)
         };
-        let looks = (episodes, color(data, c.method), palette::dash(&c.method.method));
+        let looks = (episodes, color(data, c.method), data.looks.dash(&c.method.method));
         for (column, signal) in SIGNALS.iter().enumerate() {
             signals::panel(canvas, data, &c.trainings, signal, area(column + 1), looks);
         }

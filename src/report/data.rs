@@ -2,8 +2,10 @@
 
 use std::ops::Deref;
 
+use super::palette::Looks;
 use super::plans::{TaskPlan, plans};
 use crate::analysis::{Analysis, AnalysisError, Reference};
+use crate::run::method::Method;
 use crate::store::places::Places;
 use crate::store::results::Results;
 use crate::traffic::report::{Overloaded, TrafficMeasures, overloaded};
@@ -19,6 +21,8 @@ pub struct ReportData {
     pub plans: Vec<TaskPlan>,
     /// Where the intersections are.
     pub places: Places,
+    /// What methods look like.
+    pub(super) looks: Looks,
 }
 
 impl Deref for ReportData {
@@ -31,25 +35,35 @@ impl Deref for ReportData {
 
 impl ReportData {
     /// Computes everything that a report says, with scores relative to the run's baseline.
-    pub fn new(results: &Results) -> Self {
-        Self::of(results, Analysis::new(results, &TrafficMeasures))
+    ///
+    /// # Arguments
+    ///
+    /// * `methods` — those of the domain, in whose colours the methods of the run are drawn.
+    pub fn new(results: &Results, methods: &[Method]) -> Self {
+        Self::of(results, methods, Analysis::new(results, &TrafficMeasures))
     }
 
-    /// Computes everything that a report says, with scores relative to another method.
+    /// Computes everything that a report says, with scores relative to another method, `divisor`.
     ///
     /// # Errors
     ///
     /// Those of [`Analysis::against`].
-    pub fn against(results: &Results, method: &str) -> Result<Self, AnalysisError> {
-        Ok(Self::of(results, Analysis::against(results, method, &TrafficMeasures)?))
+    pub fn against(
+        results: &Results,
+        methods: &[Method],
+        divisor: &str,
+    ) -> Result<Self, AnalysisError> {
+        let analysis = Analysis::against(results, divisor, &TrafficMeasures)?;
+        Ok(Self::of(results, methods, analysis))
     }
 
-    fn of(results: &Results, analysis: Analysis) -> Self {
+    fn of(results: &Results, methods: &[Method], analysis: Analysis) -> Self {
         let baseline = Reference::baseline(&analysis.manifest.identity).index;
         Self {
             overloaded: baseline.and_then(|baseline| overloaded(&analysis.points, baseline)),
             plans: plans(results, &analysis.tasks),
             places: results.places.clone(),
+            looks: Looks::of(methods),
             analysis,
         }
     }

@@ -48,7 +48,7 @@ pub(super) fn color(data: &ReportData, m: &MethodSummary) -> &'static str {
     let identity = &data.manifest.identity;
     let mut others = identity.methods.iter().filter(|name| **name != identity.baseline);
     match others.position(|name| *name == m.method) {
-        Some(position) => palette::method(&m.method, position),
+        Some(position) => data.looks.color(&m.method, position),
         None => palette::baseline(),
     }
 }

@@ -1,26 +1,52 @@
-//! Colours that stay apart for colour-blind readers and in print.
+//! Colours that stay apart for colour-blind readers and in print. Those of methods are in their own
+//! descriptions: hue alone does not keep ten apart, so they differ in lightness too, and learners, whose curves
+//! cross, in their dashes.
 
-/// Colour of the baseline.
-const BASELINE: &str = "#8c8c8c";
+use crate::run::method::Method;
 
-/// Colours and line styles (the pattern of dashes; empty for a solid line) of the methods.
-///
-/// The first three, orange and sky blue are Okabe and Ito's; hue alone does not keep ten methods
-/// apart, so the others differ in lightness, and learners, whose curves cross, in their dashes.
+/// What the lines and bars of a method look like.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Look {
+    /// Name of the method.
+    name: &'static str,
+    /// Its colour.
+    color: &'static str,
+    /// Its lines' pattern of dashes; empty for solid ones.
+    dash: &'static str,
+}
+
+/// What the methods of a domain look like.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Looks(Vec<Look>);
+
+/// Colours of methods that the domain does not have, by their position in the run.
 ///
 /// Source: M. Okabe and K. Ito, "Color universal design", 2008.
-const METHODS: [(&str, &str, &str); 10] = [
-    ("fixed-time", "#0072b2", ""),
-    ("max-pressure", "#d55e00", ""),
-    ("actuated", "#009e73", ""),
-    ("idqn", "#4b2e83", ""),
-    ("ippo", "#e69f00", "9 4"),
-    ("mplight", "#56b4e9", ""),
-    ("mplight-star", "#993333", "3 3"),
-    ("mplight-star-resco", "#bb33ff", "10 3 2 3"),
-    ("program", "#66002b", ""),
-    ("max-pressure-resco", "#0011dd", ""),
-];
+const OTHERS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7"];
+
+/// Colour of what scores are divided by.
+const BASELINE: &str = "#8c8c8c";
+
+impl Looks {
+    /// Returns what methods look like.
+    pub(super) fn of(methods: &[Method]) -> Self {
+        let look = |m: &Method| Look { name: m.name, color: m.color, dash: m.dash };
+        Self(methods.iter().map(look).collect())
+    }
+
+    /// Returns the colour of a method, the same in every report; one that is not known takes a
+    /// colour by its position among the methods that are not the baseline.
+    pub(super) fn color(&self, name: &str, position: usize) -> &'static str {
+        let own = self.0.iter().find(|look| look.name == name);
+        own.map_or(OTHERS[position % OTHERS.len()], |look| look.color)
+    }
+
+    /// Returns the dashes of a method's lines, `None` for solid ones.
+    pub(super) fn dash(&self, name: &str) -> Option<&'static str> {
+        let own = self.0.iter().find(|look| look.name == name);
+        own.map(|look| look.dash).filter(|dash| !dash.is_empty())
+    }
+}
 
 /// Colours from best to worst, each darker than the one before, so that the order stays in print and
 /// for colour-blind readers.
@@ -49,20 +75,9 @@ pub(super) fn ink_on(ordered: usize) -> &'static str {
     if ordered < 4 { "#1a1a1a" } else { "#ffffff" }
 }
 
-/// Returns the colour of the baseline.
+/// Returns the colour of what scores are divided by.
 pub(super) fn baseline() -> &'static str {
     BASELINE
-}
-
-/// Returns the colour of a method, the same in every report; one that is not known takes the colour
-/// of its position among the methods that are not the baseline.
-pub(super) fn method(name: &str, position: usize) -> &'static str {
-    METHODS.iter().find(|m| m.0 == name).unwrap_or(&METHODS[position % METHODS.len()]).1
-}
-
-/// Returns the dashes of a method's lines, `None` for solid ones.
-pub(super) fn dash(name: &str) -> Option<&'static str> {
-    METHODS.iter().find(|m| m.0 == name).map(|m| m.2).filter(|dash| !dash.is_empty())
 }
 
 #[cfg(test)]
@@ -103,16 +118,33 @@ mod tests {
         product(&TO_OKLAB, product(&TO_CONES, light).map(f64::cbrt))
     }
 
-    #[test]
-    fn colour_blind_readers_see_ten_different_colours() {
-        for eye in &EYES {
-            for (i, a) in METHODS.iter().enumerate() {
-                for b in &METHODS[..i] {
-                    let (p, q) = (seen(a.1, eye), seen(b.1, eye));
-                    let far = p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
-                    assert!(far > APART, "{} and {}: {far}", a.0, b.0);
+    /// Returns the pairs of methods whose colours some readers take for the same.
+    fn alike(methods: &[Method]) -> Vec<String> {
+        let mut found = Vec::new();
+        for (i, a) in methods.iter().enumerate() {
+            for b in &methods[..i] {
+                let distance = |eye| {
+                    let (p, q) = (seen(a.color, eye), seen(b.color, eye));
+                    p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt()
+                };
+                let least = EYES.iter().map(distance).fold(f64::INFINITY, f64::min);
+                if least <= APART {
+                    found.push(format!("{} and {}: {least}", a.name, b.name));
                 }
             }
+        }
+        found
+    }
+
+    #[test]
+    fn colour_blind_readers_see_a_colour_per_method() {
+        for domain in crate::domains::domains() {
+            let baseline = domain.baseline();
+            let methods: Vec<Method> =
+                domain.methods().iter().filter(|m| Some(m.name) != baseline).copied().collect();
+            assert_eq!(alike(&methods), Vec::<String>::new(), "{}", domain.name());
+            let twin = Method { name: "twin", ..methods[0] };
+            assert_eq!(alike(&[methods[0], twin]).len(), 1, "the check would find two of a colour");
         }
     }
 
@@ -146,8 +178,10 @@ mod tests {
 
     #[test]
     fn a_method_has_its_colour_in_every_report() {
-        assert_eq!(method("actuated", 0), method("actuated", 5));
-        assert_eq!(method("unheard-of", 11), "#d55e00");
-        assert_eq!((dash("idqn"), dash("ippo"), dash("unheard-of")), (None, Some("9 4"), None));
+        let looks = Looks::of(crate::domains::traffic().methods());
+        assert_eq!(looks.color("actuated", 0), looks.color("actuated", 5));
+        assert_eq!(looks.color("unheard-of", 7), OTHERS[1]);
+        let dashes = ["idqn", "ippo", "unheard-of"].map(|name| looks.dash(name));
+        assert_eq!(dashes, [None, Some("9 4"), None]);
     }
 }

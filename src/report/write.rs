@@ -8,17 +8,18 @@ use super::{
 };
 use crate::files::FileError;
 use crate::files::write_atomically;
+use crate::run::method::Method;
 use crate::store::Layout;
 use crate::store::results::Results;
 
-/// Reads a results directory and writes its report.
+/// Reads a results directory and writes its report, with the methods in the colours of `methods`.
 ///
 /// # Errors
 ///
 /// [`ReportError::Store`] when the directory holds no readable results, [`ReportError::Io`] when
 /// `DIR/report/` cannot be written or the disk is full.
-pub fn write(layout: &Layout) -> Result<ReportPaths, ReportError> {
-    write_data(layout, &ReportData::new(&Results::load(layout)?))
+pub fn write(layout: &Layout, methods: &[Method]) -> Result<ReportPaths, ReportError> {
+    write_data(layout, &ReportData::new(&Results::load(layout)?, methods))
 }
 
 /// Writes the report of results that were read already: to `DIR/report/`, or, where scores are

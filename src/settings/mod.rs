@@ -4,8 +4,9 @@
 pub mod default_name;
 pub mod named;
 pub mod overrides;
+pub mod page;
 pub mod setting;
 mod within;
 pub mod wording;
 
-pub use within::within;
+pub use within::{OutOfRange, all_within, shortest, within};

@@ -1,5 +1,7 @@
 //! Ranges of numbers.
 
+use super::setting::Section;
+
 /// Checks that a number lies within limits, both included; NaN does not.
 ///
 /// # Errors
@@ -10,4 +12,55 @@ pub fn within(value: f64, low: f64, high: f64) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("expected a number from {low} to {high}"))
+}
+
+/// A number that is out of its range.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutOfRange {
+    /// Dotted name of the setting.
+    pub field: String,
+    /// Its value.
+    pub value: String,
+    /// What was expected.
+    pub expected: String,
+}
+
+/// Checks all numbers of sections, which are given by name.
+///
+/// # Errors
+///
+/// The first number that is out of its range.
+pub fn all_within(sections: &[(&'static str, &dyn Section)]) -> Result<(), OutOfRange> {
+    for (name, section) in sections {
+        for number in section.ranges() {
+            within(number.value, number.low, number.high).map_err(|expected| OutOfRange {
+                field: format!("{name}.{}", number.name),
+                value: shortest(number.value),
+                expected,
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// Returns a number as it was written, also one that was read in single precision.
+pub fn shortest(value: f64) -> String {
+    let single = value as f32;
+    if f64::from(single) == value { single.to_string() } else { value.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_that_is_none_lies_nowhere() {
+        assert!(within(f64::NAN, 0.0, 1.0).is_err());
+        assert!(within(1.0, 0.0, 1.0).is_ok());
+    }
+
+    #[test]
+    fn numbers_are_shown_as_they_were_written() {
+        assert_eq!([shortest(f64::from(2.1f32)), shortest(86_400.001)], ["2.1", "86400.001"]);
+    }
 }

@@ -10,7 +10,7 @@ use super::error::TrafficError;
 use super::model::SignalModel;
 use super::settings::Scenario;
 use super::sim::Sim;
-use super::trial::{DELAY, SignalTrial, of_control};
+use super::trial::{DELAY, SignalTrial};
 use crate::run::RunError;
 use crate::run::course::held_out;
 use crate::run::plan::evaluation_seeds;
@@ -71,9 +71,7 @@ pub fn contest<S: Sim>(
     done: &mut dyn FnMut(&Row),
 ) -> Result<[Standing; 2], TrafficError> {
     let card = &model.saved.card;
-    let untuned =
-        create(baseline::METHOD.name, scenario, place.imported, card.seed).map_err(of_control);
-    let untuned = untuned.map_err(RunError::from)?;
+    let untuned = create(baseline::METHOD.name, scenario, place.imported, card.seed)?;
     let controller = model.controller(scenario, place.imported)?;
     let env = environment(sim, place.world, scenario, scratch);
     let mut trial = SignalTrial { env, controller };

@@ -1,10 +1,10 @@
 //! From a method and a scenario to a controller, and how long it is trained.
 
-use crate::run::method::{Method, Training};
+use crate::run::RunError;
+use crate::run::method::{Method, Training, find};
 use crate::settings::setting::NoSettings;
-use crate::suggest::did_you_mean;
 use crate::traffic::control::registry::{METHODS, methods};
-use crate::traffic::control::{self, ControlError, Controller, Setup};
+use crate::traffic::control::{self, Controller, Setup};
 use crate::traffic::settings::Scenario;
 
 /// The settings of a method, if it has any.
@@ -41,19 +41,16 @@ methods!(make);
 ///
 /// # Errors
 ///
-/// [`ControlError::Unknown`] for a name that no method has.
+/// [`RunError::Method`] for a name that no method has.
 pub fn create(
     name: &str,
     scenario: &Scenario,
     imported: bool,
     seed: u64,
-) -> Result<Box<dyn Controller>, ControlError> {
+) -> Result<Box<dyn Controller>, RunError> {
     let setup = Setup { seed, episodes: scenario.training.episodes, imported };
-    make(name, scenario, &setup).ok_or_else(|| {
-        let known: Vec<_> = METHODS.iter().map(|m| m.name).collect();
-        let meant = did_you_mean(name, known.iter().copied());
-        ControlError::Unknown { name: name.to_owned(), known: known.join(", "), meant }
-    })
+    let method = find(METHODS, name)?;
+    Ok(make(method.name, scenario, &setup).expect("both follow from the list of methods"))
 }
 
 /// Returns the episodes that a method is trained or tuned for in a scenario, at most.
@@ -68,9 +65,4 @@ pub fn training_episodes(method: &Method, scenario: &Scenario) -> u32 {
             setting.expect("the registry's test has looked it up").value as u32
         }
     }
-}
-
-/// Returns the name that a method's settings have in a scenario.
-pub fn section(method: &str) -> String {
-    method.replace('-', "_")
 }

@@ -1,11 +1,11 @@
 //! Traffic signals as a domain of evaluation.
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
+use super::control::Controller;
 use super::control::baseline;
 use super::control::registry::METHODS;
-use super::control::{ControlError, Controller};
-use super::controllers::{create, section};
+use super::controllers::create;
 use super::env::World;
 use super::environment::{GENERATED, environment, planned_world};
 use super::error::TrafficError;
@@ -13,10 +13,11 @@ use super::settings::Scenario;
 use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
-use super::trial::{DELAY, SignalTrial, of_control, of_network, of_sim};
+use super::trial::{DELAY, SignalTrial, of_network, of_sim};
+use crate::run::RunError;
 use crate::run::domain::{Domain, Objective, Site, Trial};
 use crate::run::fault::TrialError;
-use crate::run::method::Method;
+use crate::run::method::{Method, find};
 use crate::stats::Direction;
 
 /// Makes a controller; the seed is of everything random in it.
@@ -54,7 +55,7 @@ impl Traffic {
         scenario: &Scenario,
         imported: bool,
         seed: u64,
-    ) -> Result<Box<dyn Controller>, ControlError> {
+    ) -> Result<Box<dyn Controller>, RunError> {
         let own = self.methods[METHODS.len()..].iter().position(|m| m.name == method);
         match own {
             Some(own) => Ok(self.own[own](seed)),
@@ -73,7 +74,8 @@ impl Traffic {
         seed: u64,
     ) -> Result<Box<dyn Trial>, TrialError> {
         let imported = site.point.environment != GENERATED;
-        let controller = self.controller(method, scenario, imported, seed).map_err(of_control)?;
+        let controller = self.controller(method, scenario, imported, seed);
+        let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
         let env = environment(sim, world, scenario, site.scratch);
         Ok(Box::new(SignalTrial { env, controller }))
     }
@@ -129,10 +131,9 @@ impl Domain for Traffic {
     }
 
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {
-        let section = section(method);
-        let of_method = settings.get(&section).cloned().ok_or_else(|| {
-            format!("the scenario has no settings of {method}, which the card needs")
-        })?;
+        let section = find(&self.methods, method).map_err(|e| e.to_string())?.section();
+        // A method without settings has no section.
+        let of_method = settings.get(&section).cloned().unwrap_or_else(|| json!({}));
         let mut card = Map::new();
         card.insert("settings".to_owned(), of_method);
         for name in ["preset", "signal"] {

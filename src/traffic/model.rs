@@ -3,13 +3,14 @@
 use serde_json::Value;
 
 use super::control::Controller;
-use super::controllers::{create, section};
+use super::control::registry::METHODS;
+use super::controllers::create;
 use super::error::TrafficError;
 use super::settings::check::check;
 use super::settings::{Preset, Scenario, SignalSettings};
-use super::trial::of_control;
 use crate::run::RunError;
 use crate::run::fault::TrialError;
+use crate::run::method::find;
 use crate::run::model::SavedModel;
 use crate::settings::overrides::Override;
 
@@ -57,12 +58,15 @@ impl SignalModel {
         scenario: &Scenario,
         overrides: &[Override],
     ) -> Result<Scenario, TrafficError> {
-        let method = &self.saved.card.method;
-        create(method, scenario, false, 0).map_err(|e| self.saved.fail(format!("of an {e}")))?;
+        let method = find(METHODS, &self.saved.card.method);
+        let method = method.map_err(|e| self.saved.fail(format!("of an {e}")))?;
         let mut scenario = scenario.clone();
         scenario.signal = self.signal.clone();
         let mut settings = serde_json::to_value(&scenario).expect("a scenario is plain data");
-        settings[section(method)] = self.settings.clone();
+        // A method without settings has no section.
+        if let Some(own) = settings.get_mut(method.section()) {
+            *own = self.settings.clone();
+        }
         let mut scenario: Scenario = serde_json::from_value(settings)
             .map_err(|e| self.saved.fail(format!("its settings are of another version: {e}")))?;
         for setting in overrides {
@@ -84,9 +88,8 @@ impl SignalModel {
         scenario: &Scenario,
         imported: bool,
     ) -> Result<Box<dyn Controller>, RunError> {
-        let mut controller =
-            create(&self.saved.card.method, scenario, imported, self.saved.card.seed)
-                .map_err(of_control)?;
+        let card = &self.saved.card;
+        let mut controller = create(&card.method, scenario, imported, card.seed)?;
         controller.load(self.saved.archive.clone()).map_err(|e| self.saved.fail(e.to_string()))?;
         Ok(controller)
     }

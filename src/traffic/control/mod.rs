@@ -218,16 +218,6 @@ pub struct EpisodeOutcome {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ControlError {
-    /// A name that no controller has.
-    #[error("unknown method {name:?}; known are {known}{meant}")]
-    Unknown {
-        /// What was asked for.
-        name: String,
-        /// Names that exist.
-        known: String,
-        /// What may have been meant.
-        meant: String,
-    },
     /// A signal that the method cannot control.
     #[error("{method} cannot control signal {signal}: {reason}")]
     Signal {

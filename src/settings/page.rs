@@ -1,0 +1,33 @@
+//! The table of settings as a page, in Markdown.
+
+use super::setting::{Section, Setting};
+
+/// Returns the tables of sections, which are given by name; headings begin with `of`.
+pub fn markdown(of: &str, sections: &[(&'static str, &dyn Section)]) -> String {
+    let tables: Vec<String> = sections.iter().map(|(name, s)| table(of, name, *s)).collect();
+    tables.join("\n")
+}
+
+fn table(of: &str, name: &str, section: &dyn Section) -> String {
+    let (about, source) = (section.about(), section.source());
+    let rows: String = section.table().iter().map(|setting| row(setting, source)).collect();
+    format!(
+        "### {of}{name}\n\n{about} Source: {source}.\n\n\
+         | setting | default | unit | range | what it is |\n| --- | --- | --- | --- | --- |\n{rows}"
+    )
+}
+
+/// `section` is the source of those that name none of their own.
+fn row(setting: &Setting, section: &str) -> String {
+    let range = setting.limits.map_or(String::new(), |limits| limits.to_string());
+    let default = match (setting.default)().as_str() {
+        "null" => String::new(),
+        default => format!("`{default}`"),
+    };
+    let source = match setting.source == section {
+        true => String::new(),
+        false => format!(" Source: {}.", setting.source),
+    };
+    let (name, unit, summary) = (setting.name, setting.unit, setting.summary());
+    format!("| `{name}` | {default} | {unit} | {range} | {summary}{source} |\n")
+}
