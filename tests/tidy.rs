@@ -20,7 +20,7 @@ const REPO: &str = env!("CARGO_MANIFEST_DIR");
 const MAX_LINES: usize = 400;
 
 /// Files that are still in circles. No more may become; fewer: lower this, as those below.
-const FILES_IN_CIRCLES: usize = 13;
+const FILES_IN_CIRCLES: usize = 5;
 
 /// Arrows between modules that still go to one further below in the table of ARCHITECTURE.md.
 ///

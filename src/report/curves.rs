@@ -13,6 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::curve::{BAND, FEW_TRAININGS, SMOOTHED_OVER, ticks};
 use super::data::ReportData;
 use super::figures::{Figure, WIDTH, color, noun, sentence, widest_name};
 use super::signals::SIGNALS;
@@ -22,15 +23,6 @@ use crate::analysis::MethodSummary;
 use crate::analysis::TrainingSummary;
 use crate::stats::quantile::quantile;
 use crate::stats::score::{mean, weighted_mean};
-
-/// Episodes of the trailing mean.
-pub(super) const SMOOTHED_OVER: usize = 5;
-
-/// Trainings below which the band is their whole range.
-pub(super) const FEW_TRAININGS: usize = 5;
-
-/// Quantiles of the band.
-pub(super) const BAND: (f64, f64) = (0.1, 0.9);
 
 /// Smallest relative delay on the axis, which has no 0.
 const LEAST: f64 = 0.01;
@@ -248,18 +240,6 @@ fn panel(
     frame
 }
 
-/// Returns round numbers between two powers of 10, the fewer the further these are apart.
-pub(super) fn ticks(low: f64, high: f64) -> Vec<f64> {
-    let steps: &[f64] = match high - low {
-        span if span < 0.8 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
-        span if span < 2.0 => &[1.0, 2.0, 5.0],
-        _ => &[1.0],
-    };
-    let decades = low.floor() as i32..=high.ceil() as i32;
-    let all = decades.flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)));
-    all.filter(|t| (low..=high).contains(&t.log10())).collect()
-}
-
 /// Draws values by episode, and returns where the line ends.
 fn line(
     canvas: &mut Canvas,
@@ -313,15 +293,6 @@ mod tests {
         let placed = spread([50.0, 52.0, 99.0].into_iter(), (0.0, 100.0));
         assert_eq!(placed, [50.0, 67.0, 99.0]);
         assert_eq!(spread([99.0, 98.0].into_iter(), (0.0, 100.0)), [100.0, 83.0]);
-    }
-
-    #[test]
-    fn ticks_are_fewer_on_a_longer_axis() {
-        let labels =
-            |low, high| ticks(low, high).into_iter().map(format::feature).collect::<Vec<_>>();
-        assert_eq!(labels(-0.35, 0.2), ["0.5", "0.7", "1", "1.5"]);
-        assert_eq!(labels(-0.5, 1.0), ["0.5", "1", "2", "5", "10"]);
-        assert_eq!(labels(-0.5, 2.1), ["1", "10", "100"]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::data::ReportData;
 use super::format;
-use super::text::plain_table;
+use super::plain_table::plain_table;
 use crate::analysis::Estimated;
 use crate::analysis::MethodSummary;
 use crate::traffic::report::UNFINISHED;

@@ -3,7 +3,8 @@
 use minijinja::{Value, context};
 
 use super::csv::events;
-use super::curves::{FEW_TRAININGS, SMOOTHED_OVER, common_points};
+use super::curve::{FEW_TRAININGS, SMOOTHED_OVER};
+use super::curves::common_points;
 use super::data::ReportData;
 use super::divisor::baseline_in_full;
 use super::figures::{Figure, label, level_shares};

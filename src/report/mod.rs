@@ -5,6 +5,7 @@
 
 mod context;
 mod csv;
+mod curve;
 mod curves;
 pub mod data;
 mod demand;
@@ -21,6 +22,7 @@ mod names;
 mod narrow;
 mod page;
 mod palette;
+mod plain_table;
 mod plan_values;
 pub mod plans;
 pub mod quality;

@@ -3,6 +3,7 @@
 mod explain;
 mod figures;
 mod intersections;
+mod link;
 mod list;
 mod map;
 mod sketches;
@@ -19,6 +20,7 @@ use crate::files::write_atomically;
 use crate::stats::quantile::quantile;
 use crate::traffic::city::drawing::Drawing;
 use crate::traffic::city::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
+use link::OPENSTREETMAP;
 use text::{percent, share};
 
 const TEMPLATE: &str = include_str!("templates/quality.html");
@@ -26,9 +28,6 @@ const STYLE: &str = include_str!("templates/style.css");
 
 /// Name of the file with all figures.
 pub const QUALITY_FILE: &str = "quality.json";
-
-/// Where elements of the map can be looked at.
-const OPENSTREETMAP: &str = "https://www.openstreetmap.org";
 
 /// Writes `quality.json` and `quality.html` to a folder and returns the page's path.
 ///
@@ -139,13 +138,6 @@ fn features(q: &Quality) -> Vec<Value> {
         }
     };
     q.features.iter().map(row).collect()
-}
-
-/// Returns where a place can be looked at on the map.
-fn map_link(latitude: f64, longitude: f64) -> String {
-    format!(
-        "{OPENSTREETMAP}/?mlat={latitude:.6}&mlon={longitude:.6}#map=19/{latitude:.6}/{longitude:.6}"
-    )
 }
 
 fn counts(c: &CountsSummary) -> Value {

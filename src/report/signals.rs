@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::curves::{BAND, FEW_TRAININGS, SMOOTHED_OVER, ticks};
+use super::curve::{BAND, FEW_TRAININGS, SMOOTHED_OVER, ticks};
 use super::data::ReportData;
 use super::format;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};

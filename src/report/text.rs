@@ -1,9 +1,8 @@
 //! The ranking as a table for terminals: plain text, no colours.
 
-use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
-
 use super::data::ReportData;
 use super::divisor::baseline_in_full;
+use super::plain_table::plain_table;
 use super::{format, further};
 use crate::analysis::MethodSummary;
 
@@ -47,22 +46,6 @@ pub(super) fn common_title(data: &ReportData) -> String {
 fn ranking(data: &ReportData, methods: &[MethodSummary], points: usize) -> String {
     let rows = methods.iter().map(|m| row(data, m, points).to_vec()).collect();
     plain_table(&HEADER, &RIGHT, rows)
-}
-
-/// Returns a table with a rule below its heading; the columns of numbers are aligned to the right.
-pub(super) fn plain_table(header: &[&str], right: &[usize], rows: Vec<Vec<String>>) -> String {
-    let mut table = Table::new();
-    let rule = LineStyle::none().fill('-').junction('-');
-    table.load_style(TableStyle::new().header_separator(rule)).set_header(header);
-    for i in right {
-        if let Some(column) = table.column_mut(*i) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    for row in rows {
-        table.add_row(row);
-    }
-    table.trim_fmt()
 }
 
 fn row(data: &ReportData, m: &MethodSummary, points: usize) -> [String; 8] {

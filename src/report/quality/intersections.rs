@@ -7,7 +7,7 @@ use minijinja::{Value, context};
 use osm_signals::streets::Source;
 use osm_signals::traffic::InflowSource;
 
-use super::map_link;
+use super::link::map_link;
 use super::text::percent;
 use crate::traffic::city::flag::Flag;
 use crate::traffic::city::quality::Quality;

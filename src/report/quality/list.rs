@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use minijinja::{Value, context};
 
+use super::figures;
+use super::link::map_link;
 use super::text::{matched, percent, share};
-use super::{figures, map_link};
 use crate::report::format;
 use crate::stats::quantile::quantile;
 use crate::traffic::city::quality::{ListedRow, Quality};

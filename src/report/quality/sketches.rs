@@ -3,7 +3,7 @@
 use minijinja::{Value, context};
 
 use super::intersections::{flags, streets};
-use super::map_link;
+use super::link::map_link;
 use crate::report::svg::{Anchor, Canvas, INK, TextStyle};
 use crate::traffic::city::drawing::Drawing;
 use crate::traffic::city::quality::Quality;
