@@ -6,9 +6,9 @@ use std::path::Path;
 use osm_signals::side::{SideSetting, decide};
 use osm_signals::signals::{SignalColumns, SignalList};
 use osm_signals::{Extract, Inputs, Settings, Survey, read};
-use tsc_family::traffic::city::city::City;
 use tsc_family::traffic::city::flag::Flag;
 use tsc_family::traffic::city::reason::Reason;
+use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table;
 use tsc_family::traffic::family::load::from_text;
 

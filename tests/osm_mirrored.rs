@@ -17,9 +17,9 @@ use osm_signals::read::read;
 use osm_signals::settings::Settings;
 use osm_signals::side::{DecidedBy, SideDecision, SideSetting, decide};
 use osm_signals::survey::{Inputs, Survey};
-use tsc_family::traffic::city::city::City;
 use tsc_family::traffic::city::config::CityConfig;
 use tsc_family::traffic::city::side::CitySide;
+use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table::approaches;
 use tsc_family::traffic::family::approaches::Approach;
 

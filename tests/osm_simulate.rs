@@ -13,7 +13,7 @@ use osm_signals::read::read;
 use osm_signals::settings::Settings;
 use osm_signals::side::{SideSetting, decide};
 use osm_signals::survey::{Inputs, Survey};
-use tsc_family::traffic::city::city::City;
+use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table::approaches;
 
 /// Ten minutes, and vehicles that stand for five are teleported: none does at low demand.

@@ -1,4 +1,5 @@
-//! Real extracts, read by this project and by netconvert: both have to see the same streets.
+//! Extracts, read by this project and by netconvert: both have to see the same streets. Hand-made ones are there
+//! always, those of real cities where they are.
 //!
 //! netconvert gets the extract as it is, whatever this project takes for a street, and leaves out by its own
 //! options what cars may not use and service roads. It joins and guesses as users of SUMO let it. Compared
@@ -42,6 +43,12 @@ const EXTRACTS: &str = "../../shared/data/osm";
 
 /// Extracts that are large enough for an assertion.
 const ASSERTED: [&str; 2] = ["r5_washington_dc.osm.pbf", "valhalla_harrisburg.osm.pbf"];
+
+/// Hand-made extracts that netconvert refuses: values that no tag may have.
+const REFUSED: &str = "bad_values";
+
+/// Fewest intersections that both see in the hand-made extracts.
+const FEWEST_CASES: u32 = 50;
 
 /// Least share of intersections with equal arms, and of tagged approaches with equal lanes.
 const LEAST_AGREEMENT: f64 = 0.93;
@@ -264,8 +271,34 @@ fn extracts(folder: &str) -> Vec<PathBuf> {
     paths
 }
 
+/// Fails if too few intersections have equal arms, or too few tagged approaches equal lanes.
+fn assert_agreement(name: &str, agreement: Agreement) {
+    let least = |all: u32| LEAST_AGREEMENT * f64::from(all);
+    assert!(f64::from(agreement.arms) >= least(agreement.both), "{name}: {agreement:?}");
+    assert!(f64::from(agreement.lanes) >= least(agreement.tagged), "{name}: {agreement:?}");
+}
+
 #[test]
-fn netconvert_sees_the_same_arms_and_lanes() {
+fn netconvert_sees_the_same_arms_and_lanes_in_hand_made_extracts() {
+    if !sumo::is_there() {
+        writeln!(std::io::stderr(), "skipped: this test needs netconvert").unwrap();
+        return;
+    }
+    let mut all = Agreement::default();
+    for case in extracts("tests/networks") {
+        if !case.is_dir() || case.file_name().is_some_and(|name| name == REFUSED) {
+            continue;
+        }
+        let one = compare(&case.join("input.osm"));
+        (all.both, all.arms) = (all.both + one.both, all.arms + one.arms);
+        (all.tagged, all.lanes) = (all.tagged + one.tagged, all.lanes + one.lanes);
+    }
+    assert!(all.both >= FEWEST_CASES, "{all:?}");
+    assert_agreement("hand-made extracts", all);
+}
+
+#[test]
+fn netconvert_sees_the_same_arms_and_lanes_in_cities() {
     let own = std::env::var("TSC_FAMILY_EXTRACTS");
     let folder = own.as_deref().unwrap_or(EXTRACTS);
     let extracts = extracts(folder);
@@ -284,9 +317,7 @@ fn netconvert_sees_the_same_arms_and_lanes() {
     for (path, agreement) in agreements {
         let name = path.file_name().unwrap().to_string_lossy();
         if ASSERTED.contains(&&*name) {
-            let least = |all: u32| LEAST_AGREEMENT * f64::from(all);
-            assert!(f64::from(agreement.arms) >= least(agreement.both), "{name}: {agreement:?}");
-            assert!(f64::from(agreement.lanes) >= least(agreement.tagged), "{name}: {agreement:?}");
+            assert_agreement(&name, agreement);
         }
     }
 }

@@ -21,9 +21,9 @@
 
 mod program;
 
+use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
 
-use crate::traffic::control::Turn;
 use crate::traffic::settings::{ChangeInterval, SignalSettings};
 
 /// Perception and reaction of a driver, seconds (ITE).

@@ -34,7 +34,11 @@ impl Raw {
             raw.read_pbf(path);
         } else {
             let mut text = String::new();
-            MultiGzDecoder::new(File::open(path).unwrap()).read_to_string(&mut text).unwrap();
+            let file = File::open(path).unwrap();
+            match path.extension().is_some_and(|e| e == "gz") {
+                true => MultiGzDecoder::new(file).read_to_string(&mut text).unwrap(),
+                false => BufReader::new(file).read_to_string(&mut text).unwrap(),
+            };
             raw.read_xml(&text);
         }
         raw.relations.retain(|_, (_, tags)| tags.iter().any(|(k, _)| k == "restriction"));

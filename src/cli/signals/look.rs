@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use osm_signals::DrivingSide;
+use osm_signals::Turn;
 use serde_json::{Value, json};
 
-use crate::traffic::control::{Service, Turn};
+use crate::traffic::control::Service;
 use crate::traffic::env::derive::DerivedSignal;
 use crate::traffic::env::warnings;
 use crate::traffic::settings::SignalSettings;

@@ -27,7 +27,6 @@ use std::time::{Duration, Instant};
 use osm_signals::Survey;
 use osm_signals::intersections::Skip;
 
-use super::city::City;
 use super::drawing::Drawing;
 use super::error::CityError;
 use super::facts::family_facts;
@@ -35,6 +34,7 @@ use super::folder::{APPROACHES_FILE, SCENARIO_FILE, networks_folder};
 use super::input::{Input, Request};
 use super::quality::{Quality, quality};
 use super::reason::Reason;
+use super::sites::City;
 use super::surroundings::write_streets;
 use super::table;
 use super::write::{write_family, write_geojson, write_matches};

@@ -4,7 +4,7 @@ use geo::{Coord, LineString, Simplify};
 use osm_signals::tags::Highway;
 use osm_signals::{Extract, Place};
 
-use super::city::City;
+use super::sites::City;
 use super::sketch::{Sketch, sketches};
 
 /// Width of the surroundings that are drawn, as a share of the frame.

@@ -1,10 +1,9 @@
 //! From a city's map to its family: approaches, scenario, networks and what to think of them.
 //!
-//! [`derive`](derive::derive) does all of it. What is on the ground comes from the crate [`osm_signals`]; here a
-//! [`city`] leaves out the intersections that no network can be built for, [`table`] and [`scenario`] are what a
+//! [`derive`](derive::derive) does all of it. What is on the ground comes from the crate [`osm_signals`];
+//! [`sites`] leaves out the intersections that no network can be built for, [`table`] and [`scenario`] are what a
 //! family is loaded from, [`quality`] and [`drawing`] what the page on quality shows.
 
-pub mod city;
 pub mod config;
 pub mod derive;
 pub mod drawing;
@@ -18,6 +17,7 @@ pub mod quality;
 pub mod reason;
 pub mod scenario;
 pub mod side;
+pub mod sites;
 pub mod sketch;
 pub mod spots;
 pub mod surroundings;

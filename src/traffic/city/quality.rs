@@ -10,9 +10,9 @@ use osm_signals::traffic::InflowSource;
 use osm_signals::{Arm, Counts, Extract};
 use serde::Serialize;
 
-use super::city::City;
 use super::reason::Reason;
 use super::side::CitySide;
+use super::sites::City;
 use super::spots::{Spot, spots};
 
 /// Examples of signals that are named per reason.

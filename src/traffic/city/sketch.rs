@@ -3,8 +3,8 @@
 use osm_signals::geometry::LocalMetric;
 use osm_signals::{Extract, Intersection, Place};
 
-use super::city::City;
 use super::flag::Flag;
+use super::sites::City;
 use super::table::arm_name;
 
 /// Half the width of what is drawn around an intersection, metres.

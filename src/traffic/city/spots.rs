@@ -6,8 +6,8 @@ use osm_signals::streets::Source;
 use osm_signals::traffic::{ArmTraffic, InflowSource};
 use serde::Serialize;
 
-use super::city::{City, Site};
 use super::flag::Flag;
+use super::sites::{City, Site};
 use super::table::arm_name;
 
 /// One arm as it was read.

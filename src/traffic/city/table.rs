@@ -5,8 +5,8 @@ use std::path::Path;
 use osm_signals::Turns;
 use osm_signals::settings::IntersectionSettings;
 
-use super::city::{City, Site};
 use super::error::CityError;
+use super::sites::{City, Site};
 use crate::traffic::family::approaches::Approach;
 
 /// Returns the table of approaches of a city, one row per arm.

@@ -6,9 +6,9 @@ use std::path::Path;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
 use osm_signals::traffic::InflowSource;
 
-use super::city::City;
 use super::folder::{FAMILY_FILE, MATCHES_FILE};
 use super::quality::{ListedRow, Quality};
+use super::sites::City;
 use super::spots::Spot;
 use super::surroundings::INTERSECTIONS_FILE;
 use crate::family::MdpFamily;

@@ -31,9 +31,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use osm_signals::Turn;
+
 use super::{
     ControlError, Controller, Drive, GreenPhase, Movement, Observation, Service, Setup, SignalSpec,
-    Turn,
 };
 use crate::run::method::{Method, Training};
 use crate::settings::setting::settings;

@@ -26,22 +26,13 @@ pub mod webster;
 
 use std::collections::BTreeMap;
 
+use osm_signals::Turn;
+
 use crate::nn::archive::{Archive, ArchiveError};
 
 /// Index into [`SignalSpec::phases`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct GreenPhase(pub usize);
-
-/// Turn of a movement, in RESCO's order within an approach.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Turn {
-    /// Right turns.
-    Right,
-    /// Straight on.
-    Through,
-    /// Left turns and U-turns.
-    Left,
-}
 
 /// Vehicles that come from one approach and turn the same way.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +42,7 @@ pub struct Movement {
     /// they are numbered clockwise from the arm nearest to north. Where lanes of one approach and turn
     /// are not served together, they are several movements; all but one have slots after the arms'.
     pub index: usize,
-    /// The turn.
+    /// The turn; U-turns count as left turns.
     pub turn: Turn,
     /// Indices into [`SignalSpec::lanes`] from which the movement can be made; lanes are shared
     /// between movements.

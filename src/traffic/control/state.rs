@@ -143,7 +143,9 @@ impl Demand {
 #[cfg(test)]
 mod tests {
     use super::super::testing::two_phase_signal;
-    use super::super::{LaneObservation, Movement, Turn};
+    use osm_signals::Turn;
+
+    use super::super::{LaneObservation, Movement};
     use super::*;
 
     fn seen() -> Observation {

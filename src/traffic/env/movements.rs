@@ -9,9 +9,9 @@
 
 use std::collections::BTreeMap;
 
+use osm_signals::Turn;
 use osm_signals::angle::{normalise_degrees, turn_degrees};
 
-use crate::traffic::control::Turn;
 use crate::traffic::sim::topology::edge;
 use crate::traffic::sim::{Direction, Link, Scene, SignalInfo};
 
@@ -23,6 +23,9 @@ const NORTH_SECTOR_DEG: f64 = 45.0;
 
 /// A link with its index at the signal.
 type Numbered<'a> = (usize, &'a Link);
+
+/// Turns in RESCO's order within an approach.
+const TURNS: [Turn; 3] = [Turn::Right, Turn::Through, Turn::Left];
 
 /// A movement in the simulator's terms.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,20 +53,22 @@ pub(super) fn raw_movements(
 ) -> Vec<RawMovement> {
     let slots = approach_slots(scene, signal);
     let arms = slots.len().max(SLOT_HEADINGS_DEG.len());
-    let mut groups: BTreeMap<(usize, Turn), Vec<Numbered<'_>>> = BTreeMap::new();
+    let mut groups: BTreeMap<(usize, usize), Vec<Numbered<'_>>> = BTreeMap::new();
     for (index, links) in signal.links.iter().enumerate() {
         for link in links {
             let slot = slots[edge(&scene.lanes[link.from_lane].id)];
-            groups.entry((slot, turn_of(link.direction))).or_default().push((index, link));
+            let turn = turn_of(link.direction);
+            let place = TURNS.iter().position(|t| *t == turn).expect("all turns are there");
+            groups.entry((slot, place)).or_default().push((index, link));
         }
     }
     let mut movements = Vec::new();
     let mut parts = 0;
-    for ((approach, turn), links) in groups {
+    for ((approach, place), links) in groups {
         for (number, part) in served_together(&links, states).into_iter().enumerate() {
             let slot = if number == 0 { approach } else { arms + parts };
             parts += usize::from(number > 0);
-            movements.push(movement(3 * slot + turn as usize, turn, approach, &part));
+            movements.push(movement(TURNS.len() * slot + place, TURNS[place], approach, &part));
         }
     }
     movements.sort_by_key(|m| m.index);

@@ -5,9 +5,10 @@
 //! in a permissive left turn only. Then max pressure would never choose the second, and FRAP could
 //! not tell them apart; so **all phases of such a signal are named by all movements that they serve**.
 
-use crate::traffic::control::{Service, Turn};
+use osm_signals::Turn;
 
 use super::movements::RawMovement;
+use crate::traffic::control::Service;
 
 /// By which movements the phases of a signal are named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

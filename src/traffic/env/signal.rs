@@ -141,7 +141,8 @@ fn cycle(greens: &[ProgramPhase], timing: &Timing) -> Vec<ProgramPhase> {
 #[cfg(test)]
 pub(super) mod testing {
     use super::super::derive::DerivedSignal;
-    use crate::traffic::control::Turn;
+    use osm_signals::Turn;
+
     use crate::traffic::control::testing::two_phase_signal;
     use crate::traffic::env::pairs::Naming;
     use crate::traffic::settings::SignalSettings;

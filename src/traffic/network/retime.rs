@@ -5,13 +5,10 @@
 //! least or more than its longest green; where these do not fit, the cycle is another one. Yellow and
 //! all-red are ours: netconvert's, which it gives wide and slow junctions, are left out.
 
-use osm_signals::Turn;
-
 use super::intersection::IntersectionSpec;
 use super::lanes::Layout;
 use super::phases::ProgramPhase;
 use super::plain::LANE_WIDTH_M;
-use crate::traffic::control;
 use crate::traffic::control::webster::fill;
 use crate::traffic::settings::{NetworkSettings, SignalSettings};
 use crate::traffic::timing::{Approach, Timing, Way};
@@ -37,12 +34,8 @@ pub fn timing(
     let way = |m: &usize| {
         let movement = &layout.movements[*m];
         let approach = incoming.iter().position(|i| *i == movement.from);
-        let turn = match movement.turn {
-            Turn::Left => control::Turn::Left,
-            Turn::Through => control::Turn::Through,
-            Turn::Right => control::Turn::Right,
-        };
-        vec![Way { approach: approach.expect("movements come from incoming arms"), turn }]
+        let approach = approach.expect("movements come from incoming arms");
+        vec![Way { approach, turn: movement.turn }]
     };
     let links = movement_of_link.iter().map(way).collect();
     Timing::new(settings, incoming.iter().map(approach).collect(), links)
