@@ -165,7 +165,6 @@ fn real_cities_in_the_mirror_are_recognised_by_their_streets_and_read_as_their_m
     let mut files: Vec<PathBuf> = match fs::read_dir(EXTRACTS) {
         Ok(folder) => folder.map(|entry| entry.unwrap().path()).collect(),
         Err(_) => {
-            // Past the test harness, which shows what is printed of failures only.
             writeln!(std::io::stderr(), "skipped: no extracts of cities in {EXTRACTS}").unwrap();
             return;
         }

@@ -4,7 +4,6 @@
 //! and ends. The arms of the embedded table are schematic: straight, 90 or 120 degrees apart. In
 //! a city laid out in squares that is close enough to compare with counted lines.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
-#![expect(clippy::print_stdout, reason = "the figures are what the test is for")]
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -24,10 +23,13 @@ const LENGTH_SCALE: f64 = 0.757;
 /// Distance within which a listed signal is that of an intersection, metres.
 const SIGNAL_M: f64 = 40.0;
 
+#[expect(
+    clippy::explicit_write,
+    reason = "the test harness shows what is printed of failures only"
+)]
 fn data(name: &str) -> Option<PathBuf> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/udot").join(name);
     if !path.exists() {
-        // Past the test harness, which shows what is printed of failures only.
         writeln!(std::io::stderr(), "skipped: there is no {}", path.display()).unwrap();
     }
     path.exists().then_some(path)

@@ -4,7 +4,6 @@
 //! The data is not part of the repository (its licence is unclear); without it the test says so and
 //! ends. Every intersection of the map gets one row, moved by 5 to 30 m.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
-#![expect(clippy::print_stdout, reason = "the figures are what the test is for")]
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -25,10 +24,13 @@ const MOVES_M: [f64; 6] = [5.0, 10.0, 15.0, 20.0, 25.0, 30.0];
 /// Least share of rows that find their own intersection.
 const LEAST: f64 = 0.97;
 
+#[expect(
+    clippy::explicit_write,
+    reason = "the test harness shows what is printed of failures only"
+)]
 fn data(name: &str) -> Option<PathBuf> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/osm").join(name);
     if !path.exists() {
-        // Past the test harness, which shows what is printed of failures only.
         writeln!(std::io::stderr(), "skipped: there is no {}", path.display()).unwrap();
     }
     path.exists().then_some(path)

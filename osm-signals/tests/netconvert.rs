@@ -303,7 +303,6 @@ fn netconvert_sees_the_same_arms_and_lanes_in_cities() {
     let folder = own.as_deref().unwrap_or(EXTRACTS);
     let extracts = extracts(folder);
     if extracts.is_empty() || !sumo::is_there() {
-        // Past the test harness, which shows what is printed of failures only.
         writeln!(std::io::stderr(), "skipped: this test needs {folder} and netconvert").unwrap();
         return;
     }

@@ -18,7 +18,7 @@ const NUMERATOR: [f32; 7] = [
 ];
 
 /// Coefficients of the even powers of the denominator, the highest first.
-const DENOMINATOR: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525_2e-3];
+const DENOMINATOR: [f32; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525e-3];
 
 /// Returns the hyperbolic tangent; what is no number stays none.
 #[inline(always)]
