@@ -64,6 +64,10 @@ impl Traffic {
     }
 
     /// Returns a trial in a world.
+    #[cfg_attr(
+        not(feature = "libsumo"),
+        expect(dead_code, reason = "without a simulator no trial begins")
+    )]
     fn in_world<S: Sim + 'static>(
         &self,
         sim: S,

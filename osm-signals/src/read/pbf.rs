@@ -36,7 +36,7 @@ type Spot = (u64, usize);
 ///
 /// [`OsmError::Damaged`] when it cannot be read to its end, [`OsmError::Malformed`] when it needs
 /// something that this reader does not have, [`OsmError::Nothing`] without any drivable way,
-/// [`OsmError::Io`] when reading fails.
+/// [`OsmError::Unreadable`] when reading fails.
 pub fn read_pbf<R: Read + Seek>(
     path: &Path,
     source: &mut R,

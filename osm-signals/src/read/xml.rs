@@ -22,7 +22,7 @@ const TELL_BYTES: u64 = 1024 * 1024;
 ///
 /// [`OsmError::Format`] when it is no OpenStreetMap XML, [`OsmError::Damaged`] when it cannot be
 /// read to its end, [`OsmError::Malformed`] in another encoding than UTF-8, [`OsmError::Nothing`]
-/// without any drivable way, [`OsmError::Io`] when reading fails.
+/// without any drivable way, [`OsmError::Unreadable`] when reading fails.
 pub fn read_xml<R: Read>(
     path: &Path,
     size: u64,

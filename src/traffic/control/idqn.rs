@@ -7,7 +7,7 @@
 //! - **Exploration**: random phases, at first always, linearly less until four fifths of the training.
 //!
 //! Signals with a single phase stay green and learn nothing. What goes on around the algorithm is in
-//! [`independent`](super::independent).
+//! `independent.rs`.
 //!
 //! Source: RESCO, agents/pfrl_dqn.py; Ault and Sharon, "Reinforcement learning benchmarks for traffic
 //! signal control" (NeurIPS 2021, datasets and benchmarks).

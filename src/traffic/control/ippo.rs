@@ -4,7 +4,7 @@
 //! value of the state at its end. Phases are drawn from the policy, in RESCO also in evaluation.
 //!
 //! Signals with a single phase stay green and learn nothing. What goes on around the algorithm is in
-//! [`independent`](super::independent).
+//! `independent.rs`.
 //!
 //! Source: RESCO, agents/pfrl_ppo.py. Its published figures are after 1400 episodes; after 100 it has
 //! made 35 updates.
