@@ -26,4 +26,3 @@ pub mod sim;
 pub mod simulator;
 pub mod timing;
 pub mod trial;
-pub mod vocabulary;

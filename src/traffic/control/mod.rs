@@ -30,8 +30,6 @@ use osm_signals::Turn;
 
 use crate::nn::archive::{Archive, ArchiveError};
 
-pub use crate::traffic::vocabulary::Light;
-
 /// Index into [`SignalSpec::phases`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct GreenPhase(pub usize);
@@ -55,6 +53,17 @@ pub struct Movement {
     pub share: Option<f64>,
 }
 
+/// How a green phase serves a movement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Service {
+    /// Red.
+    None,
+    /// Green after yielding (`g`).
+    Permissive,
+    /// Green with right of way (`G`).
+    Protected,
+}
+
 /// A green phase a controller can choose.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Phase {
@@ -65,7 +74,7 @@ pub struct Phase {
     /// ascending.
     pub pair: Vec<usize>,
     /// How each movement is served, in the order of [`SignalSpec::movements`].
-    pub service: Vec<Light>,
+    pub service: Vec<Service>,
 }
 
 /// A lane of a signal.
@@ -122,7 +131,7 @@ impl SignalSpec {
         let served = |lane: usize| {
             self.movements.iter().enumerate().any(|(m, movement)| {
                 movement.lanes.contains(&lane)
-                    && self.phases.iter().any(|p| p.service[m] != Light::Red)
+                    && self.phases.iter().any(|p| p.service[m] != Service::None)
             })
         };
         (0..self.lanes.len()).filter(|l| !served(*l)).map(|l| self.lanes[l].id.as_str()).collect()
