@@ -9,7 +9,6 @@ pub mod dqn;
 pub mod dynamics;
 pub mod environment;
 pub mod family;
-pub mod load;
 pub mod ppo;
 pub mod problem;
 pub mod settings;

@@ -7,10 +7,8 @@ use serde_json::{Map, Value};
 use super::effects::Use;
 use super::output::line;
 use super::scenario::ScenarioArg;
-use crate::cartpole::load::{is_of_poles, load};
 use crate::cli::exit;
 use crate::family::MdpFamily;
-use crate::run::domain::Problem;
 use crate::traffic::family::features::six_features;
 use crate::traffic::family::load::{LoadedScenario, load_with};
 
@@ -34,7 +32,6 @@ Examples:
   tsc-family list
   tsc-family list --features
   tsc-family list --set family.detail=per-approach
-  tsc-family list cartpole
   tsc-family list my-city.toml --json | head")]
 pub struct ListArgs {
     /// The scenario
@@ -49,63 +46,29 @@ pub struct ListArgs {
 }
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
-    if is_of_poles(&args.scenario.scenario) {
-        let problem = load(&args.scenario.scenario, &args.scenario.settings())?;
-        return poles(args, problem.family());
-    }
     let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
     Use::LIST.check(&loaded, &args.scenario.settings())?;
     if args.json {
-        for text in json_lines(&loaded.family, Instances::Intersections) {
+        for text in json_lines(&loaded.family) {
             line(text)?;
         }
     } else if args.features {
         line(features(&loaded))?;
     } else {
-        line(table(&loaded.family, Instances::Intersections) + imputed(&loaded).as_str())?;
+        line(table(&loaded))?;
     }
     Ok(exit::DONE)
 }
 
-/// What point MDPs stand for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Instances {
-    /// Real intersections.
-    Intersections,
-    /// Nothing but themselves.
-    None,
-}
-
-/// Lists carts and poles.
-fn poles(args: &ListArgs, family: &MdpFamily) -> anyhow::Result<u8> {
-    if args.json {
-        for text in json_lines(family, Instances::None) {
-            line(text)?;
-        }
-    } else if args.features {
-        let mut text = format!("{:18}{:24}{:>20}", "feature", "unit", "point MDPs");
-        for (feature, (mean, sd)) in family.features.iter().zip(family.moments()) {
-            write!(text, "\n{:18}{:24}{:>20}", feature.name, feature.unit, mean_sd(mean, sd))
-                .expect("writing to a string cannot fail");
-        }
-        line(text + "\nmean (standard deviation); point MDPs weighted by importance")?;
-    } else {
-        line(table(family, Instances::None))?;
-    }
-    Ok(exit::DONE)
-}
-
-fn json_lines(family: &MdpFamily, instances: Instances) -> impl Iterator<Item = String> {
-    family.points.iter().map(move |point| {
+fn json_lines(family: &MdpFamily) -> impl Iterator<Item = String> {
+    family.points.iter().map(|point| {
         let mut object = Map::new();
         object.insert("point".into(), point.id.clone().into());
         if point.title != point.id {
             object.insert("name".into(), point.title.clone().into());
         }
         object.insert("importance".into(), point.importance.into());
-        if instances == Instances::Intersections {
-            object.insert("intersections".into(), point.instances.into());
-        }
+        object.insert("intersections".into(), point.instances.into());
         for (feature, value) in family.features.iter().zip(&point.features) {
             object.insert(feature.name.clone(), (*value).into());
         }
@@ -113,34 +76,37 @@ fn json_lines(family: &MdpFamily, instances: Instances) -> impl Iterator<Item = 
     })
 }
 
-fn table(family: &MdpFamily, instances: Instances) -> String {
-    let real = instances == Instances::Intersections;
+fn table(loaded: &LoadedScenario) -> String {
+    let family = &loaded.family;
     let id_width = family.points.iter().map(|p| p.id.len()).max().unwrap_or(0).max(5);
-    let mut text = format!("{:id_width$}  importance", "point");
-    if real {
-        text.push_str("  intersections");
-    }
+    let mut text = format!("{:id_width$}  importance  intersections", "point");
     for feature in &family.features {
         write!(text, "  {}", feature.name).expect("writing to a string cannot fail");
     }
     for point in &family.points {
-        write!(text, "\n{:id_width$}  {:>10.4}", point.id, point.importance)
-            .expect("writing to a string cannot fail");
-        if real {
-            write!(text, "  {:>13}", point.instances).expect("writing to a string cannot fail");
-        }
+        write!(
+            text,
+            "\n{:id_width$}  {:>10.4}  {:>13}",
+            point.id, point.importance, point.instances
+        )
+        .expect("writing to a string cannot fail");
         for (feature, value) in family.features.iter().zip(&point.features) {
             write!(text, "  {:>width$}", short(*value), width = feature.name.len())
                 .expect("writing to a string cannot fail");
         }
-        if point.title != point.id && real {
+        if point.title != point.id {
             write!(text, "  {}", point.title).expect("writing to a string cannot fail");
         }
     }
-    let count: u64 = family.points.iter().map(|p| u64::from(p.instances)).sum();
-    let of = if real { format!(" of {count} intersections") } else { String::new() };
-    write!(text, "\n{} point MDPs{of} in scenario {}", family.points.len(), family.name)
-        .expect("writing to a string cannot fail");
+    let instances: u64 = family.points.iter().map(|p| u64::from(p.instances)).sum();
+    write!(
+        text,
+        "\n{} point MDPs of {instances} intersections in scenario {}",
+        family.points.len(),
+        family.name
+    )
+    .expect("writing to a string cannot fail");
+    text.push_str(&imputed(loaded));
     text
 }
 
@@ -227,9 +193,7 @@ mod tests {
     #[test]
     fn a_json_line_has_the_features_by_name() {
         let family = load("smoke").unwrap().family;
-        let first: Value =
-            serde_json::from_str(&json_lines(&family, Instances::Intersections).next().unwrap())
-                .unwrap();
+        let first: Value = serde_json::from_str(&json_lines(&family).next().unwrap()).unwrap();
         assert_eq!(first["point"], "quiet");
         assert_eq!(first["importance"], 0.75);
         assert_eq!(first["intersections"], 3);

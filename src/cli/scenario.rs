@@ -3,9 +3,6 @@
 use crate::settings::overrides::Override;
 use crate::traffic::settings::Preset;
 
-/// Presets of all domains.
-const PRESETS: [&str; 4] = ["resco", "field", "sb3", "tuned"];
-
 /// Scenario of a subcommand.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArg {
@@ -18,24 +15,20 @@ pub struct ScenarioArg {
     set: Vec<Override>,
     /// Limits of timing and demand: `resco`, the literature's, or `field`, what a cabinet in the street
     /// allows [default: the scenario's, else `resco`]
-    #[arg(long, value_name = "PRESET", value_parser = PRESETS, hide_possible_values = true)]
-    preset: Option<String>,
+    #[arg(long, value_name = "PRESET", value_enum, hide_possible_values = true)]
+    preset: Option<Preset>,
 }
 
 impl ScenarioArg {
     /// Returns what replaces settings: the preset first, so that a setting counts more.
     pub(super) fn settings(&self) -> Vec<Override> {
-        self.preset
-            .as_deref()
-            .map(Override::preset)
-            .into_iter()
-            .chain(self.set.iter().cloned())
-            .collect()
+        let preset = self.preset.map(|p| Override::preset(p.name()));
+        preset.into_iter().chain(self.set.iter().cloned()).collect()
     }
 
     /// Returns the same with a preset where none is given.
     pub(super) fn settings_on(&self, preset: Preset) -> Vec<Override> {
-        let preset = self.preset.as_deref().unwrap_or(preset.name());
-        std::iter::once(Override::preset(preset)).chain(self.set.iter().cloned()).collect()
+        let preset = Override::preset(self.preset.unwrap_or(preset).name());
+        std::iter::once(preset).chain(self.set.iter().cloned()).collect()
     }
 }

@@ -9,8 +9,6 @@ use super::folder::NETWORKS;
 use super::output::note;
 use super::run::RunArgs;
 use super::signals::warning_lines;
-use crate::cartpole::load::{is_of_poles, load};
-use crate::cartpole::problem::CartPoleProblem;
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::family::FamilyError;
@@ -26,19 +24,13 @@ use crate::traffic::sim::SimError;
 pub(super) enum Subject {
     /// Traffic signals.
     Signals(Box<SignalProblem>),
-    /// Carts and poles.
-    Poles(Box<CartPoleProblem>),
 }
 
 impl Subject {
     /// Reads the scenario that the arguments name.
     pub(super) fn new(args: &RunArgs) -> anyhow::Result<Self> {
-        let name = &args.scenario.scenario;
-        if is_of_poles(name) && args.sumocfg.is_empty() {
-            let problem = load(name, &args.scenario.settings())?;
-            return Ok(Self::Poles(Box::new(problem)));
-        }
         let loaded = scenario(args)?;
+        let name = &args.scenario.scenario;
         let networks = args.networks.clone().unwrap_or_else(|| default_folder(name, &loaded));
         let problem = SignalProblem::new(loaded, folder(name), networks, &args.sumocfg)?;
         Ok(Self::Signals(Box::new(problem)))
@@ -48,7 +40,6 @@ impl Subject {
     pub(super) fn domain(&self) -> &'static dyn Domain {
         match self {
             Self::Signals(_) => domains::traffic(),
-            Self::Poles(_) => domains::cartpole(),
         }
     }
 
@@ -56,7 +47,6 @@ impl Subject {
     pub(super) fn problem(&self) -> &dyn Problem {
         match self {
             Self::Signals(problem) => problem.as_ref(),
-            Self::Poles(problem) => problem.as_ref(),
         }
     }
 
@@ -64,14 +54,12 @@ impl Subject {
     pub(super) fn builds(&self) -> bool {
         match self {
             Self::Signals(problem) => !problem.is_imported(),
-            Self::Poles(_) => false,
         }
     }
 
     /// Refuses to write into a folder of something else.
     pub(super) fn check_folder(&self) -> anyhow::Result<()> {
         match self {
-            Self::Poles(_) => Ok(()),
             Self::Signals(problem) if problem.is_imported() => Ok(()),
             Self::Signals(problem) => NETWORKS.check(&problem.networks, "--networks", None),
         }
@@ -79,10 +67,7 @@ impl Subject {
 
     /// Refuses what has no effect.
     pub(super) fn check(&self, args: &RunArgs, draft: &Draft) -> anyhow::Result<()> {
-        let problem = match self {
-            Self::Signals(problem) => problem,
-            Self::Poles(_) => return poles(args),
-        };
+        let Self::Signals(problem) = self;
         let imported = problem.is_imported();
         if imported && args.networks.is_some() {
             let reason =
@@ -109,7 +94,7 @@ impl Subject {
 
     /// Says what may be wrong with the signals of imported scenarios.
     pub(super) fn warn(&self) -> Result<(), SimError> {
-        let Self::Signals(problem) = self else { return Ok(()) };
+        let Self::Signals(problem) = self;
         let configs: Vec<PathBuf> = problem.imported.values().cloned().collect();
         match warning_lines(&configs, &problem.loaded.scenario.signal) {
             // A plan needs no SUMO.
@@ -120,22 +105,6 @@ impl Subject {
         }
         Ok(())
     }
-}
-
-/// Refuses what has no effect on carts and poles.
-fn poles(args: &RunArgs) -> anyhow::Result<()> {
-    let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
-        Err(Refused(format!("{flag} has no effect on cartpole: {reason}")).into())
-    };
-    if args.networks.is_some() {
-        return refuse("--networks", "it has no networks; leave it out");
-    }
-    if args.episodes.is_some() {
-        let reason =
-            "trainings are counted in steps; say --set ppo.total_steps=N, and the same of dqn";
-        return refuse("--episodes", reason);
-    }
-    Ok(())
 }
 
 /// Loads the scenario with the settings of `--episodes` and `--set`.

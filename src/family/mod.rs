@@ -5,7 +5,6 @@
 pub mod columns;
 pub mod error;
 pub mod names;
-pub mod points;
 
 use serde::Serialize;
 
