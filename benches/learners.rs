@@ -7,7 +7,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use tsc_family::nn::Activation;
 use tsc_family::nn::Network;
-use tsc_family::nn::frap::{Frap, HEAD, Layout};
+use tsc_family::nn::frap::{Frap, HEAD, PhaseLayout};
 use tsc_family::nn::init::Init;
 use tsc_family::nn::sequential::Sequential;
 use tsc_family::rl::dqn::{Dqn, Settings};
@@ -35,7 +35,7 @@ fn lanes(lanes: usize, outputs: usize) -> Sequential {
 fn frap(width: usize) -> Frap {
     let pairs = [[1, 7], [2, 8], [1, 2], [7, 8], [4, 10], [5, 11], [10, 11], [4, 5]];
     let pairs: Vec<Vec<usize>> = pairs.iter().map(|p| p.to_vec()).collect();
-    Frap::new(vec![Layout::new(&pairs, width)], width, 12 * width)
+    Frap::new(vec![PhaseLayout::new(&pairs, width)], width, 12 * width)
 }
 
 /// A learner whose replay buffer is full, and states to feed it; the first `head` numbers are 0.

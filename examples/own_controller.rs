@@ -13,7 +13,7 @@ use std::path::Path;
 
 use tsc_family::report::ReportData;
 use tsc_family::traffic::control::{
-    ControlError, Controller, Drive, GreenPhase, Observation, Service, SignalSpec,
+    ControlError, Controller, Drive, GreenPhase, Light, Observation, SignalSpec,
 };
 use tsc_family::traffic::family::load::load;
 use tsc_family::{Domain, Method, Request, SignalProblem, Traffic, Training, evaluate};
@@ -54,8 +54,8 @@ impl Controller for LongestQueue {
 }
 
 /// Returns the lanes of a signal that a phase serves, each once.
-fn lanes(signal: &SignalSpec, service: &[Service]) -> Vec<usize> {
-    let served = signal.movements.iter().zip(service).filter(|(_, s)| **s != Service::None);
+fn lanes(signal: &SignalSpec, service: &[Light]) -> Vec<usize> {
+    let served = signal.movements.iter().zip(service).filter(|(_, s)| **s != Light::Red);
     let mut lanes: Vec<usize> = served.flat_map(|(m, _)| m.lanes.iter().copied()).collect();
     lanes.sort_unstable();
     lanes.dedup();

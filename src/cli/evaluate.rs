@@ -18,7 +18,7 @@ use crate::cli::refused::Refused;
 use crate::run::model::SavedModel;
 use crate::store::record::Row;
 use crate::traffic::content;
-use crate::traffic::contest::{Place, Standing};
+use crate::traffic::contest::{Arena, Standing};
 use crate::traffic::control::baseline;
 use crate::traffic::env::World;
 use crate::traffic::environment::generated_world;
@@ -87,8 +87,8 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     // The baseline is timed as the model is.
     loaded.scenario.signal = scenario.signal.clone();
     check(args, &loaded, &model.saved.card.method)?;
-    let place = place(args, &loaded)?;
-    let seeds = place.evaluation_seeds(args.seed, args.eval_seeds.get());
+    let arena = arena(args, &loaded)?;
+    let seeds = arena.evaluation_seeds(args.seed, args.eval_seeds.get());
     if !args.json {
         let card = &model.saved.card;
         note(format!(
@@ -96,14 +96,14 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
             card.method,
             card.point,
             card.training_episodes,
-            place.point,
+            arena.point,
             seeds.len()
         ));
     }
-    let point = place.point.clone();
+    let point = arena.point.clone();
     let mut progress = Progress::new(2 * seeds.len() as u64, Some("episodes"), args.json);
     let mut done = 0;
-    let standings = play(&model, &scenario, place, &seeds, &mut |_| {
+    let standings = play(&model, &scenario, arena, &seeds, &mut |_| {
         done += 1;
         progress.set(done, "");
     });
@@ -143,12 +143,12 @@ fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::
 }
 
 /// Returns where the model is to be evaluated; the network is built if it is missing.
-fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> {
+fn arena(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Arena> {
     if let Some(config) = &args.sumocfg {
         let world = World::from_sumocfg(config)?;
         simulator::check(config, &loaded.scenario.signal)?;
         let (point, content) = (imported_id(config), content::of_imported(config)?);
-        return Ok(Place { point, content, world, imported: true });
+        return Ok(Arena { point, content, world, imported: true });
     }
     let point = args.point.clone().unwrap_or_default();
     let Some(index) = loaded.family.position(&point) else {
@@ -159,14 +159,14 @@ fn place(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Place> 
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
     prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
     let (world, content) = (generated_world(&networks, &point)?, content::of_point(loaded, index));
-    Ok(Place { point, content, world, imported: false })
+    Ok(Arena { point, content, world, imported: false })
 }
 
 #[cfg(feature = "libsumo")]
 fn play(
     model: &SignalModel,
     scenario: &Scenario,
-    place: Place,
+    arena: Arena,
     seeds: &[u64],
     done: &mut dyn FnMut(&Row),
 ) -> anyhow::Result<[Standing; 2]> {
@@ -177,14 +177,14 @@ fn play(
     let sim = SumoSim::new()?;
     let folder = std::env::temp_dir();
     let scratch = tempfile::tempdir_in(&folder).map_err(FileError::at("create", &folder))?;
-    Ok(contest(sim, model, scenario, place, seeds, scratch.path(), done)?)
+    Ok(contest(sim, model, scenario, arena, seeds, scratch.path(), done)?)
 }
 
 #[cfg(not(feature = "libsumo"))]
 fn play(
     _: &SignalModel,
     _: &Scenario,
-    _: Place,
+    _: Arena,
     _: &[u64],
     _: &mut dyn FnMut(&Row),
 ) -> anyhow::Result<[Standing; 2]> {

@@ -28,7 +28,7 @@ mod forward;
 mod layout;
 mod parts;
 
-pub use layout::Layout;
+pub use layout::PhaseLayout;
 pub use parts::{Frap, HEAD};
 
 use super::{Network, Part, linear_parts};
@@ -124,7 +124,8 @@ mod tests {
     fn gradients_are_those_of_finite_differences() {
         for width in [1, 4] {
             let three = vec![vec![1, 7], vec![0, 7, 8, 10], vec![9]];
-            let layouts = vec![Layout::new(&pairs(&EIGHT), width), Layout::new(&three, width)];
+            let layouts =
+                vec![PhaseLayout::new(&pairs(&EIGHT), width), PhaseLayout::new(&three, width)];
             let mut network = Frap::new(layouts, width, 12 * width);
             assert_eq!(parameters(&network).len(), network.parameters());
             let parameters = random(network.parameters(), 21);
@@ -150,7 +151,7 @@ mod tests {
     #[test]
     fn values_are_those_of_the_definition() {
         // Straight from the formulas of RESCO's network, without any of the shortcuts above.
-        let mut network = Frap::new(vec![Layout::new(&pairs(&EIGHT), 1)], 1, 12);
+        let mut network = Frap::new(vec![PhaseLayout::new(&pairs(&EIGHT), 1)], 1, 12);
         let p = parameters(&network);
         let demand = random(12, 3).iter().map(|d| d * 8.0).collect::<Vec<_>>();
         let found = network.forward(&p, &row(0, 2, &demand)).to_vec();
@@ -196,7 +197,7 @@ mod tests {
         let order = [4, 0, 7, 2, 6, 1, 5, 3];
         let relabelled: Vec<Vec<usize>> =
             order.iter().map(|a| EIGHT[*a].iter().map(|m| movements[*m]).collect()).collect();
-        let layouts = vec![Layout::new(&pairs(&EIGHT), 1), Layout::new(&relabelled, 1)];
+        let layouts = vec![PhaseLayout::new(&pairs(&EIGHT), 1), PhaseLayout::new(&relabelled, 1)];
         let mut network = Frap::new(layouts, 1, 12);
         let parameters = parameters(&network);
         let demand = random(12, 8);
@@ -215,7 +216,7 @@ mod tests {
     fn phases_that_a_signal_does_not_have_are_never_the_best() {
         let two = vec![vec![1, 7], vec![4, 10]];
         let mut network =
-            Frap::new(vec![Layout::new(&pairs(&EIGHT), 1), Layout::new(&two, 1)], 1, 12);
+            Frap::new(vec![PhaseLayout::new(&pairs(&EIGHT), 1), PhaseLayout::new(&two, 1)], 1, 12);
         let parameters = parameters(&network);
         let q = network.forward(&parameters, &row(1, 0, &[0.0; 12]));
         assert!(q[..2].iter().all(|q| q.is_finite()));

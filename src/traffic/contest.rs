@@ -19,7 +19,7 @@ use crate::store::record::{Metrics, Row, mean_metrics};
 
 /// Where a model is evaluated.
 #[derive(Debug)]
-pub struct Place {
+pub struct Arena {
     /// Id of the point MDP.
     pub point: String,
     /// Hash of what it is, see [`super::content`].
@@ -30,7 +30,7 @@ pub struct Place {
     pub imported: bool,
 }
 
-impl Place {
+impl Arena {
     /// Returns the seeds that so many evaluation episodes of a run have here.
     pub fn evaluation_seeds(&self, base: u64, count: u32) -> Vec<u64> {
         let seeds = evaluation_seeds(base, count);
@@ -65,18 +65,18 @@ pub fn contest<S: Sim>(
     sim: S,
     model: &SignalModel,
     scenario: &Scenario,
-    place: Place,
+    arena: Arena,
     seeds: &[u64],
     scratch: &Path,
     done: &mut dyn FnMut(&Row),
 ) -> Result<[Standing; 2], TrafficError> {
     let card = &model.saved.card;
-    let untuned = create(baseline::METHOD.name, scenario, place.imported, card.seed)?;
-    let controller = model.controller(scenario, place.imported)?;
-    let env = environment(sim, place.world, scenario, scratch);
+    let untuned = create(baseline::METHOD.name, scenario, arena.imported, card.seed)?;
+    let controller = model.controller(scenario, arena.imported)?;
+    let env = environment(sim, arena.world, scenario, scratch);
     let mut trial = SignalTrial { env, controller };
     // The model first: if it does not fit, nobody waits for the baseline.
-    let rows = held_out(&mut trial, seeds, done).map_err(|e| model.explain(e, &place.point))?;
+    let rows = held_out(&mut trial, seeds, done).map_err(|e| model.explain(e, &arena.point))?;
     trial.controller = untuned;
     let yardstick = held_out(&mut trial, seeds, done).map_err(RunError::from)?;
     let delay = |metrics: &Metrics| metrics.get(DELAY).copied();

@@ -26,3 +26,4 @@ pub mod sim;
 pub mod simulator;
 pub mod timing;
 pub mod trial;
+pub mod vocabulary;

@@ -6,13 +6,13 @@ use osm_signals::DrivingSide;
 use osm_signals::Turn;
 use serde_json::{Value, json};
 
-use crate::traffic::control::Service;
 use crate::traffic::env::derive::DerivedSignal;
 use crate::traffic::env::warnings;
 use crate::traffic::settings::SignalSettings;
 use crate::traffic::sim::Scene;
 use crate::traffic::sim::error::SimError;
 use crate::traffic::sim::topology::Topology;
+use crate::traffic::vocabulary::Light;
 
 /// The signals of a scenario and the network around them.
 pub(super) struct Look {
@@ -99,7 +99,7 @@ impl Look {
         });
         let index = |m: &usize| spec.movements[*m].index;
         let phases = spec.phases.iter().map(|phase| {
-            let served = |wanted: Service| -> Vec<usize> {
+            let served = |wanted: Light| -> Vec<usize> {
                 (0..phase.service.len())
                     .filter(|m| phase.service[*m] == wanted)
                     .map(|m| index(&m))
@@ -108,8 +108,8 @@ impl Look {
             json!({
                 "state": phase.state,
                 "counts": phase.pair.iter().map(index).collect::<Vec<_>>(),
-                "right_of_way": served(Service::Protected),
-                "yielding": served(Service::Permissive),
+                "right_of_way": served(Light::Protected),
+                "yielding": served(Light::Permissive),
             })
         });
         let warnings: Vec<Value> = warnings(signal)

@@ -3,9 +3,9 @@
 use osm_signals::DrivingSide;
 
 use super::look::{Look, turn};
-use crate::traffic::control::Service;
 use crate::traffic::env::warnings;
 use crate::traffic::sim::topology::edge;
+use crate::traffic::vocabulary::Light;
 
 /// Returns a signal in words.
 pub(super) fn text(look: &Look, number: usize) -> String {
@@ -58,8 +58,8 @@ pub(super) fn text(look: &Look, number: usize) -> String {
             i.to_string(),
             phase.state.clone(),
             list(phase.pair.iter().map(|m| index(*m))),
-            served(Service::Protected),
-            served(Service::Permissive),
+            served(Light::Protected),
+            served(Light::Permissive),
         ]);
     }
     table(&rows, &mut lines);

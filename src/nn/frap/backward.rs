@@ -27,7 +27,8 @@ impl Frap {
         let w = &parameters[o.value..][..PAIR];
         let (dw, dbias) = gradient[o.value..o.end].split_at_mut(PAIR);
         let b = &mut self.buffers;
-        let most = self.layouts.iter().map(super::Layout::pairs).max().unwrap_or(0) * b.rows.len();
+        let most =
+            self.layouts.iter().map(super::PhaseLayout::pairs).max().unwrap_or(0) * b.rows.len();
         let dy = room(&mut b.dy, most * PAIR);
         let active_zr = room(&mut b.active_zr, most * PAIR);
         let (mut pair, mut active) = (0, 0);

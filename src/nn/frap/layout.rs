@@ -2,7 +2,7 @@
 
 /// What FRAP needs to know of a signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct PhaseLayout {
     /// First demand number per movement that some phase is named by.
     pub(super) windows: Vec<usize>,
     /// Per phase the movements that it is named by, as indices into `windows`.
@@ -11,7 +11,7 @@ pub struct Layout {
     pub(super) rivals: Vec<Vec<(usize, bool)>>,
 }
 
-impl Layout {
+impl PhaseLayout {
     /// Returns the layout of a signal.
     ///
     /// # Arguments

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::super::init::Init;
-use super::layout::Layout;
+use super::layout::PhaseLayout;
 
 /// Numbers of an embedding, and of a demand after its linear map.
 pub(super) const EMBEDDING: usize = 4;
@@ -83,7 +83,7 @@ pub(super) struct Buffers {
 /// The network; its inputs are rows of layout index, current phase and demand.
 #[derive(Debug, Clone)]
 pub struct Frap {
-    pub(super) layouts: Vec<Layout>,
+    pub(super) layouts: Vec<PhaseLayout>,
     /// Demand numbers per movement.
     pub(super) width: usize,
     pub(super) demand: usize,
@@ -103,7 +103,7 @@ impl Frap {
     /// # Panics
     ///
     /// When a layout reads beyond `demand`.
-    pub fn new(layouts: Vec<Layout>, width: usize, demand: usize) -> Self {
+    pub fn new(layouts: Vec<PhaseLayout>, width: usize, demand: usize) -> Self {
         assert!(layouts.iter().all(|l| l.demand(width) <= demand), "movements read beyond the row");
         let actions = layouts.iter().map(|l| l.phases.len()).max().unwrap_or(0);
         let offsets = Offsets::new(width);

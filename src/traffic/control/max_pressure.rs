@@ -34,7 +34,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use osm_signals::Turn;
 
 use super::{
-    ControlError, Controller, Drive, GreenPhase, Movement, Observation, Service, Setup, SignalSpec,
+    ControlError, Controller, Drive, GreenPhase, Light, Movement, Observation, Setup, SignalSpec,
 };
 use crate::run::method::{Method, Training};
 use crate::settings::setting::settings;
@@ -113,8 +113,8 @@ impl Controller for MaxPressure {
                 let service = signal.phases[i].service.iter().zip(&signal.movements).zip(&weights);
                 service
                     .map(|((service, movement), weight)| match service {
-                        Service::None => 0.0,
-                        Service::Permissive if movement.turn == Turn::Left => {
+                        Light::Red => 0.0,
+                        Light::Permissive if movement.turn == Turn::Left => {
                             self.config.permissive_share * weight
                         }
                         _ => *weight,
@@ -213,7 +213,7 @@ mod tests {
     use super::super::testing::{observation, signal_with, two_phase_signal};
     use super::*;
 
-    use Service::{None as N, Permissive as g, Protected as G};
+    use Light::{Permissive as g, Protected as G, Red as N};
 
     fn act(signal: &SignalSpec, seen: &Observation) -> usize {
         let mut controller = MaxPressure::default();

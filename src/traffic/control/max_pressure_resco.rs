@@ -105,7 +105,7 @@ fn counted(signal: &SignalSpec, phase: &Phase, merge: bool) -> Vec<Movement> {
 #[cfg(test)]
 mod tests {
     use super::super::testing::{observation, signal_with, two_phase_signal};
-    use super::super::{LaneObservation, Service};
+    use super::super::{LaneObservation, Light};
     use super::*;
 
     fn choice(queues: [f64; 2], downstream: [f64; 2]) -> GreenPhase {
@@ -130,8 +130,8 @@ mod tests {
     fn a_shared_lane_counts_twice() {
         // Phase 0 has two movements of one lane, phase 1 two movements with lanes of their own.
         let mut signal = signal_with(&[
-            [Service::Protected, Service::Protected, Service::None, Service::None],
-            [Service::None, Service::None, Service::Protected, Service::Protected],
+            [Light::Protected, Light::Protected, Light::Red, Light::Red],
+            [Light::Red, Light::Red, Light::Protected, Light::Protected],
         ]);
         signal.movements[1].lanes = vec![0];
         let mut seen = observation([5.0, 0.0], [0.0, 0.0]);
@@ -148,8 +148,8 @@ mod tests {
     fn a_lane_counts_once_where_phases_are_named_by_all_that_they_serve() {
         // Phase 0 serves three turns of one lane, phase 1 two lanes.
         let mut signal = signal_with(&[
-            [Service::Protected, Service::Protected, Service::Protected, Service::None],
-            [Service::None, Service::None, Service::None, Service::Protected],
+            [Light::Protected, Light::Protected, Light::Protected, Light::Red],
+            [Light::Red, Light::Red, Light::Red, Light::Protected],
         ]);
         signal.phases[0].pair = vec![0, 1, 2];
         signal.movements[1].lanes = vec![0];

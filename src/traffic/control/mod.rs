@@ -30,6 +30,8 @@ use osm_signals::Turn;
 
 use crate::nn::archive::{Archive, ArchiveError};
 
+pub use crate::traffic::vocabulary::Light;
+
 /// Index into [`SignalSpec::phases`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct GreenPhase(pub usize);
@@ -53,17 +55,6 @@ pub struct Movement {
     pub share: Option<f64>,
 }
 
-/// How a green phase serves a movement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Service {
-    /// Red.
-    None,
-    /// Green after yielding (`g`).
-    Permissive,
-    /// Green with right of way (`G`).
-    Protected,
-}
-
 /// A green phase a controller can choose.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Phase {
@@ -74,7 +65,7 @@ pub struct Phase {
     /// ascending.
     pub pair: Vec<usize>,
     /// How each movement is served, in the order of [`SignalSpec::movements`].
-    pub service: Vec<Service>,
+    pub service: Vec<Light>,
 }
 
 /// A lane of a signal.
@@ -131,7 +122,7 @@ impl SignalSpec {
         let served = |lane: usize| {
             self.movements.iter().enumerate().any(|(m, movement)| {
                 movement.lanes.contains(&lane)
-                    && self.phases.iter().any(|p| p.service[m] != Service::None)
+                    && self.phases.iter().any(|p| p.service[m] != Light::Red)
             })
         };
         (0..self.lanes.len()).filter(|l| !served(*l)).map(|l| self.lanes[l].id.as_str()).collect()

@@ -21,7 +21,7 @@ use super::state::{Demand, movement_slots, pressure_reward};
 use super::training::{TrainingState, decides, is_checkpoint};
 use super::{ControlError, Controller, GreenPhase, Observation, Setup, SignalSpec};
 use crate::nn::archive::Archive;
-use crate::nn::frap::{Frap, HEAD, Layout};
+use crate::nn::frap::{Frap, HEAD, PhaseLayout};
 use crate::nn::init::Init;
 use crate::rl::dqn::{Dqn, Settings};
 use crate::rl::normalise::Normaliser;
@@ -167,7 +167,7 @@ impl Learner for MpLight {
                 spec.phases.iter().map(|p| p.pair.iter().map(index).collect()).collect();
             let mut state = vec![0.0; HEAD + width];
             state[0] = layouts.len() as f32;
-            layouts.push(Layout::new(&pairs, self.demand.stride()));
+            layouts.push(PhaseLayout::new(&pairs, self.demand.stride()));
             let (phases, next) = (spec.phases.len(), state.clone());
             self.controlled.push(Controlled { signal, phases, state, next, action: 0 });
         }
@@ -293,10 +293,10 @@ impl Learner for MpLight {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Service::{None as Red, Protected};
     use super::super::Trainer;
     use super::super::testing::{QueueWorld, check_learner, signal_with, two_phase_signal};
     use super::*;
+    use crate::traffic::vocabulary::Light::{Protected, Red};
 
     fn learner(config: &Config, episodes: u32) -> Box<dyn Controller> {
         create(config, &Setup { seed: 7, episodes, imported: false })

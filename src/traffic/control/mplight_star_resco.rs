@@ -39,7 +39,7 @@ mod tests {
     use super::super::learner::Learner;
     use super::super::state::FULL_WIDTH;
     use super::super::testing::{check_learner, signal_with};
-    use super::super::{LaneObservation, Observation, Service};
+    use super::super::{LaneObservation, Light, Observation};
     use super::*;
 
     const SETUP: Setup = Setup { seed: 7, episodes: 1, imported: false };
@@ -53,8 +53,8 @@ mod tests {
     fn it_is_blind_for_the_later_movements_and_mplight_star_is_not() {
         // Movements 1, 4, 7 and 10 in RESCO's numbers; windows of four from m on end before the
         // numbers of movement 7, which begin at 28.
-        let rows: [[Service; 4]; 4] = std::array::from_fn(|a| {
-            std::array::from_fn(|m| if a == m { Service::Protected } else { Service::None })
+        let rows: [[Light; 4]; 4] = std::array::from_fn(|a| {
+            std::array::from_fn(|m| if a == m { Light::Protected } else { Light::Red })
         });
         let signal = signal_with(&rows);
         let values = |stride, queue: [f64; 4]| {

@@ -1,6 +1,6 @@
 //! Which subsets of a signal's green phases can make up a cycle.
 
-use super::{Service, SignalSpec};
+use super::{Light, SignalSpec};
 
 /// Most phases of a signal for which all subsets are looked at.
 const MAX_PHASES: usize = 12;
@@ -15,8 +15,8 @@ pub fn covering(signal: &SignalSpec) -> Vec<Vec<usize>> {
     if count > MAX_PHASES {
         return vec![(0..count).collect()];
     }
-    let mut sets = minimal(signal, Service::Permissive);
-    for set in minimal(signal, Service::Protected) {
+    let mut sets = minimal(signal, Light::Permissive);
+    for set in minimal(signal, Light::Protected) {
         if !sets.contains(&set) {
             sets.push(set);
         }
@@ -26,14 +26,14 @@ pub fn covering(signal: &SignalSpec) -> Vec<Vec<usize>> {
 
 /// Returns the sets that serve every movement at least as well as `wanted`, or as well as any
 /// phase does, and from which no phase can be left out.
-fn minimal(signal: &SignalSpec, wanted: Service) -> Vec<Vec<usize>> {
+fn minimal(signal: &SignalSpec, wanted: Light) -> Vec<Vec<usize>> {
     let served: Vec<u64> = signal
         .phases
         .iter()
         .map(|phase| {
             phase.service.iter().enumerate().fold(0, |bits, (m, service)| {
                 let best = signal.phases.iter().map(|p| p.service[m]).max();
-                let enough = best.map_or(wanted, |b| b.min(wanted)).max(Service::Permissive);
+                let enough = best.map_or(wanted, |b| b.min(wanted)).max(Light::Permissive);
                 bits | (u64::from(*service >= enough) << m)
             })
         })
@@ -56,7 +56,7 @@ mod tests {
     use super::super::testing::signal_with;
     use super::*;
 
-    use Service::{None as N, Permissive as g, Protected as G};
+    use Light::{Permissive as g, Protected as G, Red as N};
 
     #[test]
     fn permissive_lefts_make_a_cycle_of_two_phases_and_protected_lefts_one_of_four() {

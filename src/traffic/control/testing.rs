@@ -6,8 +6,7 @@ use super::*;
 
 /// A signal with one lane, one movement and one phase per queue.
 pub(crate) fn two_phase_signal() -> SignalSpec {
-    let mut signal =
-        signal_with(&[[Service::Protected, Service::None], [Service::None, Service::Protected]]);
+    let mut signal = signal_with(&[[Light::Protected, Light::Red], [Light::Red, Light::Protected]]);
     for (m, movement) in signal.movements.iter_mut().enumerate() {
         movement.downstream = vec![m];
     }
@@ -15,7 +14,7 @@ pub(crate) fn two_phase_signal() -> SignalSpec {
 }
 
 /// A signal whose movements have a lane each and are served as given, one row per phase.
-pub(crate) fn signal_with<const M: usize>(service: &[[Service; M]]) -> SignalSpec {
+pub(crate) fn signal_with<const M: usize>(service: &[[Light; M]]) -> SignalSpec {
     let lane = |m: usize| LaneSpec { id: format!("l{m}_0"), length_m: 200.0 };
     let movement = |m| Movement {
         index: 3 * m + 1,
@@ -24,9 +23,9 @@ pub(crate) fn signal_with<const M: usize>(service: &[[Service; M]]) -> SignalSpe
         downstream: vec![],
         share: None,
     };
-    let phase = |row: &[Service; M]| Phase {
+    let phase = |row: &[Light; M]| Phase {
         state: row.iter().map(|s| ['r', 'g', 'G'][*s as usize]).collect(),
-        pair: (0..M).filter(|m| row[*m] == Service::Protected).take(2).collect(),
+        pair: (0..M).filter(|m| row[*m] == Light::Protected).take(2).collect(),
         service: row.to_vec(),
     };
     SignalSpec {
@@ -210,7 +209,7 @@ pub(crate) fn check_learner(make: &dyn Fn(u32) -> Box<dyn Controller>) {
     assert!(e.contains("it is a model of max-pressure"), "{e}");
 
     // With a single phase there is nothing to learn.
-    let single = signal_with(&[[Service::Protected, Service::None]]);
+    let single = signal_with(&[[Light::Protected, Light::Red]]);
     let mut world = QueueWorld::new(vec![single.clone()]);
     let mut idle = make(episodes);
     idle.train(&mut world).unwrap();

@@ -2,7 +2,7 @@
 //!
 //! Source: F. V. Webster, "Traffic signal settings", Road Research Technical Paper 39 (1958).
 
-use super::{Service, SignalSpec};
+use super::{Light, SignalSpec};
 
 /// Largest degree of saturation for which the formula is used; beyond it the cycle is the
 /// longest that is allowed.
@@ -120,7 +120,7 @@ pub fn fill(wanted: &[f64], least: &[f64], most: &[f64], total_s: f64) -> Vec<f6
 }
 
 fn lane_shares(signal: &SignalSpec, phases: &[usize], lane: usize) -> Vec<f64> {
-    let served = |service: Service| -> Vec<f64> {
+    let served = |service: Light| -> Vec<f64> {
         let phase = |p: &usize| {
             let serves = signal
                 .movements
@@ -131,9 +131,9 @@ fn lane_shares(signal: &SignalSpec, phases: &[usize], lane: usize) -> Vec<f64> {
         };
         phases.iter().map(phase).collect()
     };
-    let mut shares = served(Service::Protected);
+    let mut shares = served(Light::Protected);
     if shares.iter().sum::<f64>() == 0.0 {
-        shares = served(Service::Permissive);
+        shares = served(Light::Permissive);
     }
     let total = shares.iter().sum::<f64>().max(1.0);
     shares.iter().map(|s| s / total).collect()

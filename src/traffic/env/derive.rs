@@ -10,11 +10,12 @@
 //! Source: RESCO's signal configuration (`config/signal_config.py`), whose hand-written phase pairs
 //! the derived ones equal on Ingolstadt.
 
-use crate::traffic::control::{LaneSpec, Movement, Phase, Service, SignalSpec};
+use crate::traffic::control::{LaneSpec, Movement, Phase, SignalSpec};
 use crate::traffic::settings::{Actions, SignalSettings};
 use crate::traffic::sim::error::SimError;
 use crate::traffic::sim::{Program, Scene, SignalInfo};
 use crate::traffic::timing::Timing;
+use crate::traffic::vocabulary::Light;
 
 use super::limits::{limits, timing};
 use super::movements::{RawMovement, raw_movements};
@@ -103,7 +104,7 @@ pub fn derive(
             share: None,
         });
     }
-    let services: Vec<Vec<Service>> = states.iter().map(|state| services(state, &raw)).collect();
+    let services: Vec<Vec<Light>> = states.iter().map(|state| services(state, &raw)).collect();
     let (naming, pairs) = names(&services, &raw);
     let limits = limits(&timing, &states, own);
     let phases = states.into_iter().zip(pairs).zip(services);
@@ -159,14 +160,10 @@ fn serves_vehicles(state: &str, signal: &SignalInfo) -> bool {
 }
 
 /// Returns how a state serves each movement: as well as the best of the links that decide.
-fn services(state: &str, raw: &[RawMovement]) -> Vec<Service> {
+fn services(state: &str, raw: &[RawMovement]) -> Vec<Light> {
     let letters: Vec<char> = state.chars().collect();
-    let best = |link: &usize| match letters.get(*link) {
-        Some('G') => Service::Protected,
-        Some('g') => Service::Permissive,
-        _ => Service::None,
-    };
-    raw.iter().map(|m| m.deciding.iter().map(best).max().unwrap_or(Service::None)).collect()
+    let best = |link: &usize| letters.get(*link).map_or(Light::Red, |l| Light::of_letter(*l));
+    raw.iter().map(|m| m.deciding.iter().map(best).max().unwrap_or(Light::Red)).collect()
 }
 
 /// Returns how far upstream of its stop line a lane of a scene is seen, metres.
@@ -223,7 +220,7 @@ mod tests {
         let scene = scene(&lanes, &["GgGg"]);
         let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         assert_eq!(pairs(&derived), [[1, 7]]);
-        assert_eq!(derived.spec.phases[0].service[1], Service::Permissive);
+        assert_eq!(derived.spec.phases[0].service[1], Light::Permissive);
     }
 
     #[test]

@@ -8,7 +8,7 @@
 use osm_signals::Turn;
 
 use super::movements::RawMovement;
-use crate::traffic::control::Service;
+use crate::traffic::vocabulary::Light;
 
 /// By which movements the phases of a signal are named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub enum Naming {
 ///
 /// * `services` — shape `[phases, movements]`.
 pub(super) fn names(
-    services: &[Vec<Service>],
+    services: &[Vec<Light>],
     movements: &[RawMovement],
 ) -> (Naming, Vec<Vec<usize>>) {
     let main: Vec<_> = services.iter().map(|service| pair(service, movements)).collect();
@@ -38,19 +38,19 @@ pub(super) fn names(
     }
 }
 
-fn served(service: &[Service]) -> Vec<usize> {
-    (0..service.len()).filter(|m| service[*m] != Service::None).collect()
+fn served(service: &[Light]) -> Vec<usize> {
+    (0..service.len()).filter(|m| service[*m] != Light::Red).collect()
 }
 
 /// Returns the one or two movements that a phase is named by: those with right of way, through
 /// before left; a right turn only where there is nothing else, from the same approach if possible.
-fn pair(service: &[Service], movements: &[RawMovement]) -> Vec<usize> {
+fn pair(service: &[Light], movements: &[RawMovement]) -> Vec<usize> {
     let rank = |m: &usize, first: Option<usize>| {
         let movement = &movements[*m];
         let same = first.is_none_or(|f| movements[f].approach == movement.approach);
         (
             movement.turn == Turn::Right,
-            service[*m] != Service::Protected,
+            service[*m] != Light::Protected,
             movement.turn == Turn::Right && !same,
             movement.turn == Turn::Left,
             movement.index,
@@ -65,7 +65,7 @@ fn pair(service: &[Service], movements: &[RawMovement]) -> Vec<usize> {
         .into_iter()
         .filter(|m| *m != first)
         .filter(|m| {
-            service[*m] == Service::Protected || movements[*m].approach == movements[first].approach
+            service[*m] == Light::Protected || movements[*m].approach == movements[first].approach
         })
         .min_by_key(|m| rank(m, Some(first)));
     let mut pair: Vec<usize> = std::iter::once(first).chain(second).collect();

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::traffic::control::Service;
+use crate::traffic::vocabulary::Light;
 
 use super::derive::DerivedSignal;
 use super::pairs::Naming;
@@ -99,7 +99,7 @@ pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
     for (m, movement) in spec.movements.iter().enumerate() {
         let lanes: Vec<String> =
             movement.lanes.iter().map(|lane| spec.lanes[*lane].id.clone()).collect();
-        let served = spec.phases.iter().any(|p| p.service[m] != Service::None);
+        let served = spec.phases.iter().any(|p| p.service[m] != Light::Red);
         if !served && lanes.iter().any(|lane| !unserved.contains(&lane.as_str())) {
             warnings.push(Warning::UnservedMovement { movement: movement.index, lanes });
         }

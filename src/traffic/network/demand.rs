@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
-use super::movements::{Movement, incoming_edge, movements};
+use super::movements::{ArmMovement, incoming_edge, movements};
 use super::peak::peaked_s;
 use crate::files::FileError;
 use crate::seed;
@@ -235,8 +235,8 @@ impl Stream {
     }
 }
 
-fn routes(movements: &[Movement], shares: &TurnShares) -> Vec<RouteShare> {
-    let weight = |m: &Movement| {
+fn routes(movements: &[ArmMovement], shares: &TurnShares) -> Vec<RouteShare> {
+    let weight = |m: &ArmMovement| {
         let share = match m.turn {
             Turn::Left => shares.left,
             Turn::Through => shares.through,

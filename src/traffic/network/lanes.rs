@@ -20,14 +20,14 @@ use std::ops::Range;
 use osm_signals::Turn;
 
 use super::intersection::{Arm, IntersectionSpec};
-use super::movements::{Movement, movements};
+use super::movements::{ArmMovement, movements};
 use crate::traffic::network::error::NetworkError;
 
 /// A lane of an incoming edge that leads to a lane of an outgoing edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Connection {
     /// The movement that it belongs to.
-    pub movement: Movement,
+    pub movement: ArmMovement,
     /// Lane of the incoming edge, counted from the right.
     pub from_lane: u32,
     /// Lane of the outgoing edge, counted from the right.
@@ -36,9 +36,9 @@ pub struct Connection {
 
 /// The movements of an intersection, laid out on lanes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct LaneLayout {
     /// All movements, by arm and from left to right.
-    pub movements: Vec<Movement>,
+    pub movements: Vec<ArmMovement>,
     /// All connections, by movement.
     pub connections: Vec<Connection>,
     /// Per arm the lanes that lead away; 0 where there is no exit.
@@ -61,7 +61,7 @@ struct LaneUse {
 /// # Errors
 ///
 /// As [`movements`].
-pub fn layout(spec: &IntersectionSpec) -> Result<Layout, NetworkError> {
+pub fn layout(spec: &IntersectionSpec) -> Result<LaneLayout, NetworkError> {
     let movements = movements(spec)?;
     let uses: Vec<LaneUse> = spec
         .arms
@@ -100,7 +100,7 @@ pub fn layout(spec: &IntersectionSpec) -> Result<Layout, NetworkError> {
         }));
     }
     let left_only_lanes = uses.iter().map(|u| u.left_only).collect();
-    Ok(Layout { movements, connections, exit_lanes, left_only_lanes })
+    Ok(LaneLayout { movements, connections, exit_lanes, left_only_lanes })
 }
 
 /// Distributes the lanes of an approach over the turns that exist.

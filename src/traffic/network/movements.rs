@@ -20,7 +20,7 @@ pub const ARMS: std::ops::RangeInclusive<usize> = 2..=MAX_ARMS;
 
 /// A way across the intersection; arms are indices into [`IntersectionSpec::arms`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Movement {
+pub struct ArmMovement {
     /// Arm that it comes from.
     pub from: usize,
     /// Arm that it leads to.
@@ -29,7 +29,7 @@ pub struct Movement {
     pub turn: Turn,
 }
 
-impl Movement {
+impl ArmMovement {
     /// Returns the id of the edge that it comes from.
     pub fn from_edge(&self) -> String {
         incoming_edge(self.from)
@@ -81,7 +81,7 @@ fn sorted((a, b): (usize, usize)) -> (usize, usize) {
 ///
 /// [`NetworkError::Intersection`] if the arms are too few, too many or not sorted by bearing, or
 /// if an incoming arm has no exit.
-pub fn movements(spec: &IntersectionSpec) -> Result<Vec<Movement>, NetworkError> {
+pub fn movements(spec: &IntersectionSpec) -> Result<Vec<ArmMovement>, NetworkError> {
     let fail =
         |reason: String| Err(NetworkError::Intersection { point: spec.point.clone(), reason });
     let arms = &spec.arms;
@@ -113,10 +113,10 @@ pub fn movements(spec: &IntersectionSpec) -> Result<Vec<Movement>, NetworkError>
 }
 
 /// Returns the movements that geometry allows from one arm, leftmost first.
-fn exits(arms: &[Arm], from: usize) -> Vec<Movement> {
+fn exits(arms: &[Arm], from: usize) -> Vec<ArmMovement> {
     let others = arms.iter().enumerate().filter(|(to, arm)| *to != from && arm.lanes_out > 0);
     let exits = turn::exits(arms[from].bearing_deg, others.map(|(to, arm)| (to, arm.bearing_deg)));
-    exits.into_iter().map(|(to, turn)| Movement { from, to, turn }).collect()
+    exits.into_iter().map(|(to, turn)| ArmMovement { from, to, turn }).collect()
 }
 
 /// Intersections for the tests of this folder.
@@ -169,7 +169,7 @@ mod tests {
 
     /// Turns of one arm as letters with the arms that they lead to.
     fn turns(spec: &IntersectionSpec, from: usize) -> String {
-        let letter = |m: &Movement| match m.turn {
+        let letter = |m: &ArmMovement| match m.turn {
             Turn::Left => 'l',
             Turn::Through => 's',
             Turn::Right => 'r',
@@ -178,7 +178,7 @@ mod tests {
         all.iter().filter(|m| m.from == from).map(|m| format!("{}{}", letter(m), m.to)).collect()
     }
 
-    fn movement(from: usize, to: usize) -> Movement {
+    fn movement(from: usize, to: usize) -> ArmMovement {
         *movements(&cross()).unwrap().iter().find(|m| (m.from, m.to) == (from, to)).unwrap()
     }
 

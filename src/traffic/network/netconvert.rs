@@ -18,10 +18,10 @@ use std::process::Command;
 use osm_signals::Turn;
 
 use super::intersection::IntersectionSpec;
-use super::lanes::{Connection, Layout, layout};
-use super::movements::Movement;
+use super::lanes::{Connection, LaneLayout, layout};
+use super::movements::ArmMovement;
 use super::net_file::NetFile;
-use super::phases::{Conflicts, PHASES_PROGRAM, Phase, Relation, phases, program};
+use super::phases::{Conflicts, Lights, PHASES_PROGRAM, Relation, phases, program};
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
 use crate::files::FileError;
@@ -54,9 +54,9 @@ pub struct BuiltNet {
     /// The `.net.xml`.
     pub text: String,
     /// Movements and lanes.
-    pub layout: Layout,
+    pub layout: LaneLayout,
     /// Green phases of the program [`PHASES_PROGRAM`].
-    pub phases: Vec<Phase>,
+    pub phases: Vec<Lights>,
 }
 
 impl Netconvert {
@@ -212,8 +212,8 @@ fn version(path: &Path) -> Result<String, String> {
 
 /// Completes the conflicts that geometry implies by those that netconvert sees within the junction,
 /// and by who yields there; returns whether left turns overlap that should not.
-fn refine(conflicts: &mut Conflicts, layout: &Layout, net: &NetFile) -> bool {
-    let links = |m: &Movement| {
+fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool {
+    let links = |m: &ArmMovement| {
         let (from, to) = (m.from_edge(), m.to_edge());
         net.links.iter().filter(move |l| l.from == from && l.to == to)
     };
@@ -234,7 +234,7 @@ fn refine(conflicts: &mut Conflicts, layout: &Layout, net: &NetFile) -> bool {
 }
 
 /// Returns the link of every connection.
-fn links(layout: &Layout, net: &NetFile) -> Result<Vec<usize>, String> {
+fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
     let link = |c: &Connection| {
         let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
         net.links

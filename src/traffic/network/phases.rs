@@ -21,9 +21,10 @@ use osm_signals::Turn;
 use osm_signals::angle::normalise_degrees;
 
 use super::intersection::IntersectionSpec;
-use super::lanes::{Connection, Layout};
-use super::movements::Movement;
+use super::lanes::{Connection, LaneLayout};
+use super::movements::ArmMovement;
 use crate::traffic::settings::NetworkSettings;
+use crate::traffic::vocabulary::Light;
 
 /// Program id of these phases in a network.
 pub const PHASES_PROGRAM: &str = "phases";
@@ -34,30 +35,8 @@ const YELLOW_S: f64 = 3.0;
 /// Bearing from which RESCO's order of single approaches counts clockwise, degrees.
 const WEST_DEG: f64 = 270.0;
 
-/// What one movement sees in one phase.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Light {
-    /// Stop.
-    Red,
-    /// Go if no conflicting vehicle comes.
-    Permissive,
-    /// Go.
-    Protected,
-}
-
-impl Light {
-    /// Returns SUMO's letter.
-    pub fn letter(self) -> char {
-        match self {
-            Self::Red => 'r',
-            Self::Permissive => 'g',
-            Self::Protected => 'G',
-        }
-    }
-}
-
-/// One green phase: a light per movement, in the order of [`Layout::movements`].
-pub type Phase = Vec<Light>;
+/// One green phase: a light per movement, in the order of [`LaneLayout::movements`].
+pub type Lights = Vec<Light>;
 
 /// How two movements stand to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,8 +55,8 @@ pub struct Conflicts(Vec<Vec<Relation>>);
 
 impl Conflicts {
     /// Returns the conflicts that the order of the arms implies; whoever is permissive yields.
-    pub fn of(movements: &[Movement]) -> Self {
-        let relation = |a: &Movement, b: &Movement| match a.conflicts_with(b) {
+    pub fn of(movements: &[ArmMovement]) -> Self {
+        let relation = |a: &ArmMovement, b: &ArmMovement| match a.conflicts_with(b) {
             true => Relation::Yields,
             false => Relation::Free,
         };
@@ -112,9 +91,9 @@ pub struct ProgramPhase {
 }
 
 /// Returns the green phases of an intersection; every movement is green in one of them.
-pub fn phases(spec: &IntersectionSpec, layout: &Layout, conflicts: &Conflicts) -> Vec<Phase> {
+pub fn phases(spec: &IntersectionSpec, layout: &LaneLayout, conflicts: &Conflicts) -> Vec<Lights> {
     let all = &layout.movements;
-    let mut phases: Vec<Phase> = Vec::new();
+    let mut phases: Vec<Lights> = Vec::new();
     for arm in 0..spec.arms.len() {
         match opposite(all, arm) {
             Some(other) if other < arm => {}
@@ -139,7 +118,7 @@ pub fn phases(spec: &IntersectionSpec, layout: &Layout, conflicts: &Conflicts) -
             phases.push(alone(all, conflicts, all[i].from));
         }
     }
-    let covers = |a: &Phase, b: &Phase| a.iter().zip(b).all(|(a, b)| a >= b);
+    let covers = |a: &Lights, b: &Lights| a.iter().zip(b).all(|(a, b)| a >= b);
     let pointless = |i: usize| {
         let better = |j: usize| covers(&phases[j], &phases[i]) && (j < i || phases[j] != phases[i]);
         (0..phases.len()).filter(|&j| j != i).any(better)
@@ -148,13 +127,13 @@ pub fn phases(spec: &IntersectionSpec, layout: &Layout, conflicts: &Conflicts) -
 }
 
 /// Returns the arm whose through movement leads here, if ours leads there.
-fn opposite(all: &[Movement], arm: usize) -> Option<usize> {
+fn opposite(all: &[ArmMovement], arm: usize) -> Option<usize> {
     let ahead = |from: usize| of(all, from, Turn::Through).next().map(|m| all[m].to);
     ahead(arm).filter(|&other| ahead(other) == Some(arm))
 }
 
 /// Whether an approach turns left, and from no lane that goes through as well.
-fn turns_left_from_its_own_lanes(layout: &Layout, arm: usize) -> bool {
+fn turns_left_from_its_own_lanes(layout: &LaneLayout, arm: usize) -> bool {
     let lanes = |turn| {
         let own = move |c: &&Connection| c.movement.from == arm && c.movement.turn == turn;
         layout.connections.iter().filter(own).map(|c| c.from_lane)
@@ -164,11 +143,11 @@ fn turns_left_from_its_own_lanes(layout: &Layout, arm: usize) -> bool {
 }
 
 /// Returns the indices of one approach's movements of one category.
-fn of(all: &[Movement], from: usize, turn: Turn) -> impl Iterator<Item = usize> {
+fn of(all: &[ArmMovement], from: usize, turn: Turn) -> impl Iterator<Item = usize> {
     all.iter().enumerate().filter(move |(_, m)| m.from == from && m.turn == turn).map(|(i, _)| i)
 }
 
-fn through_phase(all: &[Movement], conflicts: &Conflicts, pair: [usize; 2]) -> Phase {
+fn through_phase(all: &[ArmMovement], conflicts: &Conflicts, pair: [usize; 2]) -> Lights {
     let mut lights = vec![Light::Red; all.len()];
     for turn in [Turn::Through, Turn::Right, Turn::Left] {
         for i in pair.into_iter().flat_map(|arm| of(all, arm, turn)) {
@@ -178,7 +157,7 @@ fn through_phase(all: &[Movement], conflicts: &Conflicts, pair: [usize; 2]) -> P
     with_free_rights(all, conflicts, lights)
 }
 
-fn left_phase(layout: &Layout, conflicts: &Conflicts, pair: [usize; 2]) -> Option<Phase> {
+fn left_phase(layout: &LaneLayout, conflicts: &Conflicts, pair: [usize; 2]) -> Option<Lights> {
     let all = &layout.movements;
     let mut lights = vec![Light::Red; all.len()];
     for arm in pair {
@@ -196,13 +175,13 @@ fn left_phase(layout: &Layout, conflicts: &Conflicts, pair: [usize; 2]) -> Optio
     Some(with_free_rights(all, conflicts, lights))
 }
 
-fn alone(all: &[Movement], conflicts: &Conflicts, arm: usize) -> Phase {
-    let light = |m: &Movement| if m.from == arm { Light::Protected } else { Light::Red };
+fn alone(all: &[ArmMovement], conflicts: &Conflicts, arm: usize) -> Lights {
+    let light = |m: &ArmMovement| if m.from == arm { Light::Protected } else { Light::Red };
     with_free_rights(all, conflicts, all.iter().map(light).collect())
 }
 
 /// Adds the right turns that conflict with no green movement.
-fn with_free_rights(all: &[Movement], conflicts: &Conflicts, mut lights: Phase) -> Phase {
+fn with_free_rights(all: &[ArmMovement], conflicts: &Conflicts, mut lights: Lights) -> Lights {
     for i in 0..all.len() {
         let waits = all[i].turn == Turn::Right && lights[i] == Light::Red;
         if waits && conflicts.best_light(&lights, i) == Light::Protected {
@@ -217,7 +196,11 @@ fn with_free_rights(all: &[Movement], conflicts: &Conflicts, mut lights: Phase) 
 /// # Arguments
 ///
 /// * `links` — shape `[L]`; per link of the signal the index of its movement.
-pub fn program(phases: &[Phase], links: &[usize], settings: &NetworkSettings) -> Vec<ProgramPhase> {
+pub fn program(
+    phases: &[Lights],
+    links: &[usize],
+    settings: &NetworkSettings,
+) -> Vec<ProgramPhase> {
     let mut program = Vec::new();
     for (i, phase) in phases.iter().enumerate() {
         let next = &phases[(i + 1) % phases.len()];
@@ -246,7 +229,7 @@ mod tests {
         phases_of(spec).iter().map(|p| p.iter().map(|l| l.letter()).collect()).collect()
     }
 
-    fn phases_of(spec: &IntersectionSpec) -> Vec<Phase> {
+    fn phases_of(spec: &IntersectionSpec) -> Vec<Lights> {
         let layout = layout(spec).unwrap();
         phases(spec, &layout, &Conflicts::of(&layout.movements))
     }

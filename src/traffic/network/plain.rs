@@ -13,7 +13,7 @@
 use std::fmt::Write;
 
 use super::intersection::{Arm, IntersectionSpec};
-use super::lanes::Layout;
+use super::lanes::LaneLayout;
 use super::movements::{incoming_edge, outgoing_edge};
 use super::phases::ProgramPhase;
 
@@ -38,7 +38,7 @@ pub const LANE_WIDTH_M: f64 = 3.2;
 /// * `corner_m` — turning radius at the corners of the junction, metres.
 pub fn nodes(
     spec: &IntersectionSpec,
-    layout: &Layout,
+    layout: &LaneLayout,
     exit_length_m: f64,
     corner_m: f64,
 ) -> String {
@@ -69,7 +69,7 @@ pub fn nodes(
 }
 
 /// Returns the edges file.
-pub fn edges(spec: &IntersectionSpec, layout: &Layout, exit_length_m: f64) -> String {
+pub fn edges(spec: &IntersectionSpec, layout: &LaneLayout, exit_length_m: f64) -> String {
     let mut edges = String::new();
     for (i, arm) in spec.arms.iter().enumerate() {
         let (node, end) = (format!("n{i}"), format!("x{i}"));
@@ -92,7 +92,7 @@ pub fn edges(spec: &IntersectionSpec, layout: &Layout, exit_length_m: f64) -> St
 }
 
 /// Returns the connections file.
-pub fn connections(layout: &Layout) -> String {
+pub fn connections(layout: &LaneLayout) -> String {
     let mut connections = String::new();
     for c in &layout.connections {
         let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
@@ -113,7 +113,11 @@ pub fn connections(layout: &Layout) -> String {
 /// # Arguments
 ///
 /// * `links` — per connection of the layout its link index.
-pub fn signals(layout: &Layout, links: &[usize], programs: [(&str, &[ProgramPhase]); 2]) -> String {
+pub fn signals(
+    layout: &LaneLayout,
+    links: &[usize],
+    programs: [(&str, &[ProgramPhase]); 2],
+) -> String {
     let mut text = String::new();
     for (id, phases) in programs {
         line(

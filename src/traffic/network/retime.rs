@@ -6,7 +6,7 @@
 //! all-red are ours: netconvert's, which it gives wide and slow junctions, are left out.
 
 use super::intersection::IntersectionSpec;
-use super::lanes::Layout;
+use super::lanes::LaneLayout;
 use super::phases::ProgramPhase;
 use super::plain::LANE_WIDTH_M;
 use crate::traffic::control::webster::fill;
@@ -20,7 +20,7 @@ use crate::traffic::timing::{Approach, Timing, Way};
 /// * `movement_of_link` — shape `[L]`; per link of the signal the index of its movement.
 pub fn timing(
     spec: &IntersectionSpec,
-    layout: &Layout,
+    layout: &LaneLayout,
     movement_of_link: &[usize],
     settings: &SignalSettings,
 ) -> Timing {

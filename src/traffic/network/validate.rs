@@ -5,7 +5,7 @@
 //! one may be unconditionally green, and a permissive one must yield.
 
 use super::intersection::IntersectionSpec;
-use super::lanes::{Layout, layout};
+use super::lanes::{LaneLayout, layout};
 use super::movements::{incoming_edge, outgoing_edge};
 use super::net_file::{NetFile, NetLink};
 use super::phases::{PHASES_PROGRAM, ProgramPhase};
@@ -34,7 +34,7 @@ pub fn validate(
 
 fn check_lanes(
     spec: &IntersectionSpec,
-    layout: &Layout,
+    layout: &LaneLayout,
     net: &NetFile,
     exit_length_m: f64,
 ) -> Result<(), String> {
@@ -65,7 +65,7 @@ fn check_lanes(
     Ok(())
 }
 
-fn check_connections(layout: &Layout, net: &NetFile) -> Result<(), String> {
+fn check_connections(layout: &LaneLayout, net: &NetFile) -> Result<(), String> {
     let matches = |link: &NetLink| {
         layout.connections.iter().any(|c| {
             (&c.movement.from_edge(), &c.movement.to_edge()) == (&link.from, &link.to)
@@ -95,7 +95,7 @@ fn check_connections(layout: &Layout, net: &NetFile) -> Result<(), String> {
     Ok(())
 }
 
-fn check_programs(layout: &Layout, net: &NetFile) -> Result<(), String> {
+fn check_programs(layout: &LaneLayout, net: &NetFile) -> Result<(), String> {
     for id in [DEFAULT_PROGRAM, PHASES_PROGRAM] {
         let phases = net.program(id).ok_or_else(|| format!("no program {id:?}"))?;
         for (number, phase) in phases.iter().enumerate() {
