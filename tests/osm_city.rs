@@ -1,16 +1,20 @@
 //! What a city makes of a survey of its map, on hand-written extracts.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+use std::fs;
 use std::path::Path;
+use std::sync::Mutex;
 
 use osm_signals::side::{SideSetting, decide};
 use osm_signals::signals::{SignalColumns, SignalList};
 use osm_signals::{Extract, Inputs, Settings, Survey, read};
+use tsc_family::traffic::city::derive::{Event, derive};
 use tsc_family::traffic::city::flag::Flag;
+use tsc_family::traffic::city::input::Request;
 use tsc_family::traffic::city::reason::Reason;
 use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table;
-use tsc_family::traffic::family::load::from_text;
+use tsc_family::traffic::family::load::{from_text, load};
 
 fn case(name: &str) -> Extract {
     let folder = Path::new("osm-signals/tests/networks").join(name);
@@ -89,4 +93,49 @@ fn where_all_streams_can_go_at_once_nothing_is_to_decide() {
         "x.osm: no signalised intersection; signals: 1 a single green; see which nodes have \
          highway=traffic_signals"
     );
+}
+
+#[test]
+fn a_city_is_derived_without_the_command_and_written_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("town");
+    let extract = Path::new("osm-signals/tests/networks/four_arms/input.osm");
+    let told = Mutex::new(Vec::new());
+    let derived = derive(&Request::new(extract, &out), &|event| {
+        let what = match event {
+            Event::Reading { .. } => "reading",
+            Event::Read => "read",
+            Event::Building { .. } => "building",
+            Event::Built => "built",
+            Event::Warning(_) => "warning",
+            Event::LeftOut(_) => "left out",
+        };
+        let mut told = told.lock().unwrap();
+        if told.last() != Some(&what) {
+            told.push(what);
+        }
+    })
+    .unwrap();
+    assert_eq!(told.into_inner().unwrap(), ["reading", "read", "building", "built"]);
+    assert_eq!((ids(&derived.city), derived.built), (vec!["n101"], 1));
+    assert_eq!((derived.quality.intersections, derived.loaded.family.points.len()), (1, 1));
+    let files = || -> Vec<String> {
+        let entries = fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name());
+        let mut names: Vec<String> = entries.map(|n| n.into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(files(), ["networks"]);
+    derived.write(&out).unwrap();
+    let expected = [
+        "approaches.csv",
+        "family.csv",
+        "intersections.geojson",
+        "networks",
+        "scenario.toml",
+        "streets.geojson",
+    ];
+    assert_eq!(files(), expected);
+    let loaded = load(&out.display().to_string()).unwrap();
+    assert_eq!(loaded.family.points, derived.loaded.family.points);
 }
