@@ -259,6 +259,28 @@ fn what_any_may_use_uses_nothing_else() {
 }
 
 #[test]
+fn a_crate_beside_is_a_module() {
+    let manifest = |rest: &str| format!("[package]\nname = {rest}\n");
+    let top = manifest("\"tsc-family\"\n[workspace]\nmembers = [\"beside\", \"far\"]");
+    let (beside, far) = (manifest("\"beside\""), manifest("\"far-off\""));
+    let graph = planted(&[
+        ("Cargo.toml", &top),
+        ("beside/Cargo.toml", &beside),
+        ("far/Cargo.toml", &far),
+        ("src/lib.rs", "mod a;\npub mod cli;\n"),
+        ("src/main.rs", "fn main() { tsc_family::cli::run(); }\n"),
+        ("src/cli.rs", "pub fn run() {}\n"),
+        ("src/a.rs", "use beside::inner::B;\npub struct A(B, far_off::C);\n"),
+        ("beside/src/lib.rs", "pub mod inner;\n"),
+        ("beside/src/inner.rs", "use crate::other;\npub struct B(far_off::C);\n"),
+        ("far/src/lib.rs", "pub struct C;\n"),
+    ]);
+    let arrows: Vec<_> =
+        graph.between_modules().into_keys().map(|(from, to)| format!("{from} -> {to}")).collect();
+    assert_eq!(arrows, ["a -> beside", "a -> far", "beside -> far", "main -> cli"]);
+}
+
+#[test]
 fn a_module_without_a_line_and_a_line_without_a_module_are_found() {
     let page = PAGE.replace("traffic -> nothing", "trafic -> nothing");
     let expected = [
