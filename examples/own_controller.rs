@@ -11,12 +11,12 @@ use std::error::Error;
 use std::io::Write;
 use std::path::Path;
 
-use tsc_family::report::ReportData;
+use tsc_family::analysis::{Analysis, NoMeasures};
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, GreenPhase, Light, Observation, SignalSpec,
 };
 use tsc_family::traffic::family::load::load;
-use tsc_family::{Domain, Method, Request, SignalProblem, Traffic, Training, evaluate};
+use tsc_family::{Method, Request, SignalProblem, Traffic, Training, evaluate};
 
 /// Name of the controller, in records, tables and figures.
 const NAME: &str = "longest-queue";
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let results = evaluate(&request, &folder.join("run"))?;
 
     let mut out = std::io::stdout().lock();
-    for method in &ReportData::new(&results, traffic.methods()).methods {
+    for method in &Analysis::new(&results, &NoMeasures).methods {
         let score = method.overall.map_or("no score".to_owned(), |score| format!("{score:.2}"));
         writeln!(out, "{:14} {score}", method.method)?;
     }

@@ -35,7 +35,7 @@
 //! | another domain | [`run::domain`], with [`cartpole`] as the example |
 //! | families, samples | [`family`], [`sample`] |
 //! | results on disk, read back | [`store`] |
-//! | scores, ranking, intervals | [`report::ReportData`], [`stats`] |
+//! | scores, ranking, intervals | [`analysis`], [`stats`] |
 //! | networks and learning algorithms, for any task | [`nn`], [`rl`] |
 
 pub mod analysis;

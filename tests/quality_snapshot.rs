@@ -18,7 +18,6 @@ use osm_signals::side::evidence::Votes;
 use osm_signals::streets::Source;
 use osm_signals::tags::Highway;
 use osm_signals::traffic::InflowSource;
-use tsc_family::report::quality::write_quality;
 use tsc_family::traffic::city::drawing::{Drawing, DrawnStreet};
 use tsc_family::traffic::city::flag::Flag;
 use tsc_family::traffic::city::quality::ListedRow;
@@ -29,6 +28,7 @@ use tsc_family::traffic::city::reason::Reason;
 use tsc_family::traffic::city::side::CitySide;
 use tsc_family::traffic::city::sketch::{Sketch, SketchArm};
 use tsc_family::traffic::city::spots::{Spot, SpotArm};
+use tsc_family::traffic::report::quality::write_quality;
 
 fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
     Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }

@@ -7,18 +7,25 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use made_up::{evaluations, manifest, well_formed, well_linked, words};
+use made_up::{evaluations, manifest, reported, well_formed, well_linked, words};
+use tsc_family::domains;
 use tsc_family::report;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::Manifest;
 use tsc_family::store::opaque::Opaque;
-use tsc_family::store::places::{Place, Places, Streets};
 use tsc_family::store::record::TaskResult;
-use tsc_family::traffic::control::registry::METHODS;
+use tsc_family::store::results::Results;
+use tsc_family::traffic::places::{FILE, MappedIntersection, Places, StreetsOfRank};
 use tsc_family::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 
-fn place(id: &str, streets: &[&str], at: (f64, f64), point: &str, stands: Option<&str>) -> Place {
-    Place {
+fn place(
+    id: &str,
+    streets: &[&str],
+    at: (f64, f64),
+    point: &str,
+    stands: Option<&str>,
+) -> MappedIntersection {
+    MappedIntersection {
         id: id.to_owned(),
         streets: streets.iter().map(|s| (*s).to_owned()).collect(),
         latitude: at.0,
@@ -40,7 +47,7 @@ fn places() -> Places {
             place("n4", &["Elm Street"], (40.765, -111.88), "middling", Some("quiet")),
             place("n5", &[], (40.77, -111.88), "far", None),
         ],
-        streets: vec![Streets { rank: 3, lines: vec![line] }],
+        streets: vec![StreetsOfRank { rank: 3, lines: vec![line] }],
     }
 }
 
@@ -89,18 +96,18 @@ fn results(root: &Path, manifest: &Manifest) -> Layout {
     })
 }
 
-const RUN: [&str; 4] = ["baseline", "fixed-time", "actuated", "max-pressure"];
+const METHODS: [&str; 4] = ["baseline", "fixed-time", "actuated", "max-pressure"];
 
 /// A results directory with places and its report.
 fn report_on(root: &Path, places: &Places) -> Layout {
-    let mut manifest = manifest(&RUN);
+    let mut manifest = manifest(&METHODS);
     for point in &mut manifest.identity.points {
         point.environment = "network".to_owned();
     }
     manifest.provenance.networks = "no/such/folder".to_owned();
     let layout = results(root, &manifest);
-    fs::write(layout.places(), places.to_json()).unwrap();
-    report::write(&layout, METHODS).unwrap();
+    fs::write(layout.root().join(FILE), places.to_json()).unwrap();
+    report::write(&layout, &reported(&layout)).unwrap();
     layout
 }
 
@@ -151,7 +158,7 @@ fn a_plan_is_a_file_for_sumo_and_an_older_report_s_are_gone() {
     let layout = report_on(dir.path(), &places());
     let plans = layout.report().join("plans");
     fs::write(plans.join("old.add.xml"), "old").unwrap();
-    let paths = report::write(&layout, METHODS).unwrap();
+    let paths = report::write(&layout, &reported(&layout)).unwrap();
     let mut names: Vec<String> = fs::read_dir(&plans)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -161,7 +168,7 @@ fn a_plan_is_a_file_for_sumo_and_an_older_report_s_are_gone() {
         ["busy.actuated.add.xml", "busy.add.xml", "quiet.actuated.add.xml", "quiet.add.xml"];
     assert_eq!(names, expected);
     insta::assert_snapshot!(fs::read_to_string(plans.join("quiet.add.xml")).unwrap());
-    let missing = paths.plans_missing.unwrap();
+    let [missing] = paths.notes.as_slice() else { panic!("{:?}", paths.notes) };
     assert!(missing.contains("no/such/folder/quiet/quiet.sumocfg is not here"), "{missing}");
 }
 
@@ -207,16 +214,17 @@ fn the_page_calls_single_intersections_by_their_streets() {
 #[test]
 fn without_coordinates_there_are_no_files_of_places_and_damaged_ones_are_refused() {
     let dir = tempfile::tempdir().unwrap();
-    let mut manifest = manifest(&RUN);
+    let mut manifest = manifest(&METHODS);
     for point in &mut manifest.identity.points {
         point.places.clear();
     }
     let layout = results(dir.path(), &manifest);
-    let paths = report::write(&layout, METHODS).unwrap();
-    assert_eq!((paths.intersections, paths.geojson), (None, None));
+    let paths = report::write(&layout, &reported(&layout)).unwrap();
+    assert_eq!(paths.further, [layout.report().join("plans.csv")]);
     assert!(!layout.report().join("map.svg").exists());
-    fs::write(layout.places(), "{\"intersections\":[{}]}").unwrap();
-    let e = report::write(&layout, METHODS).unwrap_err().to_string();
+    fs::write(layout.root().join(FILE), "{\"intersections\":[{}]}").unwrap();
+    let results = Results::load(&layout).unwrap();
+    let e = domains::report(&layout, &results).err().unwrap().to_string();
     assert!(e.contains("places.json") && e.contains("missing field"), "{e}");
 }
 
@@ -233,7 +241,7 @@ fn old_records_have_their_plans_in_words() {
         let rows = evaluations(&[10.0, 11.0]);
         Some(Ok(TaskResult { rows, details, ..TaskResult::default() }))
     });
-    report::write(&layout, METHODS).unwrap();
+    report::write(&layout, &reported(&layout)).unwrap();
     insta::assert_snapshot!(text(&layout, "plans.csv"));
     assert!(layout.report().join("plans/busy.add.xml").exists());
 }

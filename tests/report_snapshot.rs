@@ -6,12 +6,10 @@ mod made_up;
 use std::fs;
 use std::path::Path;
 
-use made_up::{evaluations, manifest, well_formed, well_linked, words};
-use tsc_family::report::{self, ReportData, text};
+use made_up::{evaluations, manifest, reported, well_formed, well_linked, words};
+use tsc_family::report::{self, text};
 use tsc_family::store::Layout;
 use tsc_family::store::record::TaskResult;
-use tsc_family::store::results::Results;
-use tsc_family::traffic::control::registry::METHODS;
 
 /// A method's delays on one point MDP per seed, or the reason of a failure.
 type Cell = Result<[f64; 2], &'static str>;
@@ -41,14 +39,14 @@ fn three_methods(root: &Path) -> Layout {
 }
 
 fn report_of(layout: &Layout, file: &str) -> String {
-    report::write(layout, METHODS).unwrap();
+    report::write(layout, &reported(layout)).unwrap();
     fs::read_to_string(layout.report().join(file)).unwrap()
 }
 
 #[test]
 fn the_table_ranks_the_methods() {
     let dir = tempfile::tempdir().unwrap();
-    let data = ReportData::new(&Results::load(&three_methods(dir.path())).unwrap(), METHODS);
+    let data = reported(&three_methods(dir.path()));
     insta::assert_snapshot!(text::table(&data), @r#"
  rank   method                          score    95% interval   delay (s)   worst   points   failed
 ----------------------------------------------------------------------------------------------------
@@ -86,7 +84,7 @@ Without interval: it takes at least two evaluation seeds, and two point MDPs whe
 #[test]
 fn the_json_rows_have_exactly_the_documented_fields() {
     let dir = tempfile::tempdir().unwrap();
-    let data = ReportData::new(&Results::load(&three_methods(dir.path())).unwrap(), METHODS);
+    let data = reported(&three_methods(dir.path()));
     insta::assert_snapshot!(serde_json::to_string(&data.json_rows()[1]).unwrap(), @r#"
 {"against":"fixed-time-untuned","at_f":null,"at_f_high":null,"at_f_low":null,"delay_s":27.5,"episode_median":1.0,"episode_median_delay_s":20.0,"episode_worst":1.0,"episode_worst_delay_s":60.0,"failed":0,"geometric_mean":1.0,"geometric_mean_high":1.0,"geometric_mean_low":1.0,"gridlock_share":0.0,"median":1.0,"median_high":1.0,"median_low":1.0,"method":"fixed-time-untuned","overall":1.0,"overall_high":1.0,"overall_low":1.0,"points":2,"ratio_of_means":1.0,"ratio_of_means_high":1.0,"ratio_of_means_low":1.0,"unfinished_share":0.019999999999999997,"up_to_e":1.0,"up_to_e_high":1.0,"up_to_e_low":1.0}
 "#);
@@ -130,7 +128,10 @@ fn the_words_of_the_page_are_these() {
 #[test]
 fn every_drawing_and_the_page_are_well_formed() {
     let dir = tempfile::tempdir().unwrap();
-    let paths = report::write(&three_methods(dir.path()), METHODS).unwrap();
+    let paths = {
+        let layout = three_methods(dir.path());
+        report::write(&layout, &reported(&layout)).unwrap()
+    };
     let names: Vec<_> =
         paths.figures.iter().map(|p| p.file_name().unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["overall.svg", "distribution.svg", "level-of-service.svg", "map.svg"]);
@@ -189,7 +190,7 @@ fn a_point_whose_baseline_failed_leaves_the_estimate() {
             ("idqn", [Some(Ok([10.0, 10.0])), Some(Ok([30.0, 40.0]))]),
         ],
     );
-    let data = ReportData::new(&Results::load(&layout).unwrap(), METHODS);
+    let data = reported(&layout);
     let idqn = &data.methods[0];
     assert_eq!((idqn.overall, idqn.points, idqn.without_reference), (Some(0.5), 1, 1));
     assert!(report_of(&layout, "index.html").contains("no score on 1 point MDP that a method"));
@@ -224,7 +225,7 @@ fn a_point_without_delay_is_named() {
             ("idqn", [Some(Ok([0.0, 0.0])), Some(Ok([20.0, 30.0]))]),
         ],
     );
-    let data = ReportData::new(&Results::load(&layout).unwrap(), METHODS);
+    let data = reported(&layout);
     let note = "No score on quiet: the baseline has no delay there, as on a road without vehicles; \
                 give it demand.";
     assert!(text::notes(&data).iter().any(|n| n == note), "{:?}", text::notes(&data));

@@ -7,13 +7,15 @@ mod made_up;
 use std::fs;
 use std::path::Path;
 
-use made_up::{Ending, evaluations, manifest, well_formed, well_linked, words, write_results};
-use tsc_family::report::{self, ReportData, text};
+use made_up::{
+    Ending, evaluations, manifest, reported, well_formed, well_linked, words, write_results,
+};
+use tsc_family::domains;
+use tsc_family::report::{self, Report, text};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult};
 use tsc_family::store::results::Results;
-use tsc_family::traffic::control::registry::METHODS;
 
 /// Positions of what is measured of episodes.
 const UNFINISHED: usize = 0;
@@ -64,12 +66,12 @@ fn heavy_tail(root: &Path) -> Layout {
     })
 }
 
-fn data_of(layout: &Layout) -> ReportData {
-    ReportData::new(&Results::load(layout).unwrap(), METHODS)
+fn data_of(layout: &Layout) -> Report {
+    reported(layout)
 }
 
 fn file_of(layout: &Layout, file: &str) -> String {
-    report::write(layout, METHODS).unwrap();
+    report::write(layout, &reported(layout)).unwrap();
     fs::read_to_string(layout.report().join(file)).unwrap()
 }
 
@@ -126,8 +128,13 @@ fn no_line_of_the_table_is_longer_than_100_characters() {
         })
     });
     let results = Results::load(&layout).unwrap();
-    let against = ReportData::against(&results, METHODS, "max-pressure-resco").unwrap();
-    for data in [ReportData::new(&results, METHODS), against] {
+    let against = Report::against(
+        &results,
+        "max-pressure-resco",
+        domains::sections(&layout, &results).unwrap(),
+    )
+    .unwrap();
+    for data in [reported(&layout), against] {
         let table = text::table(&data);
         for line in table.lines() {
             assert!(line.chars().count() <= 100, "{} characters: {line}", line.chars().count());
@@ -253,9 +260,12 @@ fn without_the_baseline_s_vehicles_a_gridlock_of_others_is_not_known() {
 fn scores_against_another_method_say_so_everywhere() {
     let dir = tempfile::tempdir().unwrap();
     let layout = heavy_tail(dir.path());
-    let data =
-        ReportData::against(&Results::load(&layout).unwrap(), METHODS, "fixed-time").unwrap();
-    let paths = report::write_data(&layout, &data).unwrap();
+    let data = {
+        let results = Results::load(&layout).unwrap();
+        Report::against(&results, "fixed-time", domains::sections(&layout, &results).unwrap())
+            .unwrap()
+    };
+    let paths = report::write(&layout, &data).unwrap();
     assert!(paths.html.ends_with("report/against-fixed-time/index.html"), "{:?}", paths.html);
     assert!(!layout.report().join("index.html").exists());
     let page = fs::read_to_string(&paths.html).unwrap();
@@ -293,9 +303,12 @@ worst: longest delay in an evaluation episode relative to that of the same vehic
 #[test]
 fn scores_against_the_baseline_by_name_are_the_usual_ones() {
     let dir = tempfile::tempdir().unwrap();
-    let results = Results::load(&heavy_tail(dir.path())).unwrap();
-    let against = ReportData::against(&results, METHODS, "baseline").unwrap();
-    assert_eq!(against, ReportData::new(&results, METHODS));
+    let layout = heavy_tail(dir.path());
+    let results = Results::load(&layout).unwrap();
+    let against =
+        Report::against(&results, "baseline", domains::sections(&layout, &results).unwrap())
+            .unwrap();
+    assert_eq!(against.analysis, reported(&layout).analysis);
 }
 
 #[test]
@@ -308,8 +321,11 @@ fn scores_against_a_method_that_lacks_results_are_refused() {
         }
     });
     let results = Results::load(&layout).unwrap();
-    let refusal =
-        |method: &str| ReportData::against(&results, METHODS, method).unwrap_err().to_string();
+    let refusal = |method: &str| {
+        Report::against(&results, method, domains::sections(&layout, &results).unwrap())
+            .unwrap_err()
+            .to_string()
+    };
     insta::assert_snapshot!(refusal("fixed-time"), @r#"
 no scores against `fixed-time`: it has no delay above 0 on 1 of 2 point MDPs (busy); finish the run, or leave --against out
 "#);

@@ -5,11 +5,10 @@ mod made_up;
 
 use std::fs;
 
-use made_up::{evaluations, manifest, well_formed, well_linked, words};
+use made_up::{evaluations, manifest, reported, well_formed, well_linked, words};
 use tsc_family::report;
 use tsc_family::store::Layout;
 use tsc_family::store::record::TaskResult;
-use tsc_family::traffic::control::registry::METHODS;
 
 const TITLE: &str = "Main St / 5th <old>";
 
@@ -21,7 +20,7 @@ fn titled(root: &std::path::Path, title: &str) -> Layout {
         "max-pressure" if task.point == "busy" => Some(Err("it broke")),
         _ => Some(Ok(TaskResult { rows: evaluations(&[60.0, 62.0]), ..TaskResult::default() })),
     });
-    report::write(&layout, METHODS).unwrap();
+    report::write(&layout, &reported(&layout)).unwrap();
     layout
 }
 

@@ -6,13 +6,11 @@ mod made_up;
 use std::fs;
 use std::path::Path;
 
-use made_up::{Ending, evaluations, manifest, well_formed, well_linked, words};
-use tsc_family::report::{self, ReportData, text};
+use made_up::{Ending, evaluations, manifest, reported, well_formed, well_linked, words};
+use tsc_family::report::{self, Report, text};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult, Wall};
-use tsc_family::store::results::Results;
-use tsc_family::traffic::control::registry::METHODS;
 
 /// Delays under the baseline on `quiet` and `busy`, seconds.
 const BASELINE: [f64; 2] = [20.0, 50.0];
@@ -87,12 +85,12 @@ fn two_learners(root: &Path) -> Layout {
     })
 }
 
-fn data_of(layout: &Layout) -> ReportData {
-    ReportData::new(&Results::load(layout).unwrap(), METHODS)
+fn data_of(layout: &Layout) -> Report {
+    reported(layout)
 }
 
 fn file_of(layout: &Layout, file: &str) -> String {
-    report::write(layout, METHODS).unwrap();
+    report::write(layout, &reported(layout)).unwrap();
     fs::read_to_string(layout.report().join(file)).unwrap()
 }
 
@@ -122,8 +120,11 @@ fn a_learner_is_reported_by_evaluation_and_as_resco_does() {
     let idqn = &learners[0];
     // Weights are 3 to 1, replicates average first.
     assert_eq!(idqn.method.overall, Some(0.75 * 0.75 + 0.25 * (0.75 + 3.5) / 2.0));
-    assert_eq!((idqn.best, idqn.last_ten), (Some(1.0), Some(1.375)));
-    assert_eq!((idqn.planned, idqn.scored, idqn.worse, idqn.with_share[1]), (4, 4, 1, Some(1)));
+    assert_eq!((idqn.best_episode, idqn.last_episodes), (Some(1.0), Some(1.375)));
+    assert_eq!(
+        (idqn.planned, idqn.scored, idqn.worse, idqn.with_share[1]),
+        (4, 4, Some(1), Some(1))
+    );
     assert_eq!((idqn.median, idqn.worst), (Some(0.75), Some(3.5)));
     assert_eq!(idqn.wall_s, Some(90.0));
     let star = &learners[1];

@@ -20,17 +20,17 @@ const REPO: &str = env!("CARGO_MANIFEST_DIR");
 const MAX_LINES: usize = 400;
 
 /// Files that are still in circles. No more may become; fewer: lower this, as those below.
-const FILES_IN_CIRCLES: usize = 5;
+const FILES_IN_CIRCLES: usize = 0;
 
 /// Arrows between modules that still go to one further below in the table of ARCHITECTURE.md.
 ///
 /// The order is that of what is to be, so an arrow that a later step takes away counts here until then.
-const ARROWS_AGAINST_THE_ORDER: usize = 6;
+const ARROWS_AGAINST_THE_ORDER: usize = 3;
 
 /// Files outside traffic that still name it.
 ///
 /// Domains register themselves; what evaluates them gets them through a trait.
-const TRAFFIC_NAMED_OUTSIDE: usize = 22;
+const TRAFFIC_NAMED_OUTSIDE: usize = 0;
 
 /// Modules outside traffic that may name it: arguments and terminal, the start, the package for Python, the list of
 /// tasks.

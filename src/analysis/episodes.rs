@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::measures::Measures;
 use super::points::PointSummary;
 use super::reference::Reference;
+use crate::stats::Direction;
 use crate::stats::score::{mean, weighted_mean};
 use crate::stats::summary::weighted_median;
 use crate::store::record::{Metrics, Record, Row, RowKind};
@@ -45,11 +46,11 @@ pub struct EpisodeSummary {
     pub shares: Vec<Option<f64>>,
     /// Median of the episodes' objectives.
     pub median: Option<f64>,
-    /// Largest objective of an episode.
+    /// Worst objective of an episode.
     pub worst: Option<f64>,
     /// Median of the objective relative to the reference's on the same seed.
     pub median_relative: Option<f64>,
-    /// Largest objective relative to the reference's on the same seed.
+    /// Worst objective relative to the reference's on the same seed.
     pub worst_relative: Option<f64>,
 }
 
@@ -148,7 +149,7 @@ impl EpisodeSummary {
     pub(super) fn of<'a>(
         episodes: impl IntoIterator<Item = &'a Episode>,
         points: &[PointSummary],
-        objective: &str,
+        (objective, direction): (&str, Direction),
         shares: usize,
     ) -> Self {
         let weights: BTreeMap<usize, f64> = points.iter().map(|p| (p.index, p.weight)).collect();
@@ -165,7 +166,7 @@ impl EpisodeSummary {
             counted.iter().map(pair).collect()
         };
         let known = |value: &dyn Fn(&Episode) -> Option<f64>| weighted(value).unwrap_or_default();
-        let worst = |pairs: &[(f64, f64)]| pairs.iter().map(|p| p.1).reduce(f64::max);
+        let worst = |pairs: &[(f64, f64)]| direction.worst(pairs.iter().map(|p| p.1));
         let objectives = known(&|e| e.metrics.get(objective).copied());
         let relative = known(&|e| e.relative);
         let share = |i: usize| weighted(&|e| *e.shares.get(i)?).and_then(weighted_mean);

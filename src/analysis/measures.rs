@@ -1,7 +1,6 @@
-//! What a domain knows of its records that evaluation does not: names of its point MDPs, classes of them, and
-//! what else happened in an episode than the objective says.
+//! What a domain knows of its records that evaluation does not: classes of its point MDPs, and what else
+//! happened in an episode than the objective says.
 
-use crate::store::manifest::PointRow;
 use crate::store::record::Metrics;
 
 /// A class of point MDPs, of which every method has a score of its own.
@@ -30,16 +29,6 @@ pub struct Share {
 
 /// What a domain adds to an analysis of its records; without any of it everything else is still there.
 pub trait Measures {
-    /// Returns what people call the objective, such as `delay` for `delay_s`.
-    fn noun<'a>(&self, objective: &'a str) -> &'a str {
-        objective
-    }
-
-    /// Returns what people call a point MDP.
-    fn title(&self, point: &PointRow) -> String {
-        point.name().to_owned()
-    }
-
     /// Returns the regimes into which point MDPs fall by what the objective says of them.
     fn regimes(&self, objective: &str) -> &'static [Regime] {
         let _ = objective;
@@ -73,8 +62,8 @@ pub trait Measures {
     }
 }
 
-/// A domain of which nothing is known but its records.
+/// Nothing beside the objective.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Unknown;
+pub struct NoMeasures;
 
-impl Measures for Unknown {}
+impl Measures for NoMeasures {}

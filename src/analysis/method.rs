@@ -29,7 +29,7 @@ pub struct MethodSummary {
     pub is_reference: bool,
     /// Place by overall performance, from 1.
     pub rank: Option<usize>,
-    /// Overall performance; 1 is what scores are divided by, lower is better.
+    /// Overall performance; 1 is what scores are divided by.
     pub overall: Option<f64>,
     /// 95% interval of the overall performance.
     pub interval: Option<(f64, f64)>,
@@ -41,7 +41,7 @@ pub struct MethodSummary {
     pub objective: Option<f64>,
     /// Importance-weighted means of the other metrics.
     pub metrics: Metrics,
-    /// The point MDP with the highest score, and that score.
+    /// The point MDP with the worst score, and that score.
     pub worst: Option<(String, f64)>,
     /// Point MDPs in the estimate.
     pub points: usize,
@@ -69,7 +69,8 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
     let worst = scored
         .iter()
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
-        .max_by(|a, b| a.1.total_cmp(&b.1));
+        .max_by(|a, b| identity.direction.compare(a.1, b.1));
+    let judged = (identity.objective.as_str(), identity.direction);
     let counted: Vec<PointSummary> = scored.iter().map(|(p, _)| (*p).clone()).collect();
     let own = episodes.iter().filter(|e| e.method == index);
     let summary = MethodSummary {
@@ -79,7 +80,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         overall: estimate.as_ref().map(|e| e.value),
         interval: estimate.as_ref().and_then(|e| e.interval),
         summaries,
-        episodes: EpisodeSummary::of(own, &counted, &identity.objective, measures.shares().len()),
+        episodes: EpisodeSummary::of(own, &counted, judged, measures.shares().len()),
         objective: weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))),
         metrics: weighted_metrics(&scored),
         worst,
@@ -105,7 +106,8 @@ fn estimate(
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
     let estimator = estimator_of(identity.sample.sampling);
     let regimes = evidence.measures.regimes(&identity.objective).len();
-    summarise(&objectives, estimator, sample, regimes, &mut rng)
+    let relative = !evidence.reference.is_none();
+    summarise(&objectives, estimator, sample, (regimes, relative), &mut rng)
 }
 
 /// Returns the weighted means of every metric that all point MDPs have.

@@ -38,7 +38,8 @@ pub struct PointResult {
     pub objective: f64,
     /// Mean of every metric that all replicates have.
     pub metrics: Metrics,
-    /// The score; `None` where what it is divided by has no record or an objective of 0.
+    /// The score; `None` where what it is divided by has no record or an objective of 0. Without a reference
+    /// it is the objective.
     pub score: Option<f64>,
     /// What the interval is computed from; there when the score is.
     pub objectives: Option<PointObjectives>,
@@ -79,9 +80,12 @@ pub(super) fn summarise_points(
     let objective = identity.objective.as_str();
     let estimator = estimator_of(identity.sample.sampling);
     let of_reference: Vec<BySeed> = (0..identity.points.len())
-        .map(|point| {
-            let cell = reference.index.and_then(|method| records.get(&(method, point)));
-            mean_by_seed(cell.map_or(&[][..], Vec::as_slice), objective)
+        .map(|point| match reference.is_none() {
+            true => ones(&records, point, objective),
+            false => {
+                let cell = reference.index.and_then(|method| records.get(&(method, point)));
+                mean_by_seed(cell.map_or(&[][..], Vec::as_slice), objective)
+            }
         })
         .collect();
     let points = identity
@@ -122,7 +126,7 @@ pub(super) fn summarise_points(
                 outcome: summary.map(|s| s.outcome),
                 reason: summary.and_then(|s| s.reason.clone()),
                 metrics: summary.map_or_else(Metrics::new, |s| s.metrics.clone()),
-                reference: scored.map(|s| s.0),
+                reference: scored.map(|s| s.0).filter(|_| !reference.is_none()),
                 score: scored.map(|s| s.1),
             })
         })
@@ -146,6 +150,13 @@ fn records_by_cell<'a>(
         }
     }
     cells
+}
+
+/// Returns 1 for every seed that some method has on a point MDP: dividing by it leaves the objective.
+fn ones(records: &BTreeMap<(usize, usize), Vec<&Record>>, point: usize, objective: &str) -> BySeed {
+    let here = records.iter().filter(|((_, p), _)| *p == point);
+    let seeds = here.flat_map(|(_, cell)| cell).flat_map(|r| by_seed(r, objective).into_keys());
+    seeds.map(|seed| (seed, 1.0)).collect()
 }
 
 fn by_seed(record: &Record, objective: &str) -> BySeed {

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, summarise_method};
 use super::points::{PointSummary, TaskScore};
+use crate::stats::Direction;
 
 /// All methods with results on the point MDPs that every one of them finished.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +23,7 @@ pub struct OnCommonPoints {
 pub struct Lead {
     /// The second best method.
     pub runner_up: String,
-    /// Its overall performance minus the best one's.
+    /// By how much its overall performance is behind the best one's.
     pub difference: f64,
     /// 95% interval of the difference, paired by point MDP and seed.
     pub interval: (f64, f64),
@@ -49,9 +50,11 @@ pub(super) fn rank(evidence: Evidence<'_>) -> Vec<Summarised> {
         m.overall.is_some() && (m.is_reference || most.is_none_or(|most| all[m.index] == *most))
     };
     estimates.sort_by(|(a, _), (b, _)| {
-        let key = |m: &MethodSummary| m.overall.unwrap_or(f64::INFINITY);
-        let order = ranked(b).cmp(&ranked(a)).then(key(a).total_cmp(&key(b)));
-        order.then(a.index.cmp(&b.index))
+        let order = match (a.overall, b.overall) {
+            (Some(a), Some(b)) => evidence.identity.direction.compare(a, b),
+            (a, b) => b.is_some().cmp(&a.is_some()),
+        };
+        ranked(b).cmp(&ranked(a)).then(order).then(a.index.cmp(&b.index))
     });
     for (i, (summary, _)) in estimates.iter_mut().enumerate() {
         summary.rank = ranked(summary).then_some(i + 1);
@@ -81,15 +84,18 @@ pub(super) fn on_common_points(
 }
 
 /// Compares the two best methods when they were evaluated on the same point MDPs.
-pub(super) fn lead(estimates: &[Summarised], points: &[PointSummary]) -> Option<Lead> {
+pub(super) fn lead(evidence: Evidence<'_>, estimates: &[Summarised]) -> Option<Lead> {
     let [(best, Some(first)), (second, Some(other)), ..] = estimates else { return None };
     let scored = |p: &PointSummary, m: &MethodSummary| {
         p.results[m.index].as_ref().is_some_and(|r| r.score.is_some())
     };
-    if points.iter().any(|p| scored(p, best) != scored(p, second)) {
+    if evidence.points.iter().any(|p| scored(p, best) != scored(p, second)) {
         return None;
     }
-    let difference = first.difference(other);
+    let difference = match evidence.identity.direction {
+        Direction::Lower => first.difference(other),
+        Direction::Higher => other.difference(first),
+    };
     let interval = difference.interval?;
     let runner_up = second.method.clone();
     Some(Lead { runner_up, difference: difference.value, interval })

@@ -1,7 +1,8 @@
-//! What scores are divided by: the run's baseline, or with `--against` another of its methods.
+//! What scores are divided by: the run's baseline, or with `--against` another of its methods; nothing where a
+//! run has no baseline.
 
 use super::error::AnalysisError;
-use super::measures::Measures;
+use super::naming::noun;
 use crate::store::manifest::Identity;
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -12,7 +13,7 @@ const NAMED_POINTS: usize = 3;
 /// What scores are divided by.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reference {
-    /// Name of the method.
+    /// Name of the method; empty where the objective itself is the score.
     pub name: String,
     /// Its position in the manifest's list of methods.
     pub index: Option<usize>,
@@ -21,10 +22,15 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Returns the run's baseline.
+    /// Returns the run's baseline, if it has one.
     pub fn baseline(identity: &Identity) -> Self {
         let index = identity.methods.iter().position(|m| *m == identity.baseline);
         Self { name: identity.baseline.clone(), index, is_baseline: true }
+    }
+
+    /// Whether there is none, so that the objective itself is the score.
+    pub fn is_none(&self) -> bool {
+        self.name.is_empty()
     }
 
     /// Returns another method of the run, or its baseline if that is the name.
@@ -34,13 +40,9 @@ impl Reference {
     /// [`AnalysisError::NotInRun`] for a method that is not in the run, [`AnalysisError::Incomplete`] for
     /// one without a result on some of the chosen point MDPs: the scores of others would be over
     /// whatever it finished, which is no comparison.
-    pub fn against(
-        results: &Results,
-        name: &str,
-        measures: &dyn Measures,
-    ) -> Result<Self, AnalysisError> {
+    pub fn against(results: &Results, name: &str) -> Result<Self, AnalysisError> {
         let identity = &results.manifest.identity;
-        if name == identity.baseline {
+        if name == identity.baseline && !name.is_empty() {
             return Ok(Self::baseline(identity));
         }
         check_name(name, &identity.methods)?;
@@ -53,7 +55,7 @@ impl Reference {
             let points = identity.points.len();
             return Err(AnalysisError::Incomplete {
                 method: name.to_owned(),
-                objective: measures.noun(&identity.objective).to_owned(),
+                objective: noun(&identity.objective),
                 missing: missing.len(),
                 points: if points == 1 {
                     "1 point MDP".into()

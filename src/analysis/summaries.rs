@@ -19,8 +19,7 @@ pub struct Estimated {
     pub interval: Option<(f64, f64)>,
 }
 
-/// What else can be said of a method than its overall performance; relative to the reference, lower
-/// is better.
+/// What else can be said of a method than its overall performance; relative to the reference.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Summaries {
     /// Mean objective divided by the reference's mean objective, both weighted by importance.
@@ -39,11 +38,12 @@ pub struct Summaries {
 ///
 /// * `points` — the point MDPs in the estimate and what was measured there.
 /// * `regimes` — number of regimes.
+/// * `relative` — whether scores are divided by a reference; ratios and geometric means of others say nothing.
 pub(super) fn summarise(
     points: &[(&PointSummary, PointObjectives)],
     estimator: &dyn Estimator,
     sample: Sample,
-    regimes: usize,
+    (regimes, relative): (usize, bool),
     rng: &mut ChaCha8Rng,
 ) -> (Option<Estimate>, Summaries) {
     let objectives: Vec<PointObjectives> = points.iter().map(|(_, o)| o.clone()).collect();
@@ -76,9 +76,9 @@ pub(super) fn summarise(
     };
     let summaries = Summaries {
         by_regime: (0..regimes).map(in_regime).collect(),
-        ratio_of_means: estimated(&all[1]),
+        ratio_of_means: estimated(&all[1]).filter(|_| relative),
         median: estimated(&all[2]),
-        geometric_mean: estimated(&all[3]),
+        geometric_mean: estimated(&all[3]).filter(|_| relative),
     };
     (all.swap_remove(0), summaries)
 }

@@ -1,8 +1,8 @@
 //! How learners were trained: one entry per training, one summary per learner.
 //!
 //! A learner is a method whose training episodes have a return, or that diverged. Every objective is
-//! divided by the mean one on the point MDP of what scores are divided by, so that trainings compare
-//! and RESCO's two ways of reporting stand beside the score.
+//! divided by the mean one on the point MDP of what scores are divided by, if anything, so that trainings compare
+//! and two common ways of reporting, the best episode of training and its last ones, stand beside the score.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,6 +10,7 @@ use super::episodes::{Episode, EpisodeSummary};
 use super::evidence::Evidence;
 use super::method::MethodSummary;
 use super::points::PointSummary;
+use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
 use crate::store::record::{Metrics, Outcome, Record, RowKind};
@@ -20,6 +21,9 @@ pub const RETURN: &str = "return";
 
 /// Metric of the training episodes in which a learner updated its network.
 pub const LOSS: &str = "loss";
+
+/// Training episodes whose mean is reported beside the best one.
+pub const LAST_EPISODES: usize = 10;
 
 /// How the reason of a training that diverged begins.
 const DIVERGED: &str = "training diverged";
@@ -42,9 +46,9 @@ pub struct TrainingSummary {
     /// Its evaluation episodes.
     pub evaluations: EpisodeSummary,
     /// Objective in the best training episode, relative to the reference.
-    pub resco_best: Option<f64>,
+    pub best_episode: Option<f64>,
     /// Mean objective in the last ten training episodes, relative to the reference.
-    pub resco_last_ten: Option<f64>,
+    pub last_episodes: Option<f64>,
     /// Objective of every training episode, relative to the reference; empty without a reference.
     pub curve: Vec<f64>,
     /// Return of every training episode; `None` where there is none.
@@ -73,17 +77,17 @@ pub struct LearnerSummary<'a> {
     /// Most training episodes.
     pub episodes: usize,
     /// Overall performance if the best training episode counted.
-    pub best: Option<f64>,
+    pub best_episode: Option<f64>,
     /// Overall performance if the last ten training episodes counted.
-    pub last_ten: Option<f64>,
-    /// Trainings that ended worse than the reference.
-    pub worse: usize,
+    pub last_episodes: Option<f64>,
+    /// Trainings that ended worse than the reference; `None` without one.
+    pub worse: Option<usize>,
     /// Trainings with a share above 0, in the order of [`super::Measures::shares`]; `None` when that is not
     /// known of some.
     pub with_share: Vec<Option<usize>>,
     /// Median score over trainings, each counting once.
     pub median: Option<f64>,
-    /// Highest score of a training.
+    /// Worst score of a training.
     pub worst: Option<f64>,
     /// Median wall-clock time of a task, seconds.
     pub wall_s: Option<f64>,
@@ -98,12 +102,18 @@ impl TrainingSummary {
     }
 }
 
-/// Returns the summary of a learner; `shares` is how many the domain measures.
+/// Returns the summary of a learner.
+///
+/// # Arguments
+///
+/// * `shares` — how many the domain measures.
+/// * `direction`, `relative` — of scores: which are better, and whether 1 is what they are divided by.
 pub(super) fn learner<'a>(
     method: &'a MethodSummary,
     trainings: &[&TrainingSummary],
     points: &[PointSummary],
     shares: usize,
+    (direction, relative): (Direction, bool),
 ) -> LearnerSummary<'a> {
     let all = || trainings.iter().copied();
     let count = |f: &dyn Fn(&TrainingSummary) -> bool| all().filter(|t| f(t)).count();
@@ -121,12 +131,12 @@ pub(super) fn learner<'a>(
         failed: count(&|t| t.outcome == Some(Outcome::Failed)),
         diverged: count(&|t| t.diverged),
         episodes: all().map(|t| t.episodes).max().unwrap_or(0),
-        best: weighted(all(), points, |t| t.resco_best),
-        last_ten: weighted(all(), points, |t| t.resco_last_ten),
-        worse: count(&|t| t.score > Some(1.0)),
+        best_episode: weighted(all(), points, |t| t.best_episode),
+        last_episodes: weighted(all(), points, |t| t.last_episodes),
+        worse: relative.then(|| count(&|t| t.score.is_some_and(|s| direction.is_worse(s, 1.0)))),
         with_share: (0..shares).map(with_share).collect(),
         median: median(&scores),
-        worst: scores.iter().copied().reduce(f64::max),
+        worst: direction.worst(scores.iter().copied()),
         wall_s: median(&walls),
     }
 }
@@ -159,6 +169,7 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
         .map(|r| r.summary.method.as_str())
         .collect();
     let objective = identity.objective.as_str();
+    let judged = (objective, identity.direction);
     let mut evaluations: BTreeMap<(&str, usize, u32), Vec<&Episode>> = BTreeMap::new();
     for episode in evidence.episodes.iter().filter(|e| e.kind == RowKind::Evaluation) {
         let method = identity.methods[episode.method].as_str();
@@ -173,9 +184,15 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 .reference
                 .index
                 .and_then(|r| evidence.points[row.point].results[r].as_ref());
-            let unit = of_reference.map(|r| r.objective).filter(|unit| *unit > 0.0);
+            let unit = match evidence.reference.is_none() {
+                true => Some(1.0),
+                false => of_reference.map(|r| r.objective).filter(|unit| *unit > 0.0),
+            };
             let record = results.records.get(&task.task);
-            let relative = |name: &str| Some(row.metrics.get(name)? / unit?);
+            let in_training: Vec<f64> =
+                record.map_or_else(Vec::new, |record| curve(record, objective).collect());
+            let last = &in_training[in_training.len().saturating_sub(LAST_EPISODES)..];
+            let best = identity.direction.best(in_training.iter().copied());
             let figure = |name: &str| -> Vec<Option<f64>> {
                 let rows = record.into_iter().flat_map(training_rows);
                 rows.map(|metrics| metrics.get(name).copied()).collect()
@@ -185,7 +202,7 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
             let evaluations = EpisodeSummary::of(
                 own,
                 std::slice::from_ref(&evidence.points[row.point]),
-                objective,
+                judged,
                 shares,
             );
             TrainingSummary {
@@ -195,11 +212,11 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 outcome: row.outcome,
                 diverged: row.reason.as_deref().is_some_and(|r| r.starts_with(DIVERGED)),
                 score: row.score,
-                resco_best: relative(&format!("resco_best_{objective}")),
-                resco_last_ten: relative(&format!("resco_last_ten_{objective}")),
+                best_episode: best.zip(unit).map(|(best, unit)| best / unit),
+                last_episodes: mean(last).zip(unit).map(|(last, unit)| last / unit),
                 evaluations,
-                curve: record.zip(unit).map_or_else(Vec::new, |(r, unit)| {
-                    curve(r, objective).map(|value| value / unit).collect()
+                curve: unit.map_or_else(Vec::new, |unit| {
+                    in_training.iter().map(|value| value / unit).collect()
                 }),
                 returns: figure(RETURN),
                 losses: figure(LOSS),

@@ -14,6 +14,7 @@ use super::reference::Reference;
 use super::training::{LearnerSummary, TrainingSummary, learner, trained, trainings};
 use super::winners::{Winner, winners};
 use crate::sample::Sampling;
+use crate::stats::Direction;
 use crate::store::manifest::Manifest;
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -23,10 +24,6 @@ use crate::store::results::Results;
 pub struct Analysis {
     /// What the run was.
     pub manifest: Manifest,
-    /// What people call the objective.
-    pub noun: String,
-    /// What people call the point MDPs, in the order of [`Self::points`].
-    pub titles: Vec<String>,
     /// Classes of point MDPs.
     pub regimes: &'static [Regime],
     /// What is measured of evaluation episodes.
@@ -70,7 +67,7 @@ impl Analysis {
         method: &str,
         measures: &dyn Measures,
     ) -> Result<Self, AnalysisError> {
-        let reference = Reference::against(results, method, measures)?;
+        let reference = Reference::against(results, method)?;
         Ok(Self::relative_to(results, reference, measures))
     }
 
@@ -90,12 +87,10 @@ impl Analysis {
         let common = on_common_points(evidence, &estimates);
         let trainings = trainings(results, evidence);
         Self {
-            noun: measures.noun(&identity.objective).to_owned(),
-            titles: identity.points.iter().map(|point| measures.title(point)).collect(),
             regimes: measures.regimes(&identity.objective),
             shares: measures.shares(),
-            winners: winners(&points, identity),
-            lead: lead(&estimates, &points),
+            winners: winners(&points, identity, &reference),
+            lead: lead(evidence, &estimates),
             methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
             common,
             trainings,
@@ -106,6 +101,22 @@ impl Analysis {
             points,
             episodes,
         }
+    }
+
+    /// Returns the names of the metrics that some task has besides the objective, those of its training among them.
+    pub fn metrics(&self) -> Vec<String> {
+        self.without_objective(self.tasks.iter().flat_map(|task| task.metrics.keys()))
+    }
+
+    /// Returns the names of the metrics that some episode has besides the objective.
+    pub fn episode_metrics(&self) -> Vec<String> {
+        self.without_objective(self.episodes.iter().flat_map(|episode| episode.metrics.keys()))
+    }
+
+    fn without_objective<'a>(&self, names: impl Iterator<Item = &'a String>) -> Vec<String> {
+        let names: BTreeSet<&String> = names.collect();
+        let objective = &self.manifest.identity.objective;
+        names.into_iter().filter(|name| *name != objective).cloned().collect()
     }
 
     /// Returns what the estimates rest on.
@@ -119,7 +130,9 @@ impl Analysis {
         for method in &self.methods {
             let trainings: Vec<&TrainingSummary> = self.trainings_of(&method.method).collect();
             if !trainings.is_empty() {
-                learners.push(learner(method, &trainings, &self.points, self.shares.len()));
+                let judged = (self.direction(), !self.reference.is_none());
+                let shares = self.shares.len();
+                learners.push(learner(method, &trainings, &self.points, shares, judged));
             }
         }
         learners
@@ -131,6 +144,11 @@ impl Analysis {
         method: &'a str,
     ) -> impl Iterator<Item = &'a TrainingSummary> {
         self.trainings.iter().filter(move |t| t.method == method)
+    }
+
+    /// Whether less or more of the objective is better.
+    pub fn direction(&self) -> Direction {
+        self.manifest.identity.direction
     }
 
     /// Returns the best of the ranked methods.

@@ -93,7 +93,6 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
         return Some(USAGE);
     }
     match error.downcast_ref::<ReportError>() {
-        Some(ReportError::Store(e)) => return Some(store(e)),
         Some(ReportError::Io(e)) => return Some(file(e)),
         _ => {}
     }
@@ -190,7 +189,8 @@ mod tests {
 
     #[test]
     fn the_code_of_a_wrapped_error_is_its_cause_s() {
-        let e = ReportError::Store(StoreError::NotResults("x".into()));
+        let reason = std::io::Error::from(ErrorKind::NotFound);
+        let e = ReportError::Io(FileError::at("read", "a".as_ref())(reason));
         assert_eq!(code(&e), USAGE);
     }
 

@@ -12,11 +12,11 @@ use super::folder::CITY;
 use super::output::{Progress, line, note, quoted};
 use super::refused::Refused;
 use crate::cli::exit;
-use crate::report::quality::write_quality;
 use crate::settings::overrides::Override;
 use crate::traffic::city::derive::{Event, derive};
 use crate::traffic::city::input::Request;
 use crate::traffic::city::quality::Quality;
+use crate::traffic::report::quality::write_quality;
 use crate::traffic::settings::Detail;
 
 /// Budget of the command that is suggested in the end.

@@ -5,10 +5,8 @@ use std::path::PathBuf;
 use super::json::method_line;
 use super::output::{line, note};
 use crate::cli::exit;
-use crate::domains::domains;
-use crate::report::{self, ReportData, text};
-use crate::run::domain::Domain;
-use crate::run::method::Method;
+use crate::domains;
+use crate::report::{self, Report, text};
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -36,29 +34,17 @@ pub struct ReportArgs {
 pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let results = Results::load(&layout)?;
-    let methods = methods_of(&results);
     let data = match &args.against {
-        Some(divisor) => ReportData::against(&results, methods, divisor)?,
-        None => ReportData::new(&results, methods),
+        Some(method) => Report::against(&results, method, domains::sections(&layout, &results)?)?,
+        None => domains::report(&layout, &results)?,
     };
     print(&layout, &data, args.json, true)?;
     Ok(exit::DONE)
 }
 
-/// Returns the methods of what results are of; none where this program does not have that.
-pub(super) fn methods_of(results: &Results) -> &'static [Method] {
-    let name = &results.manifest.identity.domain;
-    domains().into_iter().find(|d| d.name() == name).map_or(&[], Domain::methods)
-}
-
 /// Writes a report and prints its table, or with `json` its methods; `notes` go to standard error.
-pub(super) fn print(
-    layout: &Layout,
-    data: &ReportData,
-    json: bool,
-    notes: bool,
-) -> anyhow::Result<()> {
-    let paths = report::write_data(layout, data)?;
+pub(super) fn print(layout: &Layout, data: &Report, json: bool, notes: bool) -> anyhow::Result<()> {
+    let paths = report::write(layout, data)?;
     if json {
         for row in data.json_rows() {
             line(method_line(row))?;
@@ -70,12 +56,7 @@ pub(super) fn print(
         for text in text::notes(data) {
             note(text);
         }
-        if let Some(reason) = paths.plans_missing {
-            note(format!(
-                "no plans/*.winner.sumocfg of some point MDPs: {reason}; report from the folder that the \
-                 run was started in, with its networks"
-            ));
-        }
+        paths.notes.into_iter().for_each(note);
         note(format!("report: {}", paths.html.display()));
     }
     Ok(())

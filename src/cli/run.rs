@@ -18,12 +18,13 @@ use super::folder::RESULTS;
 use super::json::merge;
 use super::monitor::Monitor;
 use super::output::{line, note};
-use super::report::{methods_of, print};
+use super::report::print;
 use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::report::{self, ReportData};
+use crate::domains;
+use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::method::Training;
 use crate::run::plan::{Draft, Request, draft};
@@ -160,9 +161,9 @@ fn work(
 /// Reports the finished run.
 fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     let results = Results::load(layout)?;
-    let methods = methods_of(&results);
-    let mut reports = vec![ReportData::new(&results, methods)];
-    match args.against.as_ref().map(|divisor| ReportData::against(&results, methods, divisor)) {
+    let mut reports = vec![domains::report(layout, &results)?];
+    let sections = domains::sections(layout, &results)?;
+    match args.against.as_ref().map(|method| Report::against(&results, method, sections)) {
         Some(Ok(data)) => reports.push(data),
         // Tasks failed, so that some results are missing: the run is no less complete for that.
         Some(Err(e)) => note(e),
@@ -170,7 +171,7 @@ fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     }
     for data in &reports {
         if args.quiet {
-            report::write_data(layout, data)?;
+            report::write(layout, data)?;
         } else {
             print(layout, data, args.json, !args.json)?;
         }

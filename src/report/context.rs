@@ -1,9 +1,10 @@
 //! How the score depends on each context feature: where in the family a method is good.
 
-use super::data::ReportData;
-use super::figures::{Figure, WIDTH, color, label, noun};
+use super::figure::{Figure, WIDTH};
+use super::figures::{color, dash, label};
 use super::format;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
+use super::whole::Report;
 use crate::analysis::MethodSummary;
 use crate::stats::score::weighted_mean;
 use crate::store::manifest::FeatureColumn;
@@ -27,7 +28,7 @@ const PANEL_PX: f64 = 214.0;
 const LEGEND_PX: f64 = 24.0;
 
 /// Draws the importance-weighted mean score of every method over each feature that varies.
-pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
+pub(super) fn by_feature(data: &Report) -> Option<Figure> {
     let methods: Vec<_> = data.methods.iter().filter(|m| !m.is_reference && m.points > 0).collect();
     let features: Vec<(usize, &FeatureColumn)> = data
         .manifest
@@ -44,8 +45,15 @@ pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
         .iter()
         .map(|(f, _)| methods.iter().map(|m| curve(data, m, *f)).collect())
         .collect();
-    let largest = curves.iter().flatten().flatten().map(|p| p.1).fold(1.0, f64::max);
-    let y_end = (largest * 1.08).min(SCORE_LIMIT);
+    let absolute = data.reference.is_none();
+    let scores = || curves.iter().flatten().flatten().map(|p| p.1);
+    let start = if absolute { 0.0 } else { 1.0 };
+    let (least, largest) = (scores().fold(0.0, f64::min), scores().fold(start, f64::max));
+    let (y_start, y_end) = match absolute {
+        true if least == largest => (0.0, 1.0),
+        true => (1.08 * least, largest + 0.08 * (largest - least)),
+        false => (0.0, (largest * 1.08).min(SCORE_LIMIT)),
+    };
     let (mut canvas, top) = with_legend(data, &methods, features.len().div_ceil(COLUMNS));
     let panel_width = WIDTH / COLUMNS as f64;
     for (i, ((_, feature), curves)) in features.iter().zip(&curves).enumerate() {
@@ -59,18 +67,20 @@ pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
         let frame = canvas.axes(&Axes {
             area,
             x: (low - pad, high + pad),
-            y: (0.0, y_end),
+            y: (y_start, y_end),
             // Half a lane is no tick.
             x_step: nice_step(high - low, 5.0).max(if xs().all(whole) { 1.0 } else { 0.0 }),
-            y_step: Some(nice_step(y_end, 4.0)),
+            y_step: Some(nice_step(y_end - y_start, 4.0)),
             x_last: high + pad,
             x_label: Some(format::feature_label(feature)),
             y_label: None,
         });
-        let y = frame.y(1.0);
-        canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
+        if !absolute {
+            let y = frame.y(1.0);
+            canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
+        }
         for (m, points) in methods.iter().zip(curves).rev() {
-            draw(&mut canvas, &frame, points, y_end, (color(data, m), data.looks.dash(&m.method)));
+            draw(&mut canvas, &frame, points, y_end, (color(data, m), dash(data, m)));
         }
     }
     let description = format!(
@@ -83,7 +93,7 @@ pub(super) fn by_feature(data: &ReportData) -> Option<Figure> {
 }
 
 /// Returns a canvas with the legend, and where the panels begin.
-fn with_legend(data: &ReportData, methods: &[&MethodSummary], rows: usize) -> (Canvas, f64) {
+fn with_legend(data: &Report, methods: &[&MethodSummary], rows: usize) -> (Canvas, f64) {
     let slot = methods.iter().map(|m| text_width(&label(data, m))).fold(60.0, f64::max) + 36.0;
     let per_row = ((WIDTH - 24.0) / slot).floor().max(1.0) as usize;
     let top = 32.0 + LEGEND_PX * methods.len().div_ceil(per_row) as f64;
@@ -91,12 +101,16 @@ fn with_legend(data: &ReportData, methods: &[&MethodSummary], rows: usize) -> (C
     for (i, m) in methods.iter().enumerate() {
         let x = 16.0 + slot * (i % per_row) as f64;
         let y = 16.0 + LEGEND_PX * (i / per_row) as f64;
-        let dash = data.looks.dash(&m.method);
-        canvas.line((x, y), (x + 20.0, y), color(data, m), 2.5, dash);
+        canvas.line((x, y), (x + 20.0, y), color(data, m), 2.5, dash(data, m));
         canvas.circle((x + 10.0, y), 4.0, color(data, m), None);
         canvas.text(x + 27.0, y + 4.5, &label(data, m), TextStyle::new(Anchor::Start));
     }
-    let title = format!("mean score ({} relative to {})", noun(data), data.reference.in_short());
+    let title = match data.reference.is_none() {
+        true => format!("mean {} ({})", data.words.noun, data.better()),
+        false => {
+            format!("mean score ({} relative to {})", data.words.noun, data.reference.in_short())
+        }
+    };
     canvas.text(10.0, top - 10.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
     (canvas, top)
 }
@@ -125,7 +139,7 @@ fn draw(
 }
 
 /// Returns the groups of a feature's values, in order: its values, or equally many per group.
-fn groups(data: &ReportData, feature: usize) -> Vec<Vec<f64>> {
+fn groups(data: &Report, feature: usize) -> Vec<Vec<f64>> {
     let mut values: Vec<f64> =
         data.points.iter().filter_map(|p| p.row.features.get(feature).copied()).collect();
     values.sort_by(f64::total_cmp);
@@ -135,7 +149,7 @@ fn groups(data: &ReportData, feature: usize) -> Vec<Vec<f64>> {
 }
 
 /// Returns per group of values the mean value and the mean score, both weighted by importance.
-fn curve(data: &ReportData, m: &MethodSummary, feature: usize) -> Vec<(f64, f64)> {
+fn curve(data: &Report, m: &MethodSummary, feature: usize) -> Vec<(f64, f64)> {
     groups(data, feature)
         .iter()
         .filter_map(|group| {

@@ -4,39 +4,59 @@
 //! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
 //! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
 
-use super::data::ReportData;
-use crate::analysis::Estimated;
-use crate::analysis::{Episode, EpisodeSummary};
-use crate::analysis::{LOSS, RETURN, TrainingSummary};
-use crate::analysis::{MethodSummary, TaskScore};
-use crate::store::record::{Outcome, RowKind};
-use crate::traffic::report::level_of_service::{DELAY, letter};
+use super::sections::Table;
+use super::whole::Report;
+use crate::analysis::{
+    Episode, EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary,
+};
+use crate::store::record::{Metrics, Outcome, RowKind};
 
-/// Metrics that have a column of their own besides the objective.
-const METRICS: [&str; 5] =
-    ["waiting_s", "queue_veh", "throughput_veh", "unfinished_veh", "teleports"];
+/// Name of the column of the score.
+const SCORE: &str = "score";
 
-/// Metrics of an episode that have a column of their own besides the objective.
-const OF_EPISODE: [&str; 6] =
-    ["waiting_s", "unfinished_veh", "undeparted_veh", "vehicles_veh", RETURN, LOSS];
+/// Returns the names of the metrics that have a column in a table besides the objective.
+fn names(data: &Report, table: Table) -> Vec<String> {
+    data.sections.metrics(table, data).into_iter().map(|metric| metric.name).collect()
+}
+
+/// Returns the cells of metrics.
+fn cells_of<'a>(names: &'a [String], metrics: &'a Metrics) -> impl Iterator<Item = String> + 'a {
+    names.iter().map(|name| number(metrics.get(name).copied()))
+}
+
+/// Returns the names of the columns of the score: the objective, what that is divided by, and the score, if these are
+/// any else.
+fn score_columns(data: &Report) -> Vec<String> {
+    let objective = &data.manifest.identity.objective;
+    let mut columns = vec![objective.clone()];
+    if !data.reference.is_none() {
+        let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
+        columns.push(format!("{divisor}_{objective}"));
+    }
+    columns.extend((objective != SCORE).then(|| SCORE.to_owned()));
+    columns
+}
 
 /// Returns `scores.csv`: one row per method, point MDP and replicate; without a successful record
 /// the metrics are empty.
-pub(super) fn scores(data: &ReportData) -> String {
+pub(super) fn scores(data: &Report) -> String {
     let identity = &data.manifest.identity;
-    let objective = identity.objective.clone();
     let mut header: Vec<String> =
         ["method", "point", "importance", "replicate"].map(str::to_owned).to_vec();
-    let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
-    header.extend([objective.clone(), format!("{divisor}_{objective}"), "score".to_owned()]);
-    header.extend(METRICS.map(str::to_owned));
-    header.push("level_of_service".to_owned());
+    header.extend(score_columns(data));
+    let names = names(data, Table::Scores);
+    header.extend(names.clone());
+    header.extend(data.sections.score_columns().iter().map(|name| (*name).to_owned()));
     header.extend(identity.features.iter().map(|f| f.name.clone()));
     header.extend(["weight", "against"].map(str::to_owned));
-    titled(data, header, data.tasks.iter().map(|row| (row.point, score_row(data, row))))
+    titled(
+        data.titles(),
+        header,
+        data.tasks.iter().map(|row| (row.point, score_row(data, row, &names))),
+    )
 }
 
-fn score_row(data: &ReportData, row: &TaskScore) -> Vec<String> {
+fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
     let point = &data.points[row.point].row;
     let objective = data.manifest.identity.objective.as_str();
     let value = match row.outcome {
@@ -49,23 +69,28 @@ fn score_row(data: &ReportData, row: &TaskScore) -> Vec<String> {
         point.importance.to_string(),
         row.replicate.to_string(),
         number(value),
-        number(row.reference),
-        number(row.score),
     ];
-    cells.extend(METRICS.map(|name| number(row.metrics.get(name).copied())));
-    let level = value.filter(|_| objective == DELAY).map(letter);
-    cells.push(level.map_or_else(String::new, |l| l.to_string()));
+    cells.extend((!data.reference.is_none()).then(|| number(row.reference)));
+    cells.extend((objective != SCORE).then(|| number(row.score)));
+    cells.extend(cells_of(names, &row.metrics));
+    cells.extend(data.sections.score_cells(data, row, value));
     cells.extend(point.features.iter().map(f64::to_string));
     cells.push(data.points[row.point].weight.to_string());
     cells.push(data.reference.name.clone());
     cells
 }
 
-/// Summaries beside the overall performance, each with an interval; those of regimes follow.
-const SUMMARIES: [&str; 3] = ["ratio_of_means", "median", "geometric_mean"];
+/// Returns the names of the summaries beside the overall performance, each with an interval; those of regimes
+/// follow.
+fn summaries(data: &Report) -> &'static [&'static str] {
+    match data.reference.is_none() {
+        true => &["median"],
+        false => &["ratio_of_means", "median", "geometric_mean"],
+    }
+}
 
 /// Returns the names of the columns that summarise evaluation episodes.
-fn of_episodes(data: &ReportData) -> Vec<String> {
+fn of_episodes(data: &Report) -> Vec<String> {
     let objective = &data.manifest.identity.objective;
     let shares = data.shares.iter().map(|share| share.name.to_owned());
     let spread = [
@@ -74,36 +99,42 @@ fn of_episodes(data: &ReportData) -> Vec<String> {
         "episode_median".to_owned(),
         "episode_worst".to_owned(),
     ];
-    shares.chain(spread).collect()
+    let relative = if data.reference.is_none() { 2 } else { 4 };
+    shares.chain(spread.into_iter().take(relative)).collect()
 }
 
-fn episode_cells(e: &EpisodeSummary) -> impl Iterator<Item = String> {
+fn episode_cells(data: &Report, e: &EpisodeSummary) -> Vec<String> {
     let spread = [e.median, e.worst, e.median_relative, e.worst_relative];
-    e.shares.iter().copied().chain(spread).map(number)
+    let relative = if data.reference.is_none() { 2 } else { 4 };
+    e.shares.iter().copied().chain(spread.into_iter().take(relative)).map(number).collect()
 }
 
 /// Returns `summary.csv`: one row per method, best first.
-pub(super) fn summary(data: &ReportData) -> String {
+pub(super) fn summary(data: &Report) -> String {
     let identity = &data.manifest.identity;
     let objective = identity.objective.clone();
+    let names = names(data, Table::Summary);
     let header = ["method", "rank", "overall", "overall_low", "overall_high", &objective]
-        .into_iter()
-        .chain(["waiting_s", "queue_veh", "worst_point", "worst_score", "points", "failed"])
-        .chain(["missing", "sampling", "budget", "family_size", "evaluation_seeds", "against"])
         .map(str::to_owned)
+        .into_iter()
+        .chain(names.clone())
+        .chain(["worst_point", "worst_score", "points", "failed", "missing"].map(str::to_owned))
+        .chain(["sampling", "budget", "family_size", "evaluation_seeds"].map(str::to_owned))
+        .chain(["against".to_owned()])
         .chain(
-            SUMMARIES
-                .into_iter()
+            summaries(data)
+                .iter()
+                .copied()
                 .chain(data.regimes.iter().map(|regime| regime.name))
                 .flat_map(|s| [s.to_owned(), format!("{s}_low"), format!("{s}_high")]),
         )
-        .chain(["points_at_f", "importance_at_f", "delay_share_at_f"].map(str::to_owned))
+        .chain(data.sections.summary_columns(data).into_iter().map(|(name, _)| name.to_owned()))
         .chain(of_episodes(data))
         .collect::<Vec<_>>();
-    table(&header, data.methods.iter().map(|m| summary_row(data, m)))
+    table(&header, data.methods.iter().map(|m| summary_row(data, m, &names)))
 }
 
-fn summary_row(data: &ReportData, m: &MethodSummary) -> Vec<String> {
+fn summary_row(data: &Report, m: &MethodSummary, names: &[String]) -> Vec<String> {
     let identity = &data.manifest.identity;
     let mut cells = vec![
         m.method.clone(),
@@ -112,8 +143,9 @@ fn summary_row(data: &ReportData, m: &MethodSummary) -> Vec<String> {
         number(m.interval.map(|i| i.0)),
         number(m.interval.map(|i| i.1)),
         number(m.objective),
-        number(m.metrics.get("waiting_s").copied()),
-        number(m.metrics.get("queue_veh").copied()),
+    ];
+    cells.extend(cells_of(names, &m.metrics));
+    cells.extend([
         m.worst.as_ref().map_or_else(String::new, |w| w.0.clone()),
         number(m.worst.as_ref().map(|w| w.1)),
         m.points.to_string(),
@@ -124,15 +156,17 @@ fn summary_row(data: &ReportData, m: &MethodSummary) -> Vec<String> {
         identity.sample.family_size.to_string(),
         identity.evaluation_seeds.len().to_string(),
         data.reference.name.clone(),
-    ];
+    ]);
     let s = &m.summaries;
-    for summary in [s.ratio_of_means, s.median, s.geometric_mean].iter().chain(&s.by_regime) {
+    let of_scores = match data.reference.is_none() {
+        true => vec![s.median],
+        false => vec![s.ratio_of_means, s.median, s.geometric_mean],
+    };
+    for summary in of_scores.iter().chain(&s.by_regime) {
         cells.extend(with_interval(*summary));
     }
-    let at_f = data.overloaded;
-    cells.push(at_f.map_or_else(String::new, |o| o.points.to_string()));
-    cells.extend([at_f.map(|o| o.importance), at_f.map(|o| o.delay)].map(number));
-    cells.extend(episode_cells(&m.episodes));
+    cells.extend(data.sections.summary_columns(data).into_iter().map(|(_, cell)| cell));
+    cells.extend(episode_cells(data, &m.episodes));
     cells
 }
 
@@ -142,17 +176,22 @@ fn with_interval(summary: Option<Estimated>) -> [String; 3] {
 }
 
 /// Returns `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
-pub(super) fn episodes(data: &ReportData) -> String {
+pub(super) fn episodes(data: &Report) -> String {
+    let names = names(data, Table::Episodes);
     let header = ["method", "point", "replicate", "kind", "episode", "seed"]
         .into_iter()
         .chain([data.manifest.identity.objective.as_str()])
-        .chain(OF_EPISODE)
         .map(str::to_owned)
+        .chain(names.clone())
         .collect();
-    titled(data, header, data.episodes.iter().map(|e| (e.point, episode_row(data, e))))
+    titled(
+        data.titles(),
+        header,
+        data.episodes.iter().map(|e| (e.point, episode_row(data, e, &names))),
+    )
 }
 
-fn episode_row(data: &ReportData, e: &Episode) -> Vec<String> {
+fn episode_row(data: &Report, e: &Episode, names: &[String]) -> Vec<String> {
     let identity = &data.manifest.identity;
     let kind = match e.kind {
         RowKind::Evaluation => "evaluation",
@@ -166,26 +205,26 @@ fn episode_row(data: &ReportData, e: &Episode) -> Vec<String> {
         e.episode.to_string(),
         e.seed.to_string(),
     ];
-    let names = std::iter::once(identity.objective.as_str()).chain(OF_EPISODE);
-    cells.extend(names.map(|name| number(e.metrics.get(name).copied())));
+    cells.push(number(e.metrics.get(&identity.objective).copied()));
+    cells.extend(cells_of(names, &e.metrics));
     cells
 }
 
-/// Returns `training.csv`: one row per training; `score` is of the evaluation, `resco_best` and
-/// `resco_last_ten` are of training episodes, all of them relative to the reference.
-pub(super) fn training(data: &ReportData) -> String {
+/// Returns `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
+/// last episodes are of training, all of them relative to the reference.
+pub(super) fn training(data: &Report) -> String {
     let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
         .into_iter()
-        .chain(["resco_best", "resco_last_ten"])
+        .chain(data.sections.training_columns()[0])
         .chain(events(data).map(|(_, event)| event))
         .chain(["weight", "against"])
         .map(str::to_owned)
         .chain(of_episodes(data))
         .collect::<Vec<_>>();
-    titled(data, header, data.trainings.iter().map(|t| (t.point, training_row(data, t))))
+    titled(data.titles(), header, data.trainings.iter().map(|t| (t.point, training_row(data, t))))
 }
 
-fn training_row(data: &ReportData, t: &TrainingSummary) -> Vec<String> {
+fn training_row(data: &Report, t: &TrainingSummary) -> Vec<String> {
     let outcome = match t.outcome {
         Some(Outcome::Ok) => "ok",
         Some(Outcome::Failed) if t.diverged => "diverged",
@@ -200,18 +239,18 @@ fn training_row(data: &ReportData, t: &TrainingSummary) -> Vec<String> {
         outcome.to_owned(),
         t.episodes.to_string(),
         number(t.score),
-        number(t.resco_best),
-        number(t.resco_last_ten),
+        number(t.best_episode),
+        number(t.last_episodes),
     ];
     let has = |i: usize| t.has_share(i).map_or_else(String::new, |has| has.to_string());
     cells.extend(events(data).map(|(i, _)| has(i)));
     cells.extend([point.weight.to_string(), data.reference.name.clone()]);
-    cells.extend(episode_cells(&t.evaluations));
+    cells.extend(episode_cells(data, &t.evaluations));
     cells
 }
 
 /// Returns what happens in an evaluation episode or does not, with its position among the shares.
-pub(super) fn events(data: &ReportData) -> impl Iterator<Item = (usize, &'static str)> {
+pub(super) fn events(data: &Report) -> impl Iterator<Item = (usize, &'static str)> {
     data.shares.iter().enumerate().filter_map(|(i, share)| Some((i, share.event?)))
 }
 
@@ -221,12 +260,15 @@ fn number(value: Option<f64>) -> String {
 }
 
 /// Returns a table whose rows are each of a point MDP, with what that is called where it is not its id.
-pub(super) fn titled(
-    data: &ReportData,
+///
+/// # Arguments
+///
+/// * `titles` — what point MDPs are called, by their positions; `None` when all are called by their ids.
+pub(crate) fn titled(
+    titles: Option<&[String]>,
     mut header: Vec<String>,
     rows: impl Iterator<Item = (usize, Vec<String>)>,
 ) -> String {
-    let titles = data.titles();
     header.extend(titles.as_ref().map(|_| "title".to_owned()));
     let row = |(point, mut cells): (usize, Vec<String>)| {
         cells.extend(titles.as_ref().map(|titles| titles[point].clone()));
@@ -235,7 +277,7 @@ pub(super) fn titled(
     table(&header, rows.map(row))
 }
 
-pub(super) fn table(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
+pub(crate) fn table(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let in_memory = "writing rows of equal length to memory cannot fail";
     writer.write_record(header).expect(in_memory);

@@ -1,5 +1,5 @@
-//! Learning curves: the delay in training, relative to the reference, episode by episode; below, each
-//! learner alone with its return and loss.
+//! Learning curves: the objective in training, relative to the reference if there is one, episode by episode;
+//! below, each learner alone with its return and loss.
 //!
 //! Choices where figures of this kind differ:
 //! - **Mean** over point MDPs with the weights of the score, after the mean over replicates, so that
@@ -7,34 +7,29 @@
 //! - **Same point MDPs** for all learners, as far as they have some in common.
 //! - **Smoothed** by a trailing mean, which never shows what has not happened yet.
 //! - **Band**: quantiles over trainings, each counting once; all of them when they are few.
-//! - **Logarithmic** axis: half and double the baseline's delay are equally far from it, and a method
-//!   that gridlocks does not flatten the others.
-//! - A training without a signal to control ends after one episode; its curve goes on level.
+//! - **Logarithmic** axis of what is relative: half and double the reference are equally far from it, and a method
+//!   that fails does not flatten the others. Values themselves have a linear axis.
+//! - A training without anything to decide ends after one episode; its curve goes on level.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::curve::{BAND, FEW_TRAININGS, SMOOTHED_OVER, ticks};
-use super::data::ReportData;
-use super::figures::{Figure, WIDTH, color, noun, sentence, widest_name};
-use super::signals::SIGNALS;
+use super::figure::{Figure, WIDTH};
+use super::figures::{color, dash, sentence, widest_name};
+use super::scale::Scale;
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
-use super::{format, signals};
+use super::traces::{BAND, FEW_TRAININGS, SMOOTHED_OVER, TRACES};
+use super::whole::Report;
+use super::{format, traces};
 use crate::analysis::MethodSummary;
 use crate::analysis::TrainingSummary;
 use crate::stats::quantile::quantile;
 use crate::stats::score::{mean, weighted_mean};
 
-/// Smallest relative delay on the axis, which has no 0.
-const LEAST: f64 = 0.01;
-
-/// Space above and below the curves, decades.
-const PAD_DECADES: f64 = 0.04;
-
 /// Height of the panel of all learners and of those of one each, pixels.
 const HEIGHT_PX: (f64, f64) = (330.0, 150.0);
 
 /// Panels of one learner beside each other, and the height that a row takes with its labels, pixels.
-const COLUMNS: usize = 1 + SIGNALS.len();
+const COLUMNS: usize = 1 + TRACES.len();
 const PANEL_PX: f64 = 226.0;
 
 /// Least distance of the labels at the ends of curves, pixels.
@@ -54,7 +49,7 @@ struct Curve<'a> {
 
 /// Returns the point MDPs that the learning curves are over: those that all learners finished, or
 /// none when they have none in common and each curve is over its own.
-pub(super) fn common_points(data: &ReportData) -> BTreeSet<usize> {
+pub(super) fn common_points(data: &Report) -> BTreeSet<usize> {
     let sets = drawn(data).into_iter().map(|m| {
         let with_curve = data.trainings_of(&m.method).filter(|t| !t.curve.is_empty());
         with_curve.map(|t| t.point).collect::<BTreeSet<usize>>()
@@ -63,44 +58,45 @@ pub(super) fn common_points(data: &ReportData) -> BTreeSet<usize> {
 }
 
 /// Returns the learners that have a curve, in the order of the ranking.
-fn drawn(data: &ReportData) -> Vec<&MethodSummary> {
+fn drawn(data: &Report) -> Vec<&MethodSummary> {
     let has_curve = |m: &&MethodSummary| data.trainings_of(&m.method).any(|t| t.curve.len() > 1);
     data.methods.iter().filter(has_curve).collect()
 }
 
 /// Draws the learning curves; `None` without learners.
-pub(super) fn learning(data: &ReportData) -> Option<Figure> {
+pub(super) fn learning(data: &Report) -> Option<Figure> {
     let common = common_points(data);
     let curves: Vec<Curve> = drawn(data).iter().filter_map(|m| curve(data, m, &common)).collect();
     let episodes = curves.iter().map(|c| c.mean.len()).max()?;
     let rows = curves.len();
     let bottom = TOP_PX + HEIGHT_PX.0;
     let mut canvas = Canvas::new(WIDTH, bottom + 66.0 + PANEL_PX * rows as f64);
-    let title = format!(
-        "{} in a training episode / mean of {} (log scale, lower is better)",
-        noun(data),
-        data.reference.name
-    );
+    let (noun, scale) = (&data.words.noun, Scale::of(data));
+    let title = match scale {
+        Scale::Value => format!("{noun} in a training episode ({})", data.better()),
+        Scale::Ratio => format!(
+            "{noun} in a training episode / mean of {} (log scale, {})",
+            data.reference.name,
+            data.better()
+        ),
+    };
     canvas.text(10.0, 18.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
     let area = (56.0, TOP_PX, WIDTH - widest_name(data).max(100.0) - 88.0, bottom);
-    let range = range(curves.iter().flat_map(|c| &c.mean));
+    let range = scale.range(curves.iter().flat_map(|c| &c.mean));
     let label = format!("training episode (trailing mean of {SMOOTHED_OVER})");
-    let frame = panel(&mut canvas, area, episodes, range, label);
-    let ends = curves.iter().map(|c| log(last(&c.mean))).chain([0.0]).map(|v| frame.y(v));
+    let frame = panel(&mut canvas, area, episodes, (scale, range), label);
+    let one = (scale == Scale::Ratio).then_some(0.0);
+    let ends = curves.iter().map(|c| scale.at(last(&c.mean))).chain(one).map(|v| frame.y(v));
     let labels = spread(ends, (TOP_PX, bottom));
     let style = TextStyle::new(Anchor::Start);
-    canvas.line(
-        (area.2, frame.y(0.0)),
-        (area.2 + 22.0, labels[curves.len()]),
-        MUTED,
-        1.2,
-        Some("5 4"),
-    );
-    let label = format!("{} 1", data.reference.as_label());
-    canvas.text(area.2 + 26.0, labels[curves.len()] + 4.5, &label, style.color(MUTED));
+    if let Some(y) = labels.get(curves.len()) {
+        canvas.line((area.2, frame.y(0.0)), (area.2 + 22.0, *y), MUTED, 1.2, Some("5 4"));
+        let label = format!("{} 1", data.reference.as_label());
+        canvas.text(area.2 + 26.0, y + 4.5, &label, style.color(MUTED));
+    }
     for (c, y) in curves.iter().zip(labels).rev() {
-        let (color, dash) = (color(data, c.method), data.looks.dash(&c.method.method));
-        let end = line(&mut canvas, &frame, &c.mean, (color, 2.2, dash));
+        let (color, dash) = (color(data, c.method), dash(data, c.method));
+        let end = line(&mut canvas, (&frame, scale), &c.mean, (color, 2.2, dash));
         canvas.line(end, (area.2 + 22.0, y), color, 1.2, dash);
         let text = format!("{} {}", c.method.method, format::score(last(&c.mean)));
         canvas.text(area.2 + 26.0, y + 4.5, &text, style);
@@ -109,7 +105,13 @@ pub(super) fn learning(data: &ReportData) -> Option<Figure> {
     let description = sentence(curves.iter().map(|c| {
         let (first, last) = (c.mean.first().copied().unwrap_or(f64::NAN), last(&c.mean));
         let (first, last) = (format::score(first), format::score(last));
-        format!("{} from {first} to {last} of {}", c.method.method, data.reference.in_short())
+        match scale {
+            Scale::Value => format!("{} from {first} to {last}", c.method.method),
+            Scale::Ratio => {
+                let of = data.reference.in_short();
+                format!("{} from {first} to {last} of {of}", c.method.method)
+            }
+        }
     }));
     Some(Figure {
         name: "learning",
@@ -117,14 +119,15 @@ pub(super) fn learning(data: &ReportData) -> Option<Figure> {
     })
 }
 
-/// Draws a row per learner: its delay with its band, the others in grey, then its return and loss.
+/// Draws a row per learner: its objective with its band, the others in grey, then its return and loss.
 fn small_panels(
     canvas: &mut Canvas,
-    data: &ReportData,
+    data: &Report,
     curves: &[Curve],
     (top, episodes): (f64, usize),
 ) {
-    let range = range(curves.iter().flat_map(|c| c.mean.iter().chain(&c.low).chain(&c.high)));
+    let scale = Scale::of(data);
+    let range = scale.range(curves.iter().flat_map(|c| c.mean.iter().chain(&c.low).chain(&c.high)));
     let width = (WIDTH - 10.0) / COLUMNS as f64;
     for (i, c) in curves.iter().enumerate() {
         let top = top + PANEL_PX * i as f64 + 10.0;
@@ -132,21 +135,21 @@ fn small_panels(
             let left = width * column as f64 + 56.0;
             (left, top, left + width - 70.0, top + HEIGHT_PX.1)
         };
-        let looks = (episodes, color(data, c.method), data.looks.dash(&c.method.method));
-        for (column, signal) in SIGNALS.iter().enumerate() {
-            signals::panel(canvas, data, &c.trainings, signal, area(column + 1), looks);
+        let looks = (episodes, color(data, c.method), dash(data, c.method));
+        for (column, trace) in TRACES.iter().enumerate() {
+            traces::panel(canvas, data, &c.trainings, trace, area(column + 1), looks);
         }
         let area = area(0);
-        let frame = panel(canvas, area, episodes, range, "training episode".to_owned());
+        let frame = panel(canvas, area, episodes, (scale, range), "training episode".to_owned());
         for other in curves.iter().filter(|o| o.method.index != c.method.index) {
-            line(canvas, &frame, &other.mean, ("#c4c4c4", 1.0, None));
+            line(canvas, (&frame, scale), &other.mean, ("#c4c4c4", 1.0, None));
         }
-        let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(log(*v)));
+        let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(scale.at(*v)));
         let mut corners: Vec<_> = c.low.iter().enumerate().map(at).collect();
         corners.extend(c.high.iter().enumerate().map(at).rev());
         let (_, color, dash) = looks;
         canvas.band(&corners, color);
-        line(canvas, &frame, &c.mean, (color, 2.2, dash));
+        line(canvas, (&frame, scale), &c.mean, (color, 2.2, dash));
         let style = TextStyle::new(Anchor::Start);
         canvas.text(area.0, top - 8.0, &c.method.method, style.bold());
         let note = format::count(c.trainings.len(), "training");
@@ -157,7 +160,7 @@ fn small_panels(
 
 /// Returns the curve of a learner over some point MDPs, or over all it has when there are none.
 fn curve<'a>(
-    data: &'a ReportData,
+    data: &'a Report,
     method: &'a MethodSummary,
     points: &BTreeSet<usize>,
 ) -> Option<Curve<'a>> {
@@ -198,23 +201,12 @@ fn last(values: &[f64]) -> f64 {
     values.last().copied().unwrap_or(f64::NAN)
 }
 
-fn log(value: f64) -> f64 {
-    value.max(LEAST).log10()
-}
-
-/// Returns the range of the axis, decades; it always contains the baseline.
-fn range<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
-    let (low, high) =
-        values.map(|v| log(*v)).fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
-    (low - PAD_DECADES, high + PAD_DECADES)
-}
-
-/// Draws axes with a logarithmic y and the line of the baseline.
+/// Draws axes, and for ratios the line of what they are relative to.
 fn panel(
     canvas: &mut Canvas,
     area: (f64, f64, f64, f64),
     episodes: usize,
-    (low, high): (f64, f64),
+    (scale, (low, high)): (Scale, (f64, f64)),
     label: String,
 ) -> Frame {
     let x_end = episodes.max(2) as f64;
@@ -229,25 +221,27 @@ fn panel(
         x_label: Some(label),
         y_label: None,
     });
-    for tick in ticks(low, high) {
-        let y = frame.y(tick.log10());
+    for (position, label) in scale.marks(low, high) {
+        let y = frame.y(position);
         let style = TextStyle::new(Anchor::End);
         canvas.line((area.0, y), (area.2, y), "#e3e3e3", 1.0, None);
-        canvas.text(area.0 - 7.0, y + 4.5, &format::feature(tick), style);
+        canvas.text(area.0 - 7.0, y + 4.5, &label, style);
     }
-    let y = frame.y(0.0);
-    canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
+    if scale == Scale::Ratio {
+        let y = frame.y(0.0);
+        canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
+    }
     frame
 }
 
 /// Draws values by episode, and returns where the line ends.
 fn line(
     canvas: &mut Canvas,
-    frame: &Frame,
+    (frame, scale): (&Frame, Scale),
     values: &[f64],
     (color, width, dash): (&str, f64, Option<&str>),
 ) -> (f64, f64) {
-    let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(log(*v)));
+    let at = |(e, v): (usize, &f64)| (frame.x((e + 1) as f64), frame.y(scale.at(*v)));
     let points: Vec<_> = values.iter().enumerate().map(at).collect();
     let end = points.last().copied().unwrap_or_default();
     canvas.polyline(points, color, width, dash);
@@ -293,11 +287,5 @@ mod tests {
         let placed = spread([50.0, 52.0, 99.0].into_iter(), (0.0, 100.0));
         assert_eq!(placed, [50.0, 67.0, 99.0]);
         assert_eq!(spread([99.0, 98.0].into_iter(), (0.0, 100.0)), [100.0, 83.0]);
-    }
-
-    #[test]
-    fn the_axis_contains_the_baseline() {
-        let (low, high) = range([5.0, 10.0].iter());
-        assert!(low < 0.0 && high > 1.0);
     }
 }

@@ -31,8 +31,8 @@ pub(crate) fn interval((low, high): (f64, f64)) -> String {
     format!("{} to {}", within(low), within(high))
 }
 
-/// Returns a delay in seconds or a queue in vehicles: one decimal, none from 100 on.
-pub(crate) fn delay(value: f64) -> String {
+/// Returns an amount, such as a delay in seconds or a queue in vehicles: one decimal, none from 100 on.
+pub(crate) fn amount(value: f64) -> String {
     if value.abs() < 99.95 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
@@ -49,8 +49,8 @@ pub(crate) fn percent(share: f64) -> String {
 pub(crate) fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{} min", delay(s / 60.0)),
-        s => format!("{} h", delay(s / 3600.0)),
+        s if s < 7200.0 => format!("{} min", amount(s / 60.0)),
+        s => format!("{} h", amount(s / 3600.0)),
     }
 }
 

@@ -1,20 +1,24 @@
 //! The second table for terminals, summaries beside the score, and sentences on where they disagree.
 
-use super::data::ReportData;
 use super::format;
 use super::plain_table::plain_table;
-use crate::analysis::Estimated;
-use crate::analysis::MethodSummary;
-use crate::traffic::report::UNFINISHED;
+use super::whole::Report;
+use crate::analysis::{Estimated, MethodSummary};
+use crate::stats::Direction;
 
 /// Distance from 1 below which two decimals show no difference from the reference.
 const EQUAL: f64 = 0.005;
 
 /// Returns the further summaries of the methods that have an estimate, in the order of the ranking.
-pub(super) fn table(data: &ReportData) -> String {
-    let rows = data.methods.iter().filter(|m| m.overall.is_some()).map(row);
-    let header: Vec<&str> = ["method", "ratio", "median", "geometric"]
+pub(super) fn table(data: &Report) -> String {
+    let rows = data.methods.iter().filter(|m| m.overall.is_some()).map(|m| row(data, m));
+    let of_scores: &[&str] = match data.reference.is_none() {
+        true => &["median"],
+        false => &["ratio", "median", "geometric"],
+    };
+    let header: Vec<&str> = ["method"]
         .into_iter()
+        .chain(of_scores.iter().copied())
         .chain(data.regimes.iter().map(|regime| regime.short))
         .chain(data.shares.iter().map(|share| share.short))
         .chain(["worst"])
@@ -24,51 +28,78 @@ pub(super) fn table(data: &ReportData) -> String {
 }
 
 /// Returns what the columns of the table mean, a line or two.
-pub(super) fn legend(data: &ReportData) -> String {
-    let of = data.reference.in_short();
-    let f = data.overloaded.map_or_else(String::new, |o| format!("\n({})", o.in_words()));
-    format!(
-        "ratio of mean delays, median and geometric mean of the scores, all relative to {of};\n\
-         to E and at F: mean score where the baseline is at level of service A to E and at F{f};\n\
-         unfinished: share of the vehicles; gridlock: share of the evaluation episodes;\n\
-         worst: longest delay in an evaluation episode relative to that of the same vehicles"
-    )
+pub(super) fn legend(data: &Report) -> String {
+    let (of, words) = (data.reference.in_short(), &data.words);
+    let mut lines = vec![match data.reference.is_none() {
+        true => "median of the scores".to_owned(),
+        false => format!(
+            "ratio of mean {}, median and geometric mean of the scores, all relative to {of}",
+            words.nouns
+        ),
+    }];
+    lines.extend(data.sections.legend(data));
+    lines.push(match (data.reference.is_none(), data.direction()) {
+        (true, _) => format!("worst: worst {} in an evaluation episode", words.noun),
+        (false, Direction::Higher) => format!(
+            "worst: worst {} in an evaluation episode relative to that on the same {}",
+            words.noun, words.met
+        ),
+        (false, Direction::Lower) => format!(
+            "worst: {} {} in an evaluation episode relative to that of the same {}",
+            words.sizes[2], words.noun, words.met
+        ),
+    });
+    lines.join(";\n")
 }
 
-fn row(m: &MethodSummary) -> Vec<String> {
+fn row(data: &Report, m: &MethodSummary) -> Vec<String> {
     let dash = || "-".to_owned();
     let value = |e: Option<Estimated>| e.map_or_else(dash, |e| format::score(e.value));
     let share = |s: Option<f64>| s.map_or_else(dash, format::percent);
     let (s, e) = (&m.summaries, &m.episodes);
     let mut cells = vec![m.method.clone()];
-    cells.extend([s.ratio_of_means, s.median, s.geometric_mean].map(value));
+    cells.extend(summaries(data, m).into_iter().map(|(_, e)| value(e)));
     cells.extend(s.by_regime.iter().copied().map(value));
     cells.extend(e.shares.iter().copied().map(share));
-    cells.push(e.worst_relative.map_or_else(dash, format::score));
+    let worst = if data.reference.is_none() { e.worst } else { e.worst_relative };
+    cells.push(worst.map_or_else(dash, format::score));
     cells
 }
 
 /// Returns a sentence per method that some summaries call better and others worse than the
-/// reference, and one on the order if the ratio of mean delays turns it round.
-pub(super) fn disagreements(data: &ReportData) -> Vec<String> {
+/// reference, and one on the order if the ratio of means turns it round.
+pub(super) fn disagreements(data: &Report) -> Vec<String> {
     let ranked = || data.methods.iter().filter(|m| m.overall.is_some());
     let mut sentences: Vec<String> = ranked().filter_map(|m| two_sides(data, m)).collect();
     sentences.extend(other_order(data));
     sentences
 }
 
-/// Says that a method is better by one summary and worse by another.
-fn two_sides(data: &ReportData, m: &MethodSummary) -> Option<String> {
-    let mut all = vec![("score", m.overall?, m.interval)];
+/// Returns the summaries of the whole family, each with its name in a sentence; those of ratios only where there
+/// are some.
+fn summaries(data: &Report, m: &MethodSummary) -> Vec<(String, Option<Estimated>)> {
     let s = &m.summaries;
-    let further = [
-        ("ratio of mean delays", s.ratio_of_means),
-        ("median score", s.median),
-        ("geometric mean", s.geometric_mean),
-    ];
-    all.extend(further.into_iter().filter_map(|(name, e)| e.map(|e| (name, e.value, e.interval))));
-    let side = |better: bool| -> Vec<String> {
-        let here = all.iter().filter(|(_, value, _)| match better {
+    let median = ("median score".to_owned(), s.median);
+    match data.reference.is_none() {
+        true => vec![median],
+        false => vec![
+            (format!("ratio of mean {}", data.words.nouns), s.ratio_of_means),
+            median,
+            ("geometric mean".to_owned(), s.geometric_mean),
+        ],
+    }
+}
+
+/// Says that a method is better by one summary and worse by another.
+fn two_sides(data: &Report, m: &MethodSummary) -> Option<String> {
+    if data.reference.is_none() {
+        return None;
+    }
+    let mut all = vec![("score".to_owned(), m.overall?, m.interval)];
+    let further = summaries(data, m).into_iter();
+    all.extend(further.filter_map(|(name, e)| e.map(|e| (name, e.value, e.interval))));
+    let side = |below: bool| -> Vec<String> {
+        let here = all.iter().filter(|(_, value, _)| match below {
             true => *value < 1.0 - EQUAL,
             false => *value > 1.0 + EQUAL,
         });
@@ -77,20 +108,31 @@ fn two_sides(data: &ReportData, m: &MethodSummary) -> Option<String> {
         })
         .collect()
     };
-    let (better, worse) = (side(true), side(false));
+    let lower = data.direction().is_lower();
+    let (better, worse) = (side(lower), side(!lower));
     if better.is_empty() || worse.is_empty() {
         return None;
     }
+    let noun = &data.words.noun;
+    let [small, large, _] = &data.words.sizes;
+    let gains = if lower { "saves" } else { "gains" };
     let ratio = m.summaries.ratio_of_means.map(|r| r.value);
+    // Which of the two the ratio of means follows: where there is much of it.
     let more = match (m.overall, ratio) {
-        (Some(score), Some(ratio)) if score < 1.0 && ratio > 1.0 => format!(
-            ", that is {} more mean delay: it saves where delay is short and loses where it is long",
-            format::percent(ratio - 1.0)
-        ),
-        (Some(score), Some(ratio)) if score > 1.0 && ratio < 1.0 => format!(
-            ", that is {} less mean delay: it loses where delay is short and saves where it is long",
-            format::percent(1.0 - ratio)
-        ),
+        (Some(score), Some(ratio)) if score < 1.0 && ratio > 1.0 => {
+            let (here, there) = if lower { (gains, "loses") } else { ("loses", gains) };
+            format!(
+                ", that is {} more mean {noun}: it {here} where {noun} is {small} and {there} where it is {large}",
+                format::percent(ratio - 1.0)
+            )
+        }
+        (Some(score), Some(ratio)) if score > 1.0 && ratio < 1.0 => {
+            let (here, there) = if lower { ("loses", gains) } else { (gains, "loses") };
+            format!(
+                ", that is {} less mean {noun}: it {here} where {noun} is {small} and {there} where it is {large}",
+                format::percent(1.0 - ratio)
+            )
+        }
         _ => ": few point MDPs decide".to_owned(),
     };
     Some(format!(
@@ -102,19 +144,21 @@ fn two_sides(data: &ReportData, m: &MethodSummary) -> Option<String> {
     ))
 }
 
-/// Says the order by the ratio of mean delays where it is another one than that by score.
-fn other_order(data: &ReportData) -> Option<String> {
+/// Says the order by the ratio of means where it is another one than that by score.
+fn other_order(data: &Report) -> Option<String> {
     let ranked: Vec<(&MethodSummary, f64)> = (data.methods.iter())
         .filter(|m| m.rank.is_some())
         .filter_map(|m| Some((m, m.summaries.ratio_of_means?.value)))
         .collect();
+    let direction = data.direction();
     let mut by_ratio = ranked.clone();
-    by_ratio.sort_by(|a, b| a.1.total_cmp(&b.1));
+    by_ratio.sort_by(|a, b| direction.compare(a.1, b.1));
     // What two decimals do not show is no other order.
     let turned = ranked.iter().enumerate().any(|(i, (a, ratio))| {
         ranked[i + 1..].iter().any(|(b, other)| {
-            let apart = b.overall.zip(a.overall).is_some_and(|(b, a)| b - a > EQUAL);
-            apart && ratio - other > EQUAL
+            let scores = a.overall.zip(b.overall);
+            let apart = scores.is_some_and(|(a, b)| direction.ahead(a, b) > EQUAL);
+            apart && direction.ahead(*other, *ratio) > EQUAL
         })
     });
     if !turned {
@@ -123,43 +167,8 @@ fn other_order(data: &ReportData) -> Option<String> {
     let order: Vec<String> =
         by_ratio.iter().map(|(m, r)| format!("{} {}", m.method, format::score(*r))).collect();
     Some(format!(
-        "The order by ratio of mean delays is another than that by score: {}.",
+        "The order by ratio of mean {} is another than that by score: {}.",
+        data.words.nouns,
         order.join(", ")
     ))
-}
-
-/// Returns how long an episode lasts and how many vehicles of each method are left at its end; `None`
-/// when no record says.
-pub(super) fn unfinished(data: &ReportData) -> Option<String> {
-    let shares: Vec<String> = (data.methods.iter())
-        .filter_map(|m| Some(format!("{} {}", m.method, share(m.episodes.shares[UNFINISHED]?))))
-        .collect();
-    if shares.is_empty() {
-        return None;
-    }
-    let horizon = match horizon_s(data) {
-        Some(seconds) => format!("after {seconds} s"),
-        None => "when its scenario ends".to_owned(),
-    };
-    Some(format!(
-        "An episode ends {horizon}. Vehicles that have then not arrived or never entered count with \
-         their delay up to that moment, so that delays where there are many depend on the length of \
-         an episode, and a longer one would put them further apart. Their share, weighted by \
-         importance: {}.",
-        shares.join(", ")
-    ))
-}
-
-fn share(share: f64) -> String {
-    format!("{:.1}%", 100.0 * share)
-}
-
-/// Returns the length of the episodes on generated networks; `None` for imported scenarios, each of
-/// which has its own.
-fn horizon_s(data: &ReportData) -> Option<f64> {
-    let identity = &data.manifest.identity;
-    if identity.scenario == "imported" {
-        return None;
-    }
-    identity.settings.pointer("/demand/horizon_s")?.as_f64()
 }

@@ -1,28 +1,37 @@
 //! The first sentences of a report: who won, by how much, and how sure that is.
 
-use super::data::ReportData;
-use super::demand;
-use super::figures::{noun, with_interval};
+use super::figures::with_interval;
 use super::format;
+use super::sections::About;
+use super::whole::Report;
+use super::words::Words;
 use crate::analysis::MethodSummary;
-use crate::store::manifest::Identity;
-use crate::traffic::report::level_of_service::DELAY;
 
 /// Evaluation seeds below which an interval is too rough for a verdict.
 const FEW_SEEDS: usize = 5;
 
-/// Returns the headline: the best method and its score, and whether most inflows are defaults.
-pub(super) fn headline(data: &ReportData) -> String {
-    let defaults = demand::on_defaults(&data.manifest.identity.settings);
-    verdict(data) + if defaults { "; most inflows are defaults" } else { "" }
+/// Returns the headline: the best method and its score, and what the domain adds.
+pub(super) fn headline(data: &Report) -> String {
+    verdict(data) + data.sections.says(About::Headline, data).unwrap_or_default().as_str()
 }
 
 /// Returns the best method and its score.
-fn verdict(data: &ReportData) -> String {
+fn verdict(data: &Report) -> String {
     let reference = data.reference.in_full();
     let others = data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some()).count();
     match data.best() {
         None => "No method can be scored yet".to_owned(),
+        Some(best) if data.reference.is_none() => {
+            let unranked = match data.unranked().count() {
+                0 => String::new(),
+                n => format!("; {} not ranked", format::count(n, "method")),
+            };
+            let interval = best
+                .interval
+                .map_or_else(String::new, |i| format!(", 95% interval {}", format::interval(i)));
+            let noun = &data.words.noun;
+            format!("{}: mean {noun} {}{interval}{unranked}", best.method, overall(best))
+        }
         Some(_) if others == 0 => format!("Only {reference} has results so far"),
         Some(best) if best.is_reference => {
             let ranked = if data.unranked().next().is_some() { "ranked method" } else { "method" };
@@ -41,16 +50,19 @@ fn verdict(data: &ReportData) -> String {
                 best.method,
                 overall(best),
                 data.reference.in_short(),
-                noun(data)
+                data.words.noun
             )
         }
     }
 }
 
 /// Returns the sentences below the headline.
-pub(super) fn sentences(data: &ReportData) -> Vec<String> {
+pub(super) fn sentences(data: &Report) -> Vec<String> {
     let mut sentences = Vec::new();
     let Some(best) = data.best() else {
+        if data.reference.is_none() {
+            return vec!["There is no finished task yet.".to_owned()];
+        }
         return vec![format!(
             "A score needs a finished task of a method and of {} on the same point MDP, and there is \
              no such pair yet.",
@@ -58,7 +70,8 @@ pub(super) fn sentences(data: &ReportData) -> Vec<String> {
         )];
     };
     let rival = data.methods.iter().find(|m| !m.is_reference && m.overall.is_some());
-    if let Some(m) = if best.is_reference { rival } else { Some(best) } {
+    let shown = if best.is_reference { rival } else { Some(best) };
+    if let Some(m) = shown.filter(|_| !data.reference.is_none()) {
         sentences.extend(against_reference(data, m));
     }
     if let Some(lead) = data.lead.as_ref().filter(|_| rival.is_some() && !best.is_reference) {
@@ -71,10 +84,11 @@ pub(super) fn sentences(data: &ReportData) -> Vec<String> {
             "which of the two is better remains open"
         };
         sentences.push(format!(
-            "The runner-up {} is {} behind (95% interval {}, both on the same vehicles): {sure}.",
+            "The runner-up {} is {} behind (95% interval {}, both on the same {}): {sure}.",
             lead.runner_up,
             format::score_within(lead.difference, Some(lead.interval)),
             format::interval(lead.interval),
+            data.words.met,
         ));
     }
     if let Some(common) = &data.common {
@@ -96,7 +110,7 @@ fn overall(m: &MethodSummary) -> String {
     m.overall.map_or_else(|| "-".to_owned(), |value| format::score_within(value, m.interval))
 }
 
-fn against_reference(data: &ReportData, m: &MethodSummary) -> Option<String> {
+fn against_reference(data: &Report, m: &MethodSummary) -> Option<String> {
     let value = m.overall?;
     let (name, of) = (&data.reference.name, data.reference.in_short());
     let sure = match m.interval {
@@ -116,23 +130,26 @@ fn against_reference(data: &ReportData, m: &MethodSummary) -> Option<String> {
     let mut text = format!(
         "{subject} {} {direction} {} than under {name}; {sure}.",
         format::percent((1.0 - value).abs()),
-        noun(data),
+        data.words.noun,
     );
     let reference = data.methods.iter().find(|b| b.is_reference).and_then(|b| b.objective);
-    if let (Some(own), Some(of_reference), DELAY) =
-        (m.objective, reference, data.manifest.identity.objective.as_str())
-    {
+    if let (Some(own), Some(of_reference)) = (m.objective, reference) {
+        let Words { instance, unit, amount, .. } = &data.words;
+        let with_unit = |value: f64| match unit.as_str() {
+            "" => format::amount(value),
+            unit => format!("{} {unit}", format::amount(value)),
+        };
         text.push_str(&format!(
-            " The average intersection has {} s of delay per vehicle, against {} s.",
-            format::delay(own),
-            format::delay(of_reference)
+            " The average {instance} has {} of {amount}, against {}.",
+            with_unit(own),
+            with_unit(of_reference)
         ));
     }
     Some(text)
 }
 
 /// Says how much of the family the estimates rest on.
-fn basis(data: &ReportData, best: &MethodSummary) -> String {
+fn basis(data: &Report, best: &MethodSummary) -> String {
     let identity = &data.manifest.identity;
     let (chosen, size) = (data.points.len(), identity.sample.family_size);
     let seeds = format::count(identity.evaluation_seeds.len(), "evaluation seed");
@@ -144,17 +161,6 @@ fn basis(data: &ReportData, best: &MethodSummary) -> String {
         true => String::new(),
         false => format!("; so far results of {} on {}", best.method, best.points),
     };
-    format!("Basis: {points} of {}, {seeds} each{so_far}.{}", identity.scenario, limits(identity))
-}
-
-/// Returns under which limits of timing and which demand the results hold, as a sentence; nothing for
-/// results from before there were presets.
-fn limits(identity: &Identity) -> String {
-    let text = |pointer: &str| identity.settings.pointer(pointer)?.as_str();
-    let (Some(preset), Some(actions)) = (text("/preset"), text("/signal/actions")) else {
-        return String::new();
-    };
-    let of_run = demand::of_run(&identity.settings).filter(|_| identity.scenario != "imported");
-    let demand = of_run.map_or_else(String::new, |demand| format!("; {demand}"));
-    format!(" Limits of timing: preset {preset}, actions {actions}{demand}.")
+    let conditions = data.sections.says(About::Conditions, data).unwrap_or_default();
+    format!("Basis: {points} of {}, {seeds} each{so_far}.{conditions}", identity.scenario)
 }

@@ -1,30 +1,26 @@
 //! The page: prepares every text and number, so that the template only places them.
 
-use minijinja::{Value, context};
+use minijinja::{HtmlEscape, Value, context};
 
 use super::csv::events;
-use super::curve::{FEW_TRAININGS, SMOOTHED_OVER};
 use super::curves::common_points;
-use super::data::ReportData;
 use super::divisor::baseline_in_full;
-use super::figures::{Figure, label, level_shares};
+use super::error::ReportError;
+use super::figure::Figure;
+use super::figures::label;
 use super::headline::{headline, sentences};
-use super::names::streets;
-use super::page::render;
-use super::plan_values::plan_values;
+use super::page::{STYLE, render};
+use super::sections::{About, Metric, Part, Slot, Table};
+use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
+use super::whole::Report;
 use super::{format, further, narrow, text};
-use crate::analysis::EpisodeSummary;
-use crate::analysis::Estimated;
-use crate::analysis::LearnerSummary;
-use crate::analysis::{MethodSummary, TaskScore};
+use crate::analysis::{
+    EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, TaskScore,
+};
 use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::{FeatureColumn, PointRow};
-use crate::store::places::Place;
-use crate::traffic::report::level_of_service::{DELAY, LEVELS, letter, range};
-use crate::traffic::report::{GRIDLOCK_EXCESS, GRIDLOCK_SHARE};
 
 const TEMPLATE: &str = include_str!("templates/index.html");
-const STYLE: &str = include_str!("templates/style.css");
 
 /// Rows of the table of point MDPs that stay worst under the best method.
 const WORST_ROWS: usize = 10;
@@ -32,22 +28,28 @@ const WORST_ROWS: usize = 10;
 /// Failures that are listed one by one; the others are in `scores.csv`.
 const FAILURE_ROWS: usize = 20;
 
-/// Places of a point MDP that are written out.
-const PLACES: usize = 2;
-
 /// Returns the page.
 ///
 /// # Errors
 ///
-/// The template engine's message.
-pub(super) fn page(data: &ReportData, figures: &[Figure]) -> Result<String, String> {
-    render("index.html", TEMPLATE, values(data, figures))
+/// [`ReportError::Template`].
+pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportError> {
+    let parts = data.sections.parts(data, figures)?;
+    render("index.html", TEMPLATE, values(data, figures, &parts)).map_err(ReportError::Template)
 }
 
-fn values(data: &ReportData, figures: &[Figure]) -> Value {
+fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     let identity = &data.manifest.identity;
     let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.clone());
-    let is_delay = identity.objective == DELAY;
+    let says = |about: About| data.sections.says(about, data);
+    let of = |slot: Slot| {
+        let parts = parts.iter().filter(move |part| part.slot == slot);
+        let part = |p: &Part| context! { id => p.id, title => p.title, html => p.html.as_str() };
+        parts.map(part).collect::<Vec<_>>()
+    };
+    let metrics = data.sections.metrics(Table::Ranking, data);
+    let heading = |m: &Metric| vec![m.heading.clone(), m.unit.clone()];
+    let [_, reported] = data.sections.training_columns();
     context! {
         style => STYLE,
         scenario => identity.scenario.as_str(),
@@ -55,38 +57,67 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         sentences => sentences(data),
         warnings => text::warnings(data),
         disagree => further::disagreements(data).len(),
-        is_delay,
-        objective => identity.objective.as_str(),
+        noun => data.words.noun.as_str(),
+        nouns => data.words.nouns.as_str(),
+        heading => data.words.heading(),
+        amount => data.words.amount.as_str(),
+        unit => data.words.unit.as_str(),
+        unit_in_full => data.words.unit_in_full.as_str(),
+        instance => data.words.instance.as_str(),
+        met => data.words.met.as_str(),
+        large => data.words.sizes[1].as_str(),
+        relative => data.relative(),
+        is_relative => !data.reference.is_none(),
+        better => data.better(),
+        worst_is => if data.direction().is_lower() { "highest" } else { "lowest" },
+        best_is => if data.direction().is_lower() { "smallest" } else { "largest" },
+        worse_side => if data.direction().is_lower() { "right" } else { "left" },
+        worse_score => if data.direction().is_lower() { "above" } else { "below" },
+        audience => data.sections.audience(),
+        regimes_say => says(About::Regimes),
+        summaries_say => says(About::Summaries),
+        episodes_heading => says(About::Episodes),
+        before_episodes => says(About::BeforeEpisodes),
+        after_episodes => says(About::AfterEpisodes),
+        training_says => says(About::Training),
+        points_say => says(About::Points),
+        worst_says => says(About::Worst),
+        worst_caption => says(About::WorstCaption).unwrap_or_else(|| worst_caption(data)),
+        not_covered => says(About::NotCovered),
+        elsewhere => says(About::Elsewhere),
+        apply => context! {
+            ranking => says(About::ApplyRanking),
+            summaries => says(About::ApplySummaries),
+            spread => says(About::ApplySpread),
+            training => says(About::ApplyTraining),
+            features => says(About::ApplyFeatures),
+        },
+        body => of(Slot::Body),
+        notes => of(Slot::Notes),
+        metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
+        reported => reported.to_vec(),
+        last => LAST_EPISODES,
         baseline => data.reference.name.as_str(),
         of => data.reference.in_short(),
         label => data.reference.as_label(),
         divisor => if data.reference.is_baseline { "baseline" } else { "divisor" },
         against => (!data.reference.is_baseline).then(|| baseline_in_full(&identity.baseline)),
         best => data.best().map(|m| m.method.clone()),
-        methods => data.methods.iter().map(|m| method(data, m)).collect::<Vec<_>>(),
+        methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
         names => data.methods.iter().map(|m| m.method.clone()).collect::<Vec<_>>(),
         chosen => data.points.len(),
         common => common(data),
         further => further_values(data),
-        gridlock_excess => (100.0 * GRIDLOCK_EXCESS).round() as u32,
-        gridlock_share => format::percent(GRIDLOCK_SHARE),
         once => text::trained_once(data).join(", "),
         overall => figure("overall"),
         narrow => narrow::overall(data),
-        plans => plan_values(data),
-        placed => !data.places.intersections.is_empty(),
         any_failed => data.failed().count() > 0,
         learning => figure("learning"),
         training => training(data),
         distribution => figure("distribution"),
-        levels => figure("level-of-service"),
-        map => figure("map"),
-        level_heads => LEVELS
-            .iter()
-            .enumerate()
-            .map(|(l, letter)| context! { letter => letter.to_string(), range => range(l) })
-            .collect::<Vec<_>>(),
         worst => worst(data),
+        worst_columns => data.sections.point_columns(data),
+        places_heading => data.sections.places_heading(),
         units => units(data),
         regimes => data.regimes.iter().map(|r| r.heading.to_vec()).collect::<Vec<_>>(),
         shares => data.shares.iter().map(|s| s.heading.to_vec()).collect::<Vec<_>>(),
@@ -108,11 +139,12 @@ fn values(data: &ReportData, figures: &[Figure]) -> Value {
         settings => serde_json::to_string_pretty(&identity.settings)
             .expect("JSON read from a manifest can be written"),
         hashes => hashes(data),
+        files => data.sections.tables(data),
     }
 }
 
-fn method(data: &ReportData, m: &MethodSummary) -> Value {
-    let metric = |name: &str| m.metrics.get(name).map_or_else(dash, |v| format::delay(*v));
+fn method(data: &Report, m: &MethodSummary, metrics: &[Metric]) -> Value {
+    let metric = |of: &Metric| m.metrics.get(&of.name).map_or_else(dash, |v| format::amount(*v));
     let interval = match m.interval {
         _ if m.is_reference && m.overall.is_some() => "by definition".to_owned(),
         Some(i) => format::interval(i),
@@ -127,27 +159,27 @@ fn method(data: &ReportData, m: &MethodSummary) -> Value {
         rank => m.rank.map_or_else(dash, |r| r.to_string()),
         overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
         interval,
-        objective => m.objective.map_or_else(dash, format::delay),
-        waiting => metric("waiting_s"),
-        queue => metric("queue_veh"),
-        unfinished => metric("unfinished_veh"),
+        objective => m.objective.map_or_else(dash, format::amount),
+        metrics => metrics.iter().map(metric).collect::<Vec<_>>(),
         worst_point => worst.map_or_else(dash, |w| data.title_of(&w.0)),
         worst_id => worst.map(|w| &w.0).filter(|id| data.title_of(id) != **id),
         worst_score => worst.map(|w| format::score(w.1)),
         points => m.points,
         failed => m.failed,
         missing => m.missing,
-        levels => level_shares(data, m).map(format::percent).to_vec(),
-        summaries => summaries(m),
+        summaries => summaries(data, m),
         episodes => episodes(&m.episodes),
     }
 }
 
-/// Returns the score and the summaries beside it; those by level of service need a delay.
-fn summaries(m: &MethodSummary) -> Vec<Value> {
+/// Returns the score and the summaries beside it.
+fn summaries(data: &Report, m: &MethodSummary) -> Vec<Value> {
     let s = &m.summaries;
     let score = m.overall.map(|value| Estimated { value, interval: m.interval });
-    let mut all = vec![score, s.ratio_of_means, s.median, s.geometric_mean];
+    let mut all = match data.reference.is_none() {
+        true => vec![score, s.median],
+        false => vec![score, s.ratio_of_means, s.median, s.geometric_mean],
+    };
     all.extend(&s.by_regime);
     let value = |e: Option<Estimated>| {
         let interval = e.and_then(|e| e.interval).filter(|_| !m.is_reference);
@@ -173,35 +205,33 @@ fn episodes(e: &EpisodeSummary) -> Value {
         shares => e.shares.iter().copied().map(share).collect::<Vec<_>>(),
         median => e.median_relative.map_or_else(dash, format::score),
         worst => e.worst_relative.map_or_else(dash, format::score),
-        median_s => e.median.map_or_else(dash, format::delay),
-        worst_s => e.worst.map_or_else(dash, format::delay),
+        median_value => e.median.map_or_else(dash, format::amount),
+        worst_value => e.worst.map_or_else(dash, format::amount),
     }
 }
 
 /// Returns what the section of further summaries says; undefined without a method beside the
 /// reference.
-fn further_values(data: &ReportData) -> Option<Value> {
+fn further_values(data: &Report) -> Option<Value> {
     let others = data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference);
     others.then(|| {
         context! {
             disagreements => further::disagreements(data),
-            overloaded => data.overloaded.map(|o| o.in_words()),
-            unfinished => further::unfinished(data),
         }
     })
 }
 
 /// Returns the comparison on the point MDPs that all methods have; undefined when all are ranked.
-fn common(data: &ReportData) -> Option<Value> {
+fn common(data: &Report) -> Option<Value> {
     let common = data.common.as_ref()?;
     Some(context! {
         title => text::common_title(data),
-        methods => common.methods.iter().map(|m| method(data, m)).collect::<Vec<_>>(),
+        methods => common.methods.iter().map(|m| method(data, m, &[])).collect::<Vec<_>>(),
     })
 }
 
 /// Returns the table of trainings; undefined without learners.
-fn training(data: &ReportData) -> Option<Value> {
+fn training(data: &Report) -> Option<Value> {
     let learners = data.learners();
     let curves: Vec<_> = learners.iter().filter(|l| l.scored > 0).collect();
     let points = common_points(data).len();
@@ -213,11 +243,12 @@ fn training(data: &ReportData) -> Option<Value> {
             few => FEW_TRAININGS,
             smoothed => SMOOTHED_OVER,
             failed => learners.iter().map(|l| l.failed).sum::<usize>(),
+            events => data.shares.iter().filter_map(|s| s.event).collect::<Vec<_>>().join(" or "),
         }
     })
 }
 
-fn learner(data: &ReportData, l: &LearnerSummary<'_>) -> Value {
+fn learner(data: &Report, l: &LearnerSummary<'_>) -> Value {
     let score = |v: Option<f64>| v.map_or_else(dash, format::score);
     let m = l.method;
     context! {
@@ -228,9 +259,9 @@ fn learner(data: &ReportData, l: &LearnerSummary<'_>) -> Value {
         diverged => l.diverged,
         episodes => l.episodes,
         overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
-        best => score(l.best),
-        last_ten => score(l.last_ten),
-        worse => l.worse,
+        best => score(l.best_episode),
+        last => score(l.last_episodes),
+        worse => l.worse.unwrap_or(0),
         with_event => events(data)
             .map(|(i, _)| l.with_share[i].map_or_else(dash, |n| n.to_string()))
             .collect::<Vec<_>>(),
@@ -242,41 +273,50 @@ fn learner(data: &ReportData, l: &LearnerSummary<'_>) -> Value {
     }
 }
 
-/// Returns the point MDPs with the largest objective under the best method.
-fn worst(data: &ReportData) -> Vec<Value> {
+/// Returns the point MDPs with the worst objective under the best method.
+fn worst(data: &Report) -> Vec<Value> {
     let Some(best) = data.best() else { return Vec::new() };
     let mut results: Vec<_> = data.results_of(best.index).collect();
-    results.sort_by(|a, b| b.1.objective.total_cmp(&a.1.objective));
+    results.sort_by(|a, b| data.direction().compare(b.1.objective, a.1.objective));
     results
         .into_iter()
         .take(WORST_ROWS)
         .map(|(p, r)| {
-            let delay = |m: &MethodSummary| {
+            let value = |m: &MethodSummary| {
                 let result = p.results[m.index].as_ref();
-                result.map_or_else(dash, |r| format::delay(r.objective))
+                result.map_or_else(dash, |r| format::amount(r.objective))
             };
             context! {
                 point => data.title_of(&p.row.point),
                 id => Some(&p.row.point).filter(|id| data.title_of(id) != **id),
                 weight => format!("{:.2}%", 100.0 * p.weight),
-                instances => instances(data, &p.row),
+                stands_for => data.sections.stands_for(&p.row),
                 features => features(data, &p.row),
-                places => places(data, &p.row),
-                level => letter(r.objective).to_string(),
-                delays => data.methods.iter().map(delay).collect::<Vec<_>>(),
+                places => data.sections.places(&p.row),
+                cells => data.sections.point_cells(data, r),
+                values => data.methods.iter().map(value).collect::<Vec<_>>(),
             }
         })
         .collect()
 }
 
+/// Returns what the table of the worst point MDPs shows.
+fn worst_caption(data: &Report) -> String {
+    let unit = match data.words.unit_in_full.as_str() {
+        "" => String::new(),
+        unit => format!(" ({unit})"),
+    };
+    HtmlEscape(&format!("{}{unit} under every method", data.words.heading())).to_string()
+}
+
 /// Returns the features and their units.
-fn units(data: &ReportData) -> String {
+fn units(data: &Report) -> String {
     let columns = &data.manifest.identity.features;
     columns.iter().map(format::feature_label).collect::<Vec<_>>().join("; ")
 }
 
 /// Returns the features as text, without the units, which the caption names.
-fn features(data: &ReportData, row: &PointRow) -> String {
+fn features(data: &Report, row: &PointRow) -> String {
     let columns = &data.manifest.identity.features;
     let text = |(f, value): (&FeatureColumn, &f64)| {
         format!("{} {}", format::words(&f.name, &f.unit), format::feature(*value))
@@ -284,33 +324,7 @@ fn features(data: &ReportData, row: &PointRow) -> String {
     columns.iter().zip(&row.features).map(text).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns how many intersections a point MDP has, and how many it stands for where these are more.
-fn instances(data: &ReportData, row: &PointRow) -> String {
-    let stands = |place: &&Place| place.stands.as_ref() == Some(&row.point);
-    let all = data.places.intersections.iter().filter(stands).count();
-    let own = format::count(row.instances as usize, "intersection");
-    match all > row.instances as usize {
-        true => format!("for {all} intersections, {} its own", row.instances),
-        false => own,
-    }
-}
-
-/// Returns where a point MDP is: streets, or coordinates where there are no names.
-fn places(data: &ReportData, row: &PointRow) -> Vec<String> {
-    let places: Vec<&Place> = data.places_of(&row.point).collect();
-    // A single intersection is called by its streets already.
-    let name = |place: &&Place| match streets(place).filter(|_| places.len() > 1) {
-        Some(streets) => streets,
-        None => format!("{:.5}, {:.5}", place.latitude, place.longitude),
-    };
-    let mut texts: Vec<_> = places.iter().take(PLACES).map(name).collect();
-    if places.len() > PLACES {
-        texts.push(format!("and {} more", places.len() - PLACES));
-    }
-    texts
-}
-
-fn failure(data: &ReportData, row: &TaskScore) -> Value {
+fn failure(data: &Report, row: &TaskScore) -> Value {
     context! {
         method => row.method.as_str(),
         point => data.called(&data.points[row.point].row.point),
@@ -319,7 +333,7 @@ fn failure(data: &ReportData, row: &TaskScore) -> Value {
     }
 }
 
-fn provenance(data: &ReportData) -> Vec<Value> {
+fn provenance(data: &Report) -> Vec<Value> {
     let (i, p) = (&data.manifest.identity, &data.manifest.provenance);
     let seeds: Vec<_> = i.evaluation_seeds.iter().map(u64::to_string).collect();
     [
@@ -336,11 +350,12 @@ fn provenance(data: &ReportData) -> Vec<Value> {
         ("schema version", i.schema_version.to_string()),
     ]
     .into_iter()
+    .filter(|(_, value)| !value.is_empty())
     .map(|(name, value)| context! { name, value })
     .collect()
 }
 
-fn hashes(data: &ReportData) -> Vec<Value> {
+fn hashes(data: &Report) -> Vec<Value> {
     let points = data.manifest.identity.points.iter();
     let files = points.flat_map(|p| p.sha256.iter().map(move |(file, sha)| (p, file, sha)));
     files

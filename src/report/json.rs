@@ -2,23 +2,23 @@
 
 use serde_json::{Map, Value};
 
-use super::data::ReportData;
-use crate::analysis::Estimated;
-use crate::analysis::MethodSummary;
+use super::whole::Report;
+use crate::analysis::{Estimated, MethodSummary};
 
-impl ReportData {
+impl Report {
     /// Returns the methods as `--json` prints them, best first; `null` is what is not known.
     pub fn json_rows(&self) -> Vec<Map<String, Value>> {
         self.methods.iter().map(|m| json_row(self, m)).collect()
     }
 }
 
-fn json_row(data: &ReportData, m: &MethodSummary) -> Map<String, Value> {
+fn json_row(data: &Report, m: &MethodSummary) -> Map<String, Value> {
     let objective = &data.manifest.identity.objective;
     let overall = m.overall.map(|value| Estimated { value, interval: m.interval });
+    let against = (!data.reference.is_none()).then(|| data.reference.name.clone());
     let mut row: Vec<(String, Value)> = vec![
         ("method".to_owned(), m.method.clone().into()),
-        ("against".to_owned(), data.reference.name.clone().into()),
+        ("against".to_owned(), against.into()),
     ];
     let estimated = |row: &mut Vec<(String, Value)>, name: &str, e: Option<Estimated>| {
         let interval = e.and_then(|e| e.interval);
@@ -31,9 +31,12 @@ fn json_row(data: &ReportData, m: &MethodSummary) -> Map<String, Value> {
     row.push(("points".to_owned(), m.points.into()));
     row.push(("failed".to_owned(), m.failed.into()));
     let s = &m.summaries;
-    estimated(&mut row, "ratio_of_means", s.ratio_of_means);
+    let relative = !data.reference.is_none();
+    if relative {
+        estimated(&mut row, "ratio_of_means", s.ratio_of_means);
+        estimated(&mut row, "geometric_mean", s.geometric_mean);
+    }
     estimated(&mut row, "median", s.median);
-    estimated(&mut row, "geometric_mean", s.geometric_mean);
     for (regime, e) in data.regimes.iter().zip(&s.by_regime) {
         estimated(&mut row, regime.name, *e);
     }
@@ -43,7 +46,9 @@ fn json_row(data: &ReportData, m: &MethodSummary) -> Map<String, Value> {
     let e = &m.episodes;
     row.push((format!("episode_median_{objective}"), e.median.into()));
     row.push((format!("episode_worst_{objective}"), e.worst.into()));
-    row.push(("episode_median".to_owned(), e.median_relative.into()));
-    row.push(("episode_worst".to_owned(), e.worst_relative.into()));
+    if relative {
+        row.push(("episode_median".to_owned(), e.median_relative.into()));
+        row.push(("episode_worst".to_owned(), e.worst_relative.into()));
+    }
     row.into_iter().collect()
 }

@@ -1,10 +1,8 @@
 //! The overall performance for narrow screens: names and numbers stand above the bars, not beside them.
 
-use super::data::ReportData;
-use super::figures::{
-    OVERALL_LIMIT, color, label, mark, noun, reference_line, sentence, with_interval,
-};
+use super::figures::{axis_of, color, label, mark, reference_line, sentence, with_interval};
 use super::svg::{Anchor, Axes, Canvas, MUTED, TextStyle, nice_step, text_width};
+use super::whole::Report;
 
 /// Width of the drawing, pixels: that of a telephone.
 const WIDTH_PX: f64 = 360.0;
@@ -19,35 +17,29 @@ const SIDE_PX: f64 = 14.0;
 const TOP_PX: f64 = 30.0;
 
 /// Draws the overall performance of every method with its interval; `None` without an estimate.
-pub(super) fn overall(data: &ReportData) -> Option<String> {
+pub(super) fn overall(data: &Report) -> Option<String> {
     let methods: Vec<_> = data.methods.iter().filter(|m| m.overall.is_some()).collect();
-    let largest = methods
-        .iter()
-        .filter_map(|m| Some(m.interval.map_or(m.overall?, |i| i.1)))
-        .fold(1.0, f64::max);
-    let limit = (largest * 1.06).min(OVERALL_LIMIT);
+    let (least, limit) = axis_of(data, &methods);
     let (left, right) = (SIDE_PX, WIDTH_PX - SIDE_PX);
     let bottom = TOP_PX + ROW_PX * methods.len() as f64;
     let mut canvas = Canvas::new(WIDTH_PX, bottom + 56.0);
     let frame = canvas.axes(&Axes {
         area: (left, TOP_PX, right, bottom),
-        x: (0.0, limit),
+        x: (least, limit),
         y: (0.0, methods.len() as f64),
-        x_step: nice_step(limit, 5.0),
+        x_step: nice_step(limit - least, 5.0),
         y_step: None,
         x_last: limit,
-        x_label: Some(format!(
-            "{} relative to {} (lower is better)",
-            noun(data),
-            data.reference.name
-        )),
+        x_label: Some(format!("{}{} ({})", data.words.noun, data.relative(), data.better())),
         y_label: None,
     });
     reference_line(&mut canvas, data, &frame, (TOP_PX, bottom), false);
     // At the end of the line, or within the drawing where that would leave it.
-    let (name, end) = (format!("{} = 1", data.reference.as_label()), TextStyle::new(Anchor::End));
-    let x = (frame.x(1.0) + text_width(&name) / 2.0).min(right);
-    canvas.text(x, TOP_PX - 8.0, &name, end.color(MUTED));
+    if !data.reference.is_none() {
+        let name = format!("{} = 1", data.reference.as_label());
+        let x = (frame.x(1.0) + text_width(&name) / 2.0).min(right);
+        canvas.text(x, TOP_PX - 8.0, &name, TextStyle::new(Anchor::End).color(MUTED));
+    }
     for (i, m) in methods.iter().enumerate() {
         let Some(value) = m.overall else { continue };
         let y = TOP_PX + ROW_PX * i as f64;

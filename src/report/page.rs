@@ -3,12 +3,15 @@
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value};
 
+/// Style of all pages.
+pub(crate) const STYLE: &str = include_str!("templates/style.css");
+
 /// Returns a page; its name ends in `.html`, so that values are escaped.
 ///
 /// # Errors
 ///
 /// The template engine's message.
-pub(super) fn render(name: &str, template: &str, values: Value) -> Result<String, String> {
+pub(crate) fn render(name: &str, template: &str, values: Value) -> Result<String, String> {
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.map_err(|e| e.to_string())?);

@@ -2,87 +2,55 @@
 //! descriptions: hue alone does not keep ten apart, so they differ in lightness too, and learners, whose curves
 //! cross, in their dashes.
 
-use crate::run::method::Method;
-
-/// What the lines and bars of a method look like.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Look {
-    /// Name of the method.
-    name: &'static str,
-    /// Its colour.
-    color: &'static str,
-    /// Its lines' pattern of dashes; empty for solid ones.
-    dash: &'static str,
-}
-
-/// What the methods of a domain look like.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Looks(Vec<Look>);
+/// Colour of what scores are divided by.
+const BASELINE: &str = "#8c8c8c";
 
 /// Colours of methods that the domain does not have, by their position in the run.
 ///
 /// Source: M. Okabe and K. Ito, "Color universal design", 2008.
 const OTHERS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7"];
 
-/// Colour of what scores are divided by.
-const BASELINE: &str = "#8c8c8c";
-
-impl Looks {
-    /// Returns what methods look like.
-    pub(super) fn of(methods: &[Method]) -> Self {
-        let look = |m: &Method| Look { name: m.name, color: m.color, dash: m.dash };
-        Self(methods.iter().map(look).collect())
-    }
-
-    /// Returns the colour of a method, the same in every report; one that is not known takes a
-    /// colour by its position among the methods that are not the baseline.
-    pub(super) fn color(&self, name: &str, position: usize) -> &'static str {
-        let own = self.0.iter().find(|look| look.name == name);
-        own.map_or(OTHERS[position % OTHERS.len()], |look| look.color)
-    }
-
-    /// Returns the dashes of a method's lines, `None` for solid ones.
-    pub(super) fn dash(&self, name: &str) -> Option<&'static str> {
-        let own = self.0.iter().find(|look| look.name == name);
-        own.map(|look| look.dash).filter(|dash| !dash.is_empty())
-    }
-}
-
 /// Colours from best to worst, each darker than the one before, so that the order stays in print and
 /// for colour-blind readers.
 ///
 /// Source: C. Brewer, colorbrewer2.org, sequential `YlOrRd` and `Reds` of nine classes, chosen for steps of
 /// lightness that all readers see.
-pub(super) const ORDERED: [&str; 6] =
+pub(crate) const ORDERED: [&str; 6] =
     ["#ffffcc", "#fed976", "#fd8d3c", "#fc4e2a", "#cb181d", "#67000d"];
 
 /// Colours from what is known to what is assumed, each lighter than the one before.
 ///
 /// Source: C. Brewer, colorbrewer2.org, sequential `Blues` of nine classes.
-pub(super) const KNOWN: [&str; 6] =
+pub(crate) const KNOWN: [&str; 6] =
     ["#08306b", "#2070b4", "#4f9bcb", "#94c4df", "#cde0f1", "#f7fbff"];
 
 /// Returns the colour of a text on one of [`KNOWN`].
-pub(super) fn ink_on_known(known: usize) -> &'static str {
+pub(crate) fn ink_on_known(known: usize) -> &'static str {
     if known < 2 { "#ffffff" } else { "#1a1a1a" }
 }
 
 /// Colour of what is not known.
-pub(super) const UNKNOWN: &str = "#9e9e9e";
+pub(crate) const UNKNOWN: &str = "#9e9e9e";
 
 /// Returns the colour of a text on one of [`ORDERED`].
-pub(super) fn ink_on(ordered: usize) -> &'static str {
+pub(crate) fn ink_on(ordered: usize) -> &'static str {
     if ordered < 4 { "#1a1a1a" } else { "#ffffff" }
 }
 
-/// Returns the colour of what scores are divided by.
-pub(super) fn baseline() -> &'static str {
+/// Returns the colour of the baseline.
+pub(crate) fn baseline() -> &'static str {
     BASELINE
+}
+
+/// Returns the colour of a method by its position among those that are not the baseline.
+pub(crate) fn method(position: usize) -> &'static str {
+    OTHERS[position % OTHERS.len()]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::method::Method;
 
     /// Least distance of two colours in Oklab; Okabe and Ito's blue and green have 0.086 for readers
     /// without S cones.
@@ -177,11 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_method_has_its_colour_in_every_report() {
-        let looks = Looks::of(crate::domains::traffic().methods());
-        assert_eq!(looks.color("actuated", 0), looks.color("actuated", 5));
-        assert_eq!(looks.color("unheard-of", 7), OTHERS[1]);
-        let dashes = ["idqn", "ippo", "unheard-of"].map(|name| looks.dash(name));
-        assert_eq!(dashes, [None, Some("9 4"), None]);
+    fn methods_that_a_domain_does_not_have_take_colours_in_turn() {
+        assert_eq!((method(0), method(7)), (OTHERS[0], OTHERS[1]));
     }
 }

@@ -15,7 +15,7 @@ use kuva::render::theme::Theme;
 const FONT: &str = "Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif";
 
 /// Height of labels, ticks and text, pixels of the drawing.
-pub(super) const TEXT_PX: u32 = 13;
+pub(crate) const TEXT_PX: u32 = 13;
 
 /// Mean width of a character relative to its height in the fonts above, on the generous side.
 const CHARACTER_WIDTH: f64 = 0.56;
@@ -24,14 +24,14 @@ const CHARACTER_WIDTH: f64 = 0.56;
 const BAND_OPACITY: f64 = 0.22;
 
 /// Colour of text.
-pub(super) const INK: &str = "#1a1a1a";
+pub(crate) const INK: &str = "#1a1a1a";
 
 /// Colour of reference lines and of what is secondary.
-pub(super) const MUTED: &str = "#5a5a5a";
+pub(crate) const MUTED: &str = "#5a5a5a";
 
 /// Where a text stands relative to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     /// Starts there.
     Start,
     /// Is centred there.
@@ -42,85 +42,85 @@ pub(super) enum Anchor {
 
 /// How a text looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct TextStyle {
+pub(crate) struct TextStyle {
     /// Where it stands.
-    pub(super) anchor: Anchor,
+    pub(crate) anchor: Anchor,
     /// Whether it is bold.
-    pub(super) bold: bool,
+    pub(crate) bold: bool,
     /// Its colour.
-    pub(super) color: &'static str,
+    pub(crate) color: &'static str,
     /// Its height, pixels.
-    pub(super) size_px: u32,
+    pub(crate) size_px: u32,
 }
 
 impl TextStyle {
     /// Returns the usual style.
-    pub(super) fn new(anchor: Anchor) -> Self {
+    pub(crate) fn new(anchor: Anchor) -> Self {
         Self { anchor, bold: false, color: INK, size_px: TEXT_PX }
     }
 
     /// Returns the style in bold.
-    pub(super) fn bold(self) -> Self {
+    pub(crate) fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
     /// Returns the style in a smaller size, for notes.
-    pub(super) fn small(self) -> Self {
+    pub(crate) fn small(self) -> Self {
         Self { size_px: TEXT_PX - 2, ..self }
     }
 
     /// Returns the style in so many pixels.
-    pub(super) fn sized(self, size_px: u32) -> Self {
+    pub(crate) fn sized(self, size_px: u32) -> Self {
         Self { size_px, ..self }
     }
 
     /// Returns the style in another colour.
-    pub(super) fn color(self, color: &'static str) -> Self {
+    pub(crate) fn color(self, color: &'static str) -> Self {
         Self { color, ..self }
     }
 }
 
 /// Axes to draw: their place on the canvas, ranges and labels.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Axes {
+pub(crate) struct Axes {
     /// Left, top, right and bottom end of the plot area, pixels.
-    pub(super) area: (f64, f64, f64, f64),
+    pub(crate) area: (f64, f64, f64, f64),
     /// Range of x.
-    pub(super) x: (f64, f64),
+    pub(crate) x: (f64, f64),
     /// Range of y.
-    pub(super) y: (f64, f64),
+    pub(crate) y: (f64, f64),
     /// Distance of the ticks on x.
-    pub(super) x_step: f64,
+    pub(crate) x_step: f64,
     /// Distance of the ticks on y; `None` draws no ticks on y.
-    pub(super) y_step: Option<f64>,
+    pub(crate) y_step: Option<f64>,
     /// Last tick on x with a label; beyond it the axis means something else.
-    pub(super) x_last: f64,
+    pub(crate) x_last: f64,
     /// Label of x with its unit; `None` draws no tick labels either.
-    pub(super) x_label: Option<String>,
+    pub(crate) x_label: Option<String>,
     /// Label of y with its unit.
-    pub(super) y_label: Option<String>,
+    pub(crate) y_label: Option<String>,
 }
 
 /// Maps data to the canvas.
-pub(super) struct Frame {
+pub(crate) struct Frame {
     computed: ComputedLayout,
 }
 
 impl Frame {
     /// Returns the pixel of an x value.
-    pub(super) fn x(&self, value: f64) -> f64 {
+    pub(crate) fn x(&self, value: f64) -> f64 {
         self.computed.map_x(value)
     }
 
     /// Returns the pixel of a y value.
-    pub(super) fn y(&self, value: f64) -> f64 {
+    pub(crate) fn y(&self, value: f64) -> f64 {
         self.computed.map_y(value)
     }
 }
 
 /// A drawing of a fixed size in pixels.
 #[derive(Debug)]
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     scene: Scene,
     width: f64,
     height: f64,
@@ -128,7 +128,7 @@ pub(super) struct Canvas {
 
 impl Canvas {
     /// Returns an empty, white canvas.
-    pub(super) fn new(width: f64, height: f64) -> Self {
+    pub(crate) fn new(width: f64, height: f64) -> Self {
         let mut scene = Scene::new(width, height);
         scene.font_family = Some(FONT.to_owned());
         scene.background_color = Some("white".to_owned());
@@ -137,7 +137,7 @@ impl Canvas {
     }
 
     /// Draws axes with ticks and grid lines.
-    pub(super) fn axes(&mut self, axes: &Axes) -> Frame {
+    pub(crate) fn axes(&mut self, axes: &Axes) -> Frame {
         let (left, top, right, bottom) = axes.area;
         let theme = Theme {
             axis_color: MUTED.into(),
@@ -180,7 +180,7 @@ impl Canvas {
     }
 
     /// Draws a rectangle, given two corners, with an optional outline.
-    pub(super) fn rect(
+    pub(crate) fn rect(
         &mut self,
         (x, y): (f64, f64),
         (x2, y2): (f64, f64),
@@ -200,7 +200,7 @@ impl Canvas {
     }
 
     /// Draws a line; `dash` is a pattern such as `5 4`.
-    pub(super) fn line(
+    pub(crate) fn line(
         &mut self,
         a: (f64, f64),
         b: (f64, f64),
@@ -220,7 +220,7 @@ impl Canvas {
     }
 
     /// Draws lines from point to point; `dash` is a pattern such as `5 4`.
-    pub(super) fn polyline(
+    pub(crate) fn polyline(
         &mut self,
         points: Vec<(f64, f64)>,
         color: &str,
@@ -236,7 +236,7 @@ impl Canvas {
     }
 
     /// Draws a circle with a thin outline; the tip shows when the pointer rests on it.
-    pub(super) fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: &str, tip: Option<&str>) {
+    pub(crate) fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: &str, tip: Option<&str>) {
         if let Some(tip) = tip {
             let title = Some(tip.to_owned());
             self.scene.add(Primitive::GroupStart { transform: None, title, extra_attrs: None });
@@ -256,7 +256,7 @@ impl Canvas {
     }
 
     /// Draws lines given as SVG path data; the tip shows when the pointer rests on one.
-    pub(super) fn path(&mut self, d: String, color: &str, width: f64, tip: Option<&str>) {
+    pub(crate) fn path(&mut self, d: String, color: &str, width: f64, tip: Option<&str>) {
         if let Some(tip) = tip {
             let title = Some(tip.to_owned());
             self.scene.add(Primitive::GroupStart { transform: None, title, extra_attrs: None });
@@ -275,12 +275,12 @@ impl Canvas {
     }
 
     /// Draws a filled shape with a thin outline.
-    pub(super) fn shape(&mut self, corners: &[(f64, f64)], fill: &str) {
+    pub(crate) fn shape(&mut self, corners: &[(f64, f64)], fill: &str) {
         self.filled(corners, fill, INK, 0.6, None);
     }
 
     /// Draws a translucent shape without outline.
-    pub(super) fn band(&mut self, corners: &[(f64, f64)], fill: &str) {
+    pub(crate) fn band(&mut self, corners: &[(f64, f64)], fill: &str) {
         self.filled(corners, fill, fill, 0.0, Some(BAND_OPACITY));
     }
 
@@ -308,7 +308,7 @@ impl Canvas {
     }
 
     /// Writes a text; `y` is its baseline.
-    pub(super) fn text(&mut self, x: f64, y: f64, text: &str, style: TextStyle) {
+    pub(crate) fn text(&mut self, x: f64, y: f64, text: &str, style: TextStyle) {
         self.scene.add(Primitive::Text {
             x,
             y,
@@ -328,7 +328,7 @@ impl Canvas {
     /// Returns the SVG, with a title and a description for those who cannot see it.
     ///
     /// `id` must be unique in the page.
-    pub(super) fn finish(self, id: &str, title: &str, description: &str) -> String {
+    pub(crate) fn finish(self, id: &str, title: &str, description: &str) -> String {
         let svg = SvgBackend::new().with_pretty(true).render_scene(&self.scene);
         let (open, body) = svg.split_once('>').expect("an SVG starts with its element");
         format!(
@@ -343,12 +343,12 @@ impl Canvas {
 }
 
 /// Returns the width of a text at its usual height, pixels, on the generous side.
-pub(super) fn text_width(text: &str) -> f64 {
+pub(crate) fn text_width(text: &str) -> f64 {
     text.chars().count() as f64 * f64::from(TEXT_PX) * CHARACTER_WIDTH
 }
 
 /// Returns a distance of ticks (1, 2 or 5 times a power of 10) that makes about `count` of them.
-pub(super) fn nice_step(span: f64, count: f64) -> f64 {
+pub(crate) fn nice_step(span: f64, count: f64) -> f64 {
     let raw = (span / count).max(f64::MIN_POSITIVE);
     let power = 10f64.powf(raw.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().find(|s| s * power >= raw * 0.999).unwrap_or(10.0) * power

@@ -1,22 +1,16 @@
 //! The ranking as a table for terminals: plain text, no colours.
 
-use super::data::ReportData;
 use super::divisor::baseline_in_full;
 use super::plain_table::plain_table;
+use super::whole::Report;
 use super::{format, further};
 use crate::analysis::MethodSummary;
-
-const HEADER: [&str; 8] =
-    ["rank", "method", "score", "95% interval", "delay (s)", "worst", "points", "failed"];
-
-/// Columns of numbers, which are aligned to the right.
-const RIGHT: [usize; 7] = [0, 2, 3, 4, 5, 6, 7];
 
 /// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
 /// ranked, all of them on the point MDPs that they have in common; [`notes`] belong below it.
 ///
 /// No line is longer than 100 characters as long as names of methods have at most 24.
-pub fn table(data: &ReportData) -> String {
+pub fn table(data: &Report) -> String {
     let mut text = String::new();
     if !data.reference.is_baseline {
         let baseline = baseline_in_full(&data.manifest.identity.baseline);
@@ -37,20 +31,28 @@ pub fn table(data: &ReportData) -> String {
 }
 
 /// Returns the title of the table of what methods have in common; empty when they are all ranked.
-pub(super) fn common_title(data: &ReportData) -> String {
+pub(super) fn common_title(data: &Report) -> String {
     let Some(common) = &data.common else { return String::new() };
     let n = format::count(common.points, "point MDP");
     format!("On the {n} that all {} methods with results finished:", common.methods.len())
 }
 
-fn ranking(data: &ReportData, methods: &[MethodSummary], points: usize) -> String {
-    let rows = methods.iter().map(|m| row(data, m, points).to_vec()).collect();
-    plain_table(&HEADER, &RIGHT, rows)
+fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -> String {
+    let objective = data.words.column();
+    let mut header = vec!["rank", "method", "score", "95% interval"];
+    // Without a reference the score is the objective.
+    header.extend((!data.reference.is_none()).then_some(objective.as_str()));
+    header.extend(["worst", "points", "failed"]);
+    let right: Vec<usize> = (0..header.len()).filter(|column| *column != 1).collect();
+    let rows = methods.iter().map(|m| row(data, m, points)).collect();
+    plain_table(&header, &right, rows)
 }
 
-fn row(data: &ReportData, m: &MethodSummary, points: usize) -> [String; 8] {
+fn row(data: &Report, m: &MethodSummary, points: usize) -> Vec<String> {
     let dash = || "-".to_owned();
-    [
+    let objective =
+        (!data.reference.is_none()).then(|| m.objective.map_or_else(dash, format::amount));
+    let mut cells = vec![
         m.rank.map_or_else(dash, |r| r.to_string()),
         if m.is_reference { data.reference.marked() } else { m.method.clone() },
         m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
@@ -59,26 +61,29 @@ fn row(data: &ReportData, m: &MethodSummary, points: usize) -> [String; 8] {
             Some(i) => format::interval(i),
             None => dash(),
         },
-        m.objective.map_or_else(dash, format::delay),
+    ];
+    cells.extend(objective);
+    cells.extend([
         match &m.worst {
             Some((_, score)) if !m.is_reference => format::score(*score),
             _ => dash(),
         },
         format!("{}/{points}", m.points),
         m.failed.to_string(),
-    ]
+    ]);
+    cells
 }
 
 /// Returns what a reader of the ranking must know: what is missing, what is not in the interval, and
 /// where summaries disagree.
-pub fn notes(data: &ReportData) -> Vec<String> {
+pub fn notes(data: &Report) -> Vec<String> {
     let mut notes = warnings(data);
     notes.extend(further::disagreements(data));
     notes
 }
 
 /// Returns the notes without where summaries disagree.
-pub(super) fn warnings(data: &ReportData) -> Vec<String> {
+pub(super) fn warnings(data: &Report) -> Vec<String> {
     let mut notes = Vec::new();
     let planned = data.tasks.len();
     let missing = data.missing();
@@ -96,15 +101,17 @@ pub(super) fn warnings(data: &ReportData) -> Vec<String> {
     }
     let identity = &data.manifest.identity;
     let still: Vec<String> = (data.tasks.iter())
-        .filter(|r| r.method == data.reference.name)
+        .filter(|r| r.method == data.reference.name && !data.reference.is_none())
         .filter(|r| r.metrics.get(&identity.objective) == Some(&0.0))
         .map(|r| data.called(&data.points[r.point].row.point))
         .collect();
     if !still.is_empty() {
         notes.push(format!(
-            "No score on {}: {} has no delay there, as on a road without vehicles; give it demand.",
+            "No score on {}: {} has no {} there{}.",
             still.join(", "),
-            data.reference.in_short()
+            data.reference.in_short(),
+            data.words.noun,
+            data.words.nothing
         ));
     }
     let chosen = data.points.len();
@@ -120,6 +127,8 @@ pub(super) fn warnings(data: &ReportData) -> Vec<String> {
              MDPs than those above them; {where_to_compare}.",
             unranked.join(", ")
         ));
+    } else if data.reference.is_none() && data.methods.iter().any(|m| m.points != chosen) {
+        notes.push("Scores are over the point MDPs that the method finished.".to_owned());
     } else if data.methods.iter().any(|m| m.points != chosen) {
         notes.push(format!(
             "Scores are over the point MDPs that both the method and {} finished.",
@@ -147,7 +156,7 @@ pub(super) fn warnings(data: &ReportData) -> Vec<String> {
 }
 
 /// Returns the methods that tune or learn, once per point MDP, and have an interval.
-pub(super) fn trained_once(data: &ReportData) -> Vec<&str> {
+pub(super) fn trained_once(data: &Report) -> Vec<&str> {
     let identity = &data.manifest.identity;
     (data.methods.iter())
         .filter(|m| !m.is_reference && m.interval.is_some())
@@ -157,7 +166,7 @@ pub(super) fn trained_once(data: &ReportData) -> Vec<&str> {
 }
 
 /// Says whose luck of tuning or training no interval has.
-fn luck(data: &ReportData) -> Vec<String> {
+fn luck(data: &Report) -> Vec<String> {
     let mut sentences = Vec::new();
     let once = trained_once(data);
     let how = match data.points.len() < data.manifest.identity.sample.family_size {

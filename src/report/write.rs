@@ -2,57 +2,38 @@
 
 use std::fs;
 
-use super::data::ReportData;
-use super::{
-    ReportError, ReportPaths, context, csv, curves, figures, html, intersections, map, plans,
-};
-use crate::files::FileError;
-use crate::files::write_atomically;
-use crate::run::method::Method;
+use super::error::ReportError;
+use super::paths::ReportPaths;
+use super::whole::Report;
+use super::{context, csv, curves, figures, html};
+use crate::files::{FileError, write_atomically};
 use crate::store::Layout;
-use crate::store::results::Results;
 
-/// Reads a results directory and writes its report, with the methods in the colours of `methods`.
+/// Writes a report: to `DIR/report/`, or, where scores are relative to another method than the baseline, to
+/// `DIR/report/against-METHOD/`.
 ///
 /// # Errors
 ///
-/// [`ReportError::Store`] when the directory holds no readable results, [`ReportError::Io`] when
-/// `DIR/report/` cannot be written or the disk is full.
-pub fn write(layout: &Layout, methods: &[Method]) -> Result<ReportPaths, ReportError> {
-    write_data(layout, &ReportData::new(&Results::load(layout)?, methods))
-}
-
-/// Writes the report of results that were read already: to `DIR/report/`, or, where scores are
-/// relative to another method than the baseline, to `DIR/report/against-METHOD/`.
-///
-/// # Errors
-///
-/// [`ReportError::Io`] when `DIR/report/` cannot be written or the disk is full.
-pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, ReportError> {
+/// [`ReportError::Io`] when the folder cannot be written or the disk is full.
+pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError> {
     let folder = match data.reference.is_baseline {
         true => layout.report(),
         false => layout.report().join(format!("against-{}", data.reference.name)),
     };
     fs::create_dir_all(&folder).map_err(FileError::at("create", &folder))?;
-    let figures: Vec<_> = [
+    let general = [
         figures::overall(data),
         figures::distribution(data),
         curves::learning(data),
-        figures::levels(data),
         context::by_feature(data),
-        map::places(data),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    let page = html::page(data, &figures).map_err(ReportError::Template)?;
-    let written = plans::write(&folder, data)?;
-    let placed = |name: &str| (!data.places.intersections.is_empty()).then(|| folder.join(name));
+    ];
+    let mut figures: Vec<_> = general.into_iter().flatten().collect();
+    figures.extend(data.sections.figures(data));
+    let page = html::page(data, &figures)?;
+    let written = data.sections.write(&folder, data)?;
     let mut paths = ReportPaths {
-        plans: written.table,
-        plans_missing: written.missing,
-        intersections: placed("intersections.csv"),
-        geojson: placed("results.geojson"),
+        further: written.files,
+        notes: written.notes,
         html: folder.join("index.html"),
         scores: folder.join("scores.csv"),
         summary: folder.join("summary.csv"),
@@ -70,12 +51,6 @@ pub fn write_data(layout: &Layout, data: &ReportData) -> Result<ReportPaths, Rep
     write_atomically(&paths.episodes, csv::episodes(data).as_bytes())?;
     if let Some(path) = &paths.training {
         write_atomically(path, csv::training(data).as_bytes())?;
-    }
-    if let Some(path) = &paths.intersections {
-        write_atomically(path, intersections::table(data).as_bytes())?;
-    }
-    if let Some(path) = &paths.geojson {
-        write_atomically(path, intersections::geojson(data).as_bytes())?;
     }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;

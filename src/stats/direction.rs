@@ -29,6 +29,29 @@ impl Direction {
         }
     }
 
+    /// Whether one value is worse than another.
+    pub fn is_worse(self, value: f64, than: f64) -> bool {
+        self.compare(value, than) == Ordering::Greater
+    }
+
+    /// Returns the best of some values; `None` of none.
+    pub fn best(self, values: impl IntoIterator<Item = f64>) -> Option<f64> {
+        values.into_iter().min_by(|a, b| self.compare(*a, *b))
+    }
+
+    /// Returns the worst of some values; `None` of none.
+    pub fn worst(self, values: impl IntoIterator<Item = f64>) -> Option<f64> {
+        values.into_iter().max_by(|a, b| self.compare(*a, *b))
+    }
+
+    /// Returns by how much a value is ahead of another; negative when it is behind.
+    pub fn ahead(self, value: f64, other: f64) -> f64 {
+        match self {
+            Self::Lower => other - value,
+            Self::Higher => value - other,
+        }
+    }
+
     /// Returns `lower` or `higher`.
     pub fn name(self) -> &'static str {
         match self {
@@ -51,5 +74,16 @@ mod tests {
         };
         assert_eq!(sorted(Direction::Lower), [1.0, 2.0, 3.0]);
         assert_eq!(sorted(Direction::Higher), [3.0, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn best_worst_and_lead_turn_round_with_the_direction() {
+        let of = |d: Direction| (d.best([2.0, 1.0, 3.0]), d.worst([2.0, 1.0, 3.0]));
+        assert_eq!(of(Direction::Lower), (Some(1.0), Some(3.0)));
+        assert_eq!(of(Direction::Higher), (Some(3.0), Some(1.0)));
+        assert_eq!(Direction::Lower.ahead(1.0, 3.0), 2.0);
+        assert_eq!(Direction::Higher.ahead(1.0, 3.0), -2.0);
+        assert!(Direction::Lower.is_worse(3.0, 1.0) && Direction::Higher.is_worse(1.0, 3.0));
+        assert!(!Direction::Lower.is_worse(1.0, 1.0) && Direction::Lower.best([]).is_none());
     }
 }

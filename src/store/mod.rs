@@ -20,7 +20,6 @@ pub mod error;
 pub mod lock;
 pub mod manifest;
 pub mod opaque;
-pub mod places;
 pub mod record;
 pub mod results;
 pub mod scratch;
@@ -58,11 +57,6 @@ impl Layout {
     /// `plan.jsonl`.
     pub fn plan(&self) -> PathBuf {
         self.root.join("plan.jsonl")
-    }
-
-    /// `places.json`.
-    pub fn places(&self) -> PathBuf {
-        self.root.join("places.json")
     }
 
     /// `lock.json`.

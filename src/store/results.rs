@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
-use super::places::Places;
 use super::record::{Outcome, Record};
 use crate::store::error::StoreError;
 
@@ -17,8 +16,6 @@ pub struct Results {
     pub plan: Vec<Task>,
     /// Records by task.
     pub records: BTreeMap<usize, Record>,
-    /// Where the intersections are; empty when that is not known.
-    pub places: Places,
 }
 
 impl Results {
@@ -37,9 +34,7 @@ impl Results {
                 records.insert(task.task, record);
             }
         }
-        let places = Places::read(&layout.places())?;
-        let places = places.unwrap_or_else(|| Places::of_points(&manifest.identity.points));
-        Ok(Self { manifest, plan, records, places })
+        Ok(Self { manifest, plan, records })
     }
 
     /// Returns the tasks without a record.

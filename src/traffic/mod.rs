@@ -15,6 +15,7 @@ pub mod env;
 pub mod environment;
 pub mod error;
 pub mod family;
+mod furnish;
 pub mod model;
 pub mod network;
 pub mod places;

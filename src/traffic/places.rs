@@ -1,76 +1,108 @@
-//! Where the intersections of a run are: what its reports show on maps and call by their streets.
+//! Where a family's intersections are, all of them, and the streets around them: what maps and tables
+//! of a report show beside the records. It decides no record.
 
-use std::collections::BTreeMap;
+use std::fs;
 use std::path::Path;
 
-use super::city::surroundings::{Named, read_names, read_streets};
-use super::family::load::LoadedScenario;
-use crate::files::write_atomically;
-use crate::run::fault::Cause;
-use crate::store::Layout;
-use crate::store::places::{Place, Places, Streets};
+use serde::{Deserialize, Serialize};
 
-/// Distance from which on a name on the map belongs to another intersection, degrees: the table was
-/// edited since.
-const ELSEWHERE_DEG: f64 = 1e-3;
+use crate::files::FileError;
+use crate::store::error::StoreError;
+use crate::store::manifest::PointRow;
 
-/// Writes where the intersections of a run's family are, unless none is known.
-///
-/// # Arguments
-///
-/// * `stands` — per point MDP the one that stands for it, if any.
-/// * `folder` — that of a city, which has names and streets beside the scenario.
-///
-/// # Errors
-///
-/// What cannot be read or written.
-pub(super) fn write(
-    layout: &Layout,
-    loaded: &LoadedScenario,
-    stands: &[Option<usize>],
-    folder: Option<&Path>,
-) -> Result<(), Cause> {
-    if loaded.intersections.is_empty() {
-        return Ok(());
-    }
-    let names = folder.map(read_names).transpose()?.unwrap_or_default();
-    let streets = folder.map(read_streets).transpose()?.unwrap_or_default();
-    let mut intersections: Vec<(usize, Place)> = Vec::new();
-    for (point, members) in loaded.members.iter().enumerate() {
-        for member in members {
-            let intersection = &loaded.intersections[*member];
-            let at = (intersection.latitude, intersection.longitude);
-            if !at.0.is_finite() || !at.1.is_finite() {
-                continue;
-            }
-            let id = |point: usize| loaded.family.points[point].id.clone();
-            let place = Place {
-                id: intersection.id.clone(),
-                streets: streets_of(&names, &intersection.id, at),
-                latitude: at.0,
-                longitude: at.1,
-                point: id(point),
-                stands: stands[point].map(id),
-            };
-            intersections.push((*member, place));
-        }
-    }
-    intersections.sort_by_key(|i| i.0);
-    let places = Places {
-        intersections: intersections.into_iter().map(|i| i.1).collect(),
-        streets: streets.into_iter().map(|(rank, lines)| Streets { rank, lines }).collect(),
-    };
-    if !places.intersections.is_empty() {
-        write_atomically(&layout.places(), places.to_json().as_bytes())?;
-    }
-    Ok(())
+/// Name of the file in a results directory.
+pub const FILE: &str = "places.json";
+
+/// An intersection of the family.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct MappedIntersection {
+    /// Its id in the table of approaches; empty when that is not known.
+    #[serde(default)]
+    pub id: String,
+    /// Names of its streets; empty when the map has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub streets: Vec<String>,
+    /// Degrees.
+    pub latitude: f64,
+    /// Degrees.
+    pub longitude: f64,
+    /// Its point MDP, simulated or not.
+    pub point: String,
+    /// The simulated point MDP that stands for it: its own, or with k-means that of its cluster; `None`
+    /// where none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stands: Option<String>,
 }
 
-fn streets_of(names: &BTreeMap<String, Named>, id: &str, at: (f64, f64)) -> Vec<String> {
-    let near = |named: &&Named| {
-        (named.at.0 - at.0).abs() < ELSEWHERE_DEG && (named.at.1 - at.1).abs() < ELSEWHERE_DEG
-    };
-    names.get(id).filter(near).map(|named| named.streets.clone()).unwrap_or_default()
+/// Streets of one rank, to be drawn under the intersections.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StreetsOfRank {
+    /// 0 for minor ones to 3 for primary ones.
+    pub rank: usize,
+    /// Lines of longitude and latitude, degrees, as in GeoJSON.
+    pub lines: Vec<Vec<[f64; 2]>>,
+}
+
+/// Where a family's intersections are.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Places {
+    /// All intersections, in the order of the table of approaches.
+    pub intersections: Vec<MappedIntersection>,
+    /// Streets, minor ones first; empty when there is no map.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub streets: Vec<StreetsOfRank>,
+}
+
+impl Places {
+    /// Returns what a manifest says of places, for results from before they were kept: those of the
+    /// simulated point MDPs, without names.
+    pub fn of_points(points: &[PointRow]) -> Self {
+        let place = |point: &PointRow, [latitude, longitude]: [f64; 2]| MappedIntersection {
+            latitude,
+            longitude,
+            point: point.point.clone(),
+            stands: Some(point.point.clone()),
+            ..MappedIntersection::default()
+        };
+        let mut intersections = Vec::new();
+        for point in points {
+            let known =
+                point.places.iter().filter(|at| at.iter().all(|degrees| degrees.is_finite()));
+            intersections.extend(known.map(|at| place(point, *at)));
+        }
+        Self { intersections, streets: Vec::new() }
+    }
+
+    /// Reads a file of places; `None` when there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] when it cannot be read or is no such file.
+    pub fn read(path: &Path) -> Result<Option<Self>, StoreError> {
+        let text = match fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(FileError::at("read", path)(e).into()),
+        };
+        let places: Self = serde_json::from_str(&text).map_err(|e| StoreError::Malformed {
+            path: path.to_path_buf(),
+            reason: format!("{e}; delete it, and the next `tsc-family run` writes it again"),
+        })?;
+        Ok(Some(places))
+    }
+
+    /// Returns the text of a file of places, an intersection per line.
+    pub fn to_json(&self) -> String {
+        let line = |value: serde_json::Result<String>| value.expect("places are plain data");
+        let rows = |rows: Vec<String>| rows.join(",\n");
+        let intersections = self.intersections.iter().map(|p| line(serde_json::to_string(p)));
+        let streets = self.streets.iter().map(|s| line(serde_json::to_string(s)));
+        format!(
+            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]}}\n",
+            rows(intersections.collect()),
+            rows(streets.collect())
+        )
+    }
 }
 
 #[cfg(test)]
@@ -78,11 +110,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_from_elsewhere_is_not_taken() {
-        let named = Named { streets: vec!["Main Street".into()], at: (40.0, -111.0) };
-        let names = BTreeMap::from([("n1".to_owned(), named)]);
-        assert_eq!(streets_of(&names, "n1", (40.0001, -111.0)), ["Main Street"]);
-        assert!(streets_of(&names, "n1", (40.1, -111.0)).is_empty());
-        assert!(streets_of(&names, "n2", (40.0, -111.0)).is_empty());
+    fn places_read_back() {
+        let place = MappedIntersection {
+            id: "n7".into(),
+            streets: vec!["Main Street".into()],
+            latitude: 40.5,
+            longitude: -111.5,
+            point: "p".into(),
+            stands: None,
+        };
+        let streets =
+            vec![StreetsOfRank { rank: 3, lines: vec![vec![[-111.5, 40.5], [-111.4, 40.5]]] }];
+        let places = Places { intersections: vec![place], streets };
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("places.json");
+        assert_eq!(Places::read(&path).unwrap(), None);
+        fs::write(&path, places.to_json()).unwrap();
+        assert_eq!(Places::read(&path).unwrap(), Some(places));
+        fs::write(&path, "{").unwrap();
+        let e = Places::read(&path).unwrap_err().to_string();
+        assert!(e.contains("places.json") && e.contains("delete it"), "{e}");
     }
 }

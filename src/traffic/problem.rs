@@ -137,7 +137,7 @@ impl Problem for SignalProblem {
         if self.is_imported() {
             return Ok(());
         }
-        super::places::write(layout, &self.loaded, stands, self.folder.as_deref())
+        super::furnish::write(layout, &self.loaded, stands, self.folder.as_deref())
     }
 }
 

@@ -4,10 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use tsc_family::domains;
+use tsc_family::report::Report;
 use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult, Wall};
+use tsc_family::store::results::Results;
 
 const SEEDS: [u64; 2] = [1_073_741_825, 1_073_741_826];
 
@@ -98,6 +101,11 @@ pub(crate) fn write_results(
     }
     fs::write(layout.plan(), plan).unwrap();
     layout
+}
+
+/// The report on a results directory.
+pub(crate) fn reported(layout: &Layout) -> Report {
+    domains::report(layout, &Results::load(layout).unwrap()).unwrap()
 }
 
 /// The evaluation episodes with these delays, seconds.

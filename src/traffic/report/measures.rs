@@ -19,14 +19,14 @@ use crate::store::record::Metrics;
 
 /// Share of the vehicles, above the baseline's on the same seed, from which on an episode ends in
 /// gridlock; the module says why.
-pub(crate) const GRIDLOCK_EXCESS: f64 = 0.05;
+pub(super) const GRIDLOCK_EXCESS: f64 = 0.05;
 
 /// Share of the vehicles above which an episode ends in gridlock whatever the baseline does: more of
 /// them are left than have arrived.
-pub(crate) const GRIDLOCK_SHARE: f64 = 0.5;
+pub(super) const GRIDLOCK_SHARE: f64 = 0.5;
 
 /// Position among the regimes of the point MDPs that the baseline leaves at level of service F.
-pub(crate) const AT_F: usize = 1;
+pub(super) const AT_F: usize = 1;
 
 /// The regimes.
 const REGIMES: [Regime; 2] = [
@@ -39,7 +39,7 @@ const REGIMES: [Regime; 2] = [
 ];
 
 /// Position among the shares of the vehicles that had not arrived.
-pub(crate) const UNFINISHED: usize = 0;
+pub(super) const UNFINISHED: usize = 0;
 
 /// The shares.
 const SHARES: [Share; 2] = [
@@ -62,10 +62,6 @@ const SHARES: [Share; 2] = [
 pub struct TrafficMeasures;
 
 impl Measures for TrafficMeasures {
-    fn noun<'a>(&self, objective: &'a str) -> &'a str {
-        if objective == DELAY { "delay" } else { objective }
-    }
-
     fn regimes(&self, objective: &str) -> &'static [Regime] {
         if objective == DELAY { &REGIMES } else { &[] }
     }

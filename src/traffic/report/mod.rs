@@ -1,10 +1,21 @@
-//! What a report says of traffic signals beside what it says of any task.
+//! What reports say of traffic signals beside what they say of any task: levels of service, what is overloaded, the
+//! map, signal plans; and the page on the quality of a family that was derived from a map.
 
+mod demand;
+mod intersections;
 pub mod level_of_service;
+mod levels;
+mod map;
+mod map_view;
 mod measures;
 mod overloaded;
+mod plan_values;
+pub mod plans;
+pub mod quality;
+mod remarks;
+mod sections;
+mod shown;
 
 pub use measures::TrafficMeasures;
-pub(crate) use measures::{GRIDLOCK_EXCESS, GRIDLOCK_SHARE, UNFINISHED};
 pub use overloaded::Overloaded;
-pub(crate) use overloaded::overloaded;
+pub use sections::TrafficSections;

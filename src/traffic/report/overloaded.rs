@@ -18,7 +18,7 @@ pub struct Overloaded {
 
 impl Overloaded {
     /// Returns how many point MDPs are at level F, and what they weigh.
-    pub(crate) fn in_words(&self) -> String {
+    pub(super) fn in_words(&self) -> String {
         match self.points {
             0 => "no point MDP is at level of service F".to_owned(),
             n => format!(
@@ -34,7 +34,7 @@ impl Overloaded {
 
 /// Returns which part of the family the baseline leaves at F; `None` when that is not known of some
 /// point MDP. `baseline` is its position among the methods.
-pub(crate) fn overloaded(points: &[PointSummary], baseline: usize) -> Option<Overloaded> {
+pub(super) fn overloaded(points: &[PointSummary], baseline: usize) -> Option<Overloaded> {
     let known: Option<Vec<(bool, f64, f64)>> = points
         .iter()
         .map(|p| Some((p.regime? == AT_F, p.weight, p.results[baseline].as_ref()?.objective)))

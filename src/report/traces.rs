@@ -1,39 +1,44 @@
-//! What a learner itself sees while it learns, beside its delay: return and loss per episode.
+//! What a learner itself sees while it learns, beside the objective: return and loss per episode.
 //!
 //! Every reward has its own unit, so that each learner has axes of its own and no two curves are
-//! comparable. As with the delay, a curve is the mean over point MDPs with the weights of the score,
+//! comparable. As with the objective, a curve is the mean over point MDPs with the weights of the score,
 //! smoothed by a trailing mean, and its band holds quantiles over trainings. An episode without an
 //! update has no loss; it counts in no mean.
 
 use std::collections::BTreeMap;
 
-use super::curve::{BAND, FEW_TRAININGS, SMOOTHED_OVER, ticks};
-use super::data::ReportData;
-use super::format;
+use super::scale::{linear_marks, number, padded, ticks};
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
+use super::whole::Report;
 use crate::analysis::TrainingSummary;
 use crate::stats::quantile::quantile;
 use crate::stats::score::{mean, weighted_mean};
 
+/// Episodes of the trailing mean.
+pub(super) const SMOOTHED_OVER: usize = 5;
+
+/// Trainings below which the band is their whole range.
+pub(super) const FEW_TRAININGS: usize = 5;
+
+/// Quantiles of the band.
+pub(super) const BAND: (f64, f64) = (0.1, 0.9);
+
 /// Factor between largest and smallest value from which on an axis is logarithmic.
 const LOG_FROM: f64 = 5.0;
-
-/// Space above and below a curve, as a share of its range.
-const PAD: f64 = 0.06;
 
 /// Mean, lower and upper end of the band in one episode; `None` where no training has a value.
 type Band = Option<[f64; 3]>;
 
 /// A figure of training: its name and what its panel shows.
-pub(super) struct Signal {
+pub(super) struct Trace {
     label: &'static str,
     of: fn(&TrainingSummary) -> &[Option<f64>],
 }
 
-/// The figures that stand beside the delay.
-pub(super) const SIGNALS: [Signal; 2] = [
-    Signal { label: "return (sum of rewards)", of: |t| &t.returns },
-    Signal { label: "loss (mean of the updates)", of: |t| &t.losses },
+/// The figures that stand beside the objective.
+pub(super) const TRACES: [Trace; 2] = [
+    Trace { label: "return (sum of rewards)", of: |t| &t.returns },
+    Trace { label: "loss (mean of the updates)", of: |t| &t.losses },
 ];
 
 /// Returns the trailing means of a figure, which goes on level to the given length.
@@ -46,12 +51,12 @@ fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
 }
 
 /// Returns the mean and the band of a figure, one per episode.
-fn bands(data: &ReportData, trainings: &[&TrainingSummary], signal: &Signal) -> Vec<Band> {
+fn bands(data: &Report, trainings: &[&TrainingSummary], trace: &Trace) -> Vec<Band> {
     let with_values =
-        || trainings.iter().filter(|t| (signal.of)(t).iter().any(Option::is_some)).copied();
-    let episodes = with_values().map(|t| (signal.of)(t).len()).max().unwrap_or(0);
+        || trainings.iter().filter(|t| (trace.of)(t).iter().any(Option::is_some)).copied();
+    let episodes = with_values().map(|t| (trace.of)(t).len()).max().unwrap_or(0);
     let smooth: Vec<(usize, Vec<Option<f64>>)> =
-        with_values().map(|t| (t.point, smoothed((signal.of)(t), episodes))).collect();
+        with_values().map(|t| (t.point, smoothed((trace.of)(t), episodes))).collect();
     let band = |e: usize| {
         let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for (point, values) in &smooth {
@@ -73,15 +78,15 @@ fn bands(data: &ReportData, trainings: &[&TrainingSummary], signal: &Signal) -> 
 /// Draws the panel of a figure; without any value it says so.
 pub(super) fn panel(
     canvas: &mut Canvas,
-    data: &ReportData,
+    data: &Report,
     trainings: &[&TrainingSummary],
-    signal: &Signal,
+    trace: &Trace,
     area: (f64, f64, f64, f64),
     (episodes, color, dash): (usize, &str, Option<&str>),
 ) {
-    let bands = bands(data, trainings, signal);
+    let bands = bands(data, trainings, trace);
     let style = TextStyle::new(Anchor::Start).color(MUTED);
-    canvas.text(area.0, area.1 - 8.0, signal.label, style);
+    canvas.text(area.0, area.1 - 8.0, trace.label, style);
     let values = || bands.iter().flatten().flatten().copied();
     let (least, most) =
         values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
@@ -125,10 +130,7 @@ fn axes(
     (low, high): (f64, f64),
     logarithmic: bool,
 ) -> Frame {
-    let (x_end, span) = (episodes.max(2) as f64, (high - low).max(f64::MIN_POSITIVE));
-    // A curve that never moves still gets an axis around it.
-    let pad = if high > low { PAD * span } else { low.abs().max(1.0) * PAD };
-    let y = (low - pad, high + pad);
+    let (x_end, y) = (episodes.max(2) as f64, padded(low, high));
     let frame = canvas.axes(&Axes {
         area,
         x: (0.0, x_end),
@@ -139,13 +141,9 @@ fn axes(
         x_label: Some("training episode".to_owned()),
         y_label: None,
     });
-    let step = nice_step(y.1 - y.0, 4.0);
     let marks: Vec<(f64, String)> = match logarithmic {
         true => ticks(y.0, y.1).into_iter().map(|t| (t.log10(), number(t))).collect(),
-        false => {
-            let (from, to) = ((y.0 / step).ceil() as i64, (y.1 / step).floor() as i64);
-            (from..=to).map(|k| (k as f64 * step, number(k as f64 * step))).collect()
-        }
+        false => linear_marks(y.0, y.1),
     };
     for (value, label) in marks {
         let y = frame.y(value);
@@ -153,15 +151,6 @@ fn axes(
         canvas.text(area.0 - 7.0, y + 4.5, &label, TextStyle::new(Anchor::End));
     }
     frame
-}
-
-/// Returns a number that fits beside an axis: two significant decimals, powers of 10 where it is tiny
-/// or huge.
-fn number(value: f64) -> String {
-    match value.abs() {
-        v if v == 0.0 || (0.01..1e5).contains(&v) => format::feature(value),
-        _ => format!("{value:.0e}"),
-    }
 }
 
 #[cfg(test)]
@@ -174,11 +163,5 @@ mod tests {
         let smooth = smoothed(&losses, 11);
         assert_eq!(smooth[..5], [None, None, Some(4.0), Some(4.0), Some(3.0)]);
         assert_eq!(smooth[8..], [Some(2.0), None, None]);
-    }
-
-    #[test]
-    fn labels_of_an_axis_are_short() {
-        let labels = [-1400.0, 0.0, 0.5, 0.002, 2e6].map(number);
-        assert_eq!(labels, ["-1400", "0", "0.5", "2e-3", "2e6"]);
     }
 }

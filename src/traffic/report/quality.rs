@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 use minijinja::{Value, context};
 use osm_signals::oddities::Oddity;
 
-use super::page::render;
-use super::{ReportError, format};
 use crate::files::write_atomically;
+use crate::report::page::{STYLE, render};
+use crate::report::{ReportError, format};
 use crate::stats::quantile::quantile;
 use crate::traffic::city::drawing::Drawing;
 use crate::traffic::city::quality::{CountsSummary, Distribution, Provenance, Quality, SkipCount};
@@ -24,7 +24,6 @@ use link::OPENSTREETMAP;
 use text::{percent, share};
 
 const TEMPLATE: &str = include_str!("templates/quality.html");
-const STYLE: &str = include_str!("templates/style.css");
 
 /// Name of the file with all figures.
 pub const QUALITY_FILE: &str = "quality.json";

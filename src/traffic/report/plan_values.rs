@@ -2,19 +2,20 @@
 
 use minijinja::{Value, context};
 
-use super::data::ReportData;
-use super::format;
 use super::plans::{Source, TaskPlan};
+use super::shown::Seen;
+use crate::report::format;
 
 /// Returns the section on signal plans; undefined without a finished task.
-pub(super) fn plan_values(data: &ReportData) -> Option<Value> {
+pub(super) fn plan_values(seen: Seen<'_>) -> Option<Value> {
+    let Seen { data, shown } = seen;
     let identity = &data.manifest.identity;
     let rows: Vec<Value> = identity
         .methods
         .iter()
         .enumerate()
         .filter_map(|(index, method)| {
-            let plans: Vec<&TaskPlan> = data.plans.iter().filter(|p| p.method == index).collect();
+            let plans: Vec<&TaskPlan> = shown.plans.iter().filter(|p| p.method == index).collect();
             let wins = || {
                 let best = |p: &usize| data.winners[*p].as_ref().is_some_and(|w| w.best == index);
                 (0..data.points.len()).filter(best)
@@ -31,7 +32,7 @@ pub(super) fn plan_values(data: &ReportData) -> Option<Value> {
         })
         .collect();
     (!rows.is_empty())
-        .then(|| context! { rows, whole => data.plans.iter().any(TaskPlan::is_whole) })
+        .then(|| context! { rows, chosen => data.points.len(), whole => shown.plans.iter().any(TaskPlan::is_whole) })
 }
 
 /// Says what a method does, and where that can be had.

@@ -1,7 +1,7 @@
 //! `plans.csv`: a row per green of every plan, or one that says why there is none.
 
-use super::{Source, TaskPlan};
-use crate::report::data::ReportData;
+use super::task_plan::{Source, TaskPlan};
+use crate::analysis::Analysis;
 use crate::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 use crate::traffic::settings::signal::SignalSettings;
 use crate::traffic::timing::Timing;
@@ -41,15 +41,21 @@ struct Green {
 ///
 /// # Arguments
 ///
+/// * `streets` — of its intersections.
 /// * `file` — name of the file for SUMO that has it, if there is one.
-pub(super) fn rows(data: &ReportData, plan: &TaskPlan, file: Option<&str>) -> Vec<Vec<String>> {
+pub(super) fn rows(
+    data: &Analysis,
+    streets: Option<String>,
+    plan: &TaskPlan,
+    file: Option<&str>,
+) -> Vec<Vec<String>> {
     let identity = &data.manifest.identity;
     let point = identity.points[plan.point].point.as_str();
     let winner = data.winners[plan.point].as_ref().is_some_and(|w| w.best == plan.method);
     let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
     let head = [
         point.to_owned(),
-        data.streets_of(point).unwrap_or_default(),
+        streets.unwrap_or_default(),
         identity.methods[plan.method].clone(),
         plan.replicate.to_string(),
         number(plan.objective),

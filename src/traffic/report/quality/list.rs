@@ -27,7 +27,7 @@ pub(super) fn list(q: &Quality) -> Option<Value> {
     let mut distances = figures::matched_m(q);
     distances.sort_by(f64::total_cmp);
     let quartiles = (!distances.is_empty()).then(|| {
-        let at = |share| format::delay(quantile(&distances, share));
+        let at = |share| format::amount(quantile(&distances, share));
         [at(0.25), at(0.5), at(0.75), at(1.0)].to_vec()
     });
     let line = |(name, n): (String, usize)| {
@@ -76,7 +76,7 @@ fn row(row: &ListedRow) -> Value {
         place => format!("{:.5}, {:.5}", row.latitude, row.longitude),
         link => map_link(row.latitude, row.longitude),
         intersection => row.intersection.as_deref().unwrap_or("\u{2013}"),
-        distance => row.distance_m.map_or("\u{2013}".to_owned(), format::delay),
+        distance => row.distance_m.map_or("\u{2013}".to_owned(), format::amount),
         outcome => note.map_or(outcome.clone(), |note| format!("{outcome}; {note}")),
     }
 }

@@ -3,10 +3,10 @@
 use osm_signals::intersections::Skip;
 
 use super::explain::sentence;
-use crate::report::demand;
 use crate::report::format::{self, count};
 use crate::traffic::city::quality::{Provenance, Quality};
 use crate::traffic::city::reason::Reason;
+use crate::traffic::report::demand;
 
 /// Share of the inflows that are defaults above which results say little about real traffic.
 const MANY_DEFAULTS: f64 = 0.5;

@@ -5,14 +5,20 @@ use std::path::{Path, PathBuf};
 
 use super::config::{Show, configuration, way};
 use super::program_xml::additional;
-use super::{TUNED, TaskPlan, table};
-use crate::files::FileError;
-use crate::files::write_atomically;
+use super::table;
+use super::task_plan::TaskPlan;
+use crate::analysis::Analysis;
+use crate::files::{FileError, write_atomically};
 use crate::hash::sha256;
-use crate::report::csv;
-use crate::report::data::ReportData;
-use crate::report::format;
+use crate::report::{csv, format};
 use crate::store::manifest::PointRow;
+use crate::traffic::report::shown::Seen;
+
+/// The method whose plans are tuned.
+const TUNED: &str = "fixed-time";
+
+/// Name of the table in the report's folder.
+pub(in crate::traffic::report) const TABLE: &str = "plans.csv";
 
 /// Environment of a point MDP whose network lies in the networks folder.
 const GENERATED: &str = "network";
@@ -22,15 +28,15 @@ const FOLDER: &str = "plans";
 
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(in crate::report) struct Written {
+pub(in crate::traffic::report) struct Written {
     /// `plans.csv`.
-    pub(in crate::report) table: PathBuf,
+    pub(in crate::traffic::report) table: PathBuf,
     /// Files in `plans/` for `sumo -a`.
-    pub(in crate::report) programs: usize,
+    pub(in crate::traffic::report) programs: usize,
     /// Configurations that show the best method.
-    pub(in crate::report) configurations: usize,
+    pub(in crate::traffic::report) configurations: usize,
     /// Why a configuration is missing that could be there, if one is.
-    pub(in crate::report) missing: Option<String>,
+    pub(in crate::traffic::report) missing: Option<String>,
 }
 
 /// Writes the plans of a report into its folder; what an earlier report left there is replaced.
@@ -38,18 +44,22 @@ pub(in crate::report) struct Written {
 /// # Errors
 ///
 /// [`FileError`] when a file cannot be written.
-pub(in crate::report) fn write(folder: &Path, data: &ReportData) -> Result<Written, FileError> {
+pub(in crate::traffic::report) fn write(
+    folder: &Path,
+    seen: Seen<'_>,
+) -> Result<Written, FileError> {
+    let Seen { data, shown } = seen;
     let plans = folder.join(FOLDER);
     if plans.exists() {
         fs::remove_dir_all(&plans).map_err(FileError::at("remove", &plans))?;
     }
-    let mut written = Written { table: folder.join("plans.csv"), ..Written::default() };
+    let mut written = Written { table: folder.join(TABLE), ..Written::default() };
     let mut rows = Vec::new();
     for point in 0..data.points.len() {
-        let shown = best_replicates(data, point);
-        for plan in data.plans.iter().filter(|p| p.point == point) {
-            let is_shown = shown.iter().any(|s| std::ptr::eq(*s, plan));
-            let file = if is_shown { program_file(data, plan) } else { None };
+        let best = best_replicates(seen, point);
+        for plan in shown.plans.iter().filter(|p| p.point == point) {
+            let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
+            let file = if is_shown { program_file(seen, plan) } else { None };
             if let Some((name, text)) = &file {
                 make(&plans)?;
                 write_atomically(&plans.join(name), text.as_bytes())?;
@@ -57,14 +67,15 @@ pub(in crate::report) fn write(folder: &Path, data: &ReportData) -> Result<Writt
             }
             if is_shown && data.winners[point].as_ref().is_some_and(|w| w.best == plan.method) {
                 let additional = file.as_ref().map(|f| f.0.as_str());
-                show(&plans, data, plan, additional, &mut written)?;
+                show(&plans, seen, plan, additional, &mut written)?;
             }
-            let cells = table::rows(data, plan, file.as_ref().map(|f| f.0.as_str()));
+            let streets = shown.streets_of(&data.points[point].row.point);
+            let cells = table::rows(data, streets, plan, file.as_ref().map(|f| f.0.as_str()));
             rows.extend(cells.into_iter().map(|cells| (point, cells)));
         }
     }
     let header = table::HEADER.map(str::to_owned).to_vec();
-    let text = csv::titled(data, header, rows.into_iter());
+    let text = csv::titled(shown.titles(data).as_deref(), header, rows.into_iter());
     write_atomically(&written.table, text.as_bytes())?;
     Ok(written)
 }
@@ -73,14 +84,18 @@ fn make(folder: &Path) -> Result<(), FileError> {
     fs::create_dir_all(folder).map_err(FileError::at("create", folder))
 }
 
-/// Returns one plan per method with programs on a point MDP: of several trainings that of the least
+/// Returns one plan per method with programs on a point MDP: of several trainings that of the best
 /// objective.
-fn best_replicates(data: &ReportData, point: usize) -> Vec<&TaskPlan> {
+fn best_replicates(seen: Seen<'_>, point: usize) -> Vec<&TaskPlan> {
     let mut best: Vec<&TaskPlan> = Vec::new();
-    let value = |plan: &TaskPlan| plan.objective.unwrap_or(f64::INFINITY);
-    for plan in data.plans.iter().filter(|p| p.point == point && p.is_whole()) {
+    let direction = seen.data.direction();
+    let better = |a: &TaskPlan, b: &TaskPlan| match (a.objective, b.objective) {
+        (Some(a), Some(b)) => direction.is_worse(b, a),
+        (a, b) => a.is_some() && b.is_none(),
+    };
+    for plan in seen.shown.plans.iter().filter(|p| p.point == point && p.is_whole()) {
         match best.iter_mut().find(|b| b.method == plan.method) {
-            Some(other) if value(plan) < value(other) => *other = plan,
+            Some(other) if better(plan, other) => *other = plan,
             Some(_) => {}
             None => best.push(plan),
         }
@@ -89,11 +104,11 @@ fn best_replicates(data: &ReportData, point: usize) -> Vec<&TaskPlan> {
 }
 
 /// Returns name and text of a plan's file for SUMO; `None` where there is nothing to load.
-fn program_file(data: &ReportData, plan: &TaskPlan) -> Option<(String, String)> {
-    let identity = &data.manifest.identity;
+fn program_file(seen: Seen<'_>, plan: &TaskPlan) -> Option<(String, String)> {
+    let identity = &seen.data.manifest.identity;
     let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
     let own = point.environment == GENERATED && method == TUNED;
-    let text = additional(method, &plan.programs, own, &comment(data, plan))?;
+    let text = additional(method, &plan.programs, own, &comment(seen, plan))?;
     let name = match method {
         TUNED => format!("{}.add.xml", point.point),
         other => format!("{}.{other}.add.xml", point.point),
@@ -102,14 +117,14 @@ fn program_file(data: &ReportData, plan: &TaskPlan) -> Option<(String, String)> 
 }
 
 /// Says what a plan is.
-fn comment(data: &ReportData, plan: &TaskPlan) -> Vec<String> {
-    let identity = &data.manifest.identity;
+fn comment(seen: Seen<'_>, plan: &TaskPlan) -> Vec<String> {
+    let identity = &seen.data.manifest.identity;
     let (point, method) = (&identity.points[plan.point].point, &identity.methods[plan.method]);
-    let streets = data.streets_of(point).map_or_else(String::new, |s| format!(" ({s})"));
+    let streets = seen.shown.streets_of(point).map_or_else(String::new, |s| format!(" ({s})"));
     let mut lines = vec![format!("{method} on {point}{streets}")];
     if let Some(value) = plan.objective {
         let n = format::count(identity.evaluation_seeds.len(), "evaluation episode");
-        lines.push(format!("{} {} over {n}", identity.objective, format::delay(value)));
+        lines.push(format!("{} {} over {n}", identity.objective, format::amount(value)));
     }
     if identity.replicates_of(method) > 1 {
         lines.push(format!("training {} of those that were recorded, the best", plan.replicate));
@@ -120,11 +135,12 @@ fn comment(data: &ReportData, plan: &TaskPlan) -> Vec<String> {
 /// Writes the configuration that shows the best method of a point MDP.
 fn show(
     plans: &Path,
-    data: &ReportData,
+    seen: Seen<'_>,
     plan: &TaskPlan,
     additional: Option<&str>,
     written: &mut Written,
 ) -> Result<(), FileError> {
+    let data = seen.data;
     let identity = &data.manifest.identity;
     let point = &identity.points[plan.point];
     let (own, text) = match own_configuration(data, point, plans) {
@@ -141,7 +157,7 @@ fn show(
     let way = way(&absolute(plans)?, &absolute(folder)?);
     let seed = point.evaluation_seeds(&identity.evaluation_seeds).first().copied();
     let teleport = identity.settings.pointer("/simulation/time_to_teleport_s");
-    let mut comment = comment(data, plan);
+    let mut comment = comment(seen, plan);
     comment.push("open it with: sumo-gui -c THIS_FILE".to_owned());
     if let (Some(seed), true) = (seed, point.environment == GENERATED) {
         comment.push(format!(
@@ -176,7 +192,7 @@ fn show(
 ///
 /// Why it is not to be had.
 fn own_configuration(
-    data: &ReportData,
+    data: &Analysis,
     point: &PointRow,
     plans: &Path,
 ) -> Result<(PathBuf, String), String> {

@@ -6,11 +6,11 @@
 
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
 
-use super::csv;
-use super::data::ReportData;
-use super::names::streets;
-use crate::store::places::Place;
-use crate::traffic::report::level_of_service::{DELAY, letter};
+use super::level_of_service::{DELAY, letter};
+use super::shown::{Seen, streets};
+use crate::analysis::Analysis;
+use crate::report::csv;
+use crate::traffic::places::MappedIntersection;
 
 /// Detail of a family of which every point MDP is an intersection with its own arms.
 const PER_APPROACH: &str = "per-approach";
@@ -42,7 +42,7 @@ impl Basis {
 
 /// Returns where the results of an intersection come from, and the position of the point MDP that has
 /// them.
-pub(super) fn basis(data: &ReportData, place: &Place) -> (Basis, Option<usize>) {
+pub(super) fn basis(data: &Analysis, place: &MappedIntersection) -> (Basis, Option<usize>) {
     let position = |id: &str| data.points.iter().position(|p| p.row.point == id);
     let Some(point) = place.stands.as_deref().and_then(position) else {
         return (Basis::None, None);
@@ -57,7 +57,7 @@ pub(super) fn basis(data: &ReportData, place: &Place) -> (Basis, Option<usize>) 
 }
 
 /// Returns the names of the columns; those of one method come last.
-fn header(data: &ReportData) -> Vec<String> {
+fn header(data: &Analysis) -> Vec<String> {
     let identity = &data.manifest.identity;
     let objective = &identity.objective;
     ["id", "streets", "latitude", "longitude", "point", "basis", "results_of", "winner"]
@@ -75,7 +75,7 @@ fn header(data: &ReportData) -> Vec<String> {
 }
 
 /// Returns the cells of an intersection, in the order of [`header`].
-fn cells(data: &ReportData, place: &Place) -> Vec<JsonValue> {
+fn cells(data: &Analysis, place: &MappedIntersection) -> Vec<JsonValue> {
     let identity = &data.manifest.identity;
     let (basis, point) = basis(data, place);
     let point = point.map(|p| &data.points[p]);
@@ -116,22 +116,24 @@ fn number(value: Option<f64>) -> JsonValue {
 }
 
 /// Returns `intersections.csv`.
-pub(super) fn table(data: &ReportData) -> String {
+pub(super) fn table(seen: Seen<'_>) -> String {
+    let Seen { data, shown } = seen;
     let text = |cell: JsonValue| match cell {
         JsonValue::Null => String::new(),
         JsonValue::String(text) => text,
         JsonValue::Number(n) => n.as_f64().map_or_else(String::new, |n| n.to_string()),
         other => other.to_string(),
     };
-    let row = |place: &Place| cells(data, place).into_iter().map(text).collect();
-    csv::table(&header(data), data.places.intersections.iter().map(row))
+    let row = |place: &MappedIntersection| cells(data, place).into_iter().map(text).collect();
+    csv::table(&header(data), shown.places.intersections.iter().map(row))
 }
 
 /// Returns `results.geojson`: a point per intersection with the columns of the table.
-pub(super) fn geojson(data: &ReportData) -> String {
+pub(super) fn geojson(seen: Seen<'_>) -> String {
+    let Seen { data, shown } = seen;
     let names = header(data);
     let at = |name: &str| name == "latitude" || name == "longitude";
-    let feature = |place: &Place| {
+    let feature = |place: &MappedIntersection| {
         let properties: JsonObject =
             names.iter().cloned().zip(cells(data, place)).filter(|(name, _)| !at(name)).collect();
         Feature {
@@ -140,7 +142,7 @@ pub(super) fn geojson(data: &ReportData) -> String {
             ..Feature::default()
         }
     };
-    let features = data.places.intersections.iter().map(feature).collect();
+    let features = shown.places.intersections.iter().map(feature).collect();
     let collection = FeatureCollection { bbox: None, features, foreign_members: None };
     let mut text = serde_json::to_string(&collection).expect("features are plain data");
     // A line per intersection, so that two versions can be compared.

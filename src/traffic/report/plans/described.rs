@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Source;
+use super::task_plan::Source;
 use crate::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 use crate::traffic::settings::signal::{ChangeInterval, SignalSettings};
 use crate::traffic::timing::Timing;

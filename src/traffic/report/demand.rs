@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::format::percent;
+use crate::report::format::percent;
 
 /// Share of the approaches with a default inflow above which a headline says so.
 const MOSTLY: f64 = 0.5;

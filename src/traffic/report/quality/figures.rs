@@ -1,6 +1,6 @@
 //! The figures of the page on quality, except the map: shares of what is known, and histograms.
 
-use crate::report::figures::WIDTH;
+use crate::report::WIDTH;
 use crate::report::svg::{Anchor, Axes, Canvas, MUTED, TextStyle, nice_step};
 use crate::report::{format, palette};
 use crate::stats::Histogram;

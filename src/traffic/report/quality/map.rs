@@ -1,20 +1,17 @@
 //! The map of a derived family: streets, intersections coloured by how much of them is known, and
 //! signals that are none.
-//!
-//! The projection is equirectangular with the longitudes scaled by the cosine of the mean latitude,
-//! as on the map of a report.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::report::figures::WIDTH;
-use crate::report::map::{KM_PER_DEGREE, scale_bar};
+use crate::report::WIDTH;
 use crate::report::svg::{Anchor, Canvas, MUTED, TextStyle};
 use crate::report::{format, palette};
-use crate::traffic::city::drawing::{Drawing, DrawnStreet};
+use crate::traffic::city::drawing::Drawing;
 use crate::traffic::city::quality::Quality;
 use crate::traffic::city::spots::Spot;
 use crate::traffic::city::surroundings::rank;
+use crate::traffic::report::map_view::{MapFrame, MapView, scale_bar};
 
 use super::text::percent;
 
@@ -24,11 +21,8 @@ const HEIGHT_PX: (f64, f64) = (900.0, 480.0);
 /// Number of intersections up to which they are few.
 const FEW: usize = 12;
 
-/// Smallest height of the map itself, pixels.
-const MIN_HEIGHT_PX: f64 = 300.0;
-
-/// Space beside, above (for the legend) and below the map (for the scale bar), pixels.
-const MARGIN_PX: (f64, f64, f64) = (2.0, 68.0, 34.0);
+/// Space below the map for the scale bar, pixels.
+const BELOW_PX: f64 = 34.0;
 
 /// Smallest and largest radius of an intersection, pixels.
 const RADIUS_PX: (f64, f64) = (2.2, 7.0);
@@ -58,13 +52,14 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     if q.spots.is_empty() || south >= north || west >= east {
         return None;
     }
-    let view = View::new(drawing.frame, q.spots.len());
-    let (side, top, below) = MARGIN_PX;
+    let frame = frame(q.spots.len());
+    let view = MapView::new(drawing.frame, frame);
+    let (side, top) = (frame.side_px, frame.top_px);
     let (right, bottom) = (WIDTH - side, top + view.height);
-    let mut canvas = Canvas::new(WIDTH, bottom + below);
+    let mut canvas = Canvas::new(WIDTH, bottom + BELOW_PX);
     for (layer, (color, width)) in STREETS.into_iter().enumerate() {
         let streets = drawing.streets.iter().filter(|s| rank(s.highway) == layer);
-        let d = path(streets, &view);
+        let d = view.path(streets.map(|street| street.places.iter().copied()));
         if !d.is_empty() {
             canvas.path(d, color, width, None);
         }
@@ -91,7 +86,7 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     // Streets that leave the map are covered by its margins.
     for (a, b) in [
         ((0.0, 0.0), (WIDTH, top)),
-        ((0.0, bottom), (WIDTH, bottom + below)),
+        ((0.0, bottom), (WIDTH, bottom + BELOW_PX)),
         ((0.0, top), (side, bottom)),
         ((right, top), (WIDTH, bottom)),
     ] {
@@ -110,66 +105,16 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     Some(canvas.finish("map-figure", &title, &description.join("; ")))
 }
 
-/// Where places are on the canvas.
-struct View {
-    middle: (f64, f64),
-    km_per_degree: (f64, f64),
-    pixels_per_km: f64,
-    height: f64,
-}
-
-impl View {
-    fn new([south, west, north, east]: [f64; 4], spots: usize) -> Self {
-        let highest = if spots > FEW { HEIGHT_PX.0 } else { HEIGHT_PX.1 };
-        let middle = ((south + north) / 2.0, (west + east) / 2.0);
-        let km_per_degree = (KM_PER_DEGREE, KM_PER_DEGREE * middle.0.to_radians().cos());
-        let (high, wide) = ((north - south) * km_per_degree.0, (east - west) * km_per_degree.1);
-        let pixels_per_km = ((WIDTH - 2.0 * MARGIN_PX.0) / wide).min(highest / high);
-        let height = (high * pixels_per_km).max(MIN_HEIGHT_PX);
-        Self { middle, km_per_degree, pixels_per_km, height }
+/// Returns how the map of so many intersections lies on its canvas.
+fn frame(spots: usize) -> MapFrame {
+    MapFrame {
+        height_px: (if spots > FEW { HEIGHT_PX.0 } else { HEIGHT_PX.1 }, 300.0),
+        side_px: 2.0,
+        top_px: 68.0,
+        air_px: 0.0,
+        least_km: 0.0,
+        piece_px: 0.0,
     }
-
-    fn place(&self, latitude: f64, longitude: f64) -> (f64, f64) {
-        let east = (longitude - self.middle.1) * self.km_per_degree.1;
-        let north = (latitude - self.middle.0) * self.km_per_degree.0;
-        let middle = (WIDTH / 2.0, MARGIN_PX.1 + self.height / 2.0);
-        (middle.0 + east * self.pixels_per_km, middle.1 - north * self.pixels_per_km)
-    }
-
-    /// Returns whether a line between two places on the canvas surely misses the map.
-    fn misses(&self, a: (f64, f64), b: (f64, f64)) -> bool {
-        let bottom = MARGIN_PX.1 + self.height;
-        a.0.max(b.0) < 0.0
-            || a.0.min(b.0) > WIDTH
-            || a.1.max(b.1) < MARGIN_PX.1
-            || a.1.min(b.1) > bottom
-    }
-}
-
-/// Returns the path data of streets: absolute starts and relative lines in tenths of a pixel, so
-/// that rounding does not add up.
-fn path<'a>(streets: impl Iterator<Item = &'a DrawnStreet>, view: &View) -> String {
-    let mut d = String::new();
-    for street in streets {
-        let places: Vec<(f64, f64)> = street.places.iter().map(|p| view.place(p.0, p.1)).collect();
-        let mut pen = None;
-        for (a, b) in places.iter().zip(places.iter().skip(1)) {
-            if view.misses(*a, *b) {
-                pen = None;
-                continue;
-            }
-            let tenths = |(x, y): (f64, f64)| ((x * 10.0).round(), (y * 10.0).round());
-            let (a, b) = (tenths(*a), tenths(*b));
-            let separator = if pen == Some(a) { " " } else { "l" };
-            if pen != Some(a) {
-                write!(d, "M{} {}", a.0 / 10.0, a.1 / 10.0).expect("a string takes all");
-            }
-            let (x, y) = ((b.0 - a.0) / 10.0, (b.1 - a.1) / 10.0);
-            write!(d, "{separator}{x} {y}").expect("a string takes all");
-            pen = Some(b);
-        }
-    }
-    d
 }
 
 fn radius(spots: usize, height: f64) -> f64 {
@@ -224,20 +169,10 @@ fn legend(canvas: &mut Canvas, q: &Quality, drawing: &Drawing) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use osm_signals::tags::Highway;
 
     #[test]
     fn a_third_is_in_the_class_that_starts_there() {
         assert_eq!([1.0, 0.99, 8.0 / 12.0, 4.0 / 12.0, 0.2, 0.0].map(class), [0, 1, 1, 3, 4, 5]);
-    }
-
-    #[test]
-    fn a_street_is_one_line_and_what_is_outside_is_left_out() {
-        let view = View::new([0.0, 0.0, 1.0, 1.0], 100);
-        let places = vec![(0.5, 0.5), (0.5, 0.6), (0.5, 0.7), (0.5, 3.0), (0.5, 4.0)];
-        let street = DrawnStreet { highway: Highway::Primary, places };
-        let d = path(std::iter::once(&street), &view);
-        assert_eq!((d.matches('M').count(), d.matches(' ').count()), (1, 6), "{d}");
     }
 
     #[test]

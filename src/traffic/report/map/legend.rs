@@ -1,10 +1,10 @@
 //! The legend of the map: what colours, letters and rings mean.
 
-use super::{Basis, Dot, class_name, draw, letter};
-use crate::report::data::ReportData;
-use crate::report::figures::WIDTH;
-use crate::report::palette;
+use super::dot::{Dot, class_name, draw, letter};
+use crate::analysis::Analysis;
 use crate::report::svg::{Anchor, Canvas, TextStyle, text_width};
+use crate::report::{WIDTH, palette};
+use crate::traffic::report::intersections::Basis;
 use crate::traffic::report::level_of_service::{DELAY, range};
 
 /// Radius of the dots of the legend, pixels.
@@ -14,7 +14,7 @@ const RADIUS_PX: f64 = 7.0;
 const LEFT_PX: f64 = 12.0;
 
 /// Draws the classes in a first row, and in a second one what else is on the map.
-pub(super) fn draw_legend(canvas: &mut Canvas, data: &ReportData, dots: &[Dot]) {
+pub(super) fn draw_legend(canvas: &mut Canvas, data: &Analysis, dots: &[Dot]) {
     let style = TextStyle::new(Anchor::Start);
     let classes = palette::ORDERED.len();
     let slot = (WIDTH - 2.0 * LEFT_PX) / classes as f64;

@@ -1,0 +1,24 @@
+//! The files of a report.
+
+use std::path::PathBuf;
+
+/// The files of a report.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReportPaths {
+    /// `DIR/report/index.html`.
+    pub html: PathBuf,
+    /// `DIR/report/scores.csv`.
+    pub scores: PathBuf,
+    /// `DIR/report/summary.csv`.
+    pub summary: PathBuf,
+    /// `DIR/report/episodes.csv`.
+    pub episodes: PathBuf,
+    /// `DIR/report/training.csv`; there when a method learned.
+    pub training: Option<PathBuf>,
+    /// What the domain adds.
+    pub further: Vec<PathBuf>,
+    /// What people should know of that, such as why a file is missing.
+    pub notes: Vec<String>,
+    /// `DIR/report/*.svg`.
+    pub figures: Vec<PathBuf>,
+}

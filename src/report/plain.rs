@@ -1,0 +1,33 @@
+//! A domain that adds nothing to a report but what its objective and methods are called and look like.
+
+use super::sections::{Look, Sections};
+use super::words::Words;
+
+/// A domain that adds nothing but names and colours.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Plain {
+    /// What the objective is called, and its unit; from the name of the metric when there is none.
+    pub objective: Option<(String, String)>,
+    /// How methods look, by name.
+    pub looks: Vec<(String, Look)>,
+}
+
+impl Sections for Plain {
+    fn words(&self, objective: &str) -> Words {
+        let words = Words::of_metric(objective);
+        match &self.objective {
+            None => words,
+            Some((noun, unit)) => Words {
+                noun: noun.clone(),
+                amount: noun.clone(),
+                unit: unit.clone(),
+                unit_in_full: unit.clone(),
+                ..words
+            },
+        }
+    }
+
+    fn look(&self, method: &str) -> Option<Look> {
+        self.looks.iter().find(|(name, _)| name == method).map(|(_, look)| *look)
+    }
+}

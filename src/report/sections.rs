@@ -1,0 +1,264 @@
+//! What a domain adds to a report that is otherwise the same for every task. Everything has a default that adds
+//! nothing, or says what follows from the names in the records.
+
+use std::path::{Path, PathBuf};
+
+use super::error::ReportError;
+use super::figure::Figure;
+use super::format;
+use super::words::Words;
+use crate::analysis::{Analysis, Measures, NoMeasures, PointResult, TaskScore};
+use crate::store::manifest::PointRow;
+
+/// Where a domain may add a sentence or a paragraph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum About {
+    /// End of the headline.
+    Headline,
+    /// Under which conditions the results hold: end of the first paragraphs.
+    Conditions,
+    /// How the regimes of the baseline share the family: within a caption.
+    Regimes,
+    /// What few point MDPs may hold most of: first paragraph of the further summaries.
+    Summaries,
+    /// Heading of the table of evaluation episodes.
+    Episodes,
+    /// Paragraph above that table.
+    BeforeEpisodes,
+    /// How its shares are defined: paragraph below that table.
+    AfterEpisodes,
+    /// What is usually reported of training: within the paragraph below the tables of trainings.
+    Training,
+    /// How point MDPs came to be: end of the notes on them.
+    Points,
+    /// For who applies the results: below the ranking.
+    ApplyRanking,
+    /// The same, below the further summaries.
+    ApplySummaries,
+    /// The same, below the spread over point MDPs.
+    ApplySpread,
+    /// The same, below the learning curves.
+    ApplyTraining,
+    /// The same, below the dependence on features.
+    ApplyFeatures,
+    /// What even the best method cannot help: above the worst point MDPs.
+    Worst,
+    /// Caption of the table of the worst point MDPs.
+    WorstCaption,
+    /// What no interval covers.
+    NotCovered,
+    /// Where else results may be otherwise.
+    Elsewhere,
+}
+
+/// Tables with columns for metrics beside the objective.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// `scores.csv`.
+    Scores,
+    /// `summary.csv`.
+    Summary,
+    /// `episodes.csv`.
+    Episodes,
+    /// The ranking on the page.
+    Ranking,
+}
+
+/// A metric with a column of its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Metric {
+    /// Its name in records.
+    pub name: String,
+    /// Heading of its column on the page.
+    pub heading: String,
+    /// Its unit below that; empty where it has none.
+    pub unit: String,
+}
+
+/// Where a part of the page stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slot {
+    /// Among the sections, before the worst point MDPs.
+    Body,
+    /// Among the notes.
+    Notes,
+}
+
+/// A part of the page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Where it stands.
+    pub slot: Slot,
+    /// Id of its element.
+    pub id: &'static str,
+    /// What it is called among the links; sections only.
+    pub title: &'static str,
+    /// The element, with its id.
+    pub html: String,
+}
+
+/// Files that a domain wrote.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Written {
+    /// The files.
+    pub files: Vec<PathBuf>,
+    /// What people should know of them, such as why one is missing.
+    pub notes: Vec<String>,
+}
+
+/// How lines and bars of a method look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Look {
+    /// Colour, `#rrggbb`.
+    pub color: &'static str,
+    /// Pattern of dashes as in SVG; empty for a solid line.
+    pub dash: &'static str,
+}
+
+/// What a domain adds to a report.
+pub trait Sections: std::fmt::Debug {
+    /// Returns what it measures beside the objective.
+    fn measures(&self) -> &dyn Measures {
+        &NoMeasures
+    }
+
+    /// Returns what it calls the objective of this name.
+    fn words(&self, objective: &str) -> Words {
+        Words::of_metric(objective)
+    }
+
+    /// Returns what people call a point MDP.
+    fn title(&self, point: &PointRow) -> String {
+        point.name().to_owned()
+    }
+
+    /// Returns the look of a method, the same in every report; `None` for one that it does not know.
+    fn look(&self, method: &str) -> Option<Look> {
+        let _ = method;
+        None
+    }
+
+    /// Returns a text; `None` where there is nothing to say. All but the headline and the conditions are HTML, in
+    /// which names are to be escaped.
+    fn says(&self, about: About, data: &Analysis) -> Option<String> {
+        let _ = (about, data);
+        None
+    }
+
+    /// Returns who the paragraphs are for that [`About`] calls those for who applies the results.
+    fn audience(&self) -> &'static str {
+        "In practice"
+    }
+
+    /// Returns what columns of regimes and shares mean, for terminals, a line each.
+    fn legend(&self, data: &Analysis) -> Vec<String> {
+        let _ = data;
+        Vec::new()
+    }
+
+    /// Returns the names of the two columns of `training.csv` for the best episode of a training and for its last
+    /// ones, and what they are called on the page.
+    fn training_columns(&self) -> [[&'static str; 2]; 2] {
+        [["best_episode", "last_episodes"], ["Best", "Last"]]
+    }
+
+    /// Returns the metrics that have a column in a table; by default all that records have, and in the ranking
+    /// none.
+    fn metrics(&self, table: Table, data: &Analysis) -> Vec<Metric> {
+        match table {
+            Table::Ranking => Vec::new(),
+            Table::Scores | Table::Summary => data.metrics().into_iter().map(Metric::of).collect(),
+            Table::Episodes => data.episode_metrics().into_iter().map(Metric::of).collect(),
+        }
+    }
+
+    /// Returns the names of further columns of `scores.csv`.
+    fn score_columns(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// Returns the cells of a task in those columns; `objective` is there when the task has a result.
+    fn score_cells(
+        &self,
+        data: &Analysis,
+        task: &TaskScore,
+        objective: Option<f64>,
+    ) -> Vec<String> {
+        let _ = (data, task, objective);
+        Vec::new()
+    }
+
+    /// Returns further columns of `summary.csv`, which are the same for all methods: names and cells.
+    fn summary_columns(&self, data: &Analysis) -> Vec<(&'static str, String)> {
+        let _ = data;
+        Vec::new()
+    }
+
+    /// Returns what stands below the heading of point MDPs, where lines say where they are.
+    fn places_heading(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Returns where a point MDP is, a line each.
+    fn places(&self, point: &PointRow) -> Vec<String> {
+        let _ = point;
+        Vec::new()
+    }
+
+    /// Returns what a point MDP stands for.
+    fn stands_for(&self, point: &PointRow) -> String {
+        format::count(point.instances as usize, "instance")
+    }
+
+    /// Returns the headings of further columns of the worst point MDPs.
+    fn point_columns(&self, data: &Analysis) -> Vec<&'static str> {
+        let _ = data;
+        Vec::new()
+    }
+
+    /// Returns the cells of a point MDP under the best method in those columns.
+    fn point_cells(&self, data: &Analysis, result: &PointResult) -> Vec<String> {
+        let _ = (data, result);
+        Vec::new()
+    }
+
+    /// Returns further figures, which [`Sections::parts`] shows.
+    fn figures(&self, data: &Analysis) -> Vec<Figure> {
+        let _ = data;
+        Vec::new()
+    }
+
+    /// Returns further parts of the page.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Template`].
+    fn parts(&self, data: &Analysis, figures: &[Figure]) -> Result<Vec<Part>, ReportError> {
+        let _ = (data, figures);
+        Ok(Vec::new())
+    }
+
+    /// Returns the names of the tables that [`Sections::write`] adds.
+    fn tables(&self, data: &Analysis) -> Vec<&'static str> {
+        let _ = data;
+        Vec::new()
+    }
+
+    /// Writes further files into the report's folder, and removes those that an earlier report left there.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Io`].
+    fn write(&self, folder: &Path, data: &Analysis) -> Result<Written, ReportError> {
+        let _ = (folder, data);
+        Ok(Written::default())
+    }
+}
+
+impl Metric {
+    /// Returns a metric with heading and unit from its name.
+    fn of(name: String) -> Self {
+        let words = Words::of_metric(&name);
+        Self { heading: words.heading(), unit: words.unit, name }
+    }
+}

@@ -1,0 +1,88 @@
+//! A report before it is written: what records say, and what their domain adds.
+
+use std::ops::Deref;
+
+use super::sections::Sections;
+use super::words::Words;
+use crate::analysis::{Analysis, AnalysisError};
+use crate::store::results::Results;
+
+/// A report before it is written.
+#[derive(Debug)]
+pub struct Report {
+    /// What records say.
+    pub analysis: Analysis,
+    /// What the objective is called.
+    pub words: Words,
+    /// What the domain adds.
+    pub sections: Box<dyn Sections>,
+    titles: Vec<String>,
+}
+
+impl Deref for Report {
+    type Target = Analysis;
+
+    fn deref(&self) -> &Analysis {
+        &self.analysis
+    }
+}
+
+impl Report {
+    /// Returns a report with scores relative to the run's baseline, if it has one.
+    pub fn new(results: &Results, sections: Box<dyn Sections>) -> Self {
+        Self::of(Analysis::new(results, sections.measures()), sections)
+    }
+
+    /// Returns a report with scores relative to another method.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Analysis::against`].
+    pub fn against(
+        results: &Results,
+        method: &str,
+        sections: Box<dyn Sections>,
+    ) -> Result<Self, AnalysisError> {
+        Ok(Self::of(Analysis::against(results, method, sections.measures())?, sections))
+    }
+
+    fn of(analysis: Analysis, sections: Box<dyn Sections>) -> Self {
+        let words = sections.words(&analysis.manifest.identity.objective);
+        let titles = analysis.points.iter().map(|p| sections.title(&p.row)).collect();
+        Self { analysis, words, sections, titles }
+    }
+
+    /// Says which direction is better.
+    pub(super) fn better(&self) -> String {
+        format!("{} is better", self.direction().name())
+    }
+
+    /// Says what scores are relative to, after a space; nothing where they are relative to nothing.
+    pub(super) fn relative(&self) -> String {
+        match self.reference.is_none() {
+            true => String::new(),
+            false => format!(" relative to {}", self.reference.name),
+        }
+    }
+
+    /// Returns what a point MDP is called.
+    pub(super) fn title_of(&self, point: &str) -> String {
+        let position = self.points.iter().position(|p| p.row.point == point);
+        position.map_or(point, |p| self.titles[p].as_str()).to_owned()
+    }
+
+    /// Returns what every point MDP is called, in the order of [`Analysis::points`]; `None` where all
+    /// are called by their ids, so that tables need no column for it.
+    pub(super) fn titles(&self) -> Option<&[String]> {
+        let differ = self.points.iter().zip(&self.titles).any(|(p, title)| p.row.point != *title);
+        differ.then_some(self.titles.as_slice())
+    }
+
+    /// Returns what a point MDP is called with its id behind it, for those who have to type that.
+    pub(super) fn called(&self, point: &str) -> String {
+        match self.title_of(point) {
+            title if title == point => title,
+            title => format!("{title} ({point})"),
+        }
+    }
+}

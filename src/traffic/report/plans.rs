@@ -1,0 +1,20 @@
+//! The signal programs of methods whose behaviour is one: tables, files for SUMO, and what shows the
+//! best method of a point MDP.
+//!
+//! - **Records keep what signals ran.** Those from before that have the greens of tuned plans in words;
+//!   where yellow and all-red are the same everywhere the whole plan follows, elsewhere it is listed
+//!   without them.
+//! - **Several trainings** have several plans. All are in the table; the files have that of the
+//!   best recorded objective.
+
+mod config;
+mod described;
+mod files;
+mod program_xml;
+mod read;
+mod table;
+mod task_plan;
+
+pub(super) use files::{TABLE, write};
+pub(super) use read::plans;
+pub use task_plan::{Source, TaskPlan};

@@ -1,0 +1,44 @@
+//! The programs of one task.
+
+use crate::traffic::program::SignalProgram;
+
+/// How much is known of what a method does on a point MDP.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The record has the programs.
+    Recorded,
+    /// The record has greens and cycle in words; yellow and all-red follow from the settings.
+    Described,
+    /// The record has greens and cycle in words, nothing else.
+    Greens,
+    /// Not even that: the record is from before programs were kept.
+    NotKept,
+    /// The method decides while it runs.
+    Decides,
+}
+
+/// The programs of one task.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaskPlan {
+    /// Position of the method in the manifest.
+    pub method: usize,
+    /// Position of the point MDP among the chosen ones.
+    pub point: usize,
+    /// Which of several independent trainings.
+    pub replicate: u32,
+    /// Mean objective of the evaluation episodes.
+    pub objective: Option<f64>,
+    /// How much is known.
+    pub source: Source,
+    /// One program per signal; without phases where they are not known.
+    pub programs: Vec<SignalProgram>,
+    /// Cycle per signal where the record says it and its phases do not, seconds.
+    pub cycles_s: Vec<Option<f64>>,
+}
+
+impl TaskPlan {
+    /// Whether SUMO can be given the programs.
+    pub fn is_whole(&self) -> bool {
+        matches!(self.source, Source::Recorded | Source::Described)
+    }
+}

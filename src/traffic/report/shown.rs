@@ -1,0 +1,111 @@
+//! What reports show of traffic beside the analysis of its records: where intersections are and what they are called,
+//! and what their signals ran.
+
+use super::plans::{TaskPlan, plans};
+use crate::analysis::Analysis;
+use crate::store::Layout;
+use crate::store::error::StoreError;
+use crate::store::manifest::PointRow;
+use crate::store::results::Results;
+use crate::traffic::places::{FILE, MappedIntersection, Places};
+
+/// Intersections of a point MDP that are named; more are counted.
+const NAMED: usize = 3;
+
+/// What reports show of traffic beside the analysis of its records.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shown {
+    /// Where the intersections are.
+    pub(super) places: Places,
+    /// What every finished task ran, in the order of the plan.
+    pub(super) plans: Vec<TaskPlan>,
+}
+
+/// An analysis with what is shown beside it.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a> {
+    /// What records say.
+    pub(super) data: &'a Analysis,
+    /// What is shown beside it.
+    pub(super) shown: &'a Shown,
+}
+
+impl Shown {
+    /// Reads what a results directory has.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] when its file of places is damaged.
+    pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
+        let places = Places::read(&layout.root().join(FILE))?;
+        let of_points = || Places::of_points(&results.manifest.identity.points);
+        Ok(Self { places: places.unwrap_or_else(of_points), plans: plans(results) })
+    }
+
+    /// Whether any intersection has a place.
+    pub(super) fn is_placed(&self) -> bool {
+        !self.places.intersections.is_empty()
+    }
+
+    /// Returns the intersections of a point MDP.
+    pub(super) fn places_of<'a>(
+        &'a self,
+        point: &'a str,
+    ) -> impl Iterator<Item = &'a MappedIntersection> {
+        self.places.intersections.iter().filter(move |place| place.point == point)
+    }
+
+    /// Returns the streets of the intersections of a point MDP, those of the first few by name; `None`
+    /// when none has a name.
+    pub(super) fn streets_of(&self, point: &str) -> Option<String> {
+        let places: Vec<&MappedIntersection> = self.places_of(point).collect();
+        let mut named: Vec<String> = places.iter().filter_map(|p| streets(p)).take(NAMED).collect();
+        if named.is_empty() {
+            return None;
+        }
+        if places.len() > named.len() {
+            named.push(format!("and {} more", places.len() - named.len()));
+        }
+        Some(named.join("; "))
+    }
+
+    /// Returns what a point MDP is called: by its streets where it is one intersection, else as its table
+    /// does.
+    pub(super) fn title(&self, row: &PointRow) -> String {
+        self.streets_alone(&row.point).unwrap_or_else(|| row.name().to_owned())
+    }
+
+    /// Returns what a point MDP of an analysis is called, with its id behind it.
+    pub(super) fn called(&self, data: &Analysis, point: &str) -> String {
+        let row = data.points.iter().find(|p| p.row.point == point);
+        let title = match row {
+            Some(p) => Some(self.title(&p.row)),
+            None => self.streets_alone(point),
+        };
+        match title.filter(|title| title != point) {
+            Some(title) => format!("{title} ({point})"),
+            None => point.to_owned(),
+        }
+    }
+
+    /// Returns what every point MDP is called, as [`crate::report::csv::titled`] takes it.
+    pub(super) fn titles(&self, data: &Analysis) -> Option<Vec<String>> {
+        let titles: Vec<String> = data.points.iter().map(|p| self.title(&p.row)).collect();
+        let differ = data.points.iter().zip(&titles).any(|(p, title)| p.row.point != *title);
+        differ.then_some(titles)
+    }
+
+    /// Returns the streets of a point MDP that is one intersection, among the chosen or not.
+    fn streets_alone(&self, point: &str) -> Option<String> {
+        let mut places = self.places_of(point);
+        match (places.next().and_then(streets), places.next()) {
+            (Some(streets), None) => Some(streets),
+            _ => None,
+        }
+    }
+}
+
+/// Returns the streets of an intersection; `None` when the map names none.
+pub(super) fn streets(place: &MappedIntersection) -> Option<String> {
+    (!place.streets.is_empty()).then(|| place.streets.join(" / "))
+}
