@@ -92,9 +92,8 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     if error.is::<AnalysisError>() {
         return Some(USAGE);
     }
-    match error.downcast_ref::<ReportError>() {
-        Some(ReportError::Io(e)) => return Some(file(e)),
-        _ => {}
+    if let Some(ReportError::Io(e)) = error.downcast_ref::<ReportError>() {
+        return Some(file(e));
     }
     if let Some(e) = error.downcast_ref::<FileError>() {
         return Some(file(e));

@@ -194,7 +194,7 @@ pub trait Problem: Sync {
     /// # Errors
     ///
     /// What cannot be read or written.
-    fn furnish(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {
+    fn write_for_reports(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {
         let _ = (layout, stands);
         Ok(())
     }

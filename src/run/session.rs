@@ -60,7 +60,7 @@ pub fn open<'a>(
     let lock = RunLock::take(&layout, &Holder { pid: std::process::id(), version, started })?;
     let manifest = establish(&layout, manifest, &tasks)?;
     let stands = stands(request.problem.family(), &draft.sample);
-    request.problem.furnish(&layout, &stands).map_err(RunError::Prepare)?;
+    request.problem.write_for_reports(&layout, &stands).map_err(RunError::Prepare)?;
     tidy_up(&layout)?;
     Ok(Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock })
 }

@@ -133,11 +133,11 @@ impl Problem for SignalProblem {
         effort(&self.loaded.scenario, &self.family, method, point)
     }
 
-    fn furnish(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {
+    fn write_for_reports(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {
         if self.is_imported() {
             return Ok(());
         }
-        super::furnish::write(layout, &self.loaded, stands, self.folder.as_deref())
+        super::write_places::write(layout, &self.loaded, stands, self.folder.as_deref())
     }
 }
 
