@@ -2,9 +2,12 @@
 
 use std::sync::LazyLock;
 
-use crate::cartpole::domain::CartPoles;
+use crate::cartpole;
+use crate::family::FamilyError;
 use crate::report::{Look, Plain, Report, Sections};
 use crate::run::domain::Domain;
+use crate::run::entry::Entry;
+use crate::settings::source::{domain_of, file_of, read_text};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::results::Results;
@@ -13,19 +16,51 @@ use crate::traffic::report::TrafficSections;
 
 static TRAFFIC: LazyLock<Traffic> = LazyLock::new(Traffic::default);
 
+/// All domains but traffic signals, whose problems need more of the command line.
+const OTHERS: [Entry; 1] = [cartpole::load::ENTRY];
+
 /// Returns traffic signals.
 pub fn traffic() -> &'static dyn Domain {
     &*TRAFFIC
 }
 
-/// Returns carts and poles.
-pub fn cartpole() -> &'static dyn Domain {
-    &CartPoles
+/// Returns all domains but traffic signals.
+pub fn others() -> &'static [Entry] {
+    &OTHERS
 }
 
 /// Returns all domains.
-pub fn domains() -> [&'static dyn Domain; 2] {
-    [traffic(), cartpole()]
+pub fn domains() -> Vec<&'static dyn Domain> {
+    std::iter::once(traffic()).chain(OTHERS.iter().map(|entry| entry.domain)).collect()
+}
+
+/// Returns the domain that reads a scenario; `None` for traffic signals, whose files need not say so.
+///
+/// # Arguments
+///
+/// * `scenario` — a path or the name of a carried scenario.
+///
+/// # Errors
+///
+/// [`FamilyError::Setting`] for a file of a domain that is not known.
+pub fn entry_of(scenario: &str) -> Result<Option<&'static Entry>, FamilyError> {
+    if let Some(entry) = OTHERS.iter().find(|entry| entry.scenarios.contains(&scenario)) {
+        return Ok(Some(entry));
+    }
+    let file = file_of(scenario);
+    // What cannot be read has no domain: whoever reads the scenario says why.
+    let named = read_text(&file).ok().and_then(|text| domain_of(&text));
+    let Some(named) = named.filter(|named| named != Traffic::NAME) else { return Ok(None) };
+    let entry = OTHERS.iter().find(|entry| entry.domain.name() == named);
+    entry.map(Some).ok_or_else(|| {
+        let names: Vec<&str> = domains().iter().map(|domain| domain.name()).collect();
+        FamilyError::Setting {
+            file: file.display().to_string(),
+            field: "domain".to_owned(),
+            value: format!("{named:?}"),
+            expected: format!("expected one of {}", names.join(", ")),
+        }
+    })
 }
 
 /// Returns what the domain of some results adds to reports on them; of one that this program does not know nothing
@@ -61,4 +96,28 @@ pub fn sections(layout: &Layout, results: &Results) -> Result<Box<dyn Sections>,
 /// Those of [`sections`].
 pub fn report(layout: &Layout, results: &Results) -> Result<Report, StoreError> {
     Ok(Report::new(results, sections(layout, results)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_says_which_domain_reads_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let of = |text: &str| {
+            std::fs::write(dir.path().join("scenario.toml"), text).unwrap();
+            let entry = entry_of(&dir.path().display().to_string());
+            entry.map(|e| e.map(|e| e.domain.name())).map_err(|e| e.to_string())
+        };
+        assert_eq!(of("domain = \"cartpole\""), Ok(Some("cartpole")));
+        assert_eq!(of("domain = \"traffic\""), Ok(None));
+        assert_eq!(of("name = \"a\""), Ok(None));
+        assert_eq!(of("= broken"), Ok(None));
+        let e = of("domain = \"swimmer\"").unwrap_err();
+        let expected = "scenario.toml: domain = \"swimmer\": expected one of traffic, cartpole";
+        assert!(e.ends_with(expected), "{e}");
+        assert_eq!(entry_of("cartpole").unwrap().map(|e| e.domain.name()), Some("cartpole"));
+        assert!(entry_of("smoke").unwrap().is_none() && entry_of("nowhere").unwrap().is_none());
+    }
 }

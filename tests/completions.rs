@@ -3,11 +3,13 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{stderr, stdout};
+use tsc_family::domains::{domains, others};
 use tsc_family::settings::named::Named;
 use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::family::load::EMBEDDED;
@@ -44,24 +46,26 @@ fn press_tab(words: &[&str]) -> Vec<String> {
 
 #[test]
 fn methods_are_offered_and_of_a_list_the_last_is_completed() {
-    let all: Vec<&str> = METHODS.iter().map(|m| m.name).chain(["all"]).collect();
+    let names = || domains().into_iter().flat_map(|domain| domain.methods()).map(|m| m.name);
+    let all: Vec<&str> = names().chain(["all"]).collect();
     assert_eq!(press_tab(&["run", "--methods", ""]), all);
     assert_eq!(press_tab(&["run", "smoke", "--methods", "actu"]), ["actuated"]);
     let second = press_tab(&["run", "--methods", "baseline,fixed"]);
     assert_eq!(second, ["baseline,fixed-time"]);
-    let against: Vec<&str> = METHODS.iter().map(|m| m.name).collect();
+    let against: Vec<&str> = names().collect();
     assert_eq!(press_tab(&["report", "results", "--against", ""]), against);
     assert_eq!(press_tab(&["run", "--against", "actu"]), ["actuated"]);
 }
 
 #[test]
 fn settings_are_offered_with_their_equals_sign() {
-    let all: Vec<String> = Scenario::names().iter().map(|name| format!("{name}=")).collect();
+    let others = others().iter().flat_map(|entry| (entry.names)());
+    let all: BTreeSet<String> =
+        Scenario::names().iter().chain(others).map(|name| format!("{name}=")).collect();
+    assert!(all.contains("ppo.gamma=") && all.contains("idqn.gamma="));
     let mut found = press_tab(&["run", "--set", ""]);
     found.sort();
-    let mut sorted = all;
-    sorted.sort();
-    assert_eq!(found, sorted);
+    assert_eq!(found, all.into_iter().collect::<Vec<_>>());
     for command in ["list", "build-networks", "run", "evaluate", "routes", "signals"] {
         assert_eq!(
             press_tab(&[command, "--set", "demand.hor"]),
@@ -79,7 +83,8 @@ fn scenarios_are_offered_besides_files_and_folders() {
     for file in ["my-city.toml", "notes.txt"] {
         fs::write(folder.path().join(file), "").unwrap();
     }
-    let embedded = EMBEDDED.iter().map(|(name, _)| *name);
+    let others = others().iter().flat_map(|entry| entry.scenarios).copied();
+    let embedded = EMBEDDED.iter().map(|(name, _)| *name).chain(others);
     for command in ["list", "run", "build-networks"] {
         let found = offered(folder.path(), &[command, ""]);
         let scenarios: Vec<&str> =
@@ -101,7 +106,7 @@ fn commands_options_and_their_values_are_offered() {
     assert!(!press_tab(&[""]).contains(&"worker".to_owned()), "it is for `run` alone");
     assert_eq!(press_tab(&["run", "--eval"]), ["--eval-seeds"]);
     assert_eq!(press_tab(&["evaluate", "--sum"]), ["--sumocfg"]);
-    assert_eq!(press_tab(&["run", "--preset", ""]), ["resco", "field"]);
+    assert_eq!(press_tab(&["run", "--preset", ""]), ["resco", "field", "sb3", "tuned"]);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use serde_json::{Map, Value};
 
 use super::dynamics::{Context, Dynamics};
 use super::environment::CartPole;
+use super::family::NAME;
 use super::settings::Scenario;
 use super::trial::{PoleTrial, SCORE};
 use super::{dqn, ppo};
@@ -19,14 +20,9 @@ const METHODS: [Method; 2] = [ppo::METHOD, dqn::METHOD];
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CartPoles;
 
-impl CartPoles {
-    /// Name of the domain.
-    pub const NAME: &str = "cartpole";
-}
-
 impl Domain for CartPoles {
     fn name(&self) -> &'static str {
-        Self::NAME
+        NAME
     }
 
     fn objective(&self) -> Objective {

@@ -10,7 +10,7 @@ use super::dynamics::Context;
 use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::suggest::did_you_mean;
 
-/// Name of the family.
+/// Name of the family, and of the domain.
 pub const NAME: &str = "cartpole";
 
 /// Names and units of the context features.
@@ -28,8 +28,8 @@ const POLE_MASSES_KG: [f64; 4] = [0.01, 0.1, 0.5, 1.0];
 const FORCES_N: [f64; 3] = [1.0, 50.0, 100.0];
 const GRAVITIES_MPS2: [f64; 3] = [0.1, 9.8, 19.6];
 
-/// Returns the family.
-pub fn family() -> MdpFamily {
+/// Returns the family under a name.
+pub fn family(name: &str) -> MdpFamily {
     let mut contexts = Vec::new();
     for length_m in LENGTHS_M {
         for masscart_kg in CART_MASSES_KG {
@@ -51,7 +51,7 @@ pub fn family() -> MdpFamily {
     let importance = 1.0 / contexts.len() as f64;
     let points = contexts.iter().map(|context| point(context, importance)).collect();
     let features = FEATURES.map(|(name, unit)| Feature { name: name.into(), unit: unit.into() });
-    MdpFamily::new(NAME, features.to_vec(), points, NAME).expect("equal shares sum to 1")
+    MdpFamily::new(name, features.to_vec(), points, name).expect("equal shares sum to 1")
 }
 
 /// Returns the point MDP of a context.
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn the_family_has_576_different_points_of_equal_importance() {
-        let family = family();
+        let family = family(NAME);
         let ids: BTreeSet<_> = family.points.iter().map(|p| p.id.as_str()).collect();
         assert_eq!((family.points.len(), ids.len()), (576, 576));
         assert!(family.points.iter().all(|p| p.importance == 1.0 / 576.0));
@@ -178,7 +178,7 @@ mod tests {
     #[test]
     fn a_point_names_its_context() {
         let context = Context { force_n: 50.0, gravity_mps2: 0.1, ..Context::default() };
-        let family = family();
+        let family = family(NAME);
         let point = &family.points[family.position("l0.5-c1-p0.1-f50-g0.1").unwrap()];
         let features: [f64; 5] = point.features.clone().try_into().unwrap();
         assert_eq!(Context::from_features(features), context);
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn a_context_is_read_as_it_is_written() {
-        for point in &family().points {
+        for point in &family(NAME).points {
             let context = Context::from_features(point.features.clone().try_into().unwrap());
             assert_eq!(context.to_string().parse(), Ok(context));
         }

@@ -9,6 +9,7 @@ pub mod dqn;
 pub mod dynamics;
 pub mod environment;
 pub mod family;
+pub mod load;
 pub mod ppo;
 pub mod problem;
 pub mod settings;

@@ -40,7 +40,7 @@ impl CartPoleProblem {
     ///
     /// [`ContextError`] when a point MDP is no cart and pole.
     pub fn new(scenario: Scenario, family: Option<MdpFamily>) -> Result<Self, ContextError> {
-        let family = family.unwrap_or_else(family::family);
+        let family = family.unwrap_or_else(|| family::family(&scenario.name));
         for point in &family.points {
             family::context(&family.features, point)?;
         }

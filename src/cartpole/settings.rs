@@ -1,14 +1,20 @@
 //! Settings of a scenario of carts and poles: the environment, a section per method, a preset under them.
 
+use std::sync::LazyLock;
+
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use super::dynamics::Variant;
 use super::environment::CARL_START;
+use super::family::NAME;
 use super::{dqn, ppo};
 use crate::family::FamilyError;
+use crate::settings::default_name::name_of;
+use crate::settings::named::{Named, names_of};
 use crate::settings::overrides::{Override, overlay};
 use crate::settings::setting::{Section, settings};
+use crate::settings::wording::{explain, file_error};
 use crate::settings::{OutOfRange, all_within};
 
 /// Settings that others stand on.
@@ -23,6 +29,9 @@ pub enum Preset {
 }
 
 impl Preset {
+    /// Names of all.
+    pub const NAMES: [&str; 2] = ["sb3", "tuned"];
+
     /// Returns its settings, as a scenario has them.
     fn text(self) -> &'static str {
         match self {
@@ -44,18 +53,62 @@ settings! {
     }
 }
 
-/// A scenario as written in TOML; all settings have defaults, unknown ones are errors.
+/// Where the point MDPs come from.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+pub struct FamilySettings {
+    /// Table of point MDPs, relative to the scenario file; CARL's 576 without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<String>,
+}
+
+/// A scenario as written in TOML; all settings have defaults, unknown ones are errors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Scenario {
+    /// Always `cartpole`: which domain reads the file.
+    pub domain: String,
+    /// Name of the family, also the default results directory. By default that of the file.
+    pub name: String,
+    /// One sentence for people.
+    pub title: String,
     /// Settings under those of the scenario.
     pub preset: Preset,
+    /// Where the point MDPs come from.
+    pub family: FamilySettings,
     /// Where methods act.
     pub environment: Environment,
     /// Hyper-parameters of `ppo`.
     pub ppo: ppo::Config,
     /// Hyper-parameters of `dqn`.
     pub dqn: dqn::Config,
+}
+
+static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let points = Some(String::new());
+    let whole = Scenario { family: FamilySettings { points }, ..Scenario::default() };
+    names_of(&Table::try_from(whole).expect("a scenario is plain data"))
+});
+
+impl Named for Scenario {
+    fn names() -> &'static [String] {
+        &NAMES
+    }
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            domain: NAME.to_owned(),
+            name: NAME.to_owned(),
+            title: String::new(),
+            preset: Preset::default(),
+            family: FamilySettings::default(),
+            environment: Environment::default(),
+            ppo: ppo::Config::default(),
+            dqn: dqn::Config::default(),
+        }
+    }
 }
 
 impl Scenario {
@@ -71,15 +124,15 @@ impl Scenario {
     /// [`FamilyError`] when a setting does not exist, has a wrong type or is out of range.
     pub fn read(text: &str, file: &str, overrides: &[Override]) -> Result<Self, FamilyError> {
         let wrong = |message: String| FamilyError::Toml { file: file.to_owned(), message };
-        let mut settings: Table =
-            text.parse().map_err(|e: toml::de::Error| wrong(e.to_string()))?;
+        toml::from_str::<Self>(text).map_err(|e| file_error::<Self>(file, text, &e))?;
+        let mut settings: Table = text.parse().expect("it has been read");
+        settings.entry("name").or_insert_with(|| name_of(file).into());
         let mut scenario = on_preset(&settings).map_err(wrong)?;
         for setting in overrides {
+            setting.apply(&scenario)?;
+            // A preset has to stand under what the file says, not over it.
             setting.put_into(&mut settings)?;
-            scenario = on_preset(&settings).map_err(|message| FamilyError::Override {
-                flag: setting.flag().to_owned(),
-                message,
-            })?;
+            scenario = on_preset(&settings).map_err(wrong)?;
         }
         scenario.check(file)?;
         Ok(scenario)
@@ -91,6 +144,21 @@ impl Scenario {
     ///
     /// [`FamilyError::Setting`] naming file and setting.
     pub fn check(&self, file: &str) -> Result<(), FamilyError> {
+        let wrong = |field: &str, value: &str, expected: &str| {
+            Err(FamilyError::Setting {
+                file: file.to_owned(),
+                field: field.to_owned(),
+                value: format!("{value:?}"),
+                expected: expected.to_owned(),
+            })
+        };
+        if self.domain != NAME {
+            return wrong("domain", &self.domain, "expected \"cartpole\"");
+        }
+        let safe = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        if self.name.is_empty() || !self.name.chars().all(safe) {
+            return wrong("name", &self.name, "expected letters, digits, `-` and `_`");
+        }
         all_within(&self.sections()).map_err(|OutOfRange { field, value, expected }| {
             FamilyError::Setting { file: file.to_owned(), field, value, expected }
         })
@@ -104,14 +172,13 @@ impl Scenario {
 
 /// Returns the scenario of settings that stand on their preset.
 fn on_preset(settings: &Table) -> Result<Scenario, String> {
-    #[derive(Deserialize)]
+    #[derive(Default, Deserialize)]
     #[serde(default)]
-    #[derive(Default)]
-    struct Named {
+    struct OnPreset {
         preset: Preset,
     }
-    let message = |e: toml::de::Error| e.message().to_owned();
-    let named: Named = settings.clone().try_into().map_err(message)?;
+    let message = |e: toml::de::Error| explain::<Scenario>(e.message(), "");
+    let named: OnPreset = settings.clone().try_into().map_err(message)?;
     let mut all: Table = named.preset.text().parse().expect("a preset is TOML");
     overlay(&mut all, settings.clone());
     all.try_into().map_err(message)
@@ -130,7 +197,7 @@ mod tests {
     #[test]
     fn an_empty_scenario_is_carl_s_environment_with_stable_baselines3_s_defaults() {
         let scenario = read("", &[]).unwrap();
-        assert_eq!(scenario, Scenario::default());
+        assert_eq!(scenario, Scenario { name: "a".to_owned(), ..Scenario::default() });
         assert_eq!(scenario.environment.dynamics, Variant::CarlCompat);
         assert_eq!((scenario.environment.start, scenario.ppo.num_steps), (0.1, 2048));
     }
@@ -151,14 +218,31 @@ mod tests {
 
     #[test]
     fn what_does_not_exist_or_is_out_of_range_is_named() {
-        let e = read("[ppo]\nnum_step = 64", &[]).unwrap_err();
-        assert!(e.starts_with("a.toml: ") && e.contains("num_step"), "{e}");
-        let e = read("", &["ppo.num_steps=0"]).unwrap_err();
-        assert!(e.contains("a.toml") && e.contains("ppo.num_steps"), "{e}");
-        assert!(e.contains("expected a number from 1 to 1000000"), "{e}");
-        let e = read("", &["environment.dynamics=moon"]).unwrap_err();
-        assert!(e.contains("--set environment.dynamics=moon") && e.contains("physical"), "{e}");
-        assert!(read("", &["preset=best"]).unwrap_err().contains("--set preset=best"));
-        assert!(read("environment = 1", &[]).is_err());
+        let said = |text, settings: &[&str]| read(text, settings).unwrap_err();
+        insta::assert_snapshot!(
+            [
+                said("[ppo]\nnum_step = 64", &[]),
+                said("[ppo]\nnum_steps = \"many\"", &[]),
+                said("", &["ppo.num_steps=0"]),
+                said("", &["ppo.num_step=0"]),
+                said("", &["environment.dynamics=moon"]),
+                said("", &["preset=best"]),
+                said("environment = 1", &[]),
+                said("name = \"a b\"", &[]),
+                said("domain = \"swimmer\"", &[]),
+            ]
+            .join("\n"),
+            @r#"
+        a.toml, line 2: unknown setting ppo.num_step; did you mean ppo.num_steps?
+        a.toml, line 2: ppo.num_steps: expected a whole number that is not negative, found the text "many"
+        a.toml: ppo.num_steps = 0: expected a number from 1 to 1000000
+        --set ppo.num_step=0: unknown setting ppo.num_step; did you mean ppo.num_steps?
+        --set environment.dynamics=moon: moon is none of its values carl-compat, physical
+        --set preset=best: best is none of its values sb3, tuned
+        a.toml, line 1: environment: expected a table, found 1
+        a.toml: name = "a b": expected letters, digits, `-` and `_`
+        a.toml: domain = "swimmer": expected "cartpole"
+        "#
+        );
     }
 }

@@ -15,7 +15,7 @@ use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::traffic::city::folder::{SCENARIO_FILE, networks_folder, of_preset};
-use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
 use crate::traffic::problem::{self, networks};
@@ -60,7 +60,7 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         return osm::run(&args.osm, extract, to, args.scenario.settings(), args.quiet);
     }
     args.osm.without_extract(&args.scenario.scenario)?;
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
+    let loaded = args.scenario.signals(&args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     Use::BUILD.check(&loaded, &args.scenario.settings())?;
     NETWORKS.check(&out, "--out", Some(args.force))?;

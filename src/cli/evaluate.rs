@@ -22,7 +22,7 @@ use crate::traffic::contest::{Arena, Standing};
 use crate::traffic::control::baseline;
 use crate::traffic::env::World;
 use crate::traffic::environment::generated_world;
-use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::model::SignalModel;
 use crate::traffic::problem::imported_id;
 use crate::traffic::report::level_of_service::letter;
@@ -82,7 +82,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let model = SignalModel::new(SavedModel::read(&args.model)?)?;
     // Demand and networks are of the model's preset, unless another one is asked for.
     let settings = args.scenario.settings_on(model.preset);
-    let mut loaded = load_with(&args.scenario.scenario, &settings)?;
+    let mut loaded = args.scenario.signals(&settings)?;
     let scenario = model.scenario(&loaded.scenario, &args.scenario.settings())?;
     // The baseline is timed as the model is.
     loaded.scenario.signal = scenario.signal.clone();

@@ -10,7 +10,7 @@ use super::scenario::ScenarioArg;
 use crate::cli::exit;
 use crate::family::MdpFamily;
 use crate::traffic::family::features::six_features;
-use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::family::load::LoadedScenario;
 
 /// Mean and standard deviation of each feature in the paper's table.
 ///
@@ -32,6 +32,7 @@ Examples:
   tsc-family list
   tsc-family list --features
   tsc-family list --set family.detail=per-approach
+  tsc-family list cartpole
   tsc-family list my-city.toml --json | head")]
 pub struct ListArgs {
     /// The scenario
@@ -46,29 +47,63 @@ pub struct ListArgs {
 }
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
+    if let Some(entry) = args.scenario.entry()? {
+        let problem = (entry.load)(&args.scenario.scenario, &args.scenario.settings())?;
+        return other(args, problem.family());
+    }
+    let loaded = args.scenario.signals(&args.scenario.settings())?;
     Use::LIST.check(&loaded, &args.scenario.settings())?;
     if args.json {
-        for text in json_lines(&loaded.family) {
+        for text in json_lines(&loaded.family, Instances::Intersections) {
             line(text)?;
         }
     } else if args.features {
         line(features(&loaded))?;
     } else {
-        line(table(&loaded))?;
+        line(table(&loaded.family, Instances::Intersections) + imputed(&loaded).as_str())?;
     }
     Ok(exit::DONE)
 }
 
-fn json_lines(family: &MdpFamily) -> impl Iterator<Item = String> {
-    family.points.iter().map(|point| {
+/// What point MDPs stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Instances {
+    /// Real intersections.
+    Intersections,
+    /// Nothing but themselves.
+    None,
+}
+
+/// Lists a family of another domain than traffic signals.
+fn other(args: &ListArgs, family: &MdpFamily) -> anyhow::Result<u8> {
+    if args.json {
+        for text in json_lines(family, Instances::None) {
+            line(text)?;
+        }
+    } else if args.features {
+        let mut text = format!("{:18}{:24}{:>20}", "feature", "unit", "point MDPs");
+        for (feature, (mean, sd)) in family.features.iter().zip(family.moments()) {
+            write!(text, "\n{:18}{:24}{:>20}", feature.name, feature.unit, mean_sd(mean, sd))
+                .expect("writing to a string cannot fail");
+        }
+        line(text + "\nmean (standard deviation); point MDPs weighted by importance")?;
+    } else {
+        line(table(family, Instances::None))?;
+    }
+    Ok(exit::DONE)
+}
+
+fn json_lines(family: &MdpFamily, instances: Instances) -> impl Iterator<Item = String> {
+    family.points.iter().map(move |point| {
         let mut object = Map::new();
         object.insert("point".into(), point.id.clone().into());
         if point.title != point.id {
             object.insert("name".into(), point.title.clone().into());
         }
         object.insert("importance".into(), point.importance.into());
-        object.insert("intersections".into(), point.instances.into());
+        if instances == Instances::Intersections {
+            object.insert("intersections".into(), point.instances.into());
+        }
         for (feature, value) in family.features.iter().zip(&point.features) {
             object.insert(feature.name.clone(), (*value).into());
         }
@@ -76,37 +111,34 @@ fn json_lines(family: &MdpFamily) -> impl Iterator<Item = String> {
     })
 }
 
-fn table(loaded: &LoadedScenario) -> String {
-    let family = &loaded.family;
+fn table(family: &MdpFamily, instances: Instances) -> String {
+    let real = instances == Instances::Intersections;
     let id_width = family.points.iter().map(|p| p.id.len()).max().unwrap_or(0).max(5);
-    let mut text = format!("{:id_width$}  importance  intersections", "point");
+    let mut text = format!("{:id_width$}  importance", "point");
+    if real {
+        text.push_str("  intersections");
+    }
     for feature in &family.features {
         write!(text, "  {}", feature.name).expect("writing to a string cannot fail");
     }
     for point in &family.points {
-        write!(
-            text,
-            "\n{:id_width$}  {:>10.4}  {:>13}",
-            point.id, point.importance, point.instances
-        )
-        .expect("writing to a string cannot fail");
+        write!(text, "\n{:id_width$}  {:>10.4}", point.id, point.importance)
+            .expect("writing to a string cannot fail");
+        if real {
+            write!(text, "  {:>13}", point.instances).expect("writing to a string cannot fail");
+        }
         for (feature, value) in family.features.iter().zip(&point.features) {
             write!(text, "  {:>width$}", short(*value), width = feature.name.len())
                 .expect("writing to a string cannot fail");
         }
-        if point.title != point.id {
+        if point.title != point.id && real {
             write!(text, "  {}", point.title).expect("writing to a string cannot fail");
         }
     }
-    let instances: u64 = family.points.iter().map(|p| u64::from(p.instances)).sum();
-    write!(
-        text,
-        "\n{} point MDPs of {instances} intersections in scenario {}",
-        family.points.len(),
-        family.name
-    )
-    .expect("writing to a string cannot fail");
-    text.push_str(&imputed(loaded));
+    let count: u64 = family.points.iter().map(|p| u64::from(p.instances)).sum();
+    let of = if real { format!(" of {count} intersections") } else { String::new() };
+    write!(text, "\n{} point MDPs{of} in scenario {}", family.points.len(), family.name)
+        .expect("writing to a string cannot fail");
     text
 }
 
@@ -193,7 +225,9 @@ mod tests {
     #[test]
     fn a_json_line_has_the_features_by_name() {
         let family = load("smoke").unwrap().family;
-        let first: Value = serde_json::from_str(&json_lines(&family).next().unwrap()).unwrap();
+        let first: Value =
+            serde_json::from_str(&json_lines(&family, Instances::Intersections).next().unwrap())
+                .unwrap();
         assert_eq!(first["point"], "quiet");
         assert_eq!(first["importance"], 0.75);
         assert_eq!(first["intersections"], 3);

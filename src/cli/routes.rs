@@ -10,7 +10,6 @@ use super::point::unknown_point;
 use super::scenario::ScenarioArg;
 use super::values::parse_seed;
 use crate::cli::exit;
-use crate::traffic::family::load::load_with;
 use crate::traffic::network::demand::DemandSpec;
 use crate::traffic::network::index::file;
 
@@ -42,7 +41,7 @@ pub struct RoutesArgs {
 }
 
 pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
+    let loaded = args.scenario.signals(&args.scenario.settings())?;
     let used = Use { simulation: true, ..Use::BUILD };
     used.check(&loaded, &args.scenario.settings())?;
     let Some(index) = loaded.family.position(&args.point) else {

@@ -26,7 +26,7 @@ use crate::cli::refused::Refused;
 use crate::domains;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
-use crate::run::method::Training;
+use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::{Session, open};
 use crate::sample::Sampling;
@@ -87,12 +87,16 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     work(args, &request, &session, jobs)
 }
 
-/// Returns the methods by name; `all` stands for every one.
+/// Returns the methods by name; `all` stands for every one, none for the domain's default.
 fn methods(names: &[String], domain: &dyn Domain) -> Vec<String> {
-    if names.iter().any(|name| name == ALL) {
-        return domain.methods().iter().map(|m| m.name.to_owned()).collect();
+    let named = |wanted: &dyn Fn(&Method) -> bool| {
+        domain.methods().iter().filter(|m| wanted(m)).map(|m| m.name.to_owned()).collect()
+    };
+    match names {
+        [] => named(&|m| m.default),
+        names if names.iter().any(|name| name == ALL) => named(&|_| true),
+        names => names.to_vec(),
     }
-    names.to_vec()
 }
 
 /// Refuses what has no effect, whatever is evaluated.

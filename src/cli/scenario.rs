@@ -1,6 +1,15 @@
 //! The scenario of a subcommand, and the settings that replace its own.
 
+use clap::ValueEnum;
+use clap::builder::PossibleValuesParser;
+
+use crate::cli::refused::Refused;
+use crate::domains::{entry_of, others};
+use crate::family::FamilyError;
+use crate::run::entry::Entry;
 use crate::settings::overrides::Override;
+use crate::suggest::did_you_mean;
+use crate::traffic::family::load::{LoadedScenario, load_with};
 use crate::traffic::settings::Preset;
 
 /// Scenario of a subcommand.
@@ -15,20 +24,60 @@ pub struct ScenarioArg {
     set: Vec<Override>,
     /// Limits of timing and demand: `resco`, the literature's, or `field`, what a cabinet in the street
     /// allows [default: the scenario's, else `resco`]
-    #[arg(long, value_name = "PRESET", value_enum, hide_possible_values = true)]
-    preset: Option<Preset>,
+    #[arg(long, value_name = "PRESET", value_parser = presets(), hide_possible_values = true)]
+    preset: Option<String>,
 }
 
 impl ScenarioArg {
     /// Returns what replaces settings: the preset first, so that a setting counts more.
     pub(super) fn settings(&self) -> Vec<Override> {
-        let preset = self.preset.map(|p| Override::preset(p.name()));
-        preset.into_iter().chain(self.set.iter().cloned()).collect()
+        self.preset
+            .as_deref()
+            .map(Override::preset)
+            .into_iter()
+            .chain(self.set.iter().cloned())
+            .collect()
     }
 
     /// Returns the same with a preset where none is given.
     pub(super) fn settings_on(&self, preset: Preset) -> Vec<Override> {
-        let preset = Override::preset(self.preset.unwrap_or(preset).name());
-        std::iter::once(preset).chain(self.set.iter().cloned()).collect()
+        let preset = self.preset.as_deref().unwrap_or(preset.name());
+        std::iter::once(Override::preset(preset)).chain(self.set.iter().cloned()).collect()
     }
+
+    /// Returns the domain that reads the scenario; `None` for traffic signals.
+    pub(super) fn entry(&self) -> Result<Option<&'static Entry>, FamilyError> {
+        entry_of(&self.scenario)
+    }
+
+    /// Loads a scenario of traffic signals.
+    ///
+    /// # Errors
+    ///
+    /// Also for a scenario of another domain, which the subcommand does not serve.
+    pub(super) fn signals(&self, settings: &[Override]) -> anyhow::Result<LoadedScenario> {
+        if let Some(entry) = self.entry()? {
+            let (scenario, domain) = (&self.scenario, entry.domain.name());
+            return Err(Refused(format!(
+                "{scenario}: a scenario of {domain} has no signals; `run`, `report` and `list` know it"
+            ))
+            .into());
+        }
+        Ok(load_with(&self.scenario, settings).map_err(with_others)?)
+    }
+}
+
+/// Returns the names of the presets of all domains.
+fn presets() -> PossibleValuesParser {
+    let own = Preset::value_variants().iter().map(|preset| preset.name());
+    PossibleValuesParser::new(own.chain(others().iter().flat_map(|entry| entry.presets).copied()))
+}
+
+/// Adds the carried scenarios of the other domains to those that might have been meant.
+fn with_others(error: FamilyError) -> FamilyError {
+    let FamilyError::UnknownScenario { name, embedded, meant } = error else { return error };
+    let others = || others().iter().flat_map(|entry| entry.scenarios).copied();
+    let embedded: Vec<&str> = std::iter::once(embedded.as_str()).chain(others()).collect();
+    let meant = if meant.is_empty() { did_you_mean(&name, others()) } else { meant };
+    FamilyError::UnknownScenario { embedded: embedded.join(", "), name, meant }
 }

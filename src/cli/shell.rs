@@ -3,6 +3,7 @@
 //! The script of a shell asks this program what fits, at every press of Tab: so methods, scenarios and
 //! settings are those of the program that is installed, and of `a,b` the last one is completed.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::Path;
 
@@ -14,9 +15,9 @@ use clap_complete::engine::{
 use clap_complete::env::{CompleteEnv, Shells};
 
 use crate::cli::exit;
+use crate::domains::{domains, others};
 use crate::run::method::Method;
 use crate::settings::named::Named;
-use crate::traffic::control::registry::METHODS;
 use crate::traffic::family::load::EMBEDDED;
 use crate::traffic::settings::{Scenario, table};
 
@@ -53,15 +54,17 @@ fn with_candidates(command: clap::Command) -> clap::Command {
 fn with_values(arg: Arg) -> Arg {
     let completer = match arg.get_id().as_str() {
         "scenario" => ArgValueCompleter::new(|word: &OsStr| {
-            let names = starting(word, EMBEDDED.iter().map(|(name, _)| (*name).to_owned()));
+            let others = others().iter().flat_map(|entry| entry.scenarios).copied();
+            let carried = EMBEDDED.iter().map(|(name, _)| *name).chain(others);
+            let names = starting(word, carried.map(str::to_owned));
             let files = PathCompleter::any().filter(is_scenario).complete(word);
             names.into_iter().chain(files).collect()
         }),
         "set" => ArgValueCompleter::new(|word: &OsStr| {
-            let fitting = Scenario::names()
-                .iter()
-                .filter(|name| word.to_str().is_some_and(|w| name.starts_with(w)));
-            fitting.map(setting).collect()
+            let others = others().iter().flat_map(|entry| (entry.names)());
+            let names: BTreeSet<&String> = Scenario::names().iter().chain(others).collect();
+            let fits = |name: &&String| word.to_str().is_some_and(|w| name.starts_with(w));
+            names.into_iter().filter(fits).map(setting).collect()
         }),
         "methods" => ArgValueCompleter::new(|word: &OsStr| {
             methods(word).into_iter().chain(starting(word, ["all".to_owned()])).collect()
@@ -77,14 +80,16 @@ fn with_values(arg: Arg) -> Arg {
 
 /// Returns the methods that start with what is typed, each with its summary.
 fn methods(word: &OsStr) -> Vec<CompletionCandidate> {
-    let fitting = METHODS.iter().filter(|m| word.to_str().is_some_and(|w| m.name.starts_with(w)));
+    let all = domains().into_iter().flat_map(|domain| domain.methods());
+    let fitting = all.filter(|m| word.to_str().is_some_and(|w| m.name.starts_with(w)));
     let with_summary = |m: &Method| CompletionCandidate::new(m.name).help(Some(m.summary.into()));
     fitting.map(with_summary).collect()
 }
 
 /// Returns a setting with its equals sign and what it is.
 fn setting(name: &String) -> CompletionCandidate {
-    let what = table::find(name).map(|setting| setting.headline().into());
+    let others = || others().iter().find_map(|entry| (entry.setting)(name));
+    let what = table::find(name).or_else(others).map(|setting| setting.headline().into());
     CompletionCandidate::new(format!("{name}=")).help(what)
 }
 

@@ -20,7 +20,6 @@ use crate::cli::refused::Refused;
 use crate::files::FileError;
 use crate::traffic::env::warnings;
 use crate::traffic::environment::generated_world;
-use crate::traffic::family::load::load_with;
 use crate::traffic::settings::SignalSettings;
 use crate::traffic::sim::error::SimError;
 
@@ -57,7 +56,7 @@ pub struct SignalsArgs {
 }
 
 pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
-    let loaded = load_with(&args.scenario.scenario, &args.scenario.settings())?;
+    let loaded = args.scenario.signals(&args.scenario.settings())?;
     let path = Path::new(&args.place);
     if let Some(folder) = &args.svg {
         DRAWINGS.check(folder, "--svg", Some(args.force))?;

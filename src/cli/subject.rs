@@ -13,9 +13,10 @@ use crate::cli::refused::Refused;
 use crate::domains;
 use crate::family::FamilyError;
 use crate::run::domain::{Domain, Problem};
+use crate::run::entry::Entry;
 use crate::run::plan::Draft;
 use crate::settings::overrides::Override;
-use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::SimError;
@@ -24,13 +25,22 @@ use crate::traffic::sim::SimError;
 pub(super) enum Subject {
     /// Traffic signals.
     Signals(Box<SignalProblem>),
+    /// A problem of another domain.
+    Other(&'static Entry, Box<dyn Problem>),
 }
 
 impl Subject {
     /// Reads the scenario that the arguments name.
     pub(super) fn new(args: &RunArgs) -> anyhow::Result<Self> {
-        let loaded = scenario(args)?;
         let name = &args.scenario.scenario;
+        if let Some(entry) = args.scenario.entry()?
+            && args.sumocfg.is_empty()
+        {
+            without_effect(args, entry.domain.name())?;
+            let problem = (entry.load)(name, &args.scenario.settings())?;
+            return Ok(Self::Other(entry, problem));
+        }
+        let loaded = scenario(args)?;
         let networks = args.networks.clone().unwrap_or_else(|| default_folder(name, &loaded));
         let problem = SignalProblem::new(loaded, folder(name), networks, &args.sumocfg)?;
         Ok(Self::Signals(Box::new(problem)))
@@ -40,6 +50,7 @@ impl Subject {
     pub(super) fn domain(&self) -> &'static dyn Domain {
         match self {
             Self::Signals(_) => domains::traffic(),
+            Self::Other(entry, _) => entry.domain,
         }
     }
 
@@ -47,6 +58,7 @@ impl Subject {
     pub(super) fn problem(&self) -> &dyn Problem {
         match self {
             Self::Signals(problem) => problem.as_ref(),
+            Self::Other(_, problem) => problem.as_ref(),
         }
     }
 
@@ -54,12 +66,14 @@ impl Subject {
     pub(super) fn builds(&self) -> bool {
         match self {
             Self::Signals(problem) => !problem.is_imported(),
+            Self::Other(..) => false,
         }
     }
 
     /// Refuses to write into a folder of something else.
     pub(super) fn check_folder(&self) -> anyhow::Result<()> {
         match self {
+            Self::Other(..) => Ok(()),
             Self::Signals(problem) if problem.is_imported() => Ok(()),
             Self::Signals(problem) => NETWORKS.check(&problem.networks, "--networks", None),
         }
@@ -67,7 +81,7 @@ impl Subject {
 
     /// Refuses what has no effect.
     pub(super) fn check(&self, args: &RunArgs, draft: &Draft) -> anyhow::Result<()> {
-        let Self::Signals(problem) = self;
+        let Self::Signals(problem) = self else { return Ok(()) };
         let imported = problem.is_imported();
         if imported && args.networks.is_some() {
             let reason =
@@ -94,7 +108,7 @@ impl Subject {
 
     /// Says what may be wrong with the signals of imported scenarios.
     pub(super) fn warn(&self) -> Result<(), SimError> {
-        let Self::Signals(problem) = self;
+        let Self::Signals(problem) = self else { return Ok(()) };
         let configs: Vec<PathBuf> = problem.imported.values().cloned().collect();
         match warning_lines(&configs, &problem.loaded.scenario.signal) {
             // A plan needs no SUMO.
@@ -107,17 +121,33 @@ impl Subject {
     }
 }
 
+/// Refuses what has no effect on other domains than traffic signals.
+fn without_effect(args: &RunArgs, domain: &str) -> anyhow::Result<()> {
+    let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
+        Err(Refused(format!("{flag} has no effect on {domain}: {reason}")).into())
+    };
+    if args.networks.is_some() {
+        return refuse("--networks", "it has no networks; leave it out");
+    }
+    if args.episodes.is_some() {
+        let reason =
+            "its methods have settings of their own for that, such as total_steps; give --set";
+        return refuse("--episodes", reason);
+    }
+    Ok(())
+}
+
 /// Loads the scenario with the settings of `--episodes` and `--set`.
-fn scenario(args: &RunArgs) -> Result<LoadedScenario, FamilyError> {
+fn scenario(args: &RunArgs) -> anyhow::Result<LoadedScenario> {
     let episodes = args.episodes.map(|n| Override::episodes(n.get()));
     let settings: Vec<Override> =
         episodes.clone().into_iter().chain(args.scenario.settings()).collect();
-    let loaded = load_with(&args.scenario.scenario, &settings)?;
+    let loaded = args.scenario.signals(&settings)?;
     let trained = loaded.scenario.training.episodes;
     match episodes {
         Some(flag) if args.episodes.is_some_and(|n| n.get() != trained) => {
             let message = format!("--set says training.episodes={trained}; give one of the two");
-            Err(FamilyError::Override { flag: flag.flag().to_owned(), message })
+            Err(FamilyError::Override { flag: flag.flag().to_owned(), message }.into())
         }
         _ => Ok(loaded),
     }

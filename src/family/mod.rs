@@ -5,6 +5,7 @@
 pub mod columns;
 pub mod error;
 pub mod names;
+pub mod points;
 
 use serde::Serialize;
 

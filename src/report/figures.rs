@@ -180,12 +180,11 @@ pub(super) fn distribution(data: &Report) -> Option<Figure> {
             y_step: Some(nice_step(peak, 3.0).max(1.0)),
             x_last: if beyond { limit - width } else { limit },
             x_label: last.then(|| {
-                format!(
-                    "score on a point MDP: {}{} ({})",
-                    data.words.noun,
-                    data.relative(),
-                    data.better()
-                )
+                let what = match (data.words.noun.as_str(), data.reference.is_none()) {
+                    ("score", true) => String::new(),
+                    (noun, _) => format!(": {noun}{}", data.relative()),
+                };
+                format!("score on a point MDP{what} ({})", data.better())
             }),
             y_label: None,
         });

@@ -68,7 +68,7 @@ pub(crate) fn count(n: usize, noun: &str) -> String {
 /// Returns a feature's name as words, without the suffix that repeats its unit.
 pub(crate) fn words(name: &str, unit: &str) -> String {
     let name = match name.rsplit_once('_') {
-        Some((stem, suffix)) if !unit.is_empty() && suffix.len() <= 3 => stem,
+        Some((stem, suffix)) if !unit.is_empty() && suffix.len() <= 4 => stem,
         _ => name,
     };
     name.replace('_', " ")
@@ -114,6 +114,7 @@ mod tests {
     #[test]
     fn a_feature_s_name_loses_the_suffix_that_its_unit_repeats() {
         assert_eq!(words("speed_mph", "mph"), "speed");
+        assert_eq!(words("gravity_mps2", "m/s²"), "gravity");
         assert_eq!(words("left_turn_lanes", "lanes per approach"), "left turn lanes");
         assert_eq!(words("mass_kg", ""), "mass kg");
     }

@@ -29,8 +29,9 @@ fn verdict(data: &Report) -> String {
             let interval = best
                 .interval
                 .map_or_else(String::new, |i| format!(", 95% interval {}", format::interval(i)));
-            let noun = &data.words.noun;
-            format!("{}: mean {noun} {}{interval}{unranked}", best.method, overall(best))
+            let Words { noun, unit, .. } = &data.words;
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            format!("{}: mean {noun} {}{unit}{interval}{unranked}", best.method, overall(best))
         }
         Some(_) if others == 0 => format!("Only {reference} has results so far"),
         Some(best) if best.is_reference => {
@@ -136,8 +137,8 @@ fn against_reference(data: &Report, m: &MethodSummary) -> Option<String> {
     if let (Some(own), Some(of_reference)) = (m.objective, reference) {
         let Words { instance, unit, amount, .. } = &data.words;
         let with_unit = |value: f64| match unit.as_str() {
-            "" => format::amount(value),
-            unit => format!("{} {unit}", format::amount(value)),
+            "" => data.words.value(value),
+            unit => format!("{} {unit}", data.words.value(value)),
         };
         text.push_str(&format!(
             " The average {instance} has {} of {amount}, against {}.",

@@ -13,6 +13,7 @@ use super::page::{STYLE, render};
 use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
 use super::whole::Report;
+use super::words::Words;
 use super::{format, further, narrow, text};
 use crate::analysis::{
     EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, TaskScore,
@@ -159,7 +160,7 @@ fn method(data: &Report, m: &MethodSummary, metrics: &[Metric]) -> Value {
         rank => m.rank.map_or_else(dash, |r| r.to_string()),
         overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
         interval,
-        objective => m.objective.map_or_else(dash, format::amount),
+        objective => m.objective.map_or_else(dash, |v| data.words.value(v)),
         metrics => metrics.iter().map(metric).collect::<Vec<_>>(),
         worst_point => worst.map_or_else(dash, |w| data.title_of(&w.0)),
         worst_id => worst.map(|w| &w.0).filter(|id| data.title_of(id) != **id),
@@ -168,7 +169,7 @@ fn method(data: &Report, m: &MethodSummary, metrics: &[Metric]) -> Value {
         failed => m.failed,
         missing => m.missing,
         summaries => summaries(data, m),
-        episodes => episodes(&m.episodes),
+        episodes => episodes(&m.episodes, &data.words),
     }
 }
 
@@ -199,14 +200,15 @@ fn share(share: Option<f64>) -> String {
     share.map_or_else(dash, |s| format!("{:.1}%", 100.0 * s))
 }
 
-fn episodes(e: &EpisodeSummary) -> Value {
+fn episodes(e: &EpisodeSummary, words: &Words) -> Value {
+    let value = |v: Option<f64>| v.map_or_else(dash, |v| words.value(v));
     context! {
         count => e.episodes,
         shares => e.shares.iter().copied().map(share).collect::<Vec<_>>(),
         median => e.median_relative.map_or_else(dash, format::score),
         worst => e.worst_relative.map_or_else(dash, format::score),
-        median_value => e.median.map_or_else(dash, format::amount),
-        worst_value => e.worst.map_or_else(dash, format::amount),
+        median_value => value(e.median),
+        worst_value => value(e.worst),
     }
 }
 
@@ -266,7 +268,7 @@ fn learner(data: &Report, l: &LearnerSummary<'_>) -> Value {
             .map(|(i, _)| l.with_share[i].map_or_else(dash, |n| n.to_string()))
             .collect::<Vec<_>>(),
         events => events(data).map(|(i, _)| share(m.episodes.shares[i])).collect::<Vec<_>>(),
-        evaluated => episodes(&m.episodes),
+        evaluated => episodes(&m.episodes, &data.words),
         median => score(l.median),
         worst => score(l.worst),
         time => l.wall_s.map_or_else(dash, format::duration),
@@ -284,7 +286,7 @@ fn worst(data: &Report) -> Vec<Value> {
         .map(|(p, r)| {
             let value = |m: &MethodSummary| {
                 let result = p.results[m.index].as_ref();
-                result.map_or_else(dash, |r| format::amount(r.objective))
+                result.map_or_else(dash, |r| data.words.value(r.objective))
             };
             context! {
                 point => data.title_of(&p.row.point),

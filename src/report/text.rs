@@ -51,7 +51,7 @@ fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -> String {
 fn row(data: &Report, m: &MethodSummary, points: usize) -> Vec<String> {
     let dash = || "-".to_owned();
     let objective =
-        (!data.reference.is_none()).then(|| m.objective.map_or_else(dash, format::amount));
+        (!data.reference.is_none()).then(|| m.objective.map_or_else(dash, |v| data.words.value(v)));
     let mut cells = vec![
         m.rank.map_or_else(dash, |r| r.to_string()),
         if m.is_reference { data.reference.marked() } else { m.method.clone() },

@@ -1,5 +1,6 @@
 //! What people call what is evaluated: its objective, with the unit, and what stands behind a point MDP.
 
+use super::format;
 use crate::analysis::{noun, unit};
 
 /// What people call what is evaluated.
@@ -48,6 +49,11 @@ impl Words {
             "" => self.noun.clone(),
             unit => format!("{} ({unit})", self.noun),
         }
+    }
+
+    /// Returns a value of the objective without its unit: as an amount, or where it has none as a score.
+    pub fn value(&self, value: f64) -> String {
+        if self.unit.is_empty() { format::score(value) } else { format::amount(value) }
     }
 
     /// Returns the objective as a heading: `Delay`.

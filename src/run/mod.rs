@@ -5,6 +5,7 @@
 pub mod checkpoint;
 pub mod course;
 pub mod domain;
+pub mod entry;
 pub mod error;
 pub mod executor;
 pub mod fault;

@@ -6,6 +6,7 @@ pub mod named;
 pub mod overrides;
 pub mod page;
 pub mod setting;
+pub mod source;
 mod within;
 pub mod wording;
 

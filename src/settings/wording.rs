@@ -151,7 +151,7 @@ mod tests {
                 "line 3: baseline.program: netconver is none of its values auto, netconvert, \
                  equal-split; did you mean netconvert?",
             ),
-            ("wheather = 1\n", "line 3: unknown setting wheather; there are name, title,"),
+            ("wheather = 1\n", "line 3: unknown setting wheather; there are domain, name, title,"),
         ];
         for (text, expected) in cases {
             let message = of_file(&format!("{start}{text}"));

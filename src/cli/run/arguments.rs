@@ -19,6 +19,7 @@ Examples:
   tsc-family run smoke --methods max-pressure,actuated --out results/smoke
   tsc-family run smoke --methods idqn --episodes 20 --set signal.delta_time_s=5 --out results/short
   tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
+  tsc-family run cartpole --preset tuned --budget 40 --methods ppo,dqn
   tsc-family run --budget 80 --dry-run")]
 pub struct RunArgs {
     /// Scenario: path or embedded name; with --sumocfg only its settings count
@@ -33,13 +34,9 @@ pub struct RunArgs {
     /// How the point MDPs of a budget are chosen [default: k-means]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
-    /// Methods, separated by commas, or `all`; `baseline` always runs
-    #[arg(
-        long,
-        value_name = "NAMES",
-        value_delimiter = ',',
-        default_value = "baseline,fixed-time,max-pressure,actuated"
-    )]
+    /// Methods, separated by commas, or `all`; `baseline` always runs [default:
+    /// baseline,fixed-time,max-pressure,actuated; of `cartpole` ppo,dqn]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Seed from which all others are derived
     #[arg(long, default_value_t = 0, value_parser = parse_seed)]

@@ -5,6 +5,7 @@
 //! where simulators give their reasons, goes to a log that is quoted when the worker fails. A failed task
 //! is tried once more, unless its input is at fault, then recorded as failed; the run goes on.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -41,7 +42,7 @@ pub struct Local {
     pub manifest: String,
     /// The program to start.
     pub program: PathBuf,
-    /// Folder of what was prepared.
+    /// Folder of what was prepared; empty where nothing was.
     pub prepared: PathBuf,
     /// Workers at the same time.
     pub jobs: usize,
@@ -139,12 +140,12 @@ impl Local {
         let folder = log.parent().expect("a log lies in a folder");
         fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
         let stderr = File::create(&log).map_err(FileError::at("create", &log))?;
+        let prepared = Some(&self.prepared).filter(|folder| !folder.as_os_str().is_empty());
         let mut child = Command::new(&self.program)
             .arg("worker")
             .arg(self.layout.root())
             .args(["--task", &task.task.to_string()])
-            .arg("--prepared")
-            .arg(&self.prepared)
+            .args(prepared.iter().flat_map(|folder| [OsStr::new("--prepared"), folder.as_os_str()]))
             .args(["--attempt", &attempt.to_string()])
             .arg("--watch-stdin")
             // The pipe closes when this process ends, however it ends, and the worker with it.

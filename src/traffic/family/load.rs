@@ -11,10 +11,10 @@ use super::features::{group, per_approach_features, point_id};
 use super::points;
 use crate::family::error::FamilyError;
 use crate::family::names::{check_id, safe_id};
-use crate::family::{Feature, MdpFamily, PointMdp, columns};
-use crate::files::FileError;
+use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::settings::default_name::name_of;
 use crate::settings::overrides::{Override, overlay};
+use crate::settings::source::{file_of, read_text, unreadable};
 use crate::settings::wording;
 use crate::suggest::did_you_mean;
 use crate::traffic::settings::check::check;
@@ -89,7 +89,7 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
             meant: did_you_mean(name, known.iter().map(String::as_str)),
         });
     }
-    let path = if path.is_dir() { path.join("scenario.toml") } else { path.to_path_buf() };
+    let path = file_of(name);
     let text = read_text(&path)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let table = |table: &str| read_text(&folder.join(table));
@@ -127,13 +127,6 @@ fn with_preset(
         scenario = setting.apply(&scenario)?;
     }
     Ok(scenario)
-}
-
-fn read_text(path: &Path) -> Result<String, FamilyError> {
-    let bytes = std::fs::read(path).map_err(FileError::at("read", path))?;
-    let text = sheet::decode(&bytes);
-    let text = text.map_err(|fault| columns::at(&path.display().to_string(), fault))?;
-    Ok(text.into_owned())
 }
 
 /// Parses a scenario, replaces settings and derives the family; `table` resolves a table's path to
@@ -188,22 +181,6 @@ pub fn from_text(
                        approaches = \"approaches.csv\" in [family]"
                 .into(),
         }),
-    }
-}
-
-/// Says which field of the scenario names a table that cannot be read.
-fn unreadable(error: FamilyError, file: &str, field: &str, path: &str) -> FamilyError {
-    match error {
-        FamilyError::Io(e) => FamilyError::Setting {
-            file: file.to_owned(),
-            field: field.to_owned(),
-            value: format!("{path:?}"),
-            expected: format!(
-                "{e}; the path is relative to the scenario file, of an embedded \
-                               scenario to the current folder"
-            ),
-        },
-        other => other,
     }
 }
 

@@ -5,12 +5,9 @@
 //! (counts, normalised), the six features of an intersection, and one column per further feature. A
 //! column name that ends in a known unit (`_m`, `_mph`, `_vph`, `_s`, `_kg`) tells the feature's unit.
 
-use sheet::{Fault, Row, Sheet};
-
-use crate::family::columns::{Columns, at};
+use crate::family::MdpFamily;
 use crate::family::error::FamilyError;
-use crate::family::names::{safe_id, title};
-use crate::family::{Feature, MdpFamily, PointMdp};
+use crate::family::points::{self, Kind};
 use crate::settings::within;
 use crate::traffic::settings::SixFeatures;
 
@@ -22,9 +19,6 @@ const UNITS: [(&str, &str); 6] = [
     ("_kg", "kg"),
     ("_lanes", "lanes per approach"),
 ];
-
-/// Columns that are no features.
-const OTHERS: [&str; 3] = ["point", "importance", "intersections"];
 
 /// Ranges of the six features, in the order of [`SixFeatures::COLUMNS`].
 const RANGES: [(f64, f64); 6] =
@@ -38,84 +32,18 @@ const RANGES: [(f64, f64); 6] =
 /// that no intersection has, turn lanes that leave no lane to go straight, a name that comes twice,
 /// importance that does not sum to 1.
 pub fn read(name: &str, text: &str, file: &str) -> Result<MdpFamily, FamilyError> {
-    let fail = |fault| at(file, fault);
-    let mut sheet = Sheet::of(text).map_err(fail)?;
-    let empty = sheet.headers().iter().all(str::is_empty);
-    if empty {
-        return Err(FamilyError::Empty { file: file.to_owned() });
-    }
-    let header_line = sheet.header_line();
-    let names = SixFeatures::COLUMNS.map(|(name, _)| name);
-    let columns = Columns::find(sheet.headers(), &names)
-        .and_then(|columns| weighted(&columns).map(|()| columns))
-        .map_err(|message| fail(Fault { line: header_line, message }))?;
-    let features: Vec<&str> = columns.names().filter(|name| !OTHERS.contains(name)).collect();
-    let mut points: Vec<PointMdp> = Vec::new();
-    while let Some(row) = sheet.next_row().map_err(fail)? {
-        let line = row.line;
-        let fail = |message| fail(Fault { line, message });
-        let point = point(&row, &columns, &features, points.len()).map_err(fail)?;
-        if let Some(earlier) = points.iter().find(|p| p.id == point.id) {
-            let (first, second) = (&earlier.title, &point.title);
-            return Err(fail(match first == second {
-                true => format!("point {first} stands twice in the table"),
-                false => format!("points {first:?} and {second:?} get the same id; rename one"),
-            }));
-        }
-        points.push(point);
-    }
-    if columns.get("importance").is_none() {
-        let total: f64 = points.iter().map(|p| p.importance).sum();
-        if !points.is_empty() && total <= 0.0 {
-            let message = "all `intersections` are 0; give counts";
-            return Err(fail(Fault::new(header_line, message)));
-        }
-        for p in &mut points {
-            p.importance /= total;
-        }
-    }
-    let features = features.into_iter().map(feature).collect();
-    MdpFamily::new(name, features, points, file)
+    let needed = SixFeatures::COLUMNS.map(|(name, _)| name);
+    let kind = Kind { needed: &needed, counts: "intersections", units: &UNITS, check: &check };
+    points::read(name, text, file, &kind)
 }
 
-/// Checks that there is a column that weights the rows.
-fn weighted(columns: &Columns) -> Result<(), String> {
-    match columns.get("importance").or(columns.get("intersections")) {
-        Some(_) => Ok(()),
-        None => Err("a column `importance` or `intersections` is needed".into()),
-    }
-}
-
-/// Returns the point MDP of a row.
-fn point(
-    row: &Row,
-    columns: &Columns,
-    features: &[&str],
-    earlier: usize,
-) -> Result<PointMdp, String> {
-    let number = |name: &str| match columns.number(row, name)? {
-        number if number >= 0.0 => Ok(number),
-        number => Err(format!("{name} = {number}: expected a number that is not negative")),
-    };
-    let title = match columns.get("point") {
-        Some(i) => title("point", row.text(i))?,
-        None => format!("p{:04}", earlier + 1),
-    };
-    let instances = match columns.get("intersections") {
-        Some(_) => columns.whole(row, "intersections")?,
-        None => 1,
-    };
-    let importance = match columns.get("importance") {
-        Some(_) => number("importance")?,
-        None => f64::from(instances),
-    };
+/// Checks the six features of an intersection.
+fn check(number: &dyn Fn(&str) -> Result<f64, String>) -> Result<(), String> {
     for ((name, _), (low, high)) in SixFeatures::COLUMNS.iter().zip(RANGES) {
-        let value = columns.number(row, name)?;
+        let value = number(name)?;
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))?;
     }
-    check_turn_lanes(number("lanes")?, number("left_turn_lanes")?, number("right_turn_lanes")?)?;
-    let features = features.iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>()?;
-    Ok(PointMdp { id: safe_id(&title), title, features, importance, instances })
+    check_turn_lanes(number("lanes")?, number("left_turn_lanes")?, number("right_turn_lanes")?)
 }
 
 /// Checks that turn lanes leave a lane to go straight: of the lanes of both directions half, rounded
@@ -135,14 +63,10 @@ fn check_turn_lanes(lanes: f64, left: f64, right: f64) -> Result<(), String> {
     ))
 }
 
-fn feature(name: &str) -> Feature {
-    let unit = UNITS.iter().find(|(suffix, _)| name.ends_with(suffix)).map_or("", |(_, u)| u);
-    Feature { name: name.to_owned(), unit: unit.to_owned() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::family::Feature;
     use crate::family::names::check_id;
 
     const SIX: &str = "lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,right_turn_lanes";

@@ -28,6 +28,9 @@ macro_rules! scenario {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct Scenario {
+            /// Which domain reads the file: `traffic`, which is not said in manifests.
+            #[serde(default, skip_serializing)]
+            pub domain: Domain,
             /// Name of the family; also the default folder of its networks. By default that of the
             /// file.
             #[serde(default)]
@@ -97,6 +100,15 @@ macro_rules! scenario {
     };
 }
 methods!(scenario);
+
+/// The domain of these scenarios.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Domain {
+    /// Traffic signals.
+    #[default]
+    Traffic,
+}
 
 /// Version of a scenario that says none.
 fn first_version() -> u32 {
