@@ -60,7 +60,7 @@ pub fn point(context: &Context, importance: f64) -> PointMdp {
     PointMdp {
         id: format!("l{length}-c{cart}-p{pole}-f{force}-g{gravity}"),
         title: format!(
-            "pole {length} m, {pole} kg; cart {cart} kg; push {force} N; gravity {gravity} m/s²"
+            "half-length {length} m, pole {pole} kg, cart {cart} kg, push {force} N, gravity {gravity} m/s²"
         ),
         features: features.to_vec(),
         importance,
@@ -182,7 +182,10 @@ mod tests {
         let point = &family.points[family.position("l0.5-c1-p0.1-f50-g0.1").unwrap()];
         let features: [f64; 5] = point.features.clone().try_into().unwrap();
         assert_eq!(Context::from_features(features), context);
-        assert_eq!(point.title, "pole 0.5 m, 0.1 kg; cart 1 kg; push 50 N; gravity 0.1 m/s²");
+        assert_eq!(
+            point.title,
+            "half-length 0.5 m, pole 0.1 kg, cart 1 kg, push 50 N, gravity 0.1 m/s²"
+        );
     }
     #[test]
     fn a_table_may_have_some_of_the_features_and_no_others() {
