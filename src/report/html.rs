@@ -1,5 +1,6 @@
 //! The page: prepares every text and number, so that the template only places them.
 
+use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
 use super::csv::events;
@@ -40,73 +41,22 @@ pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportEr
 }
 
 fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
-    let identity = &data.manifest.identity;
     let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.clone());
-    let says = |about: About| data.sections.says(about, data);
-    let of = |slot: Slot| {
-        let parts = parts.iter().filter(move |part| part.slot == slot);
-        let part = |p: &Part| context! { id => p.id, title => p.title, html => p.html.as_str() };
-        parts.map(part).collect::<Vec<_>>()
-    };
     let metrics = data.sections.metrics(Table::Ranking, data);
     let heading = |m: &Metric| vec![m.heading.clone(), m.unit.clone()];
     let [_, reported] = data.sections.training_columns();
     context! {
         style => STYLE,
-        scenario => identity.scenario.as_str(),
         headline => headline(data),
         sentences => sentences(data),
         warnings => text::warnings(data),
         disagree => further::disagreements(data).len(),
-        noun => data.words.noun.as_str(),
-        nouns => data.words.nouns.as_str(),
-        heading => data.words.heading(),
-        amount => data.words.amount.as_str(),
-        unit => data.words.unit.as_str(),
-        unit_in_full => data.words.unit_in_full.as_str(),
-        instance => data.words.instance.as_str(),
-        met => data.words.met.as_str(),
-        large => data.words.sizes[1].as_str(),
-        relative => data.relative(),
-        is_relative => !data.reference.is_none(),
-        better => data.better(),
-        worst_is => if data.direction().is_lower() { "highest" } else { "lowest" },
-        best_is => if data.direction().is_lower() { "smallest" } else { "largest" },
-        worse_side => if data.direction().is_lower() { "right" } else { "left" },
-        worse_score => if data.direction().is_lower() { "above" } else { "below" },
-        audience => data.sections.audience(),
-        regimes_say => says(About::Regimes),
-        summaries_say => says(About::Summaries),
-        episodes_heading => says(About::Episodes),
-        before_episodes => says(About::BeforeEpisodes),
-        after_episodes => says(About::AfterEpisodes),
-        training_says => says(About::Training),
-        points_say => says(About::Points),
-        worst_says => says(About::Worst),
-        worst_caption => says(About::WorstCaption).unwrap_or_else(|| worst_caption(data)),
-        not_covered => says(About::NotCovered),
-        elsewhere => says(About::Elsewhere),
-        apply => context! {
-            ranking => says(About::ApplyRanking),
-            summaries => says(About::ApplySummaries),
-            spread => says(About::ApplySpread),
-            training => says(About::ApplyTraining),
-            features => says(About::ApplyFeatures),
-        },
-        body => of(Slot::Body),
-        notes => of(Slot::Notes),
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
         reported => reported.to_vec(),
         last => LAST_EPISODES,
-        baseline => data.reference.name.as_str(),
-        of => data.reference.in_short(),
-        label => data.reference.as_label(),
-        divisor => if data.reference.is_baseline { "baseline" } else { "divisor" },
-        against => (!data.reference.is_baseline).then(|| baseline_in_full(&identity.baseline)),
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
         names => data.methods.iter().map(|m| m.method.clone()).collect::<Vec<_>>(),
-        chosen => data.points.len(),
         common => common(data),
         further => further_values(data),
         once => text::trained_once(data).join(", "),
@@ -128,6 +78,77 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         failed => data.failed().count(),
         without_reference => data.methods.iter().map(|m| m.without_reference).max().unwrap_or(0),
         missing => data.missing(),
+        ..merge_maps([words(data), said(data, parts), run(data)])
+    }
+}
+
+/// Returns what things are called, and which way is better.
+fn words(data: &Report) -> Value {
+    let lower = data.direction().is_lower();
+    context! {
+        noun => data.words.noun.as_str(),
+        nouns => data.words.nouns.as_str(),
+        heading => data.words.heading(),
+        amount => data.words.amount.as_str(),
+        unit => data.words.unit.as_str(),
+        unit_in_full => data.words.unit_in_full.as_str(),
+        instance => data.words.instance.as_str(),
+        met => data.words.met.as_str(),
+        large => data.words.sizes[1].as_str(),
+        relative => data.relative(),
+        is_relative => !data.reference.is_none(),
+        better => data.better(),
+        worst_is => if lower { "highest" } else { "lowest" },
+        best_is => if lower { "smallest" } else { "largest" },
+        worse_side => if lower { "right" } else { "left" },
+        worse_score => if lower { "above" } else { "below" },
+        baseline => data.reference.name.as_str(),
+        of => data.reference.in_short(),
+        label => data.reference.as_label(),
+        divisor => if data.reference.is_baseline { "baseline" } else { "divisor" },
+    }
+}
+
+/// Returns what the domain says and shows.
+fn said(data: &Report, parts: &[Part]) -> Value {
+    let says = |about: About| data.sections.says(about, data);
+    let of = |slot: Slot| {
+        let parts = parts.iter().filter(move |part| part.slot == slot);
+        let part = |p: &Part| context! { id => p.id, title => p.title, html => p.html.as_str() };
+        parts.map(part).collect::<Vec<_>>()
+    };
+    context! {
+        audience => data.sections.audience(),
+        regimes_say => says(About::Regimes),
+        summaries_say => says(About::Summaries),
+        episodes_heading => says(About::Episodes),
+        before_episodes => says(About::BeforeEpisodes),
+        after_episodes => says(About::AfterEpisodes),
+        training_says => says(About::Training),
+        points_say => says(About::Points),
+        worst_says => says(About::Worst),
+        worst_caption => says(About::WorstCaption).unwrap_or_else(|| worst_caption(data)),
+        not_covered => says(About::NotCovered),
+        elsewhere => says(About::Elsewhere),
+        apply => context! {
+            ranking => says(About::ApplyRanking),
+            summaries => says(About::ApplySummaries),
+            spread => says(About::ApplySpread),
+            training => says(About::ApplyTraining),
+            features => says(About::ApplyFeatures),
+        },
+        body => of(Slot::Body),
+        notes => of(Slot::Notes),
+    }
+}
+
+/// Returns what was planned, and by what.
+fn run(data: &Report) -> Value {
+    let identity = &data.manifest.identity;
+    context! {
+        scenario => identity.scenario.as_str(),
+        against => (!data.reference.is_baseline).then(|| baseline_in_full(&identity.baseline)),
+        chosen => data.points.len(),
         planned => data.tasks.len(),
         sampling => data.sampling(),
         budget => identity.sample.budget,
