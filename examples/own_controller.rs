@@ -5,7 +5,9 @@
 //! ```
 //!
 //! A controller sees the signals once per episode and what their detectors count at every decision,
-//! nothing else. What it is compared with, the records and the report are those of `tsc-family run`.
+//! nothing else. What it is compared with and the records are those of `tsc-family run`; the page is made by
+//! `tsc-family report results/own-controller/run`. Finished tasks are kept: give another folder when the
+//! controller has changed.
 
 use std::error::Error;
 use std::io::Write;
@@ -21,7 +23,7 @@ use tsc_family::{Method, Request, SignalProblem, Traffic, Training, evaluate};
 /// Name of the controller, in records, tables and figures.
 const NAME: &str = "longest-queue";
 
-/// Serves the phase whose lanes hold the most halted vehicles.
+/// Serves the phase whose lanes hold the most vehicles that have halted in them.
 #[derive(Default)]
 struct LongestQueue {
     /// Per signal and phase the lanes that it serves.
@@ -63,10 +65,12 @@ fn lanes(signal: &SignalSpec, service: &[Light]) -> Vec<usize> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let about = Method::new(NAME, "the phase with the most halted vehicles", Training::None);
+    let about =
+        Method::new(NAME, "the phase with the most vehicles that have halted", Training::None);
     let traffic =
         Traffic::default().with(about, Box::new(|_seed| Box::new(LongestQueue::default())));
     let folder = Path::new("results/own-controller");
+    // No folder of a city beside the scenario, networks of our own, no SUMO scenarios in place of the family.
     let problem = SignalProblem::new(load("smoke")?, None, folder.join("networks"), &[])?;
     let methods = [NAME, "max-pressure", "actuated"].map(str::to_owned);
     let request = Request::new(&traffic, &problem, &methods);
@@ -76,6 +80,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for method in &Analysis::new(&results, &NoMeasures).methods {
         let score = method.overall.map_or("no score".to_owned(), |score| format!("{score:.2}"));
         writeln!(out, "{:14} {score}", method.method)?;
+    }
+    for record in results.failed() {
+        let reason = record.summary.reason.as_deref().unwrap_or("no reason");
+        writeln!(out, "{} on {}: {reason}", record.summary.method, record.summary.point)?;
     }
     Ok(())
 }

@@ -83,7 +83,9 @@ pub fn sections(layout: &Layout, results: &Results) -> Result<Box<dyn Sections>,
         let look = Look { color: m.color, dash: m.dash };
         (m.name.to_owned(), look)
     });
+    let (row, row_is) = domain.training_row();
     Ok(Box::new(Plain {
+        row: Some((row.to_owned(), row_is.to_owned())),
         objective: known.then(|| (objective.title.to_owned(), objective.unit.to_owned())),
         looks: looks.collect(),
     }))

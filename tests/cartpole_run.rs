@@ -40,7 +40,7 @@ fn a_run_has_records_and_models_and_is_the_same_with_two_workers() {
         let rows = record(&one, task);
         assert_eq!(rows, record(&two, task));
         assert_eq!((&rows[0]["outcome"], &rows[0]["reason"]), (&"ok".into(), &Value::Null));
-        let score = rows[0]["metrics"]["score"].as_f64().unwrap();
+        let score = rows[0]["metrics"]["normalised_return"].as_f64().unwrap();
         assert!(score > 0.0 && score <= 1.0, "{score}");
         let kinds = |kind: &str| rows.iter().filter(|r| r["kind"] == kind).count();
         assert_eq!((kinds("training"), kinds("evaluation")), (2, 5));
@@ -50,7 +50,7 @@ fn a_run_has_records_and_models_and_is_the_same_with_two_workers() {
     let manifest: Value =
         serde_json::from_str(&fs::read_to_string(one.join("manifest.json")).unwrap()).unwrap();
     let of = |name: &str| manifest["identity"].get(name).unwrap_or(&manifest[name]).clone();
-    assert_eq!((of("domain"), of("objective")), ("cartpole".into(), "score".into()));
+    assert_eq!((of("domain"), of("objective")), ("cartpole".into(), "normalised_return".into()));
     assert_eq!(of("methods"), serde_json::json!(["ppo", "dqn"]));
 }
 
@@ -71,12 +71,17 @@ fn what_has_no_effect_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     for (flag, words) in [
         (
-            ["--episodes", "3"],
+            ["--set", "dqn.gamma=0.9", "--methods", "ppo"].as_slice(),
+            "--set dqn.gamma=0.9 has no effect: dqn is not among the methods (ppo)",
+        ),
+        (&["--sumocfg", "a.sumocfg"], "--sumocfg has no effect on cartpole"),
+        (
+            &["--episodes", "3"],
             "--episodes has no effect on cartpole: its methods have settings of their own for that",
         ),
-        (["--networks", "n"], "--networks has no effect on cartpole: it has no networks"),
+        (&["--networks", "n"], "--networks has no effect on cartpole: it has no networks"),
     ] {
-        let output = command(&[&["run", "cartpole"], &flag[..]].concat(), dir.path());
+        let output = command(&[&["run", "cartpole"], flag].concat(), dir.path());
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && said.contains(words), "{said}");
     }

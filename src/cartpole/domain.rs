@@ -6,7 +6,7 @@ use super::dynamics::{Context, Dynamics};
 use super::environment::CartPole;
 use super::family::NAME;
 use super::settings::Scenario;
-use super::trial::{PoleTrial, SCORE};
+use super::trial::{NORMALISED_RETURN, PoleTrial};
 use super::{dqn, ppo};
 use crate::run::domain::{Domain, Objective, Site, Trial};
 use crate::run::fault::TrialError;
@@ -26,11 +26,22 @@ impl Domain for CartPoles {
     }
 
     fn objective(&self) -> Objective {
-        Objective { metric: SCORE, title: SCORE, unit: "", direction: Direction::Higher }
+        Objective {
+            metric: NORMALISED_RETURN,
+            title: "normalised return",
+            unit: "",
+            direction: Direction::Higher,
+        }
     }
 
     fn baseline(&self) -> Option<&'static str> {
         None
+    }
+
+    fn training_row(&self) -> (&'static str, &'static str) {
+        let what = "A part of a training is 2,000 steps, or one update where that takes more; its normalised return is \
+                    the mean over the episodes that ended in it.";
+        ("part", what)
     }
 
     fn methods(&self) -> &[Method] {

@@ -72,6 +72,14 @@ pub struct Dynamics {
     pole_moment_kg_m: f64,
 }
 
+impl Variant {
+    /// Returns the mass from which on a pole has no inertia or a negative one, so that gravity holds it up, kg;
+    /// `None` where there is no such mass.
+    pub fn heaviest_pole_kg(self) -> Option<f64> {
+        (self == Self::CarlCompat).then_some(TOTAL_MASS_KG * 4.0 / 3.0)
+    }
+}
+
 impl Dynamics {
     /// Returns the cart and pole of a context.
     pub fn new(context: Context, variant: Variant) -> Self {

@@ -80,6 +80,19 @@ pub enum ContextError {
         /// A similar name, in words.
         meant: String,
     },
+    /// A pole without inertia.
+    #[error(
+        "masspole_kg of {point} is {value}: from {limit:.3} kg on the inertia of carl-compat is not above 0; take \
+         environment.dynamics = \"physical\""
+    )]
+    Inertia {
+        /// Id of the point MDP.
+        point: String,
+        /// Its mass, kg.
+        value: f64,
+        /// The mass from which on there is none, kg.
+        limit: f64,
+    },
     /// A value that none of them can have.
     #[error("{feature} of {point} is {value}; expected a number above 0")]
     Value {
@@ -118,6 +131,15 @@ pub fn context(features: &[Feature], point: &PointMdp) -> Result<Context, Contex
         numbers[place] = *value;
     }
     Ok(Context::from_features(numbers))
+}
+
+/// Returns the features of every point MDP without the mass of the cart, which has no effect in CARL's environment;
+/// nothing where there is no other feature.
+pub fn without_effect_left_out(family: &MdpFamily) -> Vec<Vec<f64>> {
+    let acts = |f: &usize| family.features[*f].name != "masscart_kg";
+    let acting: Vec<usize> = (0..family.features.len()).filter(acts).collect();
+    let row = |point: &PointMdp| acting.iter().map(|f| point.features[*f]).collect();
+    if acting.is_empty() { Vec::new() } else { family.points.iter().map(row).collect() }
 }
 
 impl Context {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 
+use super::dynamics::Variant;
 use super::environment::HORIZON;
 use super::family::{self, ContextError};
 use super::settings::Scenario;
@@ -40,9 +41,16 @@ impl CartPoleProblem {
     ///
     /// [`ContextError`] when a point MDP is no cart and pole.
     pub fn new(scenario: Scenario, family: Option<MdpFamily>) -> Result<Self, ContextError> {
-        let family = family.unwrap_or_else(|| family::family(&scenario.name));
+        let mut family = family.unwrap_or_else(|| family::family(&scenario.name));
+        let variant = scenario.environment.dynamics;
         for point in &family.points {
-            family::context(&family.features, point)?;
+            let value = family::context(&family.features, point)?.masspole_kg;
+            if let Some(limit) = variant.heaviest_pole_kg().filter(|limit| value >= *limit) {
+                return Err(ContextError::Inertia { point: point.id.clone(), value, limit });
+            }
+        }
+        if variant == Variant::CarlCompat {
+            family.describing = family::without_effect_left_out(&family);
         }
         Ok(Self { scenario, family })
     }
@@ -96,6 +104,36 @@ mod tests {
     fn problem(preset: &str) -> CartPoleProblem {
         let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
         CartPoleProblem::new(scenario, None).unwrap()
+    }
+
+    #[test]
+    fn a_pole_without_inertia_is_refused_where_it_has_none() {
+        let feature = Feature { name: "masspole_kg".into(), unit: "kg".into() };
+        let heavy = PointMdp {
+            id: "heavy".into(),
+            title: "heavy".into(),
+            features: vec![1.5],
+            importance: 1.0,
+            instances: 1,
+        };
+        let family = MdpFamily::new("own", vec![feature], vec![heavy], "p.csv").unwrap();
+        let of = |dynamics: &str| {
+            let text = format!("environment.dynamics = {dynamics:?}");
+            let scenario = Scenario::read(&text, "a.toml", &[]).unwrap();
+            CartPoleProblem::new(scenario, Some(family.clone())).err().map(|e| e.to_string())
+        };
+        assert_eq!(of("physical"), None);
+        let e = of("carl-compat").unwrap();
+        assert!(e.starts_with("masspole_kg of heavy is 1.5: from 1.467 kg on"), "{e}");
+    }
+
+    #[test]
+    fn samples_look_at_the_mass_of_the_cart_where_it_acts() {
+        let carl = problem("sb3");
+        assert_eq!(carl.family().describing[0], [0.05, 0.01, 1.0, 0.1]);
+        let physical = "environment.dynamics = \"physical\"";
+        let scenario = Scenario::read(physical, "a.toml", &[]).unwrap();
+        assert!(CartPoleProblem::new(scenario, None).unwrap().family().describing.is_empty());
     }
 
     #[test]

@@ -12,8 +12,8 @@ use crate::run::domain::{Course, Trial};
 use crate::run::fault::TrialError;
 use crate::store::record::Metrics;
 
-/// Name of the objective: the share of the best return, from 0 to 1.
-pub const SCORE: &str = "score";
+/// Name of the objective: the return divided by the best one, 500; from 0 to 1.
+pub const NORMALISED_RETURN: &str = "normalised_return";
 
 /// Steps of training that a row of the record stands for, or a few more: an update is not cut.
 pub const ROW_STEPS: u64 = 2000;
@@ -58,12 +58,11 @@ impl Trial for PoleTrial {
             self.trainer.restore("", &saved).map_err(TrialError::Model)?;
         }
         while !self.trainer.finished() {
-            let mut latest = 0;
-            let progress = self.trainer.advance(self.trainer.steps() + ROW_STEPS, &mut |k| {
-                latest = course.seed(k);
-                latest
-            });
-            course.episode(latest, row(&progress));
+            let steps = self.trainer.steps() + ROW_STEPS;
+            let progress = self.trainer.advance(steps, &mut |k| course.seed(k));
+            // That of the episode that began last, in this part or before.
+            let seed = course.seed(progress.begun.saturating_sub(1));
+            course.episode(seed, row(&progress));
             let finite = progress.loss.is_none_or(f64::is_finite);
             if !finite || !self.trainer.is_finite() {
                 let what = if finite { "a parameter" } else { "the loss" };
@@ -90,7 +89,7 @@ impl Trial for PoleTrial {
         let Self { environment, trainer } = self;
         let outcome = play(environment, seed, &mut |observation| trainer.act(observation));
         Ok(named([
-            (SCORE, Some(outcome.total / f64::from(HORIZON))),
+            (NORMALISED_RETURN, Some(outcome.total / f64::from(HORIZON))),
             ("return", Some(outcome.total)),
         ]))
     }
@@ -105,9 +104,9 @@ impl Trial for PoleTrial {
 /// Returns the row of a part of a training; score and return are those of the episodes that ended in it, with
 /// the actions of training.
 fn row(progress: &Progress) -> Metrics {
-    let Progress { steps, episodes, mean_return, loss, entropy, epsilon } = *progress;
+    let Progress { steps, episodes, mean_return, loss, entropy, epsilon, begun: _ } = *progress;
     named([
-        (SCORE, mean_return.map(|r| r / f64::from(HORIZON))),
+        (NORMALISED_RETURN, mean_return.map(|r| r / f64::from(HORIZON))),
         ("return", mean_return),
         ("episodes", Some(f64::from(episodes))),
         ("steps", Some(steps as f64)),
@@ -170,7 +169,7 @@ mod tests {
             assert_eq!(steps, [2000.0, 4000.0, 6000.0]);
             for (seed, metrics) in &kept.rows {
                 assert!(*seed >= 1000 && metrics["episodes"] > 0.0);
-                assert_eq!(metrics[SCORE], metrics["return"] / 500.0);
+                assert_eq!(metrics[NORMALISED_RETURN], metrics["return"] / 500.0);
                 assert!(metrics.values().all(|v| v.is_finite()));
             }
             let model = whole.model().unwrap();
@@ -190,7 +189,7 @@ mod tests {
     #[test]
     fn an_episode_s_score_is_the_share_of_the_best_return() {
         let metrics = trial(ppo::METHOD.name, &[]).episode(3).unwrap();
-        assert_eq!(metrics[SCORE], metrics["return"] / 500.0);
+        assert_eq!(metrics[NORMALISED_RETURN], metrics["return"] / 500.0);
         assert!(metrics["return"] >= 1.0 && metrics["return"] < 200.0);
     }
 

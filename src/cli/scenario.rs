@@ -16,14 +16,14 @@ use crate::traffic::settings::Preset;
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArg {
     /// Path of a scenario, or the name of an embedded one: `salt-lake-city`,
-    /// `salt-lake-city-peak`, `smoke`
+    /// `salt-lake-city-peak`, `smoke`, `cartpole`
     #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
     pub scenario: String,
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<Override>,
     /// Limits of timing and demand: `resco`, the literature's, or `field`, what a cabinet in the street
-    /// allows [default: the scenario's, else `resco`]
+    /// allows; of `cartpole` `sb3` or `tuned` [default: the scenario's, else `resco`, `sb3`]
     #[arg(long, value_name = "PRESET", value_parser = presets(), hide_possible_values = true)]
     preset: Option<String>,
 }

@@ -14,6 +14,7 @@ use crate::domains;
 use crate::family::FamilyError;
 use crate::run::domain::{Domain, Problem};
 use crate::run::entry::Entry;
+use crate::run::method::Method;
 use crate::run::plan::Draft;
 use crate::settings::overrides::Override;
 use crate::traffic::family::load::LoadedScenario;
@@ -33,9 +34,7 @@ impl Subject {
     /// Reads the scenario that the arguments name.
     pub(super) fn new(args: &RunArgs) -> anyhow::Result<Self> {
         let name = &args.scenario.scenario;
-        if let Some(entry) = args.scenario.entry()?
-            && args.sumocfg.is_empty()
-        {
+        if let Some(entry) = args.scenario.entry()? {
             without_effect(args, entry.domain.name())?;
             let problem = (entry.load)(name, &args.scenario.settings())?;
             return Ok(Self::Other(entry, problem));
@@ -81,7 +80,10 @@ impl Subject {
 
     /// Refuses what has no effect.
     pub(super) fn check(&self, args: &RunArgs, draft: &Draft) -> anyhow::Result<()> {
-        let Self::Signals(problem) = self else { return Ok(()) };
+        let problem = match self {
+            Self::Signals(problem) => problem,
+            Self::Other(entry, _) => return of_others(args, entry.domain, draft),
+        };
         let imported = problem.is_imported();
         if imported && args.networks.is_some() {
             let reason =
@@ -126,6 +128,9 @@ fn without_effect(args: &RunArgs, domain: &str) -> anyhow::Result<()> {
     let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
         Err(Refused(format!("{flag} has no effect on {domain}: {reason}")).into())
     };
+    if !args.sumocfg.is_empty() {
+        return refuse("--sumocfg", "it is not simulated by SUMO; leave out one of the two");
+    }
     if args.networks.is_some() {
         return refuse("--networks", "it has no networks; leave it out");
     }
@@ -133,6 +138,24 @@ fn without_effect(args: &RunArgs, domain: &str) -> anyhow::Result<()> {
         let reason =
             "its methods have settings of their own for that, such as total_steps; give --set";
         return refuse("--episodes", reason);
+    }
+    Ok(())
+}
+
+/// Refuses settings of methods that do not run.
+fn of_others(args: &RunArgs, domain: &dyn Domain, draft: &Draft) -> anyhow::Result<()> {
+    let runs = |m: &&Method| draft.methods.iter().any(|name| name == m.name);
+    let idle: Vec<&Method> = domain.methods().iter().filter(|m| !runs(m)).collect();
+    for setting in args.scenario.settings() {
+        let key = setting.keys().into_iter().next().unwrap_or_default();
+        let of = |m: &&&Method| key.split_once('.').is_some_and(|(own, _)| own == m.section());
+        if let Some(method) = idle.iter().find(of) {
+            let (flag, name, methods) = (setting.flag(), method.name, draft.methods.join(", "));
+            return Err(Refused(format!(
+                "{flag} has no effect: {name} is not among the methods ({methods}); leave it out"
+            ))
+            .into());
+        }
     }
     Ok(())
 }

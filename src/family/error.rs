@@ -54,16 +54,27 @@ pub enum FamilyError {
         /// What is wrong and what is expected.
         message: String,
     },
+    /// A point MDP that cannot be in a family.
+    #[error("{file}: point {point:?}: {message}")]
+    Point {
+        /// The table.
+        file: String,
+        /// Its id.
+        point: String,
+        /// What is wrong with it.
+        message: String,
+    },
     /// The family is not a probability distribution.
     #[error(
-        "{file}: importance sums to {sum}, not to 1; divide each value by the sum, or give counts \
-         in a column `intersections` instead"
+        "{file}: importance sums to {sum}, not to 1; divide each value by the sum, or give counts{column} instead"
     )]
     NotADistribution {
         /// The table.
         file: String,
         /// The sum found.
         sum: f64,
+        /// In which column counts are given, in words, if there is one.
+        column: String,
     },
     /// A family without point MDPs.
     #[error("{file}: no point MDP; the table needs at least one row below its header")]

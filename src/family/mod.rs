@@ -63,8 +63,9 @@ impl MdpFamily {
     ///
     /// # Errors
     ///
-    /// [`FamilyError::Empty`] without points, [`FamilyError::NotADistribution`] when the
-    /// importance does not sum to 1 within [`IMPORTANCE_TOLERANCE`].
+    /// [`FamilyError::Empty`] without points, [`FamilyError::Point`] for an id that is not safe or comes twice, a
+    /// feature too many or too few, a negative importance, [`FamilyError::NotADistribution`] when the importance
+    /// does not sum to 1 within [`IMPORTANCE_TOLERANCE`].
     pub fn new(
         name: impl Into<String>,
         features: Vec<Feature>,
@@ -74,9 +75,35 @@ impl MdpFamily {
         if points.is_empty() {
             return Err(FamilyError::Empty { file: source.to_owned() });
         }
+        for (i, point) in points.iter().enumerate() {
+            let wrong = |message: String| {
+                Err(FamilyError::Point {
+                    file: source.to_owned(),
+                    point: point.id.clone(),
+                    message,
+                })
+            };
+            if let Err(message) = names::check_id("id", &point.id) {
+                return wrong(message);
+            }
+            if points[..i].iter().any(|earlier| earlier.id == point.id) {
+                return wrong("there is another of that id".to_owned());
+            }
+            if point.features.len() != features.len() {
+                let (own, all) = (point.features.len(), features.len());
+                return wrong(format!("it has {own} features, the family {all}"));
+            }
+            if point.importance.is_nan() || point.importance < 0.0 {
+                return wrong(format!("its importance is {}", point.importance));
+            }
+        }
         let sum: f64 = points.iter().map(|p| p.importance).sum();
         if (sum - 1.0).abs() > IMPORTANCE_TOLERANCE {
-            return Err(FamilyError::NotADistribution { file: source.to_owned(), sum });
+            return Err(FamilyError::NotADistribution {
+                file: source.to_owned(),
+                sum,
+                column: String::new(),
+            });
         }
         points.sort_by(|a, b| b.importance.total_cmp(&a.importance).then_with(|| a.id.cmp(&b.id)));
         Ok(Self { name: name.into(), features, points, describing: Vec::new() })
@@ -122,6 +149,21 @@ mod tests {
     fn importance_that_does_not_sum_to_one_is_refused() {
         let e = MdpFamily::new("f", feature(), vec![point("a", 0.6, 0.0)], "p.csv").unwrap_err();
         assert!(matches!(e, FamilyError::NotADistribution { sum, .. } if sum == 0.6));
+    }
+
+    #[test]
+    fn points_that_cannot_be_in_a_family_are_refused() {
+        let more = PointMdp { features: vec![0.0, 1.0], ..point("a", 1.0, 0.0) };
+        for (points, expected) in [
+            (vec![point("a", 0.5, 0.0), point("a", 0.5, 1.0)], "there is another of that id"),
+            (vec![point("../a", 1.0, 0.0)], "expected 1 to"),
+            (vec![more], "it has 2 features, the family 1"),
+            (vec![point("a", 1.5, 0.0), point("b", -0.5, 0.0)], "its importance is -0.5"),
+            (vec![point("a", f64::NAN, 0.0)], "its importance is NaN"),
+        ] {
+            let e = MdpFamily::new("f", feature(), points, "p.csv").unwrap_err().to_string();
+            assert!(e.starts_with("p.csv: point \"") && e.contains(expected), "{e}");
+        }
     }
 
     #[test]

@@ -72,7 +72,13 @@ pub fn read(name: &str, text: &str, file: &str, kind: &Kind<'_>) -> Result<MdpFa
         }
     }
     let features = features.into_iter().map(|name| feature(name, kind)).collect();
-    MdpFamily::new(name, features, points, file)
+    MdpFamily::new(name, features, points, file).map_err(|error| match error {
+        FamilyError::NotADistribution { file, sum, .. } => {
+            let column = format!(" in a column `{}`", kind.counts);
+            FamilyError::NotADistribution { file, sum, column }
+        }
+        other => other,
+    })
 }
 
 /// Checks that there is a column that weights the rows.

@@ -14,6 +14,9 @@ use crate::store::record::{Metrics, Outcome, RowKind};
 /// Name of the column of the score.
 const SCORE: &str = "score";
 
+/// The same where the objective is called so.
+const RELATIVE_SCORE: &str = "relative_score";
+
 /// Returns the names of the metrics that have a column in a table besides the objective.
 fn names(data: &Report, table: Table) -> Vec<String> {
     data.sections.metrics(table, data).into_iter().map(|metric| metric.name).collect()
@@ -24,8 +27,8 @@ fn cells_of<'a>(names: &'a [String], metrics: &'a Metrics) -> impl Iterator<Item
     names.iter().map(|name| number(metrics.get(name).copied()))
 }
 
-/// Returns the names of the columns of the score: the objective, what that is divided by, and the score, if these are
-/// any else.
+/// Returns the names of the columns of the score: the objective, what that is divided by, and the score, if it is any
+/// else; under a name of its own where the objective has its.
 fn score_columns(data: &Report) -> Vec<String> {
     let objective = &data.manifest.identity.objective;
     let mut columns = vec![objective.clone()];
@@ -33,7 +36,11 @@ fn score_columns(data: &Report) -> Vec<String> {
         let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
         columns.push(format!("{divisor}_{objective}"));
     }
-    columns.extend((objective != SCORE).then(|| SCORE.to_owned()));
+    match (objective == SCORE, data.reference.is_none()) {
+        (true, true) => {}
+        (true, false) => columns.push(RELATIVE_SCORE.to_owned()),
+        (false, _) => columns.push(SCORE.to_owned()),
+    }
     columns
 }
 
@@ -71,7 +78,8 @@ fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
         number(value),
     ];
     cells.extend((!data.reference.is_none()).then(|| number(row.reference)));
-    cells.extend((objective != SCORE).then(|| number(row.score)));
+    let same = objective == SCORE && data.reference.is_none();
+    cells.extend((!same).then(|| number(row.score)));
     cells.extend(cells_of(names, &row.metrics));
     cells.extend(data.sections.score_cells(data, row, value));
     cells.extend(point.features.iter().map(f64::to_string));

@@ -71,11 +71,11 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
     let rows = curves.len();
     let bottom = TOP_PX + HEIGHT_PX.0;
     let mut canvas = Canvas::new(WIDTH, bottom + 66.0 + PANEL_PX * rows as f64);
-    let (noun, scale) = (&data.words.noun, Scale::of(data));
+    let (noun, row, scale) = (&data.words.noun, &data.words.row, Scale::of(data));
     let title = match scale {
-        Scale::Value => format!("{noun} in a training episode ({})", data.better()),
+        Scale::Value => format!("{noun} in a training {row} ({})", data.better()),
         Scale::Ratio => format!(
-            "{noun} in a training episode / mean of {} (log scale, {})",
+            "{noun} in a training {row} / mean of {} (log scale, {})",
             data.reference.name,
             data.better()
         ),
@@ -83,7 +83,7 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
     canvas.text(10.0, 18.0, &title, TextStyle::new(Anchor::Start).color(MUTED));
     let area = (56.0, TOP_PX, WIDTH - widest_name(data).max(100.0) - 88.0, bottom);
     let range = scale.range(curves.iter().flat_map(|c| &c.mean));
-    let label = format!("training episode (trailing mean of {SMOOTHED_OVER})");
+    let label = format!("training {row} (trailing mean of {SMOOTHED_OVER})");
     let frame = panel(&mut canvas, area, episodes, (scale, range), label);
     let one = (scale == Scale::Ratio).then_some(0.0);
     let ends = curves.iter().map(|c| scale.at(last(&c.mean))).chain(one).map(|v| frame.y(v));
@@ -140,7 +140,8 @@ fn small_panels(
             traces::panel(canvas, data, &c.trainings, trace, area(column + 1), looks);
         }
         let area = area(0);
-        let frame = panel(canvas, area, episodes, (scale, range), "training episode".to_owned());
+        let frame =
+            panel(canvas, area, episodes, (scale, range), format!("training {}", data.words.row));
         for other in curves.iter().filter(|o| o.method.index != c.method.index) {
             line(canvas, (&frame, scale), &other.mean, ("#c4c4c4", 1.0, None));
         }

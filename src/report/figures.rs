@@ -28,14 +28,16 @@ const MIN_BAR_PX: f64 = 1.5;
 /// Returns the colour of a method.
 pub(super) fn color(data: &Report, m: &MethodSummary) -> &'static str {
     let identity = &data.manifest.identity;
-    let mut others = identity.methods.iter().filter(|name| **name != identity.baseline);
-    match others.position(|name| *name == m.method) {
-        Some(position) => {
-            let look = data.sections.look(&m.method);
-            look.map_or_else(|| palette::method(position), |look| look.color)
-        }
-        None => palette::baseline(),
+    let others = || identity.methods.iter().filter(|name| **name != identity.baseline);
+    let look = |name: &String| data.sections.look(name).map(|look| look.color);
+    if !others().any(|name| *name == m.method) {
+        return palette::baseline();
     }
+    look(&m.method).unwrap_or_else(|| {
+        let taken: Vec<&str> = others().filter_map(look).collect();
+        let mut unknown = others().filter(|name| look(name).is_none());
+        palette::method(unknown.position(|name| *name == m.method).unwrap_or(0), &taken)
+    })
 }
 
 /// Returns the dashes of a method's lines, `None` for solid ones.
@@ -180,11 +182,8 @@ pub(super) fn distribution(data: &Report) -> Option<Figure> {
             y_step: Some(nice_step(peak, 3.0).max(1.0)),
             x_last: if beyond { limit - width } else { limit },
             x_label: last.then(|| {
-                let what = match (data.words.noun.as_str(), data.reference.is_none()) {
-                    ("score", true) => String::new(),
-                    (noun, _) => format!(": {noun}{}", data.relative()),
-                };
-                format!("score on a point MDP{what} ({})", data.better())
+                let (noun, relative) = (&data.words.noun, data.relative());
+                format!("score on a point MDP: {noun}{relative} ({})", data.better())
             }),
             y_label: None,
         });

@@ -94,6 +94,8 @@ fn words(data: &Report) -> Value {
         unit_in_full => data.words.unit_in_full.as_str(),
         instance => data.words.instance.as_str(),
         met => data.words.met.as_str(),
+        row => data.words.row.as_str(),
+        row_is => data.words.row_is.as_str(),
         large => data.words.sizes[1].as_str(),
         relative => data.relative(),
         is_relative => !data.reference.is_none(),
@@ -147,7 +149,10 @@ fn run(data: &Report) -> Value {
     let identity = &data.manifest.identity;
     context! {
         scenario => identity.scenario.as_str(),
-        against => (!data.reference.is_baseline).then(|| baseline_in_full(&identity.baseline)),
+        is_against => !data.reference.is_baseline,
+        against => Some(&identity.baseline)
+            .filter(|name| !data.reference.is_baseline && !name.is_empty())
+            .map(|name| baseline_in_full(name)),
         chosen => data.points.len(),
         planned => data.tasks.len(),
         sampling => data.sampling(),

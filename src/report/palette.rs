@@ -5,7 +5,7 @@
 /// Colour of what scores are divided by.
 const BASELINE: &str = "#8c8c8c";
 
-/// Colours of methods that the domain does not have, by their position in the run.
+/// Colours of methods that the domain does not have.
 ///
 /// Source: M. Okabe and K. Ito, "Color universal design", 2008.
 const OTHERS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7"];
@@ -42,9 +42,12 @@ pub(crate) fn baseline() -> &'static str {
     BASELINE
 }
 
-/// Returns the colour of a method by its position among those that are not the baseline.
-pub(crate) fn method(position: usize) -> &'static str {
-    OTHERS[position % OTHERS.len()]
+/// Returns the colour of a method that the domain does not have, by its position among those; one that no other
+/// method has, as far as there are enough.
+pub(crate) fn method(position: usize, taken: &[&str]) -> &'static str {
+    let free: Vec<&str> = OTHERS.into_iter().filter(|color| !taken.contains(color)).collect();
+    let colors = if free.is_empty() { &OTHERS[..] } else { &free };
+    colors[position % colors.len()]
 }
 
 #[cfg(test)]
@@ -146,6 +149,7 @@ mod tests {
 
     #[test]
     fn methods_that_a_domain_does_not_have_take_colours_in_turn() {
-        assert_eq!((method(0), method(7)), (OTHERS[0], OTHERS[1]));
+        assert_eq!((method(0, &[]), method(7, &[])), (OTHERS[0], OTHERS[1]));
+        assert_eq!((method(0, &[OTHERS[0]]), method(9, &OTHERS)), (OTHERS[1], OTHERS[3]));
     }
 }

@@ -8,13 +8,18 @@ use super::words::Words;
 pub struct Plain {
     /// What the objective is called, and its unit; from the name of the metric when there is none.
     pub objective: Option<(String, String)>,
+    /// What a row of training is called, and what it is where it is no single episode; an episode when there is none.
+    pub row: Option<(String, String)>,
     /// How methods look, by name.
     pub looks: Vec<(String, Look)>,
 }
 
 impl Sections for Plain {
     fn words(&self, objective: &str) -> Words {
-        let words = Words::of_metric(objective);
+        let mut words = Words::of_metric(objective);
+        if let Some((row, row_is)) = &self.row {
+            (words.row, words.row_is) = (row.clone(), row_is.clone());
+        }
         match &self.objective {
             None => words,
             Some((noun, unit)) => Words {

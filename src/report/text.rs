@@ -13,11 +13,11 @@ use crate::analysis::MethodSummary;
 pub fn table(data: &Report) -> String {
     let mut text = String::new();
     if !data.reference.is_baseline {
-        let baseline = baseline_in_full(&data.manifest.identity.baseline);
-        text.push_str(&format!(
-            "Scores against {}, not against {baseline}:\n\n",
-            data.reference.name
-        ));
+        let not = match data.manifest.identity.baseline.as_str() {
+            "" => String::new(),
+            baseline => format!(", not against {}", baseline_in_full(baseline)),
+        };
+        text.push_str(&format!("Scores against {}{not}:\n\n", data.reference.name));
     }
     text.push_str(&ranking(data, &data.methods, data.points.len()));
     if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {

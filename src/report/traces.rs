@@ -102,7 +102,7 @@ pub(super) fn panel(
     }
     let logarithmic = least > 0.0 && most > LOG_FROM * least;
     let at = |value: f64| if logarithmic { value.log10() } else { value };
-    let frame = axes(canvas, area, episodes, (at(least), at(most)), logarithmic);
+    let frame = axes(canvas, area, (episodes, &data.words.row), (at(least), at(most)), logarithmic);
     let x = |e: usize| frame.x((e + 1) as f64);
     // Episodes without any value break the line.
     let mut from = 0;
@@ -126,7 +126,7 @@ pub(super) fn panel(
 fn axes(
     canvas: &mut Canvas,
     area: (f64, f64, f64, f64),
-    episodes: usize,
+    (episodes, row): (usize, &str),
     (low, high): (f64, f64),
     logarithmic: bool,
 ) -> Frame {
@@ -138,7 +138,7 @@ fn axes(
         x_step: nice_step(x_end, 5.0).max(1.0),
         y_step: None,
         x_last: x_end,
-        x_label: Some("training episode".to_owned()),
+        x_label: Some(format!("training {row}")),
         y_label: None,
     });
     let marks: Vec<(f64, String)> = match logarithmic {

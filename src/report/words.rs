@@ -22,6 +22,10 @@ pub struct Words {
     pub instance: String,
     /// What all methods meet in an evaluation episode: `vehicles`.
     pub met: String,
+    /// What a row of training is called: `episode`.
+    pub row: String,
+    /// What such a row is, in a sentence, where it is no single episode; empty where it is.
+    pub row_is: String,
     /// What a point MDP may lack on which nothing is measured, as the end of a sentence.
     pub nothing: String,
 }
@@ -38,6 +42,8 @@ impl Words {
             sizes: ["small", "large", "largest"].map(str::to_owned),
             instance: "instance".to_owned(),
             met: "seeds".to_owned(),
+            row: "episode".to_owned(),
+            row_is: String::new(),
             nothing: String::new(),
             noun,
         }

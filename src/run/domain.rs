@@ -45,6 +45,11 @@ pub trait Domain: Sync {
     /// itself is the score.
     fn baseline(&self) -> Option<&'static str>;
 
+    /// What people call a row of training in the records, and a sentence on what it is, if it is no single episode.
+    fn training_row(&self) -> (&'static str, &'static str) {
+        ("episode", "")
+    }
+
     /// All methods, the baseline first.
     fn methods(&self) -> &[Method];
 

@@ -1,4 +1,4 @@
-//! What the command line needs of a domain to read its scenarios.
+//! What the command line needs of a domain to read its scenarios; `domains.rs` lists those there are.
 
 use super::domain::{Domain, Problem};
 use crate::family::FamilyError;

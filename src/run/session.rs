@@ -129,6 +129,10 @@ impl Session<'_> {
 
 /// Evaluates methods on a problem in this process, from the plan to the results.
 ///
+/// A folder that has the same run already is gone on with: finished tasks are kept and not done again, failed ones
+/// too ([`Session::forget_failed`]). What a run is does not say how a method of one's own is written, so one that has
+/// changed needs a new folder. A task that fails is no error here: see [`Results::failed`].
+///
 /// # Errors
 ///
 /// [`RunError`], see [`open`] and [`Session::work`].
@@ -141,8 +145,11 @@ pub fn evaluate(request: &Request<'_>, out: &Path) -> Result<Results, RunError> 
 
 fn provenance(prepared: &str) -> Provenance {
     let processors = available_parallelism().map_or(1, std::num::NonZero::get);
-    let command: Vec<String> =
-        std::iter::once("tsc-family".to_owned()).chain(std::env::args().skip(1)).collect();
+    let mut args = std::env::args();
+    let program = args.next().unwrap_or_default();
+    let program =
+        Path::new(&program).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let command: Vec<String> = std::iter::once(program).chain(args).collect();
     Provenance {
         command: command.join(" "),
         git: env!("TSC_FAMILY_GIT").to_owned(),

@@ -13,7 +13,7 @@ use super::model;
 use super::progress::News;
 use crate::nn::archive::Archive;
 use crate::store::manifest::{Identity, Manifest, PointRow, Task};
-use crate::store::record::{Metrics, Record, TaskResult, mean_metrics};
+use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult, mean_metrics};
 use crate::store::{Layout, StoreError};
 
 /// Where a task is worked on.
@@ -63,7 +63,8 @@ pub fn do_task(
     let keeper = Keeper::new(layout, &sha256, task, workplace.checkpoint_every);
     let mut course = TaskCourse::new(task, &identity.objective, workplace.attempt, keeper, news);
     let mut trial = domain.trial(&site, &task.method, task.seed)?;
-    let record = match train_and_evaluate(trial.as_mut(), &mut course, &seeds) {
+    let record = match train_and_evaluate(trial.as_mut(), &mut course, &seeds, &identity.objective)
+    {
         Ok((result, learned)) => {
             let record = Record::finished(task, &sha256, result);
             if let Some(learned) = learned {
@@ -103,9 +104,11 @@ fn train_and_evaluate(
     trial: &mut dyn Trial,
     course: &mut TaskCourse<'_>,
     seeds: &[u64],
+    objective: &str,
 ) -> Result<(TaskResult, Option<Archive>), TrialError> {
     trial.train(course)?;
     course.evaluate(trial, seeds)?;
+    numbers(&course.rows, objective)?;
     // Not before an episode has begun: a training that was killed when it was over is restored then.
     let learned = trial.model();
     let training = match learned {
@@ -115,6 +118,20 @@ fn train_and_evaluate(
     let (programs, rows) = (trial.programs(), std::mem::take(&mut course.rows));
     let (details, wall) = (trial.details(), course.wall(trial.simulator_s()));
     Ok((TaskResult { rows, training, details, programs, wall }, learned))
+}
+
+/// Checks that every metric is a number, and that evaluation has the objective.
+fn numbers(rows: &[Row], objective: &str) -> Result<(), TrialError> {
+    let failed = |what: String| Err(TrialError::Failed(what.into()));
+    for row in rows {
+        if let Some((name, value)) = row.metrics.iter().find(|(_, value)| !value.is_finite()) {
+            return failed(format!("{name} of the episode with seed {} is {value}", row.seed));
+        }
+        if row.kind == RowKind::Evaluation && !row.metrics.contains_key(objective) {
+            return failed(format!("the episode with seed {} has no {objective}", row.seed));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the baseline's mean objective on the seeds of a task, recorded or else measured now; `None`
@@ -151,7 +168,7 @@ mod tests {
     use crate::run::model::SavedModel;
     use crate::run::progress::{Failure, Fault};
     use crate::run::testing::{Counting, Toy, planned};
-    use crate::store::record::{Outcome, Row, RowKind};
+    use crate::store::record::Outcome;
 
     /// A results directory and a task of `learner` in it.
     struct Desk {
@@ -197,6 +214,24 @@ mod tests {
         fn model(&self) -> Vec<u8> {
             fs::read(self.layout().model(self.task.task)).unwrap()
         }
+    }
+
+    #[test]
+    fn metrics_that_are_no_numbers_or_lack_the_objective_fail() {
+        let row = |metrics: &[(&str, f64)]| Row {
+            kind: RowKind::Evaluation,
+            episode: 0,
+            seed: 7,
+            metrics: metrics.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+        };
+        let said =
+            |metrics: &[(&str, f64)]| numbers(&[row(metrics)], "score").map_err(|e| e.to_string());
+        assert_eq!(said(&[("score", 1.0), ("steps", 3.0)]), Ok(()));
+        assert_eq!(said(&[("steps", 3.0)]), Err("the episode with seed 7 has no score".into()));
+        let nan = Err("steps of the episode with seed 7 is NaN".to_owned());
+        assert_eq!(said(&[("score", 1.0), ("steps", f64::NAN)]), nan);
+        let training = Row { kind: RowKind::Training, ..row(&[("loss", 0.5)]) };
+        assert!(numbers(&[training], "score").is_ok());
     }
 
     fn whole() -> (Desk, Record) {

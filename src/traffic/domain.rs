@@ -40,9 +40,15 @@ impl Traffic {
     /// Name of the domain.
     pub const NAME: &str = "traffic";
 
-    /// Adds a method; one of a name that exists takes its place nowhere, the first counts.
+    /// Adds a method. Its controller gets a seed and nothing else: settings are the caller's own.
+    ///
+    /// # Panics
+    ///
+    /// When there is a method of that name: records would not tell the two apart.
     #[must_use]
     pub fn with(mut self, method: Method, create: Create) -> Self {
+        let known = self.methods.iter().any(|m| m.name == method.name);
+        assert!(!known, "there is a method {:?} already; give yours another name", method.name);
         self.methods.push(method);
         self.own.push(create);
         self
@@ -155,4 +161,17 @@ impl Domain for Traffic {
 /// What is wrong with them.
 pub fn scenario_of(settings: &Value) -> Result<Scenario, String> {
     serde_json::from_value(settings.clone()).map_err(|e| format!("manifest.json: settings: {e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::method::Training;
+
+    #[test]
+    #[should_panic(expected = "there is a method \"actuated\" already")]
+    fn a_second_method_of_a_name_is_refused() {
+        let method = Method::new("actuated", "another", Training::None);
+        let _ = Traffic::default().with(method, Box::new(|_| unreachable!("nothing runs")));
+    }
 }

@@ -34,6 +34,11 @@ impl SignalModel {
     ///
     /// [`RunError::Model`] when it is of another domain or damaged.
     pub fn new(saved: SavedModel) -> Result<Self, RunError> {
+        let method = saved.card.method.as_str();
+        if !METHODS.iter().any(|m| m.name == method) {
+            let reason = format!("it is a model of {method}, which is no method for signals");
+            return Err(saved.fail(reason));
+        }
         let damaged = |what: &str| saved.fail(format!("its card is damaged: no valid {what}"));
         let get = |name: &str| saved.domain.get(name).cloned();
         let settings = get("settings").ok_or_else(|| damaged("settings"))?;

@@ -7,7 +7,8 @@
 //! | k-means (M3) | [`Distinct::Representatives`] | importance of the cluster |
 //! | all | [`Distinct::Whole`] | importance |
 //!
-//! To add one: a file with a type that implements [`Estimator`], and its line in [`estimator_of`].
+//! To add one: a file with a type that implements [`Estimator`], and its line in [`estimator_of`]; with a sampling of
+//! its own, that is a variant of [`Sampling`], its file in `sample`, and their lines.
 //!
 //! Source: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
 

@@ -34,7 +34,7 @@ pub struct RunArgs {
     /// How the point MDPs of a budget are chosen [default: k-means]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
-    /// Methods, separated by commas, or `all`; `baseline` always runs [default:
+    /// Methods, separated by commas, or `all`; of signals `baseline` always runs [default:
     /// baseline,fixed-time,max-pressure,actuated; of `cartpole` ppo,dqn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,

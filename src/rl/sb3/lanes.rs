@@ -93,7 +93,7 @@ impl<E: Environment> Lanes<E> {
         let episodes = std::mem::take(&mut self.ended);
         let returns = std::mem::take(&mut self.returns);
         let mean_return = (episodes > 0).then(|| returns / f64::from(episodes));
-        Progress { episodes, mean_return, ..Progress::default() }
+        Progress { begun: self.begun, episodes, mean_return, ..Progress::default() }
     }
 
     pub(super) fn save(&self, prefix: &str, archive: &mut Archive) {

@@ -45,6 +45,8 @@ impl Schedule {
 pub struct Progress {
     /// Steps done, from the beginning of the training.
     pub steps: u64,
+    /// Episodes that began, from the beginning of the training.
+    pub begun: u32,
     /// Episodes that ended.
     pub episodes: u32,
     /// Mean return of these episodes.

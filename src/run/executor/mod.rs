@@ -1,4 +1,9 @@
 //! Who does the tasks of a plan: this process, or workers.
+//!
+//! An [`Executor`] of one's own goes to [`Session::work`](super::session::Session::work). A worker is any program that
+//! answers `PROGRAM worker DIR --task K [--prepared DIR] [--attempt N] [--watch-stdin]` with
+//! [`serve`](super::worker::serve) and its [lines](super::progress::WorkerLine): `tsc-family` for the methods that it
+//! has, a program of one's own for others.
 
 pub mod inline;
 pub mod local;

@@ -210,6 +210,18 @@ pub enum ControlError {
         /// What is missing.
         reason: String,
     },
+    /// The controller does not say what drives every signal.
+    #[error(
+        "{method} says what drives {given} signals of {signals}; `begin` has to return one per signal"
+    )]
+    Drives {
+        /// The method.
+        method: &'static str,
+        /// For how many signals it says so.
+        given: usize,
+        /// How many there are.
+        signals: usize,
+    },
     /// An episode of training failed.
     #[error("training episode failed: {0}")]
     Episode(#[source] Box<dyn std::error::Error + Send + Sync>),
@@ -284,7 +296,8 @@ pub trait Trainer {
 /// Decisions must depend only on `self` and what the controller is given, so that two runs with
 /// the same seed make the same decisions.
 pub trait Controller {
-    /// Stable name used in records, plots and on the command line, such as `max-pressure`.
+    /// Its name in errors and models, such as `max-pressure`: that of its [`Method`](crate::run::method::Method), by
+    /// which records and figures know it.
     fn name(&self) -> &'static str;
 
     /// Starts an episode: says what drives each signal.

@@ -2,7 +2,7 @@
 
 pub use super::metrics::EpisodeMetrics;
 
-use crate::traffic::control::{Controller, Drive, GreenPhase};
+use crate::traffic::control::{ControlError, Controller, Drive, GreenPhase};
 use crate::traffic::sim::Sim;
 use crate::traffic::sim::error::SimError;
 
@@ -16,7 +16,7 @@ pub enum EpisodeError {
     Sim(#[from] SimError),
     /// The controller cannot control a signal.
     #[error(transparent)]
-    Control(#[from] crate::traffic::control::ControlError),
+    Control(#[from] ControlError),
 }
 
 /// Runs one episode of a controller from reset to the end.
@@ -31,6 +31,11 @@ pub fn run_episode<S: Sim>(
 ) -> Result<EpisodeMetrics, EpisodeError> {
     env.reset(seed)?;
     let drives = controller.begin(env.signals())?;
+    let (given, signals) = (drives.len(), env.signals().len());
+    if given != signals {
+        let method = controller.name();
+        return Err(ControlError::Drives { method, given, signals }.into());
+    }
     env.drive(&drives)?;
     let decides = drives.contains(&Drive::Decisions);
     let mut phases = vec![GreenPhase(0); drives.len()];
@@ -88,6 +93,25 @@ mod tests {
         assert_eq!(
             letters(&mut env),
             "GGGGGGGGGGyyyrrrrrrrrrrrrrrrrryyyGGGGGGGGGGGGGGGGGGGGGGGGGGG"
+        );
+    }
+
+    #[test]
+    fn a_controller_that_forgets_a_signal_is_refused() {
+        struct Forgetful;
+        impl Controller for Forgetful {
+            fn name(&self) -> &'static str {
+                "forgetful"
+            }
+            fn begin(&mut self, _: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+                Ok(Vec::new())
+            }
+        }
+        let dir = tempfile::tempdir().unwrap();
+        let e = run_episode(&mut env(vec![], dir.path()), &mut Forgetful, 1).unwrap_err();
+        assert_eq!(
+            e.to_string(),
+            "forgetful says what drives 0 signals of 1; `begin` has to return one per signal"
         );
     }
 
