@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# Computes what is published of CartPole, one run after the other, each going on from what is committed under
+# results/cartpole/NAME, and packs it so that it can be committed again. On one core, without SUMO.
+#
+#   scripts/cartpole.sh                 all runs, in their order
+#   scripts/cartpole.sh carl physical   these only
+#   scripts/cartpole.sh --list          their names
+#
+# Ctrl-C stops it, and the same command continues. JOBS is the number of workers, BINARY a program to
+# use instead of building one.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+# Name, then the arguments of `tsc-family run`.
+runs=(
+    "carl --methods ppo,dqn"
+    "gymnasium-start --set environment.start=0.05 --methods ppo,dqn"
+    "physical --set environment.dynamics=physical --methods ppo,dqn"
+    "tuned --preset tuned --methods ppo"
+    "tuned-budget-80 --preset tuned --budget 80 --methods ppo,dqn"
+)
+
+if [ "${1:-}" = --list ]; then
+    printf '%s\n' "${runs[@]}"
+    exit
+fi
+if [ -z "${BINARY:-}" ]; then
+    cargo build --release --quiet
+    BINARY=${CARGO_TARGET_DIR:-target}/release/tsc-family
+fi
+
+for run in "${runs[@]}"; do
+    name=${run%% *}
+    if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then
+        continue
+    fi
+    out=results/cartpole/$name
+    if [ ! -d "$out/done" ] && [ -e "$out/records.tar.xz" ]; then
+        tar -xJf "$out/records.tar.xz" -C "$out"
+        gunzip -kf "$out/plan.jsonl.gz"
+    fi
+    code=0
+    # shellcheck disable=SC2086 # the arguments of a run are words
+    "$BINARY" run cartpole ${run#* } --eval-seeds 20 --jobs "${JOBS:-1}" --out "$out" || code=$?
+    tar -C "$out" --sort=name --mtime=@0 --owner=0 --group=0 -cJf "$out/records.tar.xz" done
+    gzip -nkf "$out/plan.jsonl"
+    echo "$out: $(find "$out/done" -name '*.jsonl' | wc -l) of $(wc -l <"$out/plan.jsonl") tasks" >&2
+    # Failed tasks are results too; a run that was stopped is not.
+    if [ "$code" -ne 0 ] && [ "$code" -ne 3 ]; then
+        exit "$code"
+    fi
+done
