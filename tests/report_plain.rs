@@ -12,6 +12,7 @@ use tsc_family::stats::Direction;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::Manifest;
 use tsc_family::store::record::{Metrics, TaskResult};
+use tsc_family::store::results::Results;
 
 /// Distances on `quiet` and `busy` per method, metres; the second seed's are half a metre more.
 const DISTANCES: [(&str, [f64; 2]); 3] =
@@ -81,4 +82,19 @@ fn the_page_knows_neither_baseline_nor_traffic() {
         assert!(drawing.contains("higher is better"), "{drawing}");
     }
     insta::assert_snapshot!(fs::read_to_string(layout.report().join("summary.csv")).unwrap());
+}
+
+#[test]
+fn an_edited_manifest_is_refused() {
+    let said = |edit: &dyn Fn(&mut Manifest)| {
+        let dir = tempfile::tempdir().unwrap();
+        let mut manifest = swimmers();
+        edit(&mut manifest);
+        let e = Results::load(&write_results(dir.path(), &manifest, |_| None)).unwrap_err();
+        e.to_string()
+    };
+    let e = said(&|m| m.identity.points[0].features.clear());
+    assert!(e.contains("manifest.json") && e.contains("quiet has 0 features of 2"), "{e}");
+    let e = said(&|m| m.identity.methods[1] = "../../esc".into());
+    assert!(e.contains("a method cannot be called \"../../esc\""), "{e}");
 }

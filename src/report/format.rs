@@ -54,10 +54,13 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
-/// Returns a feature's value without decimals that it does not have.
+/// Returns a feature's value without decimals that it does not have; more than nothing is never "0".
 pub(crate) fn feature(value: f64) -> String {
     let rounded = (value * 100.0).round() / 100.0;
-    rounded.to_string()
+    match rounded == 0.0 && value != 0.0 {
+        true => format!("{value:.0e}"),
+        false => rounded.to_string(),
+    }
 }
 
 /// Returns a count with its noun, in the plural unless it is one.
@@ -121,6 +124,6 @@ mod tests {
 
     #[test]
     fn features_lose_needless_decimals() {
-        assert_eq!([4.0, 12.3456].map(feature), ["4", "12.35"]);
+        assert_eq!([4.0, 12.3456, 0.0, 0.0004].map(feature), ["4", "12.35", "0", "4e-4"]);
     }
 }

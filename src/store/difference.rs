@@ -7,6 +7,7 @@ use std::fmt::Debug;
 use serde_json::Value;
 
 use super::manifest::{Identity, PointRow};
+use crate::sample::Sampling;
 
 /// Most settings or points that are named.
 const NAMED: usize = 3;
@@ -31,7 +32,7 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
         differs("--eval-seeds", &there.evaluation_seeds.len(), &now.evaluation_seeds.len()),
         differs("--replicates", &there.replicates, &now.replicates),
         differs("--budget", &there.sample.budget, &now.sample.budget),
-        differs("--sampling", &there.sample.sampling, &now.sample.sampling),
+        differs("--sampling", &written(there.sample.sampling), &written(now.sample.sampling)),
     ];
     if let Some(text) = flags.into_iter().flatten().next() {
         return Some(text);
@@ -46,6 +47,12 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
     Some(rest.unwrap_or_else(|| {
         "it was planned by a version of tsc-family that chooses otherwise".to_owned()
     }))
+}
+
+/// Returns a sampling as it is written in files and on the command line.
+fn written(sampling: Sampling) -> String {
+    let name = serde_json::to_value(sampling).expect("a name is plain data");
+    name.as_str().unwrap_or_default().to_owned()
 }
 
 fn differs<T: PartialEq + Debug>(what: &str, there: &T, now: &T) -> Option<String> {

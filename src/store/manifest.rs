@@ -205,11 +205,34 @@ impl Manifest {
                 expected: SCHEMA_VERSION,
             });
         }
-        serde_json::from_value(value).map_err(|e| malformed(e.to_string()))
+        let manifest: Self = serde_json::from_value(value).map_err(|e| malformed(e.to_string()))?;
+        manifest.identity.check().map_err(malformed)?;
+        Ok(manifest)
     }
 }
 
 impl Identity {
+    /// Checks what no run writes otherwise: a manifest that was edited would bring reports to write what it does not
+    /// say, or where they must not.
+    fn check(&self) -> Result<(), String> {
+        for point in &self.points {
+            let (own, all) = (point.features.len(), self.features.len());
+            if own != all {
+                return Err(format!(
+                    "point {} has {own} features of {all}; restore it",
+                    point.point
+                ));
+            }
+        }
+        let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        for method in &self.methods {
+            if method.is_empty() || method.starts_with('.') || !method.chars().all(safe) {
+                return Err(format!("a method cannot be called {method:?}; restore it"));
+            }
+        }
+        Ok(())
+    }
+
     /// Returns how many tasks a method has per point MDP.
     pub fn replicates_of(&self, method: &str) -> u32 {
         if self.replicated.iter().any(|m| m == method) { self.replicates } else { 1 }
