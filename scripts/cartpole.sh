@@ -17,7 +17,6 @@ runs=(
     "gymnasium-start --set environment.start=0.05 --methods ppo,dqn"
     "physical --set environment.dynamics=physical --methods ppo,dqn"
     "tuned --preset tuned --methods ppo"
-    "tuned-budget-80 --preset tuned --budget 80 --methods ppo,dqn"
 )
 
 if [ "${1:-}" = --list ]; then
