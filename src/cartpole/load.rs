@@ -11,7 +11,7 @@ use crate::family::points::{self, Kind};
 use crate::run::entry::Entry;
 use crate::settings::named::Named;
 use crate::settings::overrides::Override;
-use crate::settings::setting::Setting;
+use crate::settings::setting::{self, Setting};
 use crate::settings::source::{file_of, read_text, unreadable};
 
 /// The scenario that the program carries.
@@ -29,10 +29,7 @@ pub const ENTRY: Entry = Entry {
 
 /// Returns what a setting is.
 fn setting(name: &str) -> Option<&'static Setting> {
-    let (section, name) = name.split_once('.')?;
-    let scenario = Scenario::default();
-    let (_, section) = scenario.sections().into_iter().find(|(own, _)| *own == section)?;
-    section.table().iter().find(|s| s.name == name)
+    setting::find(&Scenario::default().sections(), name)
 }
 
 /// Loads a scenario by path or name, with some settings replaced.

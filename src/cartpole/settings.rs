@@ -10,7 +10,7 @@ use super::environment::CARL_START;
 use super::family::NAME;
 use super::{dqn, ppo};
 use crate::family::FamilyError;
-use crate::settings::default_name::name_of;
+use crate::settings::default_name::{self, name_of};
 use crate::settings::named::{Named, names_of};
 use crate::settings::overrides::{Override, overlay};
 use crate::settings::setting::{Section, settings};
@@ -155,9 +155,8 @@ impl Scenario {
         if self.domain != NAME {
             return wrong("domain", &self.domain, "expected \"cartpole\"");
         }
-        let safe = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
-        if self.name.is_empty() || !self.name.chars().all(safe) {
-            return wrong("name", &self.name, "expected letters, digits, `-` and `_`");
+        if let Err(expected) = default_name::check(&self.name) {
+            return wrong("name", &self.name, expected);
         }
         all_within(&self.sections()).map_err(|OutOfRange { field, value, expected }| {
             FamilyError::Setting { file: file.to_owned(), field, value, expected }

@@ -56,10 +56,7 @@ impl Use<'_> {
         for setting in settings {
             for key in setting.keys() {
                 if let Some(reason) = self.without_effect(loaded, &key) {
-                    anyhow::bail!(Refused(format!(
-                        "{} has no effect: {reason}; leave it out",
-                        setting.flag()
-                    )));
+                    return Err(without_effect(setting, &reason).into());
                 }
             }
         }
@@ -120,7 +117,7 @@ impl Use<'_> {
         if let Some(method) = owner
             && !methods.iter().any(|m| m == method)
         {
-            return Some(format!("{method} is not among the methods ({})", methods.join(", ")));
+            return Some(not_among(method, methods));
         }
         if section == "training" && !any(methods, Training::Learned) {
             return Some(format!("none of the methods learns ({})", methods.join(", ")));
@@ -132,6 +129,16 @@ impl Use<'_> {
                 .to_owned()
         })
     }
+}
+
+/// Refuses a setting, with the reason why it has no effect.
+pub(super) fn without_effect(setting: &Override, reason: &str) -> Refused {
+    Refused(format!("{} has no effect: {reason}; leave it out", setting.flag()))
+}
+
+/// Says that a method does not run.
+pub(super) fn not_among(method: &str, methods: &[String]) -> String {
+    format!("{method} is not among the methods ({})", methods.join(", "))
 }
 
 /// Whether some of the methods are trained like this.

@@ -166,12 +166,12 @@ fn work(
 fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
     let results = Results::load(layout)?;
     let mut reports = vec![domains::report(layout, &results)?];
-    let sections = domains::sections(layout, &results)?;
-    match args.against.as_ref().map(|method| Report::against(&results, method, sections)) {
-        Some(Ok(data)) => reports.push(data),
-        // Tasks failed, so that some results are missing: the run is no less complete for that.
-        Some(Err(e)) => note(e),
-        None => {}
+    if let Some(method) = &args.against {
+        match Report::against(&results, method, domains::sections(layout, &results)?) {
+            Ok(data) => reports.push(data),
+            // Tasks failed, so that some results are missing: the run is no less complete for that.
+            Err(e) => note(e),
+        }
     }
     for data in &reports {
         if args.quiet {

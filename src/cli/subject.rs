@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::build_networks::default_folder;
-use super::effects::Use;
+use super::effects::{self, Use, not_among};
 use super::folder::NETWORKS;
 use super::output::note;
 use super::run::RunArgs;
@@ -150,11 +150,8 @@ fn of_others(args: &RunArgs, domain: &dyn Domain, draft: &Draft) -> anyhow::Resu
         let key = setting.keys().into_iter().next().unwrap_or_default();
         let of = |m: &&&Method| key.split_once('.').is_some_and(|(own, _)| own == m.section());
         if let Some(method) = idle.iter().find(of) {
-            let (flag, name, methods) = (setting.flag(), method.name, draft.methods.join(", "));
-            return Err(Refused(format!(
-                "{flag} has no effect: {name} is not among the methods ({methods}); leave it out"
-            ))
-            .into());
+            let reason = not_among(method.name, &draft.methods);
+            return Err(effects::without_effect(&setting, &reason).into());
         }
     }
     Ok(())

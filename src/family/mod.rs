@@ -7,6 +7,8 @@ pub mod error;
 pub mod names;
 pub mod points;
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 pub use error::FamilyError;
@@ -75,7 +77,8 @@ impl MdpFamily {
         if points.is_empty() {
             return Err(FamilyError::Empty { file: source.to_owned() });
         }
-        for (i, point) in points.iter().enumerate() {
+        let mut ids = BTreeSet::new();
+        for point in &points {
             let wrong = |message: String| {
                 Err(FamilyError::Point {
                     file: source.to_owned(),
@@ -86,7 +89,7 @@ impl MdpFamily {
             if let Err(message) = names::check_id("id", &point.id) {
                 return wrong(message);
             }
-            if points[..i].iter().any(|earlier| earlier.id == point.id) {
+            if !ids.insert(point.id.as_str()) {
                 return wrong("there is another of that id".to_owned());
             }
             if point.features.len() != features.len() {

@@ -36,12 +36,17 @@ fn score_columns(data: &Report) -> Vec<String> {
         let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
         columns.push(format!("{divisor}_{objective}"));
     }
-    match (objective == SCORE, data.reference.is_none()) {
-        (true, true) => {}
-        (true, false) => columns.push(RELATIVE_SCORE.to_owned()),
-        (false, _) => columns.push(SCORE.to_owned()),
-    }
+    columns.extend(score_column(data).map(str::to_owned));
     columns
+}
+
+/// Returns the name of the column of the score, if it is anything else than the objective.
+fn score_column(data: &Report) -> Option<&'static str> {
+    match (data.manifest.identity.objective == SCORE, data.reference.is_none()) {
+        (true, true) => None,
+        (true, false) => Some(RELATIVE_SCORE),
+        (false, _) => Some(SCORE),
+    }
 }
 
 /// Returns `scores.csv`: one row per method, point MDP and replicate; without a successful record
@@ -78,8 +83,7 @@ fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
         number(value),
     ];
     cells.extend((!data.reference.is_none()).then(|| number(row.reference)));
-    let same = objective == SCORE && data.reference.is_none();
-    cells.extend((!same).then(|| number(row.score)));
+    cells.extend(score_column(data).map(|_| number(row.score)));
     cells.extend(cells_of(names, &row.metrics));
     cells.extend(data.sections.score_cells(data, row, value));
     cells.extend(point.features.iter().map(f64::to_string));

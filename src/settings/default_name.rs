@@ -15,6 +15,19 @@ pub fn name_of(file: &str) -> String {
     named.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect()
 }
 
+/// Checks the name of a scenario, which folders are called by.
+///
+/// # Errors
+///
+/// What is expected.
+pub fn check(name: &str) -> Result<(), &'static str> {
+    let safe = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+    match !name.is_empty() && name.chars().all(safe) {
+        true => Ok(()),
+        false => Err("expected letters, digits, `-` and `_`"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::traffic::family::load::from_text;

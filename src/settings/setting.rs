@@ -85,6 +85,13 @@ pub trait Section {
     fn ranges(&self) -> Vec<Ranged>;
 }
 
+/// Returns a setting by its dotted name; `None` for what stands outside of sections or deeper in them.
+pub fn find(sections: &[(&str, &dyn Section)], name: &str) -> Option<&'static Setting> {
+    let (section, name) = name.split_once('.')?;
+    let (_, section) = sections.iter().find(|(own, _)| *own == section)?;
+    section.table().iter().find(|s| s.name == name)
+}
+
 /// The section of a method that has no settings: neither read nor written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct NoSettings;

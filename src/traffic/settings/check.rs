@@ -4,7 +4,7 @@ use super::demand::MIN_PEAK_HOUR_FACTOR;
 use super::inflow::InflowSources;
 use super::{Detail, Scenario, SixFeatures};
 use crate::family::error::FamilyError;
-use crate::settings::{OutOfRange, all_within, shortest, within};
+use crate::settings::{OutOfRange, all_within, default_name, shortest, within};
 
 /// How far shares that were rounded may be from 1 in total.
 const SHARES_SUM: f64 = 0.01;
@@ -24,8 +24,8 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         })
     };
     let name = &scenario.name;
-    if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
-        return fail("name", format!("{name:?}"), "expected letters, digits, `-` and `_`");
+    if let Err(expected) = default_name::check(name) {
+        return fail("name", format!("{name:?}"), expected);
     }
     let (f, d) = (&scenario.family, &scenario.demand);
     if let Err(expected) = within(f64::from(scenario.version), 1.0, 1e6) {

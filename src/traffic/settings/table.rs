@@ -1,15 +1,11 @@
 //! The table of all settings.
 
 use super::Scenario;
-use crate::settings::setting::Setting;
+use crate::settings::setting::{self, Setting};
 
 /// Returns a setting by its dotted name; `None` for what stands outside of sections or deeper in them.
 pub fn find(name: &str) -> Option<&'static Setting> {
-    let (section, name) = name.split_once('.')?;
-    let scenario = defaults();
-    let sections = scenario.sections();
-    let (_, section) = sections.iter().find(|(own, _)| *own == section)?;
-    section.table().iter().find(|s| s.name == name)
+    setting::find(&defaults().sections(), name)
 }
 
 /// Returns a scenario of defaults.
