@@ -24,8 +24,8 @@ runs=(
     "resco-0084 --preset resco --set family.hourly_share=0.084 --methods $untrained"
     "resco-0055 --preset resco --set family.hourly_share=0.055 --methods $untrained"
     "learners --preset resco --methods $learners"
-    "learners-budget-20 --preset resco --budget 20 --replicates 3 --methods $learners,mplight-star-resco"
-    "ippo-budget-4 --preset resco --budget 4 --episodes 1400 --methods baseline,ippo"
+    "learners-budget-20 --preset resco --budget 20 --sampling k-means --replicates 3 --methods $learners,mplight-star-resco"
+    "ippo-budget-4 --preset resco --budget 4 --sampling k-means --episodes 1400 --methods baseline,ippo"
 )
 
 if [ "${1:-}" = --list ]; then

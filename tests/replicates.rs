@@ -5,15 +5,14 @@
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tsc_family::stats::{Bootstrap, Design, PointObjectives, bootstrap};
+use tsc_family::stats::{Bootstrap, PointObjectives, Resampling, bootstrap};
 
 /// Evaluation seeds per point MDP.
 const SEEDS: usize = 4;
 
 /// A bootstrap of a whole family, so that only seeds and trainings are drawn anew.
 fn whole(points: &[PointObjectives], trainings: u64) -> Bootstrap {
-    let design = Design::Distinct { family_size: points.len() };
-    bootstrap(points, design, &mut ChaCha8Rng::seed_from_u64(0), trainings).unwrap()
+    bootstrap(points, &Resampling::whole(), &mut ChaCha8Rng::seed_from_u64(0), trainings).unwrap()
 }
 
 fn width(points: &[PointObjectives]) -> f64 {

@@ -4,6 +4,7 @@ use super::episodes::Episode;
 use super::measures::Measures;
 use super::points::{PointSummary, TaskScore};
 use super::reference::Reference;
+use crate::sample::Design;
 use crate::store::manifest::Identity;
 
 /// What methods are summarised from; all of a run, or the part of it that some methods have in common.
@@ -21,4 +22,6 @@ pub(super) struct Evidence<'a> {
     pub(super) tasks: &'a [TaskScore],
     /// All episodes.
     pub(super) episodes: &'a [Episode],
+    /// What is known of the whole family.
+    pub(super) design: Option<&'a Design>,
 }

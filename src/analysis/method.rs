@@ -10,11 +10,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::episodes::EpisodeSummary;
-use super::estimator::{Estimate, Sample, estimator_of};
+use super::estimator::{Chosen, Estimate, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::points::{PointResult, PointSummary};
 use super::summaries::{Summaries, summarise};
+use crate::sample::kmeans::standardise;
 use crate::seed::derive;
+use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::score::weighted_mean;
 use crate::store::record::{Metrics, Outcome};
 
@@ -59,7 +61,7 @@ pub(super) type Summarised = (MethodSummary, Option<Estimate>);
 
 /// Summarises a method over the point MDPs that count.
 pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summarised {
-    let Evidence { identity, reference, measures, points, tasks, episodes } = evidence;
+    let Evidence { identity, reference, measures, points, tasks, episodes, .. } = evidence;
     let method = identity.methods[index].clone();
     let finished: Vec<(&PointSummary, &PointResult)> =
         points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
@@ -102,12 +104,46 @@ fn estimate(
     let identity = evidence.identity;
     let objectives: Vec<_> =
         scored.iter().filter_map(|(p, r)| Some((*p, r.objectives.clone()?))).collect();
-    let sample = Sample { family_size: identity.sample.family_size, method: index as u64 };
+    let chosen = chosen(evidence, scored);
+    let sample = Sample {
+        family_size: identity.sample.family_size,
+        chosen: evidence.points.len(),
+        method: index as u64,
+        name: &identity.methods[index],
+        points: &chosen,
+        design: evidence.design,
+        resamples: RESAMPLES,
+    };
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
-    let estimator = estimator_of(identity.sample.sampling);
+    let estimator = estimator_of(&identity.sample);
     let regimes = evidence.measures.regimes(&identity.objective).len();
     let relative = !evidence.reference.is_none();
     summarise(&objectives, estimator, sample, (regimes, relative), &mut rng)
+}
+
+/// Returns how the point MDPs with a score came to be in the sample.
+fn chosen(evidence: Evidence<'_>, scored: &[(&PointSummary, &PointResult)]) -> Vec<Chosen> {
+    let draws = &evidence.identity.sample.draws;
+    let coordinates = match evidence.design {
+        Some(design) => design.coordinates(),
+        None => {
+            let rows: Vec<Vec<f64>> = scored.iter().map(|(p, _)| p.row.features.clone()).collect();
+            standardise(&rows)
+        }
+    };
+    let of = |(k, (point, _)): (usize, &(&PointSummary, &PointResult))| {
+        let draw = draws.iter().find(|d| d.point == point.row.point);
+        let row = evidence.design.and_then(|design| design.position(&point.row.point));
+        let at = coordinates.get(if evidence.design.is_some() { row? } else { k });
+        Some(Chosen {
+            count: draw.map_or(1, |d| d.count),
+            inclusion: draw.and_then(|d| d.inclusion),
+            importance: point.row.importance,
+            row,
+            at: at.cloned().unwrap_or_default(),
+        })
+    };
+    scored.iter().enumerate().map(|pair| of(pair).unwrap_or_default()).collect()
 }
 
 /// Returns the weighted means of every metric that all point MDPs have.

@@ -64,6 +64,8 @@ pub struct TaskScore {
     pub reference: Option<f64>,
     /// The score.
     pub score: Option<f64>,
+    /// Wall-clock time, seconds.
+    pub wall_s: Option<f64>,
 }
 
 /// Returns the point MDPs in the order of the manifest and the tasks in the order of the plan.
@@ -78,7 +80,7 @@ pub(super) fn summarise_points(
     let records = records_by_cell(results, &position);
     let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
     let objective = identity.objective.as_str();
-    let estimator = estimator_of(identity.sample.sampling);
+    let estimator = estimator_of(&identity.sample);
     let of_reference: Vec<BySeed> = (0..identity.points.len())
         .map(|point| match reference.is_none() {
             true => ones(&records, point, objective),
@@ -128,6 +130,7 @@ pub(super) fn summarise_points(
                 metrics: summary.map_or_else(Metrics::new, |s| s.metrics.clone()),
                 reference: scored.map(|s| s.0).filter(|_| !reference.is_none()),
                 score: scored.map(|s| s.1),
+                wall_s: summary.map(|s| s.wall.wall_s),
             })
         })
         .collect();

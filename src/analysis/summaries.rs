@@ -42,14 +42,16 @@ pub struct Summaries {
 pub(super) fn summarise(
     points: &[(&PointSummary, PointObjectives)],
     estimator: &dyn Estimator,
-    sample: Sample,
+    sample: Sample<'_>,
     (regimes, relative): (usize, bool),
     rng: &mut ChaCha8Rng,
 ) -> (Option<Estimate>, Summaries) {
     let objectives: Vec<PointObjectives> = points.iter().map(|(_, o)| o.clone()).collect();
+    // Of a point MDP that a model predicts it is not known.
+    let regime_of = |point: usize| points.get(point)?.0.regime;
     let of_regime = |regime: usize| {
         move |means: &[PointMeans]| {
-            let members = means.iter().filter(|m| points[m.point].0.regime == Some(regime));
+            let members = means.iter().filter(|m| regime_of(m.point) == Some(regime));
             weighted_mean(members.map(|m| (m.weight, m.score)))
         }
     };
@@ -66,7 +68,7 @@ pub(super) fn summarise(
         e.as_ref().map(|e| Estimated { value: e.value, interval: e.interval })
     };
     // One representative of a regime says nothing of how much its point MDPs differ.
-    let sampled = !estimator.is_whole(sample, points.len());
+    let sampled = !estimator.is_whole(sample.family_size, points.len());
     let alone = |regime: usize| {
         sampled && points.iter().filter(|(p, _)| p.regime == Some(regime)).count() < 2
     };

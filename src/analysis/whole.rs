@@ -82,6 +82,7 @@ impl Analysis {
             points: &points,
             tasks: &tasks,
             episodes: &episodes,
+            design: results.design.as_ref(),
         };
         let estimates = rank(evidence);
         let common = on_common_points(evidence, &estimates);
@@ -121,7 +122,7 @@ impl Analysis {
 
     /// Returns what the estimates rest on.
     pub fn estimator(&self) -> &'static dyn Estimator {
-        estimator_of(self.manifest.identity.sample.sampling)
+        estimator_of(&self.manifest.identity.sample)
     }
 
     /// Returns a summary per learner, in the order of the ranking.
@@ -183,6 +184,7 @@ impl Analysis {
     /// Returns the name of the sampling as on the command line.
     pub fn sampling(&self) -> &'static str {
         match self.manifest.identity.sample.sampling {
+            Sampling::Balanced => "balanced",
             Sampling::KMeans => "k-means",
             Sampling::WithReplacement => "with-replacement",
             Sampling::WithoutReplacement => "without-replacement",

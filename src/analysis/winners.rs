@@ -7,7 +7,7 @@ use super::points::PointSummary;
 use super::reference::Reference;
 use crate::seed::derive;
 use crate::stats::bootstrap::bootstrap;
-use crate::stats::{Bootstrap, Design, Direction};
+use crate::stats::{Bootstrap, Direction, Resampling};
 use crate::store::manifest::Identity;
 
 /// The best method of a point MDP.
@@ -45,8 +45,7 @@ fn winner(point: &PointSummary, identity: &Identity, reference: &Reference) -> O
         let mut objectives = point.results[method].as_ref()?.objectives.clone()?;
         (objectives.weight, objectives.draws) = (1.0, 1);
         let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &label));
-        let design = Design::Distinct { family_size: 1 };
-        bootstrap(&[objectives], design, &mut rng, method as u64).ok()
+        bootstrap(&[objectives], &Resampling::whole(), &mut rng, method as u64).ok()
     };
     let own = resampled(best);
     let other = runner_up.and_then(resampled);

@@ -21,6 +21,7 @@ mod run;
 mod scenario;
 mod shell;
 mod signals;
+mod study;
 mod subject;
 mod values;
 mod worker;
@@ -64,6 +65,8 @@ pub enum Command {
     Signals(signals::SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(report::ReportArgs),
+    /// Say what estimators would miss at which budget, on results of a whole family
+    Estimate(study::EstimateArgs),
     /// Check SUMO and this machine, and say what is wrong
     Doctor(doctor::DoctorArgs),
     /// Do one task of a plan; used by `run`
@@ -94,6 +97,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Routes(args) => routes::run(&args),
         Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
+        Command::Estimate(args) => study::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Worker(args) => worker::run(&args),
         Command::Completions(args) => shell::completions(&args),

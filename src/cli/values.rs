@@ -11,11 +11,15 @@ use crate::traffic::settings::{Detail, Preset};
 impl ValueEnum for Sampling {
     /// All but [`Sampling::All`], which is what `--budget all` does, no choice of its own.
     fn value_variants<'a>() -> &'a [Self] {
-        &[Self::KMeans, Self::WithReplacement, Self::WithoutReplacement]
+        &[Self::Balanced, Self::KMeans, Self::WithReplacement, Self::WithoutReplacement]
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
         let (name, help) = match self {
+            Self::Balanced => (
+                "balanced",
+                "random draws by importance, spread over the features (local pivotal method)",
+            ),
             Self::KMeans => (
                 "k-means",
                 "M3: k-means clusters, each represented by the point MDP nearest to its centroid",

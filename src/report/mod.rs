@@ -24,6 +24,7 @@ mod plain;
 mod plain_table;
 mod scale;
 mod sections;
+pub mod study;
 pub(crate) mod svg;
 pub mod text;
 mod traces;

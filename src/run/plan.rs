@@ -7,7 +7,7 @@ use super::error::RunError;
 use super::method::{Method, Training, find};
 use crate::family::Feature;
 use crate::files::write_atomically;
-use crate::sample::{SamplePlan, Sampling, choose};
+use crate::sample::{Design, SamplePlan, Sampling, choose_over};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference};
@@ -23,6 +23,8 @@ pub struct Request<'a> {
     pub budget: Option<usize>,
     /// How they are chosen.
     pub sampling: Sampling,
+    /// What a balanced sample is spread over; `None` for what the family says.
+    pub design: Option<&'a Design>,
     /// Methods by name; the baseline is added.
     pub methods: &'a [String],
     /// Seed from which all others are derived.
@@ -44,7 +46,8 @@ impl<'a> Request<'a> {
             domain,
             problem,
             budget: None,
-            sampling: Sampling::KMeans,
+            sampling: Sampling::DEFAULT,
+            design: None,
             methods,
             base_seed: 0,
             evaluation_seeds: EVALUATION_SEEDS,
@@ -62,6 +65,8 @@ pub struct Draft {
     pub methods: Vec<String>,
     /// Those of them that have more than one task per point MDP.
     pub replicated: Vec<String>,
+    /// What a balanced sample was spread over.
+    pub design: Option<Design>,
 }
 
 impl Draft {
@@ -89,11 +94,16 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
     let family = request.problem.family();
     let budget = request.budget.unwrap_or(family.points.len());
     let sampling = if request.budget.is_none() { Sampling::All } else { request.sampling };
-    let sample = choose(family, sampling, budget, request.base_seed)?;
+    let design = match request.design {
+        Some(design) => design.clone(),
+        None => Design::of(family),
+    };
+    let sample = choose_over(family, &design, sampling, budget, request.base_seed)?;
+    let design = (sampling == Sampling::Balanced).then_some(design);
     let repeats = |m: &&&Method| request.replicates > 1 && m.training != Training::None;
     let names = |m: &&Method| m.name.to_owned();
     let replicated = methods.iter().filter(repeats).map(names).collect();
-    Ok(Draft { sample, methods: methods.iter().map(names).collect(), replicated })
+    Ok(Draft { sample, methods: methods.iter().map(names).collect(), replicated, design })
 }
 
 /// Returns the seeds of so many evaluation episodes, before a point MDP is mixed in.
@@ -172,6 +182,7 @@ pub fn establish(
     layout: &Layout,
     manifest: Manifest,
     tasks: &[Task],
+    design: Option<&Design>,
 ) -> Result<Manifest, StoreError> {
     if layout.manifest().exists() {
         let existing = Manifest::read(layout)?;
@@ -189,6 +200,9 @@ pub fn establish(
         plan.push(b'\n');
     }
     write_atomically(&layout.plan(), &plan)?;
+    if let Some(design) = design {
+        write_atomically(&layout.design(), &design.to_json())?;
+    }
     let mut json = serde_json::to_vec_pretty(&manifest).expect("a manifest is plain data");
     json.push(b'\n');
     write_atomically(&layout.manifest(), &json)?;
@@ -282,11 +296,11 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let layout = Layout::new(dir.path());
         let (manifest, tasks) = planned(&["tuner"]);
-        establish(&layout, manifest.clone(), &tasks).unwrap();
-        establish(&layout, manifest.clone(), &tasks).unwrap();
+        establish(&layout, manifest.clone(), &tasks, None).unwrap();
+        establish(&layout, manifest.clone(), &tasks, None).unwrap();
         let mut other = manifest;
         other.identity.base_seed = 9;
-        let e = establish(&layout, other, &tasks).unwrap_err().to_string();
+        let e = establish(&layout, other, &tasks, None).unwrap_err().to_string();
         assert!(e.contains("--seed is 0 there and 9 now"), "{e}");
     }
 }

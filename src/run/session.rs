@@ -58,7 +58,7 @@ pub fn open<'a>(
     fs::create_dir_all(out).map_err(FileError::at("create", out))?;
     let version = env!("CARGO_PKG_VERSION").to_owned();
     let lock = RunLock::take(&layout, &Holder { pid: std::process::id(), version, started })?;
-    let manifest = establish(&layout, manifest, &tasks)?;
+    let manifest = establish(&layout, manifest, &tasks, draft.design.as_ref())?;
     let stands = stands(request.problem.family(), &draft.sample);
     request.problem.write_for_reports(&layout, &stands).map_err(RunError::Prepare)?;
     tidy_up(&layout)?;

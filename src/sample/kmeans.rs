@@ -97,7 +97,8 @@ pub(super) fn labels(features: &[Vec<f64>], k: usize, seed: u64) -> Vec<usize> {
     cluster(&standardise(features), k, seed).labels
 }
 
-fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
+/// Returns the squared Euclidean distance of two rows.
+pub(super) fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum()
 }
 

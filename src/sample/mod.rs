@@ -2,12 +2,15 @@
 //!
 //! Source: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
 
+pub mod balanced;
+pub mod design;
 pub mod kmeans;
 mod random;
 
-use std::borrow::Cow;
-
 use serde::{Deserialize, Serialize};
+
+use design::features;
+pub use design::{Design, Input, Measure};
 
 use crate::family::MdpFamily;
 
@@ -15,6 +18,8 @@ use crate::family::MdpFamily;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
+    /// Random draws by importance, spread over the features: the local pivotal method
+    Balanced,
     /// M3: k-means clusters, each represented by the point MDP nearest to its centroid
     KMeans,
     /// M1: random draws by importance, with replacement
@@ -23,6 +28,11 @@ pub enum Sampling {
     WithoutReplacement,
     /// Every point MDP of the family: what `--budget all` does, no choice of its own
     All,
+}
+
+impl Sampling {
+    /// What is used where nothing else is asked for.
+    pub const DEFAULT: Self = Self::Balanced;
 }
 
 /// A chosen point MDP.
@@ -36,6 +46,10 @@ pub struct Draw {
     /// How often it was drawn (more than once only with replacement), or for k-means how many
     /// point MDPs its cluster has.
     pub count: u32,
+    /// Probability to be in the sample, from 0 to 1; `None` with replacement, for representatives of clusters, and in
+    /// plans from before it was kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inclusion: Option<f64>,
 }
 
 /// The chosen point MDPs; written before anything runs.
@@ -52,6 +66,17 @@ pub struct SamplePlan {
     pub seed: u64,
     /// The choice, in the order of the family.
     pub draws: Vec<Draw>,
+    /// sha256 of the [`Design`] that the sample was spread over; empty where none was.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub design: String,
+    /// Whether that has scores of cheap methods, which estimates then use.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub assisted: bool,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 /// Why a sample cannot be drawn.
@@ -78,6 +103,8 @@ pub enum SampleError {
 /// - `k-means` (M3) clusters the standardised features, or what else describes the point MDPs
 ///   ([`MdpFamily::describing`]), with every point MDP weighing the same, represents each cluster by the point MDP nearest to its centroid and gives it the
 ///   importance of the whole cluster.
+/// - `balanced` draws with probabilities in proportion to importance, spread over the design by the local pivotal
+///   method; weights are importance divided by probability, renormalised over the draws.
 /// - `all` takes every point MDP with its importance.
 ///
 /// # Errors
@@ -89,22 +116,61 @@ pub fn choose(
     budget: usize,
     seed: u64,
 ) -> Result<SamplePlan, SampleError> {
+    choose_over(family, &Design::of(family), sampling, budget, seed)
+}
+
+/// Chooses point MDPs of a family as [`choose`] does, a balanced sample over this design.
+///
+/// # Errors
+///
+/// Those of [`choose`].
+///
+/// # Panics
+///
+/// If the design has other point MDPs than the family.
+pub fn choose_over(
+    family: &MdpFamily,
+    design: &Design,
+    sampling: Sampling,
+    budget: usize,
+    seed: u64,
+) -> Result<SamplePlan, SampleError> {
     let size = family.points.len();
     if budget == 0 || budget > size {
         return Err(SampleError::Budget { budget, size });
     }
+    assert_eq!(design.points.len(), size, "a design has all point MDPs of its family");
     let importance = family.importance();
-    let chosen: Vec<(usize, f64, u32)> = match sampling {
+    let mut probabilities: Option<Vec<f64>> = None;
+    let chosen: Vec<random::Chosen> = match sampling {
         Sampling::All => importance.iter().enumerate().map(|(i, p)| (i, *p, 1)).collect(),
         Sampling::WithReplacement => random::with_replacement(&importance, budget, seed),
-        Sampling::WithoutReplacement => random::without_replacement(&importance, budget, seed),
+        Sampling::WithoutReplacement => {
+            probabilities = Some(random::inclusion(&importance, budget));
+            random::without_replacement(&importance, budget, seed)
+        }
         Sampling::KMeans => kmeans::representatives(&features(family), &importance, budget, seed),
+        Sampling::Balanced => {
+            let pi = balanced::inclusion(&importance, budget);
+            let drawn = balanced::pivotal(&pi, &design.coordinates(), seed);
+            let total: f64 = drawn.iter().map(|i| importance[*i] / pi[*i]).sum();
+            let weighed = drawn.iter().map(|i| (*i, importance[*i] / pi[*i] / total, 1));
+            let weighed = weighed.collect();
+            probabilities = Some(pi);
+            weighed
+        }
     };
-    let draws = chosen
-        .into_iter()
-        .map(|(i, weight, count)| Draw { point: family.points[i].id.clone(), weight, count })
-        .collect();
-    Ok(SamplePlan { sampling, budget, family_size: size, seed, draws })
+    let draw = |(i, weight, count): random::Chosen| Draw {
+        point: family.points[i].id.clone(),
+        weight,
+        count,
+        inclusion: probabilities.as_ref().map(|p| p[i]),
+    };
+    let draws = chosen.into_iter().map(draw).collect();
+    let over = sampling == Sampling::Balanced;
+    let sha256 = if over { design.sha256() } else { String::new() };
+    let assisted = over && !design.inputs.is_empty();
+    Ok(SamplePlan { sampling, budget, family_size: size, seed, draws, design: sha256, assisted })
 }
 
 /// Returns per point MDP of the family the position of the chosen one that stands for it: its own, or
@@ -122,27 +188,23 @@ pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
     (0..size).map(|point| of_cluster(labels[point])).collect()
 }
 
-/// Returns the features that point MDPs are clustered by.
-fn features(family: &MdpFamily) -> Cow<'_, [Vec<f64>]> {
-    match family.describing.is_empty() {
-        true => family.points.iter().map(|p| p.features.clone()).collect(),
-        false => Cow::Borrowed(&family.describing),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::traffic::family::load::load;
     use proptest::prelude::*;
 
-    const CHOICES: [Sampling; 3] =
-        [Sampling::KMeans, Sampling::WithReplacement, Sampling::WithoutReplacement];
+    const CHOICES: [Sampling; 4] = [
+        Sampling::Balanced,
+        Sampling::KMeans,
+        Sampling::WithReplacement,
+        Sampling::WithoutReplacement,
+    ];
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
         #[test]
-        fn weights_sum_to_one(budget in 1usize..=164, seed in 0u64..1000, which in 0usize..3) {
+        fn weights_sum_to_one(budget in 1usize..=164, seed in 0u64..1000, which in 0usize..4) {
             let family = load("salt-lake-city").unwrap().family;
             let plan = choose(&family, CHOICES[which], budget, seed).unwrap();
             let sum: f64 = plan.draws.iter().map(|d| d.weight).sum();
@@ -154,7 +216,7 @@ mod tests {
     #[test]
     fn the_whole_family_without_replacement_has_the_family_s_importance() {
         let family = load("salt-lake-city").unwrap().family;
-        for sampling in [Sampling::WithoutReplacement, Sampling::KMeans] {
+        for sampling in [Sampling::WithoutReplacement, Sampling::KMeans, Sampling::Balanced] {
             let plan = choose(&family, sampling, 164, 5).unwrap();
             for (draw, point) in plan.draws.iter().zip(&family.points) {
                 assert_eq!(draw.point, point.id);

@@ -5,13 +5,15 @@ pub mod direction;
 pub mod histogram;
 pub mod objectives;
 pub mod quantile;
+pub mod resampling;
 pub mod score;
 pub mod summary;
 
-pub use bootstrap::{Bootstrap, Design, bootstrap, bootstrap_all};
+pub use bootstrap::{Bootstrap, Resample, bootstrap, bootstrap_all, resample};
 pub use direction::Direction;
 pub use histogram::Histogram;
 pub use objectives::{PointMeans, PointObjectives};
+pub use resampling::Resampling;
 pub use score::{overall_performance, score};
 
 /// Why a statistic cannot be computed.

@@ -1,10 +1,14 @@
 //! Reads a results directory: whatever is there, exactly once per task, and what is missing.
 
 use std::collections::BTreeMap;
+use std::fs;
 
 use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
 use super::record::{Outcome, Record};
+use crate::files::FileError;
+use crate::hash::sha256;
+use crate::sample::Design;
 use crate::store::error::StoreError;
 
 /// A results directory in memory.
@@ -16,6 +20,8 @@ pub struct Results {
     pub plan: Vec<Task>,
     /// Records by task.
     pub records: BTreeMap<usize, Record>,
+    /// What was known of the whole family when a balanced sample was drawn.
+    pub design: Option<Design>,
 }
 
 impl Results {
@@ -34,7 +40,8 @@ impl Results {
                 records.insert(task.task, record);
             }
         }
-        Ok(Self { manifest, plan, records })
+        let design = read_design(layout, &manifest)?;
+        Ok(Self { manifest, plan, records, design })
     }
 
     /// Returns the tasks without a record.
@@ -46,4 +53,21 @@ impl Results {
     pub fn failed(&self) -> impl Iterator<Item = &Record> {
         self.records.values().filter(|r| r.summary.outcome == Outcome::Failed)
     }
+}
+
+/// Reads `design.json`, which must be what the manifest's sample was spread over.
+fn read_design(layout: &Layout, manifest: &Manifest) -> Result<Option<Design>, StoreError> {
+    let expected = &manifest.identity.sample.design;
+    if expected.is_empty() {
+        return Ok(None);
+    }
+    let path = layout.design();
+    let bytes = fs::read(&path).map_err(FileError::at("read", &path))?;
+    let malformed = |reason: String| StoreError::Malformed { path: path.clone(), reason };
+    if sha256(&bytes) != *expected {
+        let reason = "it is not what the sample of manifest.json was spread over; restore both, or start anew with \
+                      another --out";
+        return Err(malformed(reason.to_owned()));
+    }
+    serde_json::from_slice(&bytes).map(Some).map_err(|e| malformed(e.to_string()))
 }

@@ -33,7 +33,8 @@ fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
 
 /// The manifest of two point MDPs, `quiet` and `busy`; the first method is the baseline.
 pub(crate) fn manifest(methods: &[&str]) -> Manifest {
-    let draw = |point: &str, weight| Draw { point: point.to_owned(), weight, count: 1 };
+    let draw =
+        |point: &str, weight| Draw { point: point.to_owned(), weight, count: 1, inclusion: None };
     let feature = |name: &str, unit: &str| FeatureColumn { name: name.into(), unit: unit.into() };
     Manifest {
         identity: Identity {
@@ -55,6 +56,8 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
                 family_size: 2,
                 seed: 0,
                 draws: vec![draw("quiet", 0.75), draw("busy", 0.25)],
+                design: String::new(),
+                assisted: false,
             },
             points: vec![point("quiet", 0.75, 250.0), point("busy", 0.25, 900.0)],
             methods: methods.iter().map(|m| (*m).to_owned()).collect(),

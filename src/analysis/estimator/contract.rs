@@ -2,16 +2,42 @@
 
 use rand_chacha::ChaCha8Rng;
 
+use crate::sample::Design;
 use crate::stats::summary::{Statistic, mean_of_scores};
 use crate::stats::{Bootstrap, PointObjectives, StatsError};
 
 /// What an estimator knows of a sample beside the scores.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sample {
+#[derive(Debug, Clone, Copy)]
+pub struct Sample<'a> {
     /// Number of point MDPs in the family.
     pub family_size: usize,
+    /// Number of point MDPs that were chosen, with or without a score.
+    pub chosen: usize,
     /// Tells methods apart, whose trainings have nothing in common.
     pub method: u64,
+    /// Name of the method.
+    pub name: &'a str,
+    /// How the point MDPs with a score were chosen, in the order of the scores.
+    pub points: &'a [Chosen],
+    /// What is known of the whole family, where that was kept.
+    pub design: Option<&'a Design>,
+    /// Resamples of an interval.
+    pub resamples: usize,
+}
+
+/// How a point MDP came to be in the sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Chosen {
+    /// How often it was drawn, or for k-means the number of point MDPs in its cluster.
+    pub count: u32,
+    /// Probability to be in the sample, where it is known.
+    pub inclusion: Option<f64>,
+    /// Its importance.
+    pub importance: f64,
+    /// Its position in [`Sample::design`].
+    pub row: Option<usize>,
+    /// Where it lies; Euclidean distances tell which point MDPs are alike.
+    pub at: Vec<f64>,
 }
 
 /// An estimate with its uncertainty.
@@ -21,8 +47,7 @@ pub struct Estimate {
     pub value: f64,
     /// Its 95% interval; `None` where the spread cannot be estimated, as from one seed on a whole family.
     pub interval: Option<(f64, f64)>,
-    /// Estimates from resampled data, shape `[resamples]`; empty for estimators that do not resample, and
-    /// where the spread cannot be estimated.
+    /// Estimates from resampled data, shape `[resamples]`; empty where the spread cannot be estimated.
     pub resamples: Vec<f64>,
 }
 
@@ -41,8 +66,8 @@ pub trait Estimator: Sync {
     }
 
     /// Returns whether so many evaluated point MDPs are the family, so that their choice adds no uncertainty.
-    fn is_whole(&self, sample: Sample, evaluated: usize) -> bool {
-        evaluated == sample.family_size
+    fn is_whole(&self, family_size: usize, evaluated: usize) -> bool {
+        evaluated == family_size
     }
 
     /// Returns the estimate of the overall performance `E = sum_i p_i s_i`.
@@ -56,7 +81,7 @@ pub trait Estimator: Sync {
     /// [`StatsError`] without point MDPs, for weights that sum to 0, and where a score is undefined.
     fn estimate(
         &self,
-        sample: Sample,
+        sample: Sample<'_>,
         scores: &[PointObjectives],
         rng: &mut ChaCha8Rng,
     ) -> Result<Estimate, StatsError> {
@@ -72,7 +97,8 @@ pub trait Estimator: Sync {
     /// * `scores` — shape `[n]`; the evaluated point MDPs, each with its weight, how often it was drawn, the
     ///   objective of the method, shape `[replicates, seeds]`, and what it is divided by, shape `[seeds]`.
     ///   Weights need not sum to 1, so that an estimate without what is missing is over what is there.
-    /// * `statistics` — shape `[k]`; functions of the means per point MDP.
+    /// * `statistics` — shape `[k]`; functions of the means per point MDP. [`crate::stats::PointMeans::point`] is the
+    ///   position in `scores`, or `usize::MAX` for a point MDP whose score is predicted.
     /// * `rng` — equally seeded generators draw equal points and seeds for every method, which
     ///   [`Estimate::difference`] relies on.
     ///
@@ -81,7 +107,7 @@ pub trait Estimator: Sync {
     /// [`StatsError`] where a score is undefined.
     fn estimate_all(
         &self,
-        sample: Sample,
+        sample: Sample<'_>,
         scores: &[PointObjectives],
         statistics: &[Statistic<'_>],
         rng: &mut ChaCha8Rng,
@@ -101,5 +127,12 @@ impl Estimate {
     pub fn difference(&self, other: &Self) -> Self {
         let bootstrap = |e: &Self| Bootstrap { estimate: e.value, resamples: e.resamples.clone() };
         bootstrap(self).difference(&bootstrap(other)).into()
+    }
+}
+
+impl Sample<'_> {
+    /// Returns the share of the chosen point MDPs that have a score: what is missing is taken as missing at random.
+    pub(super) fn answered(&self, scores: usize) -> f64 {
+        if self.chosen == 0 { 1.0 } else { (scores as f64 / self.chosen as f64).min(1.0) }
     }
 }

@@ -1,33 +1,47 @@
 //! From the scores on a sample of point MDPs to the whole family: one file per estimator.
 //!
-//! | sampling | estimator | weights |
-//! | --- | --- | --- |
-//! | with replacement (M1) | [`WithReplacement`] | equal per draw |
-//! | without replacement (M2) | [`Distinct::Drawn`] | importance, renormalised |
-//! | k-means (M3) | [`Distinct::Representatives`] | importance of the cluster |
-//! | all | [`Distinct::Whole`] | importance |
+//! | sampling | estimator | weights | interval |
+//! | --- | --- | --- | --- |
+//! | with replacement (M1) | [`WithReplacement`] | equal per draw | independent draws |
+//! | without replacement (M2) | [`WithoutReplacement`] | importance, renormalised | probabilities to be drawn |
+//! | k-means (M3) | [`Representatives`] | importance of the cluster | between neighbouring clusters |
+//! | balanced | [`Balanced`] | importance by probability | between neighbours in the sample |
+//! | balanced, cheap scores known (M4) | [`Assisted`] | the same, over a model | the same, over its errors |
+//! | all | [`Whole`] | importance | seeds and trainings only |
 //!
 //! To add one: a file with a type that implements [`Estimator`], and its line in [`estimator_of`]; with a sampling of
 //! its own, that is a variant of [`Sampling`], its file in `sample`, and their lines.
 //!
-//! Source: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
+//! Source of M1 to M3: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
 
+mod assisted;
+mod balanced;
 mod contract;
-mod distinct;
+mod neighbours;
+mod representatives;
+mod weighted;
+mod whole;
 mod with_replacement;
+mod without_replacement;
 
-pub use contract::{Estimate, Estimator, Sample};
-pub use distinct::Distinct;
+pub use assisted::Assisted;
+pub use balanced::Balanced;
+pub use contract::{Chosen, Estimate, Estimator, Sample};
+pub use representatives::Representatives;
+pub use whole::Whole;
 pub use with_replacement::WithReplacement;
+pub use without_replacement::WithoutReplacement;
 
-use crate::sample::Sampling;
+use crate::sample::{SamplePlan, Sampling};
 
-/// Returns the estimator of a sampling.
-pub fn estimator_of(sampling: Sampling) -> &'static dyn Estimator {
-    match sampling {
+/// Returns the estimator of a sample.
+pub fn estimator_of(plan: &SamplePlan) -> &'static dyn Estimator {
+    match plan.sampling {
         Sampling::WithReplacement => &WithReplacement,
-        Sampling::WithoutReplacement => &Distinct::Drawn,
-        Sampling::KMeans => &Distinct::Representatives,
-        Sampling::All => &Distinct::Whole,
+        Sampling::WithoutReplacement => &WithoutReplacement,
+        Sampling::KMeans => &Representatives,
+        Sampling::Balanced if plan.assisted => &Assisted,
+        Sampling::Balanced => &Balanced,
+        Sampling::All => &Whole,
     }
 }

@@ -1,13 +1,14 @@
 //! M1: independent draws by importance, with replacement.
 //!
 //! The estimate is the mean score over draws. Deviation: the paper prints a plain sum; a mean is meant.
-//! The interval is the percentile bootstrap of [`crate::stats::bootstrap`] with draws drawn anew.
+//! The interval is design-based: that of a mean of independent draws ([`Resampling::draws`]).
 
 use rand_chacha::ChaCha8Rng;
 
 use super::contract::{Estimate, Estimator, Sample};
+use super::weighted::estimates;
 use crate::stats::summary::Statistic;
-use crate::stats::{Design, PointObjectives, StatsError, bootstrap_all};
+use crate::stats::{PointObjectives, Resampling, StatsError};
 
 /// The estimator of M1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,18 +27,18 @@ impl Estimator for WithReplacement {
         count
     }
 
-    fn is_whole(&self, _: Sample, _: usize) -> bool {
+    fn is_whole(&self, _: usize, _: usize) -> bool {
         false
     }
 
     fn estimate_all(
         &self,
-        sample: Sample,
+        sample: Sample<'_>,
         scores: &[PointObjectives],
         statistics: &[Statistic<'_>],
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let all = bootstrap_all(scores, Design::WithReplacement, rng, sample.method, statistics)?;
-        Ok(all.into_iter().map(|b| b.map(Estimate::from)).collect())
+        let resampling = Resampling::draws(scores);
+        estimates(scores, &resampling, (sample.method, sample.resamples), statistics, rng)
     }
 }

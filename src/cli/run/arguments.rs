@@ -31,7 +31,7 @@ pub struct RunArgs {
     /// Number of point MDPs to evaluate, or `all`
     #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
     pub budget: Budget,
-    /// How the point MDPs of a budget are chosen [default: k-means]
+    /// How the point MDPs of a budget are chosen [default: balanced]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
     /// Methods, separated by commas, or `all`; of signals `baseline` always runs [default:

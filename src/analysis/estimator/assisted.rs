@@ -1,0 +1,141 @@
+//! M4, model-assisted: balanced samples, with a model of the scores that knows what cheap methods achieve everywhere.
+//!
+//! With `T` a statistic, `U` the family with predicted scores, `s` the sample with observed and with predicted ones, the
+//! estimate is `T(U) + T(s, observed) - T(s, predicted)`: what the model says of the family, and what the sample says
+//! the model is wrong by. A model that predicts nothing leaves Hajek's estimator; one that is biased leaves the estimate
+//! unbiased, because every prediction in the sample comes from a model that has not seen it.
+//!
+//! The interval is that of [`super::Balanced`] over what the model is wrong by. Statistics that need more than weights,
+//! scores and objectives (regimes) are those of the balanced sample.
+//!
+//! A method whose own scores are known everywhere is predicted by them.
+//!
+//! Source: C.-E. Särndal, B. Swensson and J. Wretman, "Model Assisted Survey Sampling", 1992, section 6 (difference
+//! estimator); V. Chernozhukov et al., "Double/debiased machine learning", The Econometrics Journal 21 (2018)
+//! (cross-fitting).
+
+use rand_chacha::ChaCha8Rng;
+
+use super::balanced::{Balanced, resampling};
+use super::contract::{Estimate, Estimator, Sample};
+use super::weighted::{means, unresampled};
+use crate::model::{Known, Prediction, cross_fit};
+use crate::sample::{Design, Measure};
+use crate::stats::quantile::central_95;
+use crate::stats::summary::Statistic;
+use crate::stats::{PointMeans, PointObjectives, StatsError, resample};
+
+/// Seed of the folds of the cross-validation.
+const FOLD_SEED: u64 = 0;
+
+/// The estimator of balanced samples with the scores of cheap methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Assisted;
+
+impl Estimator for Assisted {
+    fn name(&self) -> &'static str {
+        "M4"
+    }
+
+    fn assumptions(&self) -> &'static str {
+        "What a model of the scores is wrong by is alike where point MDPs are alike. A few extreme scores that a small \
+         sample may miss are not covered."
+    }
+
+    fn estimate_all(
+        &self,
+        sample: Sample<'_>,
+        scores: &[PointObjectives],
+        statistics: &[Statistic<'_>],
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Vec<Option<Estimate>>, StatsError> {
+        let observed = means(scores)?;
+        let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
+        let (Some(design), Some(rows)) = (sample.design, rows) else {
+            return Balanced.estimate_all(sample, scores, statistics, rng);
+        };
+        let predicted = predict(design, sample.name, &rows, &observed);
+        let family = family(design, &predicted.family);
+        let of_sample = |means: &[PointMeans]| -> Vec<PointMeans> {
+            let pairs = means.iter().map(|m| (m, predicted.sample[m.point]));
+            pairs.map(|(m, score)| PointMeans { score, method: score * m.baseline, ..*m }).collect()
+        };
+        let corrected: Vec<Corrected<'_>> =
+            statistics.iter().map(|s| Corrected::new(*s, s(&family))).collect();
+        let before = of_sample(&observed);
+        let mut all: Vec<Option<Estimate>> =
+            corrected.iter().map(|c| c.value(&observed, &before).map(unresampled)).collect();
+        let (method, count) = (sample.method, sample.resamples);
+        let resampling = resampling(sample, scores);
+        resample(scores, &resampling, rng, method, count, &mut |resample| {
+            for (c, estimate) in corrected.iter().zip(&mut all) {
+                let value = resample.value(&|means| c.value(means, &of_sample(means)));
+                if let (Some(estimate), Some(value)) = (estimate, value) {
+                    estimate.resamples.push(value);
+                }
+            }
+        })?;
+        for estimate in all.iter_mut().flatten() {
+            estimate.interval = central_95(&estimate.resamples);
+        }
+        Ok(all)
+    }
+}
+
+/// A statistic with what a model says of the family.
+struct Corrected<'a> {
+    statistic: Statistic<'a>,
+    family: Option<f64>,
+}
+
+impl<'a> Corrected<'a> {
+    fn new(statistic: Statistic<'a>, family: Option<f64>) -> Self {
+        Self { statistic, family }
+    }
+
+    fn value(&self, observed: &[PointMeans], predicted: &[PointMeans]) -> Option<f64> {
+        let own = (self.statistic)(observed)?;
+        match (self.family, (self.statistic)(predicted)) {
+            (Some(family), Some(predicted)) => Some(family + own - predicted),
+            _ => Some(own),
+        }
+    }
+}
+
+/// Returns the family with predicted scores.
+fn family(design: &Design, scores: &[f64]) -> Vec<PointMeans> {
+    let baseline = (design.inputs.iter())
+        .find(|i| i.measure == Measure::Objective)
+        .and_then(|i| design.input(&i.method, Measure::Objective))
+        .unwrap_or_else(|| vec![1.0; scores.len()]);
+    let of =
+        |((p, score), baseline): ((&crate::sample::design::DesignPoint, &f64), f64)| PointMeans {
+            point: usize::MAX,
+            weight: p.importance,
+            method: score * baseline,
+            baseline,
+            score: *score,
+        };
+    design.points.iter().zip(scores).zip(baseline).map(of).collect()
+}
+
+/// Returns predicted scores of a method.
+///
+/// # Arguments
+///
+/// * `rows` — positions of the sample in the design.
+pub(super) fn predict(
+    design: &Design,
+    method: &str,
+    rows: &[usize],
+    observed: &[PointMeans],
+) -> Prediction {
+    if let Some(own) = design.input(method, Measure::Score) {
+        let sample = rows.iter().map(|r| own[*r]).collect();
+        return Prediction { sample, family: own, model: "its own scores", error: 0.0 };
+    }
+    let known = Known { inputs: design.transformed_inputs(), all: design.coordinates() };
+    let scores: Vec<f64> = observed.iter().map(|m| m.score).collect();
+    let weights: Vec<f64> = observed.iter().map(|m| m.weight).collect();
+    cross_fit(&known, rows, &scores, &weights, FOLD_SEED)
+}

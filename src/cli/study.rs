@@ -1,0 +1,176 @@
+//! `tsc-family estimate`: what estimators miss at which budget, on a family that was evaluated as a whole.
+
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+use serde_json::json;
+
+use super::output::{Progress, line, note};
+use super::values::{at_least_one, parse_seed};
+use crate::analysis::Analysis;
+use crate::cli::exit;
+use crate::cli::refused::Refused;
+use crate::domains;
+use crate::report::study::{StudyReport, write};
+use crate::store::Layout;
+use crate::store::results::Results;
+use crate::study::{Cell, Kind, Recorded, StudyPlan, study};
+
+/// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
+const BUDGETS: [usize; 4] = [10, 20, 40, 80];
+
+/// Resamples of the interval of every sample; the ends need not be as exact as in a report.
+const RESAMPLES: usize = 400;
+
+impl ValueEnum for Kind {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(self.title()))
+    }
+}
+
+/// `tsc-family estimate`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Needs no SUMO. DIR must have the whole family (--budget all). Writes DIR/estimate/index.html,
+errors.csv and the figure as SVG.
+
+Examples:
+  tsc-family estimate results/all
+  tsc-family estimate results/learners --assist results/all --budgets 20,40 --repeats 200")]
+pub struct EstimateArgs {
+    /// Results directory with a whole family
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Results directory of the same family with methods that do not learn, for m4 [default: DIR]
+    #[arg(long, value_name = "DIR")]
+    pub assist: Option<PathBuf>,
+    /// Numbers of point MDPs [default: 10,20,40,80 as far as the family has more]
+    #[arg(long, value_name = "N,...", value_delimiter = ',')]
+    pub budgets: Vec<NonZeroUsize>,
+    /// Samples per budget and estimator
+    #[arg(long, value_name = "R", default_value = "500", value_parser = at_least_one)]
+    pub repeats: NonZeroU32,
+    /// Estimators
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, default_values_t = Kind::ALL)]
+    pub estimators: Vec<Kind>,
+    /// Seed of the samples
+    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
+    pub seed: u64,
+    /// Folder to write to [default: DIR/estimate]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON lines instead of the table: one per estimator, budget and method
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but errors
+    #[arg(long, short, conflicts_with = "json")]
+    pub quiet: bool,
+}
+
+pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
+    let (mut recorded, analysis) = read(&args.dir)?;
+    let mut kinds = args.estimators.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
+    if let Some(dir) = &args.assist {
+        if !kinds.contains(&Kind::M4) {
+            let reason = "--assist has no effect without m4 among --estimators; leave it out";
+            return Err(Refused(reason.to_owned()).into());
+        }
+        let (other, _) = read(dir)?;
+        recorded.assisted_by(
+            &other,
+            &dir.display().to_string(),
+            &args.dir.display().to_string(),
+        )?;
+    }
+    let size = recorded.family.points.len();
+    let budgets = budgets(&args.budgets, size)?;
+    let plan = StudyPlan {
+        repeats: args.repeats.get() as usize,
+        seed: args.seed,
+        resamples: RESAMPLES,
+        budgets,
+        kinds,
+    };
+    let total = (plan.kinds.len() * plan.budgets.len() * plan.repeats) as u64;
+    let progress = Mutex::new(Progress::new(total, Some("samples"), args.quiet || args.json));
+    let finished = AtomicU64::new(0);
+    let cells = study(&recorded, &plan, &|n| {
+        let done = finished.fetch_add(n as u64, Ordering::Relaxed) + n as u64;
+        if let Ok(mut progress) = progress.try_lock() {
+            progress.set(done, "");
+        }
+    })?;
+    if let Ok(progress) = progress.lock() {
+        progress.finish();
+    }
+    let report =
+        StudyReport { recorded: &recorded, plan: &plan, cells: &cells, analysis: &analysis };
+    let out = args.out.clone().unwrap_or_else(|| args.dir.join("estimate"));
+    let page = write(&out, &report)?;
+    if args.json {
+        for cell in &cells {
+            line(json_line(cell))?;
+        }
+        return Ok(exit::DONE);
+    }
+    if !args.quiet {
+        line(report.table())?;
+        report.notes().into_iter().for_each(note);
+        note(format!("report: {}", page.display()));
+    }
+    Ok(exit::DONE)
+}
+
+/// Reads results on a whole family.
+fn read(dir: &std::path::Path) -> anyhow::Result<(Recorded, Analysis)> {
+    let layout = Layout::new(dir);
+    let results = Results::load(&layout)?;
+    let sections = domains::sections(&layout, &results)?;
+    let analysis = Analysis::new(&results, sections.measures());
+    Ok((Recorded::of(&analysis, &dir.display().to_string())?, analysis))
+}
+
+fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
+    let mut budgets: Vec<usize> = match asked {
+        [] => BUDGETS.into_iter().filter(|b| *b < size).collect(),
+        asked => asked.iter().map(|b| b.get()).collect(),
+    };
+    budgets.sort_unstable();
+    budgets.dedup();
+    if budgets.is_empty() {
+        budgets = (1..=size).collect();
+    }
+    if let Some(above) = budgets.iter().find(|b| **b > size) {
+        return Err(Refused(format!(
+            "--budgets {above}: the family has {size} point MDPs; give budgets from 1 to {size}"
+        )));
+    }
+    Ok(budgets)
+}
+
+fn json_line(cell: &Cell) -> serde_json::Value {
+    json!({
+        "event": "estimate",
+        "estimator": cell.kind.name(),
+        "method": cell.method,
+        "budget": cell.budget,
+        "repeats": cell.repeats,
+        "truth": cell.truth,
+        "mean": cell.mean,
+        "deviation": cell.deviation,
+        "rmse": cell.error,
+        "coverage": cell.coverage,
+        "half_width": cell.half_width,
+        "cpu_hours": cell.cpu_hours,
+    })
+}

@@ -1,0 +1,93 @@
+//! The study as a table for terminals, and what must be known beside it.
+
+use std::collections::BTreeSet;
+
+use super::whole::StudyReport;
+use crate::report::format;
+use crate::report::plain_table::plain_table;
+use crate::study::{Cell, Kind};
+
+/// Coverage of a 95% interval that is called right.
+pub(super) const RIGHT: std::ops::RangeInclusive<f64> = 0.92..=0.98;
+
+impl StudyReport<'_> {
+    /// Returns root-mean-square errors with the coverage of intervals, a row per method and estimator.
+    pub fn table(&self) -> String {
+        let mut header = vec!["method".to_owned(), "overall".to_owned(), "estimator".to_owned()];
+        header.extend(self.plan.budgets.iter().map(|b| format!("N = {b}")));
+        let header: Vec<&str> = header.iter().map(String::as_str).collect();
+        let mut rows = Vec::new();
+        for method in &self.recorded.methods {
+            for kind in &self.plan.kinds {
+                let cells = self.cells_of(*kind, &method.name);
+                let mut row = vec![
+                    method.name.clone(),
+                    format::score(self.recorded.truth(method)),
+                    kind.title().to_owned(),
+                ];
+                row.extend(cells.iter().map(|c| cell(c)));
+                rows.push(row);
+            }
+        }
+        let right: Vec<usize> = (0..header.len()).filter(|c| ![0, 2].contains(c)).collect();
+        format!(
+            "Root-mean-square error of the overall performance over {} samples, and how often its 95% interval holds it:\n\n{}",
+            self.plan.repeats,
+            plain_table(&header, &right, rows)
+        )
+    }
+
+    /// Returns what must be known beside the table.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (method, lacks) in &self.recorded.lacking {
+            let n = format::count(*lacks, "point MDP");
+            notes.push(format!("{method} is left out: it has no score on {n}."));
+        }
+        for kind in &self.plan.kinds {
+            let off = self.off(*kind);
+            if !off.is_empty() {
+                let names: Vec<&str> = off.into_iter().collect();
+                notes.push(format!(
+                    "{}: intervals hold the overall performance in less than 92% of samples for {}.",
+                    kind.title(),
+                    names.join(", ")
+                ));
+            }
+        }
+        if self.plan.kinds.contains(&Kind::M4) {
+            notes.push(self.inputs());
+        }
+        notes
+    }
+
+    /// Returns the methods of which an estimator's intervals cover too little at some budget.
+    fn off(&self, kind: Kind) -> BTreeSet<&str> {
+        let cells = self.cells.iter().filter(|c| c.kind == kind);
+        let low = cells.filter(|c| c.coverage.is_some_and(|share| share < *RIGHT.start()));
+        low.map(|c| c.method.as_str()).collect()
+    }
+
+    /// Says what M4 knows.
+    pub(super) fn inputs(&self) -> String {
+        let names: Vec<&str> = self.recorded.inputs.iter().map(|(i, _)| &i.method[..]).collect();
+        if names.is_empty() {
+            return "M4 knows features only: there is no method without learning on all point MDPs; see --assist."
+                .to_owned();
+        }
+        format!(
+            "M4 knows on all point MDPs: {}; of a method that is estimated never its own scores.",
+            names.join(", ")
+        )
+    }
+
+    /// Returns the cells of an estimator and a method, by budget.
+    pub(super) fn cells_of(&self, kind: Kind, method: &str) -> Vec<&Cell> {
+        self.cells.iter().filter(|c| c.kind == kind && c.method == method).collect()
+    }
+}
+
+fn cell(cell: &Cell) -> String {
+    let coverage = cell.coverage.map_or_else(String::new, |c| format!(" ({c:.2})"));
+    format!("{:.4}{coverage}", cell.error)
+}

@@ -1,0 +1,23 @@
+//! Writes what came of a study.
+
+use std::path::{Path, PathBuf};
+
+use super::whole::StudyReport;
+use super::{csv, figure, page};
+use crate::files::{FileError, write_atomically};
+use crate::report::error::ReportError;
+
+/// Writes `index.html`, `errors.csv` and `budget.svg` into a folder; returns the page.
+///
+/// # Errors
+///
+/// [`ReportError`] when a file cannot be written.
+pub fn write(folder: &Path, report: &StudyReport<'_>) -> Result<PathBuf, ReportError> {
+    std::fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
+    let figure = figure::by_budget(report);
+    write_atomically(&folder.join("budget.svg"), figure.svg.as_bytes())?;
+    write_atomically(&folder.join("errors.csv"), &csv::errors(report))?;
+    let page = folder.join("index.html");
+    write_atomically(&page, page::html(report, &figure)?.as_bytes())?;
+    Ok(page)
+}

@@ -1,0 +1,60 @@
+//! What is studied: a sampling with its estimator.
+
+use crate::sample::Sampling;
+
+/// A sampling with its estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// M1: with replacement.
+    M1,
+    /// M2: without replacement.
+    M2,
+    /// M3: representatives of k-means clusters.
+    M3,
+    /// Balanced over the features.
+    Balanced,
+    /// M4: balanced over features and the scores of cheap methods, with a model.
+    M4,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::M1, Self::M2, Self::M3, Self::Balanced, Self::M4];
+
+    /// Returns its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::M1 => "m1",
+            Self::M2 => "m2",
+            Self::M3 => "m3",
+            Self::Balanced => "balanced",
+            Self::M4 => "m4",
+        }
+    }
+
+    /// Returns its name in tables and figures.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::M1 => "M1, with replacement",
+            Self::M2 => "M2, without replacement",
+            Self::M3 => "M3, k-means",
+            Self::Balanced => "balanced",
+            Self::M4 => "M4, model-assisted",
+        }
+    }
+
+    /// Returns how point MDPs are chosen.
+    pub fn sampling(self) -> Sampling {
+        match self {
+            Self::M1 => Sampling::WithReplacement,
+            Self::M2 => Sampling::WithoutReplacement,
+            Self::M3 => Sampling::KMeans,
+            Self::Balanced | Self::M4 => Sampling::Balanced,
+        }
+    }
+
+    /// Whether it uses the scores of cheap methods on all point MDPs.
+    pub fn is_assisted(self) -> bool {
+        self == Self::M4
+    }
+}

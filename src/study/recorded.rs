@@ -1,0 +1,247 @@
+//! A family that was evaluated as a whole, as samples of it are drawn from.
+
+use crate::analysis::Analysis;
+use crate::family::{FamilyError, Feature, MdpFamily, PointMdp};
+use crate::sample::design::{Design, Input, Measure};
+use crate::stats::{Direction, PointObjectives};
+
+/// A method on every point MDP of a family.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordedMethod {
+    /// Its name.
+    pub name: String,
+    /// Whether it learns, so that it is too expensive to run everywhere.
+    pub learns: bool,
+    /// What was measured, in the order of the family.
+    pub objectives: Vec<PointObjectives>,
+    /// Its scores, in the order of the family.
+    pub scores: Vec<f64>,
+    /// Time that its tasks took, seconds, in the order of the family; `None` where that is not known.
+    pub cost_s: Vec<Option<f64>>,
+}
+
+/// A family with what methods achieved on every point MDP.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recorded {
+    /// The family.
+    pub family: MdpFamily,
+    /// Whether lower scores are better.
+    pub direction: Direction,
+    /// The methods but the one that scores are divided by; those with a score on every point MDP.
+    pub methods: Vec<RecordedMethod>,
+    /// Methods that lack scores, and on how many point MDPs.
+    pub lacking: Vec<(String, usize)>,
+    /// What is known everywhere: objective of the baseline and scores of the methods that do not learn.
+    pub inputs: Vec<(Input, Vec<f64>)>,
+}
+
+/// Why estimators cannot be studied on results.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// A sample, of which the truth is not known.
+    #[error(
+        "{dir} has {chosen} of the {size} point MDPs of {scenario}: what estimators miss is only known where all were \
+         evaluated; run it with --budget all"
+    )]
+    Sampled {
+        /// The results directory.
+        dir: String,
+        /// Chosen point MDPs.
+        chosen: usize,
+        /// Size of the family.
+        size: usize,
+        /// Name of the scenario.
+        scenario: String,
+    },
+    /// No method has all scores.
+    #[error(
+        "{dir}: no method has a score on all {size} point MDPs ({lacking}); finish the run first"
+    )]
+    Unfinished {
+        /// The results directory.
+        dir: String,
+        /// Size of the family.
+        size: usize,
+        /// Methods and how many they lack.
+        lacking: String,
+    },
+    /// Results of another family.
+    #[error("{dir} has another family than {than}: {what}; give results of the same scenario")]
+    OtherFamily {
+        /// The results directory.
+        dir: String,
+        /// The other one.
+        than: String,
+        /// What differs.
+        what: String,
+    },
+    /// No family can be made of the point MDPs.
+    #[error(transparent)]
+    Family(#[from] FamilyError),
+}
+
+impl Recorded {
+    /// Returns what an analysis of a whole family says.
+    ///
+    /// # Arguments
+    ///
+    /// * `dir` — the results directory, for errors.
+    ///
+    /// # Errors
+    ///
+    /// [`StudyError::Sampled`] for results on a sample, [`StudyError::Unfinished`] when no method is complete.
+    pub fn of(analysis: &Analysis, dir: &str) -> Result<Self, StudyError> {
+        let identity = &analysis.manifest.identity;
+        let (chosen, size) = (identity.points.len(), identity.sample.family_size);
+        if chosen != size {
+            let (dir, scenario) = (dir.to_owned(), identity.scenario.clone());
+            return Err(StudyError::Sampled { dir, chosen, size, scenario });
+        }
+        let features = identity.features.iter();
+        let features = features.map(|f| Feature { name: f.name.clone(), unit: f.unit.clone() });
+        let total: f64 = identity.points.iter().map(|p| p.importance).sum();
+        let point = |p: &crate::store::manifest::PointRow| PointMdp {
+            id: p.point.clone(),
+            title: p.name().to_owned(),
+            features: p.features.clone(),
+            importance: p.importance / total,
+            instances: p.instances,
+        };
+        let points = identity.points.iter().map(point).collect();
+        let family = MdpFamily::new(&identity.scenario, features.collect(), points, dir)?;
+        let mut recorded = Self {
+            family,
+            direction: identity.direction,
+            methods: Vec::new(),
+            lacking: Vec::new(),
+            inputs: Vec::new(),
+        };
+        for (index, name) in identity.methods.iter().enumerate() {
+            recorded.add(analysis, index, name);
+        }
+        if recorded.methods.is_empty() {
+            let lacking = recorded.lacking.iter().map(|(m, n)| format!("{m} lacks {n}"));
+            let lacking = lacking.collect::<Vec<_>>().join(", ");
+            return Err(StudyError::Unfinished { dir: dir.to_owned(), size, lacking });
+        }
+        Ok(recorded)
+    }
+
+    fn add(&mut self, analysis: &Analysis, index: usize, name: &str) {
+        let row_of = |id: &str| analysis.points.iter().find(|p| p.row.point == id);
+        let results: Vec<_> = (self.family.points.iter())
+            .map(|p| row_of(&p.id).and_then(|row| row.results[index].as_ref()))
+            .collect();
+        if Some(index) == analysis.reference.index {
+            let objective: Option<Vec<f64>> =
+                results.iter().map(|r| r.map(|r| r.objective)).collect();
+            let input = Input { method: name.to_owned(), measure: Measure::Objective };
+            self.inputs.extend(objective.map(|values| (input, values)));
+            return;
+        }
+        let scored: Vec<Option<(f64, PointObjectives)>> = results
+            .iter()
+            .map(|r| r.and_then(|r| Some((r.score?, r.objectives.clone()?))))
+            .collect();
+        let missing = scored.iter().filter(|s| s.is_none()).count();
+        if missing > 0 {
+            self.lacking.push((name.to_owned(), missing));
+            return;
+        }
+        let (scores, objectives): (Vec<f64>, Vec<PointObjectives>) =
+            scored.into_iter().flatten().unzip();
+        let learns = analysis.trainings.iter().any(|t| t.method == name);
+        if !learns {
+            let input = Input { method: name.to_owned(), measure: Measure::Score };
+            self.inputs.push((input, scores.clone()));
+        }
+        let cost = |id: &str| -> Option<f64> {
+            let tasks = analysis.tasks.iter();
+            let own =
+                tasks.filter(|t| t.method == name && analysis.points[t.point].row.point == id);
+            own.map(|t| t.wall_s).sum()
+        };
+        let cost_s = self.family.points.iter().map(|p| cost(&p.id)).collect();
+        let name = name.to_owned();
+        self.methods.push(RecordedMethod { name, learns, objectives, scores, cost_s });
+    }
+
+    /// Takes the inputs of other results on the same family, instead of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`StudyError::OtherFamily`] when point MDPs or their importance differ.
+    pub fn assisted_by(&mut self, other: &Self, dir: &str, than: &str) -> Result<(), StudyError> {
+        let differ = |what: String| {
+            let (dir, than) = (dir.to_owned(), than.to_owned());
+            Err(StudyError::OtherFamily { dir, than, what })
+        };
+        if other.family.points.len() != self.family.points.len() {
+            let (n, m) = (other.family.points.len(), self.family.points.len());
+            return differ(format!("it has {n} point MDPs, not {m}"));
+        }
+        for (own, theirs) in self.family.points.iter().zip(&other.family.points) {
+            if own.id != theirs.id || (own.importance - theirs.importance).abs() > 1e-9 {
+                return differ(format!(
+                    "{} with importance {} against {} with {}",
+                    theirs.id, theirs.importance, own.id, own.importance
+                ));
+            }
+        }
+        self.inputs = other.inputs.clone();
+        Ok(())
+    }
+
+    /// Returns the same with another importance, such as what a researcher asks about or a case of a sensitivity analysis.
+    ///
+    /// # Arguments
+    ///
+    /// * `importance` — in the order of [`Self::family`]; divided by its sum.
+    ///
+    /// # Errors
+    ///
+    /// [`StudyError::Family`] when that is no distribution.
+    pub fn with_importance(&self, importance: &[f64]) -> Result<Self, StudyError> {
+        let total: f64 = importance.iter().sum();
+        let mut points = self.family.points.clone();
+        for (point, p) in points.iter_mut().zip(importance) {
+            point.importance = p / total;
+        }
+        let features = self.family.features.clone();
+        let family = MdpFamily::new(&self.family.name, features, points, &self.family.name)?;
+        let order: Vec<usize> =
+            family.points.iter().filter_map(|p| self.family.position(&p.id)).collect();
+        let of = |values: &[f64]| order.iter().map(|i| values[*i]).collect::<Vec<f64>>();
+        let methods = self.methods.iter().map(|m| RecordedMethod {
+            name: m.name.clone(),
+            learns: m.learns,
+            objectives: order.iter().map(|i| m.objectives[*i].clone()).collect(),
+            scores: of(&m.scores),
+            cost_s: order.iter().map(|i| m.cost_s[*i]).collect(),
+        });
+        let inputs = self.inputs.iter().map(|(input, values)| (input.clone(), of(values)));
+        Ok(Self {
+            direction: self.direction,
+            methods: methods.collect(),
+            lacking: self.lacking.clone(),
+            inputs: inputs.collect(),
+            family,
+        })
+    }
+
+    /// Returns the overall performance of a method.
+    pub fn truth(&self, method: &RecordedMethod) -> f64 {
+        self.family.points.iter().zip(&method.scores).map(|(p, s)| p.importance * s).sum()
+    }
+
+    /// Returns what is known everywhere when a method is to be estimated: all inputs but its own.
+    pub fn design_for(&self, method: &str) -> Design {
+        let mut design = Design::of(&self.family);
+        for (input, values) in self.inputs.iter().filter(|(input, _)| input.method != method) {
+            design.inputs.push(input.clone());
+            design.points.iter_mut().zip(values).for_each(|(p, v)| p.inputs.push(*v));
+        }
+        design
+    }
+}
