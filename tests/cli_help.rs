@@ -19,6 +19,7 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_routes", "routes --help"),
         ("help_signals", "signals --help"),
         ("help_report", "report --help"),
+        ("help_across", "across --help"),
         ("help_doctor", "doctor --help"),
         ("help_completions", "completions --help"),
     ] {
@@ -37,6 +38,7 @@ fn the_manual_page_names_every_command() {
         "routes",
         "signals",
         "report",
+        "across",
         "doctor",
         "completions",
     ] {

@@ -55,6 +55,7 @@ fn methods_are_offered_and_of_a_list_the_last_is_completed() {
     let against: Vec<&str> = names().collect();
     assert_eq!(press_tab(&["report", "results", "--against", ""]), against);
     assert_eq!(press_tab(&["run", "--against", "actu"]), ["actuated"]);
+    assert_eq!(press_tab(&["across", "results", "--methods", ""]), against);
 }
 
 #[test]

@@ -29,4 +29,38 @@ pub enum AnalysisError {
         /// Some of those without a result.
         some: String,
     },
+    /// Something that is not in the results.
+    #[error("there is no {what} `{name}` in the results{meant}; there are: {there}")]
+    Unknown {
+        /// What it is: `method`, `point MDP`.
+        what: &'static str,
+        /// The name that was given.
+        name: String,
+        /// The names there are.
+        there: String,
+        /// What may have been meant, as the end of a message.
+        meant: String,
+    },
+    /// A point MDP on which some method has no score.
+    #[error(
+        "not every method has a score on point MDP `{point}`; finish the run, or choose methods with --methods"
+    )]
+    Lacking {
+        /// The point MDP.
+        point: String,
+    },
+    /// Methods that have no point MDP in common.
+    #[error(
+        "no point MDP has a score of every one of {methods} ({lacking}); finish the run, or choose methods with \
+         --methods"
+    )]
+    NothingInCommon {
+        /// The methods.
+        methods: String,
+        /// What they lack.
+        lacking: String,
+    },
+    /// Families that cannot be ranked together, with the reason and the way out.
+    #[error("{0}")]
+    NotTogether(String),
 }

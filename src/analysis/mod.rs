@@ -7,6 +7,8 @@
 //! records -> points, episodes -> method (estimator, summaries) -> ranking, training, winners -> Analysis
 //! ```
 
+pub mod across;
+mod board;
 mod episodes;
 mod error;
 pub mod estimator;
@@ -22,6 +24,7 @@ mod training;
 mod whole;
 mod winners;
 
+pub use board::{Board, BoardPoint};
 pub use episodes::{Episode, EpisodeSummary};
 pub use error::AnalysisError;
 pub use measures::{Measures, NoMeasures, Regime, Share};

@@ -1,5 +1,6 @@
 //! The command line: arguments and work of each subcommand are in its own file.
 
+mod across;
 mod build_networks;
 mod doctor;
 mod effects;
@@ -67,6 +68,8 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Say what estimators would miss at which budget, on results of a whole family
     Estimate(study::EstimateArgs),
+    /// Rank methods over every combination of one point MDP from each of several families
+    Across(across::AcrossArgs),
     /// Check SUMO and this machine, and say what is wrong
     Doctor(doctor::DoctorArgs),
     /// Do one task of a plan; used by `run`
@@ -98,6 +101,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Estimate(args) => study::run(&args),
+        Command::Across(args) => across::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Worker(args) => worker::run(&args),
         Command::Completions(args) => shell::completions(&args),

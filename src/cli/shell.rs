@@ -69,7 +69,7 @@ fn with_values(arg: Arg) -> Arg {
         "methods" => ArgValueCompleter::new(|word: &OsStr| {
             methods(word).into_iter().chain(starting(word, ["all".to_owned()])).collect()
         }),
-        "against" => ArgValueCompleter::new(methods),
+        "against" | "compared" => ArgValueCompleter::new(methods),
         "budget" => ArgValueCompleter::new(|word: &OsStr| starting(word, ["all".to_owned()])),
         // Either the path of a file or something else.
         "place" | "boundary" => ArgValueCompleter::new(PathCompleter::any()),

@@ -4,6 +4,7 @@
 //! records are there. What it says of the task beyond its records, the domain adds through
 //! [`Sections`].
 
+pub mod across;
 mod context;
 pub(crate) mod csv;
 mod curves;

@@ -1,8 +1,10 @@
 //! Estimates from scores and how sure they are: pure functions that know of no files.
 
 pub mod bootstrap;
+pub mod combinations;
 pub mod direction;
 pub mod histogram;
+pub mod limit;
 pub mod objectives;
 pub mod quantile;
 pub mod resampling;
@@ -12,6 +14,7 @@ pub mod summary;
 pub use bootstrap::{Bootstrap, Resample, bootstrap, bootstrap_all, resample};
 pub use direction::Direction;
 pub use histogram::Histogram;
+pub use limit::{Limit, Side};
 pub use objectives::{PointMeans, PointObjectives};
 pub use resampling::Resampling;
 pub use score::{overall_performance, score};

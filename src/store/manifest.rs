@@ -1,6 +1,6 @@
 //! The manifest and the plan: what a run is, written before anything runs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -230,6 +230,15 @@ impl Identity {
                 return Err(format!("a method cannot be called {method:?}; restore it"));
             }
         }
+        let points = self.points.iter().map(|point| point.point.as_str());
+        for (what, doubled) in [
+            ("point", doubled(points)),
+            ("method", doubled(self.methods.iter().map(String::as_str))),
+        ] {
+            if let Some(name) = doubled {
+                return Err(format!("{what} {name} is there twice; restore it"));
+            }
+        }
         Ok(())
     }
 
@@ -257,6 +266,12 @@ impl Identity {
         }
         tasks
     }
+}
+
+/// Returns the first name that comes again.
+fn doubled<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let mut seen = BTreeSet::new();
+    names.find(|name| !seen.insert(*name))
 }
 
 /// Reads `plan.jsonl`, which must be the plan of the manifest.

@@ -1,0 +1,122 @@
+//! `tsc-family across`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+
+use super::output::{line, note};
+use crate::analysis::Analysis;
+use crate::analysis::across::{Family, Scale, Weighing, across};
+use crate::cli::exit;
+use crate::cli::refused::Refused;
+use crate::domains;
+use crate::files::write_atomically;
+use crate::report::across::{csv, json, text};
+use crate::store::Layout;
+use crate::store::results::Results;
+
+/// `tsc-family across`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Looks at every combination, 10 million of them in less than a second. Needs no SUMO.
+
+Examples:
+  tsc-family across results/resco results/field
+  tsc-family across results/slc results/poles --scale range --by importance
+  tsc-family across results/carl results/physical \\
+    --reported l0.5-c1-p0.1-f50-g9.8 --reported l0.5-c1-p0.1-f50-g9.8")]
+pub struct AcrossArgs {
+    /// Results directories that `run` wrote, one per family
+    #[arg(value_name = "RESULTS", required = true)]
+    pub results: Vec<PathBuf>,
+    /// Methods to compare; without it all that every family has, but no baselines
+    #[arg(id = "compared", long = "methods", value_name = "METHODS", value_delimiter = ',')]
+    pub methods: Option<Vec<String>>,
+    /// How scores of different families are brought together
+    #[arg(long, value_name = "SCALE", default_value = "score")]
+    pub scale: Scale,
+    /// What a combination weighs
+    #[arg(long, value_name = "WEIGHT", default_value = "equal")]
+    pub by: Weighing,
+    /// The point MDP that is usually reported; once per family, in their order
+    #[arg(long, value_name = "POINT")]
+    pub reported: Vec<String>,
+    /// Write the table to a file too
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Print JSON lines instead of the table: one of the whole, one per method
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl ValueEnum for Scale {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Score, Self::Range, Self::Rank]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Score => {
+                "As they are; for one objective, or scores that are all relative to a baseline"
+            }
+            Self::Range => "From 0, the family's worst score, to 1, its best",
+            Self::Rank => "The methods' ranks on each point MDP",
+        }))
+    }
+}
+
+impl ValueEnum for Weighing {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Equal, Self::Importance]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(match self {
+            Self::Equal => "All the same, as in the paper",
+            Self::Importance => "The product of the importances of its point MDPs",
+        }))
+    }
+}
+
+pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {
+    if let Some(path) = &args.csv {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            let (path, folder) = (path.display(), folder.display());
+            anyhow::bail!(Refused(format!(
+                "--csv {path}: there is no folder {folder}; make it first"
+            )));
+        }
+    }
+    let mut seen: BTreeMap<String, String> = BTreeMap::new();
+    let mut read: Vec<(String, Analysis)> = Vec::new();
+    for path in &args.results {
+        let name = path.display().to_string();
+        let layout = Layout::new(path);
+        let results = Results::load(&layout)?;
+        if let Some(first) = seen.insert(results.manifest.sha256(), name.clone()) {
+            anyhow::bail!(Refused(format!(
+                "{first} and {name} hold the same run; give every family once"
+            )));
+        }
+        let sections = domains::sections(&layout, &results)?;
+        read.push((name, Analysis::new(&results, sections.measures())));
+    }
+    let families: Vec<Family<'_>> =
+        read.iter().map(|(name, analysis)| Family { name: name.clone(), analysis }).collect();
+    let methods = args.methods.as_deref();
+    let data = across(&families, methods, &args.reported, (args.scale, args.by))?;
+    if args.json {
+        json(&data).into_iter().try_for_each(line)?;
+    } else {
+        line(text(&data))?;
+    }
+    if let Some(path) = &args.csv {
+        write_atomically(path, csv(&data).as_bytes())?;
+        note(format!("table: {}", path.display()));
+    }
+    data.notes.into_iter().for_each(note);
+    Ok(exit::DONE)
+}
