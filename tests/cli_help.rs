@@ -20,6 +20,7 @@ fn the_help_of_every_command_stays_as_it_is() {
         ("help_signals", "signals --help"),
         ("help_report", "report --help"),
         ("help_across", "across --help"),
+        ("help_sensitivity", "sensitivity --help"),
         ("help_doctor", "doctor --help"),
         ("help_completions", "completions --help"),
     ] {
@@ -39,6 +40,7 @@ fn the_manual_page_names_every_command() {
         "signals",
         "report",
         "across",
+        "sensitivity",
         "doctor",
         "completions",
     ] {

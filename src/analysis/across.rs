@@ -5,6 +5,7 @@
 
 use super::board::Board;
 use super::error::AnalysisError;
+use super::ranks::ranks;
 use super::whole::Analysis;
 use crate::stats::combinations::{Candidate, RankShares, expected_score, rank_shares};
 use crate::stats::score::mean;
@@ -256,16 +257,6 @@ fn candidates(board: &Board, scale: Scale, weighing: Weighing) -> Vec<Candidate>
         weight: weight(p.weight),
     };
     board.points.iter().map(task).collect()
-}
-
-/// Returns ranks from 1; values that are equal have the mean of theirs.
-pub fn ranks(values: &[f64], direction: Direction) -> Vec<f64> {
-    let rank = |value: &f64| {
-        let better = values.iter().filter(|other| direction.is_worse(*value, **other)).count();
-        let like = values.iter().filter(|other| *other == value).count();
-        better as f64 + (like as f64 + 1.0) / 2.0
-    };
-    values.iter().map(rank).collect()
 }
 
 fn report(

@@ -11,10 +11,13 @@ use super::{dqn, ppo};
 use crate::run::domain::{Domain, Objective, Site, Trial};
 use crate::run::fault::TrialError;
 use crate::run::method::Method;
-use crate::stats::Direction;
+use crate::stats::{Direction, Limit, Side};
 
 /// The methods.
 const METHODS: [Method; 2] = [ppo::METHOD, dqn::METHOD];
+
+/// Normalised return below which a point MDP is not solved: the pole falls within 25 of 500 steps.
+const UNSOLVED: f64 = 0.05;
 
 /// Carts and poles, judged by the share of the best return.
 #[derive(Debug, Clone, Copy, Default)]
@@ -42,6 +45,11 @@ impl Domain for CartPoles {
         let what = "A part of a training is 2,000 steps, or one update where that takes more; its normalised return is \
                     the mean over the episodes that ended in it.";
         ("part", what)
+    }
+
+    fn failure(&self) -> Option<Limit> {
+        let metric = NORMALISED_RETURN.to_owned();
+        Some(Limit { metric, side: Side::Below, value: UNSOLVED })
     }
 
     fn methods(&self) -> &[Method] {

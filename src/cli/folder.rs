@@ -43,6 +43,13 @@ pub(super) const CITY: Kind = Kind {
 pub(super) const DRAWINGS: Kind =
     Kind { what: "folder of drawings", own: |name| name.ends_with(".svg"), all: true };
 
+/// What `sensitivity` writes.
+pub(super) const SENSITIVITY: Kind = Kind {
+    what: "folder that sensitivity wrote",
+    own: |name| name == "distributions.csv",
+    all: false,
+};
+
 impl Kind {
     /// Checks that a folder is missing, empty or of the kind, or that it is to be written in spite of
     /// that.

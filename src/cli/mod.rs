@@ -20,6 +20,7 @@ mod report;
 mod routes;
 mod run;
 mod scenario;
+mod sensitivity;
 mod shell;
 mod signals;
 mod study;
@@ -70,6 +71,8 @@ pub enum Command {
     Estimate(study::EstimateArgs),
     /// Rank methods over every combination of one point MDP from each of several families
     Across(across::AcrossArgs),
+    /// Rank the methods of a results directory with other importance of the point MDPs
+    Sensitivity(sensitivity::SensitivityArgs),
     /// Check SUMO and this machine, and say what is wrong
     Doctor(doctor::DoctorArgs),
     /// Do one task of a plan; used by `run`
@@ -102,6 +105,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Report(args) => report::run(&args),
         Command::Estimate(args) => study::run(&args),
         Command::Across(args) => across::run(&args),
+        Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Worker(args) => worker::run(&args),
         Command::Completions(args) => shell::completions(&args),

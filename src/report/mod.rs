@@ -25,6 +25,7 @@ mod plain;
 mod plain_table;
 mod scale;
 mod sections;
+pub mod sensitivity;
 pub mod study;
 pub(crate) mod svg;
 pub mod text;

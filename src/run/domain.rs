@@ -14,7 +14,7 @@ use super::method::Method;
 use crate::family::MdpFamily;
 use crate::files::FileError;
 use crate::nn::archive::Archive;
-use crate::stats::Direction;
+use crate::stats::{Direction, Limit};
 use crate::store::Layout;
 use crate::store::manifest::PointRow;
 use crate::store::opaque::Opaque;
@@ -48,6 +48,18 @@ pub trait Domain: Sync {
     /// What people call a row of training in the records, and a sentence on what it is, if it is no single episode.
     fn training_row(&self) -> (&'static str, &'static str) {
         ("episode", "")
+    }
+
+    /// Returns beyond which value of a metric a method counts as failed on a point MDP; `None` where nobody has
+    /// said.
+    fn failure(&self) -> Option<Limit> {
+        None
+    }
+
+    /// Returns the context feature that says how much there is of a point MDP, by which people may weigh it beside
+    /// its importance.
+    fn volume(&self) -> Option<&'static str> {
+        None
     }
 
     /// All methods, the baseline first.

@@ -18,7 +18,12 @@ use crate::run::RunError;
 use crate::run::domain::{Domain, Objective, Site, Trial};
 use crate::run::fault::TrialError;
 use crate::run::method::{Method, find};
-use crate::stats::Direction;
+use crate::stats::{Direction, Limit, Side};
+
+/// Mean waiting per vehicle above which a controller fails at an intersection, seconds.
+///
+/// Source: Jayawardana et al. (NeurIPS 2022), appendix, "Further experiments on approximation algorithms".
+const FAILED_WAITING_S: f64 = 20.0;
 
 /// Makes a controller; the seed is of everything random in it.
 pub type Create = Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>;
@@ -102,6 +107,14 @@ impl Domain for Traffic {
 
     fn baseline(&self) -> Option<&'static str> {
         Some(baseline::METHOD.name)
+    }
+
+    fn failure(&self) -> Option<Limit> {
+        Some(Limit { metric: "waiting_s".to_owned(), side: Side::Above, value: FAILED_WAITING_S })
+    }
+
+    fn volume(&self) -> Option<&'static str> {
+        Some("inflow_vph")
     }
 
     fn methods(&self) -> &[Method] {

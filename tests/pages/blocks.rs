@@ -138,7 +138,9 @@ impl Block {
     pub(crate) fn calls(&self) -> Vec<Vec<String>> {
         let commands = self.commands();
         let parts = commands.iter().flat_map(|c| c.split(['|', ';', '&']));
-        let words = parts.map(|c| c.split_whitespace().map(str::to_owned).collect::<Vec<_>>());
+        // As a shell does, without its quotes.
+        let word = |w: &str| w.trim_matches('\'').to_owned();
+        let words = parts.map(|c| c.split_whitespace().map(word).collect::<Vec<_>>());
         words.filter(|w| w.first().is_some_and(|w| w == "tsc-family")).collect()
     }
 }

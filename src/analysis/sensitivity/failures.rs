@@ -1,0 +1,93 @@
+//! Point MDPs on which a method fails: those where a metric is beyond a limit.
+
+use crate::analysis::board::{Board, position};
+use crate::analysis::error::AnalysisError;
+use crate::analysis::whole::Analysis;
+use crate::stats::Limit;
+
+/// Where methods fail.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failures {
+    /// What a failure is: the mean of a metric over evaluation seeds and replicates beyond a limit.
+    pub limit: Limit,
+    /// Per method, those of the board first, then the baseline, if there is one.
+    pub methods: Vec<FailuresOf>,
+    /// Point MDPs of the board on which at least half of its methods fail, as positions there.
+    pub by_half: Vec<usize>,
+    /// Number of point MDPs of the board on which all of its methods fail.
+    pub by_all: usize,
+    /// Number of point MDPs of the board on which some of its methods fails.
+    pub by_any: usize,
+}
+
+/// Where a method fails.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FailuresOf {
+    /// The method.
+    pub method: String,
+    /// Point MDPs on which it fails, as positions in [`Analysis::points`].
+    pub points: Vec<usize>,
+    /// Number of point MDPs of which it is known whether it fails.
+    pub known: usize,
+    /// Share that the failures have of the weight of these.
+    pub importance: f64,
+}
+
+/// Returns where methods fail.
+///
+/// # Errors
+///
+/// [`AnalysisError::Unknown`] for a metric that no record has.
+pub fn failures(
+    analysis: &Analysis,
+    board: &Board,
+    limit: &Limit,
+) -> Result<Failures, AnalysisError> {
+    check_metric(analysis, &limit.metric)?;
+    let names = &analysis.manifest.identity.methods;
+    let fails = |point: usize, method: usize| {
+        let result = analysis.points[point].results[method].as_ref()?;
+        result.metrics.get(&limit.metric).map(|value| limit.is_beyond(*value))
+    };
+    let positions: Vec<usize> = board
+        .methods
+        .iter()
+        .filter_map(|name| names.iter().position(|other| other == name))
+        .collect();
+    let reference = analysis.reference.index.filter(|m| !positions.contains(m));
+    let of = |method: &usize| {
+        let known: Vec<usize> =
+            (0..analysis.points.len()).filter(|p| fails(*p, *method).is_some()).collect();
+        let points: Vec<usize> =
+            known.iter().copied().filter(|p| fails(*p, *method) == Some(true)).collect();
+        let weight =
+            |points: &[usize]| points.iter().map(|p| analysis.points[*p].weight).sum::<f64>();
+        let all = weight(&known);
+        FailuresOf {
+            method: names[*method].clone(),
+            importance: if all > 0.0 { weight(&points) / all } else { 0.0 },
+            known: known.len(),
+            points,
+        }
+    };
+    let failing: Vec<usize> = board
+        .points
+        .iter()
+        .map(|p| positions.iter().filter(|m| fails(p.index, **m) == Some(true)).count())
+        .collect();
+    let count = |enough: &dyn Fn(usize) -> bool| failing.iter().filter(|n| enough(**n)).count();
+    Ok(Failures {
+        limit: limit.clone(),
+        methods: positions.iter().chain(&reference).map(of).collect(),
+        by_half: (0..failing.len()).filter(|p| 2 * failing[*p] >= positions.len()).collect(),
+        by_all: count(&|n| n == positions.len()),
+        by_any: count(&|n| n > 0),
+    })
+}
+
+/// Checks that records have a metric.
+fn check_metric(analysis: &Analysis, name: &str) -> Result<(), AnalysisError> {
+    let mut names = analysis.metrics();
+    names.insert(0, analysis.manifest.identity.objective.clone());
+    position("metric", name, names.iter().map(String::as_str)).map(|_| ())
+}
