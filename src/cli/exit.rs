@@ -13,7 +13,7 @@ use crate::report::ReportError;
 use crate::run::error::RunError;
 use crate::run::fault::TrialError;
 use crate::store::error::StoreError;
-use crate::study::{EngineError, StudyError};
+use crate::study::{CaseError, EngineError, StudyError};
 use crate::traffic::city::error::CityError;
 use crate::traffic::error::TrafficError;
 use crate::traffic::network::error::NetworkError;
@@ -90,7 +90,11 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     if let Some(e) = error.downcast_ref::<SimError>() {
         return Some(sim(e));
     }
-    if error.is::<AnalysisError>() || error.is::<StudyError>() || error.is::<EngineError>() {
+    if error.is::<AnalysisError>()
+        || error.is::<StudyError>()
+        || error.is::<EngineError>()
+        || error.is::<CaseError>()
+    {
         return Some(USAGE);
     }
     if let Some(ReportError::Io(e)) = error.downcast_ref::<ReportError>() {

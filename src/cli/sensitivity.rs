@@ -1,28 +1,38 @@
 //! `tsc-family sensitivity`.
 
+use std::collections::BTreeSet;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::folder::SENSITIVITY;
-use super::output::{line, note, quoted};
-use super::values::parse_seed;
+use super::output::{Progress, line, note, quoted};
+use super::study::budgets;
+use super::values::{at_least_one, parse_seed};
 use crate::analysis::Analysis;
 use crate::analysis::sensitivity::{Question, Sensitivity};
 use crate::cli::exit;
+use crate::cli::refused::Refused;
 use crate::domains;
 use crate::report::sensitivity::{SensitivityReport, folder};
 use crate::stats::Limit;
 use crate::store::Layout;
 use crate::store::results::Results;
+use crate::study::{Case, CaseStudy, Kind, Recorded, StudyPlan, study_cases};
 
 /// Concentrations beyond which random distributions are no longer told apart from a single point MDP, or from equal
 /// weights.
 const CONCENTRATIONS: (f64, f64) = (0.001, 1000.0);
 
+/// Largest factor for the importance of failures; beyond it nothing else counts.
+const MOST_ODDS: f64 = 1e6;
+
 /// `tsc-family sensitivity`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 From records alone; needs no SUMO. Writes RESULTS/sensitivity/index.html, a figure as SVG, and
-distributions.csv, weights.csv, ranks.csv, failures.csv, reported.csv.
+distributions.csv, weights.csv, ranks.csv, failures.csv, reported.csv, cases.csv.
 
 Examples:
   tsc-family sensitivity results/slc
@@ -54,6 +64,22 @@ pub struct SensitivityArgs {
     /// Results on what is usually reported, such as a named scenario; can be repeated
     #[arg(long, value_name = "DIR")]
     pub reported_results: Vec<PathBuf>,
+    /// Study estimators in the paper's cases 1 to 3 too: failures rare, failures frequent, random importance
+    #[arg(long)]
+    pub cases: bool,
+    /// Numbers of point MDPs for the cases [default: 10,20,40,80 as far as the family has more]
+    #[arg(long, value_name = "N,...", value_delimiter = ',', requires = "cases")]
+    pub budgets: Vec<NonZeroUsize>,
+    /// Samples per case, budget and estimator
+    #[arg(long, value_name = "R", default_value = "100", value_parser = at_least_one, requires = "cases")]
+    pub repeats: NonZeroU32,
+    /// Estimators for the cases
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, requires = "cases",
+          default_values_t = [Kind::M1, Kind::M2, Kind::M3, Kind::Balanced])]
+    pub estimators: Vec<Kind>,
+    /// By how much the importance of failures is divided in case 1 and multiplied in case 2
+    #[arg(long, value_name = "FACTOR", default_value = "10", value_parser = parse_odds, requires = "cases")]
+    pub failure_odds: f64,
     /// Folder to write to [default: RESULTS/sensitivity]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -67,6 +93,12 @@ fn parse_concentration(text: &str) -> Result<f64, String> {
     let number: Option<f64> = text.parse().ok();
     let number = number.filter(|number| (least..=most).contains(number));
     number.ok_or_else(|| format!("expected a number from {least} to {most}"))
+}
+
+fn parse_odds(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    let number = number.filter(|number| *number > 1.0 && *number <= MOST_ODDS);
+    number.ok_or_else(|| format!("expected a number above 1, up to {MOST_ODDS}"))
 }
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
@@ -101,7 +133,12 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
         elsewhere.push((path.display().to_string(), analysis));
     }
     let data = Sensitivity::new(&report, &question, &elsewhere)?;
-    let shown = SensitivityReport { data: &data, report: &report, command: command(args) };
+    let cases = match args.cases {
+        true => cases(args, &report, &data)?,
+        false => Vec::new(),
+    };
+    let command = command(args);
+    let shown = SensitivityReport { data: &data, report: &report, cases: &cases, command };
     let out = args.out.clone().unwrap_or_else(|| folder(&layout));
     let page = shown.write(&out)?;
     if args.json {
@@ -114,10 +151,64 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
+/// Studies estimators in the paper's cases.
+fn cases(
+    args: &SensitivityArgs,
+    analysis: &Analysis,
+    data: &Sensitivity,
+) -> anyhow::Result<Vec<CaseStudy>> {
+    let mut recorded = Recorded::of(analysis, &args.results.display().to_string())?;
+    recorded.methods.retain(|m| data.board.methods.contains(&m.name));
+    if recorded.methods.is_empty() {
+        anyhow::bail!(Refused(format!(
+            "--cases: none of {} has a score on every point MDP; finish the run, or leave --cases out",
+            data.board.methods.join(", ")
+        )));
+    }
+    let points = &recorded.family.points;
+    let failed: BTreeSet<&str> = data
+        .failures
+        .iter()
+        .flat_map(|f| &f.by_half)
+        .map(|p| data.board.points[*p].id.as_str())
+        .collect();
+    let fails: Vec<bool> = points.iter().map(|p| failed.contains(p.id.as_str())).collect();
+    if !(fails.contains(&true) && fails.contains(&false)) {
+        let all = if fails.contains(&true) { "every point MDP" } else { "no point MDP" };
+        note(format!(
+            "{all} is a failure of at least half of the methods: cases 1 and 2 are left out"
+        ));
+    }
+    let mut kinds = args.estimators.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let plan = StudyPlan {
+        budgets: budgets(&args.budgets, points.len())?,
+        repeats: args.repeats.get() as usize,
+        kinds,
+        seed: args.seed,
+        resamples: 0,
+    };
+    let total = (Case::ALL.len() * plan.kinds.len() * plan.budgets.len() * plan.repeats) as u64;
+    let progress = Mutex::new(Progress::new(total, Some("samples"), args.json));
+    let finished = AtomicU64::new(0);
+    let cases = study_cases(&recorded, &fails, args.failure_odds, &plan, &|n| {
+        let done = finished.fetch_add(n as u64, Ordering::Relaxed) + n as u64;
+        if let Ok(mut progress) = progress.try_lock() {
+            progress.set(done, "");
+        }
+    })?;
+    if let Ok(progress) = progress.lock() {
+        progress.finish();
+    }
+    Ok(cases)
+}
+
 /// Returns the command that makes the same page; what has its default is left out.
 fn command(args: &SensitivityArgs) -> String {
     let mut words = vec!["tsc-family sensitivity".to_owned(), quoted(&args.results)];
-    let mut add = |flag: &str, value: String| words.push(format!("{flag} {value}"));
+    let mut add =
+        |flag: &str, value: String| words.push(format!("{flag} {value}").trim_end().to_owned());
     if let Some(methods) = &args.methods {
         add("--methods", methods.join(","));
     }
@@ -130,6 +221,17 @@ fn command(args: &SensitivityArgs) -> String {
     }
     if args.seed != 0 {
         add("--seed", args.seed.to_string());
+    }
+    if args.cases {
+        let budgets: Vec<String> = args.budgets.iter().map(ToString::to_string).collect();
+        if !budgets.is_empty() {
+            add("--budgets", budgets.join(","));
+        }
+        let kinds: Vec<&str> = args.estimators.iter().map(|kind| kind.name()).collect();
+        add("--estimators", kinds.join(","));
+        add("--repeats", args.repeats.to_string());
+        add("--failure-odds", args.failure_odds.to_string());
+        add("--cases", String::new());
     }
     args.reported.iter().for_each(|point| add("--reported", quoted(point.as_ref())));
     args.reported_results.iter().for_each(|path| add("--reported-results", quoted(path)));

@@ -140,7 +140,7 @@ fn read(dir: &std::path::Path) -> anyhow::Result<(Recorded, Analysis)> {
     Ok((Recorded::of(&analysis, &dir.display().to_string())?, analysis))
 }
 
-fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
+pub(super) fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
     let mut budgets: Vec<usize> = match asked {
         [] => BUDGETS.into_iter().filter(|b| *b < size).collect(),
         asked => asked.iter().map(|b| b.get()).collect(),

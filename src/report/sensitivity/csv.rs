@@ -4,13 +4,14 @@ use super::shown::SensitivityReport;
 use crate::report::csv::table;
 
 /// Returns the tables by name; `None` for one that this question has none of.
-pub(super) fn tables(report: &SensitivityReport<'_>) -> [(&'static str, Option<String>); 5] {
+pub(super) fn tables(report: &SensitivityReport<'_>) -> [(&'static str, Option<String>); 6] {
     [
         ("distributions.csv", Some(distributions(report))),
         ("weights.csv", Some(weights(report))),
         ("ranks.csv", Some(ranks(report))),
         ("failures.csv", failures(report)),
         ("reported.csv", reported(report)),
+        ("cases.csv", cases(report)),
     ]
 }
 
@@ -104,6 +105,42 @@ fn reported(report: &SensitivityReport<'_>) -> Option<String> {
                 cell(r.ranks[m]),
                 overall.overall[m].to_string(),
                 cell(r.overall_ranks[m]),
+            ]
+        })
+    });
+    Some(table(&header(&names), rows))
+}
+
+/// A row per case, estimator, budget and method.
+fn cases(report: &SensitivityReport<'_>) -> Option<String> {
+    if report.cases.is_empty() {
+        return None;
+    }
+    let names = [
+        "case",
+        "failures",
+        "estimator",
+        "method",
+        "budget",
+        "repeats",
+        "overall",
+        "mean",
+        "deviation",
+        "error",
+    ];
+    let rows = report.cases.iter().flat_map(|study| {
+        study.cells.iter().map(|cell| {
+            vec![
+                study.case.number().to_string(),
+                study.failures.to_string(),
+                cell.kind.name().to_owned(),
+                cell.method.clone(),
+                cell.budget.to_string(),
+                cell.repeats.to_string(),
+                cell.truth.to_string(),
+                cell.mean.to_string(),
+                cell.deviation.to_string(),
+                cell.error.to_string(),
             ]
         })
     });

@@ -44,6 +44,23 @@ pub(super) fn lines(report: &SensitivityReport<'_>) -> Vec<Value> {
             "reversals": pairs(&r.reversals),
         }));
     }
+    for study in report.cases {
+        lines.extend(study.cells.iter().map(|cell| {
+            json!({
+                "event": "case",
+                "case": study.case.number(),
+                "failures": study.failures,
+                "estimator": cell.kind.name(),
+                "method": cell.method,
+                "budget": cell.budget,
+                "repeats": cell.repeats,
+                "overall": cell.truth,
+                "mean": cell.mean,
+                "deviation": cell.deviation,
+                "error": cell.error,
+            })
+        }));
+    }
     lines
 }
 

@@ -1,5 +1,6 @@
 //! How far the ranking depends on importance, for people: tables, a figure and a self-contained page.
 
+mod cases;
 mod csv;
 mod figure;
 mod json;

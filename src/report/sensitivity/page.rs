@@ -2,6 +2,7 @@
 
 use minijinja::{Value, context};
 
+use super::cases::{self, CaseTable};
 use super::shown::{SensitivityReport, in_words, limit_in_words, score};
 use super::text::{drawn_from, notes, one_decimal, range, warnings};
 use crate::analysis::sensitivity::{Distribution, RANDOM, Reported};
@@ -41,6 +42,8 @@ fn values(report: &SensitivityReport<'_>, figure: &Figure) -> Value {
         shares => shares(report),
         failures => failures(report),
         reported => data.reported.iter().map(|r| reported(report, r)).collect::<Vec<_>>(),
+        cases => cases::tables(report).into_iter().map(case).collect::<Vec<_>>(),
+        repeats => report.cases.first().and_then(|c| c.cells.first()).map_or(0, |c| c.repeats),
         command => report.command.as_str(),
         run => report.report.manifest.provenance.command.as_str(),
         version => env!("CARGO_PKG_VERSION"),
@@ -133,4 +136,10 @@ fn reported(report: &SensitivityReport<'_>, r: &Reported) -> Value {
         rows => rows.collect::<Vec<_>>(),
         reversals => in_words(&r.reversals),
     }
+}
+
+fn case(table: CaseTable) -> Value {
+    let rows = table.rows.into_iter().zip(table.cells);
+    let rows = rows.map(|([name, truth, kind], cells)| context! { name, truth, kind, cells });
+    context! { title => table.title, budgets => table.budgets, rows => rows.collect::<Vec<_>>() }
 }

@@ -5,6 +5,7 @@ use crate::analysis::{noun, unit};
 use crate::report::format;
 use crate::report::whole::Report;
 use crate::stats::{Limit, Side};
+use crate::study::CaseStudy;
 
 /// A sensitivity before it is written.
 #[derive(Debug)]
@@ -13,6 +14,8 @@ pub struct SensitivityReport<'a> {
     pub data: &'a Sensitivity,
     /// The report on the same records: names, words, colours.
     pub report: &'a Report,
+    /// How well estimators do in the paper's cases 1 to 3; nothing where that was not asked for.
+    pub cases: &'a [CaseStudy],
     /// The command that asked for it.
     pub command: String,
 }

@@ -1,5 +1,6 @@
 //! A sensitivity for terminals: plain text, no colours.
 
+use super::cases;
 use super::shown::{SensitivityReport, in_words, limit_in_words, score};
 use crate::analysis::sensitivity::{Distribution, RANDOM};
 use crate::report::across::{percent, rank};
@@ -26,6 +27,7 @@ pub(super) fn tables(report: &SensitivityReport<'_>) -> String {
         ranks(report)
     ));
     parts.extend(reported(report));
+    parts.extend(cases::text(report));
     parts.join("\n\n")
 }
 
