@@ -3,16 +3,23 @@
 pub mod bootstrap;
 pub mod combinations;
 pub mod direction;
+pub mod dominance;
 pub mod histogram;
+pub mod improvement;
+pub mod iqm;
 pub mod limit;
 pub mod objectives;
+pub mod profile;
 pub mod quantile;
+pub mod ranks;
 pub mod resampling;
 pub mod score;
 pub mod summary;
+pub mod weighted_quantile;
 
 pub use bootstrap::{Bootstrap, Resample, bootstrap, bootstrap_all, resample};
 pub use direction::Direction;
+pub use dominance::{Dominance, Verdict};
 pub use histogram::Histogram;
 pub use limit::{Limit, Side};
 pub use objectives::{PointMeans, PointObjectives};

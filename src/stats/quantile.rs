@@ -1,5 +1,7 @@
 //! Quantiles of a sample, linearly interpolated.
 
+use super::score::mean;
+
 /// Lower and upper quantile of a 95% interval.
 const QUANTILES: (f64, f64) = (0.025, 0.975);
 
@@ -11,6 +13,21 @@ pub fn central_95(values: &[f64]) -> Option<(f64, f64)> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     Some((quantile(&sorted, QUANTILES.0), quantile(&sorted, QUANTILES.1)))
+}
+
+/// Returns the central 95% of resamples, moved so that their mean is the estimate; `None` of no resamples.
+///
+/// For statistics that noise within point MDPs shifts, such as a share below a threshold: resamples have that noise once more
+/// than the estimate has, and the shift between them is no spread. A percentile interval could exclude the estimate;
+/// this one contains it.
+pub fn central_95_about(estimate: f64, resamples: &[f64]) -> Option<(f64, f64)> {
+    let ((low, high), middle) = central_95(resamples).zip(mean(resamples))?;
+    Some(containing((estimate + low - middle, estimate + high - middle), estimate))
+}
+
+/// Returns an interval, widened so that it contains a value.
+pub fn containing((low, high): (f64, f64), value: f64) -> (f64, f64) {
+    (low.min(value), high.max(value))
 }
 
 /// Returns the median; `None` of nothing.
@@ -45,6 +62,16 @@ mod tests {
     fn the_median_of_an_even_number_lies_between_two() {
         assert_eq!(median(&[4.0, 1.0, 2.0, 9.0]), Some(3.0));
         assert_eq!(median(&[]), None);
+    }
+
+    #[test]
+    fn a_shift_of_the_resamples_does_not_move_the_interval_from_the_estimate() {
+        let values: Vec<f64> = (0..=40).map(|i| 100.0 + f64::from(i)).collect();
+        assert_eq!(central_95_about(7.0, &values), Some((-12.0, 26.0)));
+        let mut skewed = vec![0.0; 99];
+        skewed.push(10_000.0);
+        assert_eq!(central_95_about(7.0, &skewed), Some((-93.0, 7.0)));
+        assert_eq!(central_95_about(7.0, &[]), None);
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //!
 //! - [`ratio_of_means`]: how much less delay there is in total. Long delays dominate.
 //! - [`weighted_median`]: what happens at the typical intersection. Extreme ones do not count.
+//! - [`super::iqm::interquartile_mean`]: the mean of the middle half, which is the median's question with less noise.
 //! - [`geometric_mean`]: the typical factor. Half and double cancel, so that it does not depend on
 //!   which of two methods is divided by the other.
 //!
@@ -14,12 +15,10 @@
 
 use super::PointMeans;
 use super::score::weighted_mean;
+use super::weighted_quantile::weighted_quantile;
 
 /// A statistic over point MDPs; `None` where it is undefined.
 pub type Statistic<'a> = &'a dyn Fn(&[PointMeans]) -> Option<f64>;
-
-/// Share of the total weight by which rounding may miss the half.
-const ROUNDING: f64 = 1e-12;
 
 /// Returns the weighted mean of scores (Definition 1); `None` when the weights sum to 0.
 pub fn mean_of_scores(points: &[PointMeans]) -> Option<f64> {
@@ -39,22 +38,7 @@ pub fn ratio_of_means(points: &[PointMeans]) -> Option<f64> {
 /// Returns the median of pairs `(weight, value)`: half of the weight lies at or below it. Between two
 /// values that halve the weight exactly it is their mean. `None` when the weights sum to 0.
 pub fn weighted_median(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
-    let mut sorted: Vec<(f64, f64)> = pairs.into_iter().filter(|(w, _)| *w > 0.0).collect();
-    sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let total: f64 = sorted.iter().map(|p| p.0).sum();
-    let mut below = 0.0;
-    for (i, (weight, value)) in sorted.iter().enumerate() {
-        below += weight;
-        let beyond = below - total / 2.0;
-        match sorted.get(i + 1) {
-            Some((_, next)) if beyond.abs() <= ROUNDING * total => {
-                return Some((value + next) / 2.0);
-            }
-            Some(_) if beyond < 0.0 => {}
-            _ => return Some(*value),
-        }
-    }
-    None
+    weighted_quantile(pairs, 0.5)
 }
 
 /// Returns the geometric mean of pairs `(weight, value)` with values that are not negative; `None`
