@@ -86,7 +86,7 @@ fn the_json_rows_have_exactly_the_documented_fields() {
     let dir = tempfile::tempdir().unwrap();
     let data = reported(&three_methods(dir.path()));
     insta::assert_snapshot!(serde_json::to_string(&data.json_rows()[1]).unwrap(), @r#"
-{"against":"fixed-time-untuned","at_f":null,"at_f_high":null,"at_f_low":null,"delay_s":27.5,"episode_median":1.0,"episode_median_delay_s":20.0,"episode_worst":1.0,"episode_worst_delay_s":60.0,"failed":0,"geometric_mean":1.0,"geometric_mean_high":1.0,"geometric_mean_low":1.0,"gridlock_share":0.0,"median":1.0,"median_high":1.0,"median_low":1.0,"method":"fixed-time-untuned","overall":1.0,"overall_high":1.0,"overall_low":1.0,"points":2,"ratio_of_means":1.0,"ratio_of_means_high":1.0,"ratio_of_means_low":1.0,"unfinished_share":0.019999999999999997,"up_to_e":1.0,"up_to_e_high":1.0,"up_to_e_low":1.0}
+{"against":"fixed-time-untuned","at_f":null,"at_f_high":null,"at_f_low":null,"delay_s":27.5,"episode_median":1.0,"episode_median_delay_s":20.0,"episode_worst":1.0,"episode_worst_delay_s":60.0,"failed":0,"geometric_mean":1.0,"geometric_mean_high":1.0,"geometric_mean_low":1.0,"gridlock_share":0.0,"iqm":1.0,"iqm_high":1.0,"iqm_low":1.0,"median":1.0,"median_high":1.0,"median_low":1.0,"method":"fixed-time-untuned","overall":1.0,"overall_high":1.0,"overall_low":1.0,"points":2,"rank_probabilities":[0.0,1.0],"ratio_of_means":1.0,"ratio_of_means_high":1.0,"ratio_of_means_low":1.0,"unfinished_share":0.019999999999999997,"up_to_e":1.0,"up_to_e_high":1.0,"up_to_e_low":1.0}
 "#);
 }
 
@@ -108,10 +108,10 @@ idqn,busy,0.25,0,,,,,,,,,,2,900,0.25,fixed-time-untuned
 fn summary_csv_has_a_row_per_method() {
     let dir = tempfile::tempdir().unwrap();
     insta::assert_snapshot!(report_of(&three_methods(dir.path()), "summary.csv"), @r#"
-method,rank,overall,overall_low,overall_high,delay_s,waiting_s,queue_veh,worst_point,worst_score,points,failed,missing,sampling,budget,family_size,evaluation_seeds,against,ratio_of_means,ratio_of_means_low,ratio_of_means_high,median,median_low,median_high,geometric_mean,geometric_mean_low,geometric_mean_high,up_to_e,up_to_e_low,up_to_e_high,at_f,at_f_low,at_f_high,points_at_f,importance_at_f,delay_share_at_f,unfinished_share,gridlock_share,episode_median_delay_s,episode_worst_delay_s,episode_median,episode_worst
-max-pressure,1,0.5875,0.5416666666666666,0.6375,17,8.5,4,busy,0.7,2,0,0,all,2,2,2,fixed-time-untuned,0.6181818181818182,0.5833333333333334,0.66,0.55,0.5,0.6,0.584179788476757,0.537284965911771,0.6344227580643385,0.5875,0.5416666666666666,0.6375,,,,0,0,0,0.019999999999999997,0,12,40,0.6,0.75
-fixed-time-untuned,2,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2,fixed-time-untuned,1,1,1,1,1,1,1,1,1,1,1,1,,,,0,0,0,0.019999999999999997,0,20,60,1,1
-idqn,,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2,fixed-time-untuned,0.85,,,0.85,,,0.85,,,0.85,,,,,,0,0,0,0.02,0,17,18,0.8500000000000001,0.9
+method,rank,overall,overall_low,overall_high,delay_s,waiting_s,queue_veh,worst_point,worst_score,points,failed,missing,sampling,budget,family_size,evaluation_seeds,against,ratio_of_means,ratio_of_means_low,ratio_of_means_high,median,median_low,median_high,geometric_mean,geometric_mean_low,geometric_mean_high,up_to_e,up_to_e_low,up_to_e_high,at_f,at_f_low,at_f_high,points_at_f,importance_at_f,delay_share_at_f,unfinished_share,gridlock_share,episode_median_delay_s,episode_worst_delay_s,episode_median,episode_worst,iqm,iqm_low,iqm_high
+max-pressure,1,0.5875,0.5416666666666666,0.6375,17,8.5,4,busy,0.7,2,0,0,all,2,2,2,fixed-time-untuned,0.6181818181818182,0.5833333333333334,0.66,0.55,0.5,0.6,0.584179788476757,0.537284965911771,0.6344227580643385,0.5875,0.5416666666666666,0.6375,,,,0,0,0,0.019999999999999997,0,12,40,0.6,0.75,0.5875,0.5416666666666666,0.6375
+fixed-time-untuned,2,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2,fixed-time-untuned,1,1,1,1,1,1,1,1,1,1,1,1,,,,0,0,0,0.019999999999999997,0,20,60,1,1,1,1,1
+idqn,,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2,fixed-time-untuned,0.85,,,0.85,,,0.85,,,0.85,,,,,,0,0,0,0.02,0,17,18,0.8500000000000001,0.9,0.85,,
 "#);
 }
 
@@ -134,7 +134,8 @@ fn every_drawing_and_the_page_are_well_formed() {
     };
     let names: Vec<_> =
         paths.figures.iter().map(|p| p.file_name().unwrap().to_str().unwrap()).collect();
-    assert_eq!(names, ["overall.svg", "distribution.svg", "level-of-service.svg", "map.svg"]);
+    let general = ["overall.svg", "ranks.svg", "profiles.svg", "distribution.svg"];
+    assert_eq!(names, [&general[..], &["level-of-service.svg", "map.svg"]].concat());
     for path in &paths.figures {
         well_formed(&fs::read_to_string(path).unwrap());
     }
@@ -158,7 +159,7 @@ fn a_report_is_a_function_of_the_records_and_leaves_no_drafts() {
     let layout = three_methods(dir.path());
     let first = report_of(&layout, "index.html");
     assert_eq!(first, report_of(&layout, "index.html"));
-    assert_eq!(fs::read_dir(layout.report()).unwrap().count(), 11);
+    assert_eq!(fs::read_dir(layout.report()).unwrap().count(), 16);
 }
 
 #[test]

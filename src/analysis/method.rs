@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::episodes::EpisodeSummary;
-use super::estimator::{Chosen, Estimate, Sample, estimator_of};
+use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::points::{PointResult, PointSummary};
 use super::summaries::{Summaries, summarise};
@@ -104,7 +104,24 @@ fn estimate(
     let identity = evidence.identity;
     let objectives: Vec<_> =
         scored.iter().filter_map(|(p, r)| Some((*p, r.objectives.clone()?))).collect();
-    let chosen = chosen(evidence, scored);
+    let regimes = evidence.measures.regimes(&identity.objective).len();
+    let relative = !evidence.reference.is_none();
+    let points: Vec<&PointSummary> = scored.iter().map(|(p, _)| *p).collect();
+    paired(evidence, index, &points, |estimator, sample, rng| {
+        summarise(&objectives, estimator, sample, (regimes, relative), rng)
+    })
+}
+
+/// Calls with the estimator and what that is given beside the scores of a method on these point MDPs; equally seeded for all
+/// methods, so that their resamples are paired.
+pub(super) fn paired<T>(
+    evidence: Evidence<'_>,
+    index: usize,
+    points: &[&PointSummary],
+    estimate: impl FnOnce(&dyn Estimator, Sample<'_>, &mut ChaCha8Rng) -> T,
+) -> T {
+    let identity = evidence.identity;
+    let chosen = chosen(evidence, points);
     let sample = Sample {
         family_size: identity.sample.family_size,
         chosen: evidence.points.len(),
@@ -115,23 +132,20 @@ fn estimate(
         resamples: RESAMPLES,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
-    let estimator = estimator_of(&identity.sample);
-    let regimes = evidence.measures.regimes(&identity.objective).len();
-    let relative = !evidence.reference.is_none();
-    summarise(&objectives, estimator, sample, (regimes, relative), &mut rng)
+    estimate(estimator_of(&identity.sample), sample, &mut rng)
 }
 
 /// Returns how the point MDPs with a score came to be in the sample.
-fn chosen(evidence: Evidence<'_>, scored: &[(&PointSummary, &PointResult)]) -> Vec<Chosen> {
+fn chosen(evidence: Evidence<'_>, scored: &[&PointSummary]) -> Vec<Chosen> {
     let draws = &evidence.identity.sample.draws;
     let coordinates = match evidence.design {
         Some(design) => design.coordinates(),
         None => {
-            let rows: Vec<Vec<f64>> = scored.iter().map(|(p, _)| p.row.features.clone()).collect();
+            let rows: Vec<Vec<f64>> = scored.iter().map(|p| p.row.features.clone()).collect();
             standardise(&rows)
         }
     };
-    let of = |(k, (point, _)): (usize, &(&PointSummary, &PointResult))| {
+    let of = |(k, point): (usize, &&PointSummary)| {
         let draw = draws.iter().find(|d| d.point == point.row.point);
         let row = evidence.design.and_then(|design| design.position(&point.row.point));
         let at = coordinates.get(if evidence.design.is_some() { row? } else { k });

@@ -4,11 +4,12 @@
 //! nothing of what the point MDPs are. What a domain knows beside the objective it says through [`Measures`].
 //!
 //! ```text
-//! records -> points, episodes -> method (estimator, summaries) -> ranking, training, winners -> Analysis
+//! records -> points, episodes -> method (estimator, summaries) -> ranking, comparison, training, winners -> Analysis
 //! ```
 
 pub mod across;
 mod board;
+mod comparison;
 mod episodes;
 mod error;
 pub mod estimator;
@@ -16,7 +17,9 @@ mod evidence;
 mod measures;
 mod method;
 mod naming;
+mod pairs;
 mod points;
+mod profiles;
 mod ranking;
 mod ranks;
 mod reference;
@@ -27,12 +30,15 @@ mod whole;
 mod winners;
 
 pub use board::{Board, BoardPoint};
+pub use comparison::Comparison;
 pub use episodes::{Episode, EpisodeSummary};
 pub use error::AnalysisError;
 pub use measures::{Measures, NoMeasures, Regime, Share};
 pub use method::MethodSummary;
 pub use naming::{noun, unit};
+pub use pairs::{Decided, Pair};
 pub use points::{PointResult, PointSummary, TaskScore};
+pub use profiles::Profile;
 pub use ranking::{Lead, OnCommonPoints};
 pub use reference::{Reference, check_name};
 pub use summaries::{Estimated, Summaries};

@@ -4,11 +4,23 @@ use rand_chacha::ChaCha8Rng;
 
 use super::estimator::{Estimate, Estimator, Sample};
 use super::points::PointSummary;
+use crate::stats::iqm::interquartile_mean;
+use crate::stats::profile::share_below;
+use crate::stats::quantile::{central_95_about, containing};
 use crate::stats::score::weighted_mean;
 use crate::stats::summary::{
     Statistic, geometric_mean, mean_of_scores, ratio_of_means, scores, weighted_median,
 };
+use crate::stats::weighted_quantile::{is_coarse, median_interval};
 use crate::stats::{PointMeans, PointObjectives};
+
+/// Statistics before those of the regimes, in their order.
+const RATIO: usize = 1;
+const MEDIAN: usize = 2;
+const GEOMETRIC: usize = 3;
+const IQM: usize = 4;
+const BELOW: usize = 5;
+const REGIMES: usize = 6;
 
 /// A number and its 95% interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +40,8 @@ pub struct Summaries {
     pub median: Option<Estimated>,
     /// Geometric mean of the scores, weighted by importance.
     pub geometric_mean: Option<Estimated>,
+    /// Interquartile mean of the scores, weighted by importance.
+    pub interquartile_mean: Option<Estimated>,
     /// Mean score over the point MDPs of every regime, in the order of [`super::Measures::regimes`].
     pub by_regime: Vec<Option<Estimated>>,
 }
@@ -56,10 +70,16 @@ pub(super) fn summarise(
         }
     };
     let of_regimes: Vec<_> = (0..regimes).map(of_regime).collect();
+    let whole: Vec<PointMeans> =
+        objectives.iter().enumerate().filter_map(|(i, o)| o.means(i).ok()).collect();
+    let middle = weighted_median(scores(&whole));
+    let coarse = is_coarse(whole.iter().map(|m| m.weight));
     let median = |means: &[PointMeans]| weighted_median(scores(means));
     let geometric = |means: &[PointMeans]| geometric_mean(scores(means));
+    let iqm = |means: &[PointMeans]| interquartile_mean(scores(means));
+    let below = |means: &[PointMeans]| share_below(scores(means), middle?);
     let mut statistics: Vec<Statistic<'_>> =
-        vec![&mean_of_scores, &ratio_of_means, &median, &geometric];
+        vec![&mean_of_scores, &ratio_of_means, &median, &geometric, &iqm, &below];
     statistics.extend(of_regimes.iter().map(|of_regime| of_regime as Statistic<'_>));
     let Ok(mut all) = estimator.estimate_all(sample, &objectives, &statistics, rng) else {
         return (None, Summaries { by_regime: vec![None; regimes], ..Summaries::default() });
@@ -73,14 +93,157 @@ pub(super) fn summarise(
         sampled && points.iter().filter(|(p, _)| p.regime == Some(regime)).count() < 2
     };
     let in_regime = |regime: usize| {
-        let e = estimated(&all[4 + regime])?;
+        let e = estimated(&all[REGIMES + regime])?;
         Some(if alone(regime) { Estimated { interval: None, ..e } } else { e })
     };
     let summaries = Summaries {
         by_regime: (0..regimes).map(in_regime).collect(),
-        ratio_of_means: estimated(&all[1]).filter(|_| relative),
-        median: estimated(&all[2]),
-        geometric_mean: estimated(&all[3]).filter(|_| relative),
+        ratio_of_means: estimated(&all[RATIO]).filter(|_| relative),
+        median: estimated(&all[MEDIAN]).map(|e| Estimated {
+            interval: around_median(e, middle, &whole, estimated(&all[BELOW])),
+            ..e
+        }),
+        geometric_mean: estimated(&all[GEOMETRIC]).filter(|_| relative),
+        interquartile_mean: all[IQM].as_ref().map(|e| shifted(e, coarse)),
     };
     (all.swap_remove(0), summaries)
+}
+
+/// Returns the interval of the median: Woodruff's, where the estimator takes the sample's own and shares mean anything.
+fn around_median(
+    median: Estimated,
+    middle: Option<f64>,
+    whole: &[PointMeans],
+    below: Option<Estimated>,
+) -> Option<(f64, f64)> {
+    let weights = whole.iter().map(|m| m.weight);
+    if Some(median.value) != middle || is_coarse(weights) {
+        return median.interval.map(|interval| containing(interval, median.value));
+    }
+    let (low, high) = below?.interval?;
+    median_interval(whole.iter().map(|m| (m.weight, m.score)), (high - low) / 2.0)
+}
+
+/// Returns an estimate of a statistic that noise shifts, with an interval that contains it.
+///
+/// # Arguments
+///
+/// * `coarse` — whether one point MDP has so much of the weight that resamples jump, and their mean is no middle.
+pub(super) fn shifted(e: &Estimate, coarse: bool) -> Estimated {
+    let moved = if coarse { None } else { central_95_about(e.value, &e.resamples) };
+    let interval = moved.or(e.interval.map(|interval| containing(interval, e.value)));
+    Estimated { value: e.value, interval }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use crate::analysis::estimator::Whole;
+    use crate::stats::bootstrap::RESAMPLES;
+    use crate::stats::quantile::median as plain_median;
+    use crate::store::manifest::PointRow;
+
+    const SEEDS: usize = 20;
+
+    fn point(index: usize) -> PointSummary {
+        let row = PointRow {
+            point: index.to_string(),
+            title: String::new(),
+            importance: 1.0,
+            instances: 1,
+            features: vec![],
+            places: vec![],
+            content: String::new(),
+            environment: String::new(),
+            sha256: Default::default(),
+        };
+        PointSummary { index, row, weight: 1.0, regime: None, results: vec![] }
+    }
+
+    /// The chance of an episode to reach the most, per point MDP: two of five always do.
+    fn chances(points: usize) -> Vec<f64> {
+        let chance = |i: usize| if i % 5 < 2 { 1.0 } else { 0.4 + 0.6 * i as f64 / points as f64 };
+        (0..points).map(chance).collect()
+    }
+
+    /// Returns per seed 1 with the chance, and 0.2 without.
+    fn played(chance: f64, rng: &mut ChaCha8Rng) -> PointObjectives {
+        let episode = |rng: &mut ChaCha8Rng| if rng.random::<f64>() < chance { 1.0 } else { 0.2 };
+        let method = vec![(0..SEEDS).map(|_| episode(rng)).collect()];
+        PointObjectives { weight: 1.0, draws: 1, method, baseline: vec![1.0; SEEDS] }
+    }
+
+    fn sample(family_size: usize, objectives: &[PointObjectives]) -> Sample<'_> {
+        let chosen = objectives.len();
+        Sample {
+            family_size,
+            chosen,
+            method: 0,
+            name: "m",
+            points: &[],
+            design: None,
+            resamples: RESAMPLES,
+        }
+    }
+
+    fn summarised(objectives: &[PointObjectives], family_size: usize) -> Estimated {
+        let points: Vec<PointSummary> = (0..objectives.len()).map(point).collect();
+        let pairs: Vec<_> = points.iter().zip(objectives.iter().cloned()).collect();
+        let (sample, mut rng) = (sample(family_size, objectives), ChaCha8Rng::seed_from_u64(0));
+        summarise(&pairs, &Whole, sample, (0, false), &mut rng).1.median.unwrap()
+    }
+
+    /// Returns the median with the percentile interval of its resamples.
+    fn percentile(objectives: &[PointObjectives], family_size: usize) -> Estimated {
+        let median = |means: &[PointMeans]| weighted_median(scores(means));
+        let (sample, mut rng) = (sample(family_size, objectives), ChaCha8Rng::seed_from_u64(0));
+        let all = Whole.estimate_all(sample, objectives, &[&median], &mut rng).unwrap();
+        let e = all[0].as_ref().unwrap();
+        Estimated { value: e.value, interval: e.interval }
+    }
+
+    fn within(e: Estimated, value: f64) -> bool {
+        e.interval.is_some_and(|(low, high)| low <= value && value <= high)
+    }
+
+    #[test]
+    fn the_interval_of_the_median_contains_it_where_many_scores_are_at_their_limit() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let objectives: Vec<_> = chances(400).iter().map(|c| played(*c, &mut rng)).collect();
+        let (before, now) = (percentile(&objectives, 400), summarised(&objectives, 400));
+        assert!(!within(before, before.value), "no such case: {before:?}");
+        assert!(now.value == before.value && within(now, now.value), "{now:?}");
+    }
+
+    /// How many of 50 samples of a family of 200 have an interval that covers the family's median.
+    fn covered(of_family: usize, interval: fn(&[PointObjectives], usize) -> Estimated) -> usize {
+        let family = chances(200);
+        let truth: Vec<f64> = family.iter().map(|chance| 0.2 + 0.8 * chance).collect();
+        let truth = plain_median(&truth).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let covers = |_: &i32| {
+            let mut left = family.clone();
+            let draw = |_| {
+                let chance = left.swap_remove(rng.random_range(0..left.len()));
+                played(chance, &mut rng)
+            };
+            let drawn: Vec<PointObjectives> = (0..of_family).map(draw).collect();
+            within(interval(&drawn, family.len()), truth)
+        };
+        (0..50).filter(covers).count()
+    }
+
+    #[test]
+    fn the_interval_of_the_median_of_whole_families_covers_what_percentiles_do_not() {
+        let (before, now) = (covered(200, percentile), covered(200, summarised));
+        assert!(before < 38 && (43..=50).contains(&now), "{before} and {now} of 50");
+    }
+
+    #[test]
+    fn the_interval_of_the_median_of_samples_covers_about_nine_times_of_ten() {
+        let now = covered(60, summarised);
+        assert!((41..=50).contains(&now), "{now} of 50");
+    }
 }

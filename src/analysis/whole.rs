@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::comparison::{Comparison, compare};
 use super::episodes::{Episode, episodes};
 use super::error::AnalysisError;
 use super::estimator::{Estimator, estimator_of};
@@ -38,6 +39,8 @@ pub struct Analysis {
     pub points: Vec<PointSummary>,
     /// By how much the best method is ahead of the second best.
     pub lead: Option<Lead>,
+    /// How sure the ranking is.
+    pub comparison: Comparison,
     /// All methods on the point MDPs that all finished; there when some method is not ranked.
     pub common: Option<OnCommonPoints>,
     /// One entry per task of a learner, in the order of the plan.
@@ -92,6 +95,7 @@ impl Analysis {
             shares: measures.shares(),
             winners: winners(&points, identity, &reference),
             lead: lead(evidence, &estimates),
+            comparison: compare(evidence, &estimates),
             methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
             common,
             trainings,

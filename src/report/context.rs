@@ -1,10 +1,10 @@
 //! How the score depends on each context feature: where in the family a method is good.
 
 use super::figure::{Figure, WIDTH};
-use super::figures::{color, dash, label};
-use super::format;
-use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step, text_width};
+use super::figures::{color, dash};
+use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
 use super::whole::Report;
+use super::{format, legend};
 use crate::analysis::MethodSummary;
 use crate::stats::score::weighted_mean;
 use crate::store::manifest::FeatureColumn;
@@ -23,9 +23,6 @@ const COLUMNS: usize = 2;
 
 /// Height of a panel with its labels, pixels.
 const PANEL_PX: f64 = 214.0;
-
-/// Height of a row of the legend, pixels.
-const LEGEND_PX: f64 = 24.0;
 
 /// Draws the importance-weighted mean score of every method over each feature that varies.
 pub(super) fn by_feature(data: &Report) -> Option<Figure> {
@@ -94,17 +91,9 @@ pub(super) fn by_feature(data: &Report) -> Option<Figure> {
 
 /// Returns a canvas with the legend, and where the panels begin.
 fn with_legend(data: &Report, methods: &[&MethodSummary], rows: usize) -> (Canvas, f64) {
-    let slot = methods.iter().map(|m| text_width(&label(data, m))).fold(60.0, f64::max) + 36.0;
-    let per_row = ((WIDTH - 24.0) / slot).floor().max(1.0) as usize;
-    let top = 32.0 + LEGEND_PX * methods.len().div_ceil(per_row) as f64;
+    let top = 32.0 + legend::height(data, methods, WIDTH);
     let mut canvas = Canvas::new(WIDTH, top + PANEL_PX * rows as f64);
-    for (i, m) in methods.iter().enumerate() {
-        let x = 16.0 + slot * (i % per_row) as f64;
-        let y = 16.0 + LEGEND_PX * (i / per_row) as f64;
-        canvas.line((x, y), (x + 20.0, y), color(data, m), 2.5, dash(data, m));
-        canvas.circle((x + 10.0, y), 4.0, color(data, m), None);
-        canvas.text(x + 27.0, y + 4.5, &label(data, m), TextStyle::new(Anchor::Start));
-    }
+    legend::draw(&mut canvas, data, methods, WIDTH, true);
     let title = match data.reference.is_none() {
         true => format!("mean {} ({})", data.words.noun, data.better()),
         false => {

@@ -142,6 +142,7 @@ pub(super) fn summary(data: &Report) -> String {
         )
         .chain(data.sections.summary_columns(data).into_iter().map(|(name, _)| name.to_owned()))
         .chain(of_episodes(data))
+        .chain(["iqm", "iqm_low", "iqm_high"].map(str::to_owned))
         .collect::<Vec<_>>();
     table(&header, data.methods.iter().map(|m| summary_row(data, m, &names)))
 }
@@ -179,6 +180,7 @@ fn summary_row(data: &Report, m: &MethodSummary, names: &[String]) -> Vec<String
     }
     cells.extend(data.sections.summary_columns(data).into_iter().map(|(_, cell)| cell));
     cells.extend(episode_cells(data, &m.episodes));
+    cells.extend(with_interval(s.interquartile_mean));
     cells
 }
 
@@ -267,7 +269,7 @@ pub(super) fn events(data: &Report) -> impl Iterator<Item = (usize, &'static str
 }
 
 /// Returns the shortest text that reads back as the same number.
-fn number(value: Option<f64>) -> String {
+pub(super) fn number(value: Option<f64>) -> String {
     value.map_or_else(String::new, |v| v.to_string())
 }
 

@@ -22,6 +22,9 @@ const PANEL_PX: f64 = 92.0;
 /// Height of a panel relative to its highest bar, so that a label fits above.
 const HEADROOM: f64 = 1.4;
 
+/// Dashes of methods that the domain does not know, in turn.
+const UNKNOWN_DASHES: [Option<&str>; 4] = [None, Some("7 4"), Some("2 4"), Some("9 3 2 3")];
+
 /// Smallest height of a bar that counts anything, pixels.
 const MIN_BAR_PX: f64 = 1.5;
 
@@ -40,9 +43,15 @@ pub(super) fn color(data: &Report, m: &MethodSummary) -> &'static str {
     })
 }
 
-/// Returns the dashes of a method's lines, `None` for solid ones.
+/// Returns the dashes of a method's lines, `None` for solid ones; methods that the domain does not know differ in theirs, for
+/// colours are few.
 pub(super) fn dash(data: &Report, m: &MethodSummary) -> Option<&'static str> {
-    data.sections.look(&m.method).map(|look| look.dash).filter(|dash| !dash.is_empty())
+    let look = |name: &str| data.sections.look(name);
+    if let Some(look) = look(&m.method) {
+        return Some(look.dash).filter(|dash| !dash.is_empty());
+    }
+    let mut unknown = data.manifest.identity.methods.iter().filter(|name| look(name).is_none());
+    UNKNOWN_DASHES[unknown.position(|name| *name == m.method).unwrap_or(0) % UNKNOWN_DASHES.len()]
 }
 
 /// Returns the ends of an axis of estimates: from 0 on, and where scores are relative no further than to a

@@ -15,7 +15,7 @@ use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
 use super::whole::Report;
 use super::words::Words;
-use super::{format, further, narrow, text};
+use super::{format, further, narrow, sure, text};
 use crate::analysis::{
     EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, TaskScore,
 };
@@ -37,7 +37,9 @@ const FAILURE_ROWS: usize = 20;
 /// [`ReportError::Template`].
 pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportError> {
     let parts = data.sections.parts(data, figures)?;
-    render("index.html", TEMPLATE, values(data, figures, &parts)).map_err(ReportError::Template)
+    let sure = context! { sure => sure::section(data, figures)? };
+    let values = merge_maps([values(data, figures, &parts), sure]);
+    render("index.html", TEMPLATE, values).map_err(ReportError::Template)
 }
 
 fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
@@ -204,8 +206,8 @@ fn summaries(data: &Report, m: &MethodSummary) -> Vec<Value> {
     let s = &m.summaries;
     let score = m.overall.map(|value| Estimated { value, interval: m.interval });
     let mut all = match data.reference.is_none() {
-        true => vec![score, s.median],
-        false => vec![score, s.ratio_of_means, s.median, s.geometric_mean],
+        true => vec![score, s.median, s.interquartile_mean],
+        false => vec![score, s.ratio_of_means, s.median, s.interquartile_mean, s.geometric_mean],
     };
     all.extend(&s.by_regime);
     let value = |e: Option<Estimated>| {

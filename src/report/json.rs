@@ -50,5 +50,9 @@ fn json_row(data: &Report, m: &MethodSummary) -> Map<String, Value> {
         row.push(("episode_median".to_owned(), e.median_relative.into()));
         row.push(("episode_worst".to_owned(), e.worst_relative.into()));
     }
+    estimated(&mut row, "iqm", s.interquartile_mean);
+    let place = data.methods.iter().position(|other| other.method == m.method);
+    let ranks = data.comparison.ranks.as_ref().zip(place).and_then(|(ranks, i)| ranks.get(i));
+    row.push(("rank_probabilities".to_owned(), ranks.cloned().into()));
     row.into_iter().collect()
 }

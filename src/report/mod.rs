@@ -5,6 +5,7 @@
 //! [`Sections`].
 
 pub mod across;
+mod compared;
 mod context;
 pub(crate) mod csv;
 mod curves;
@@ -17,16 +18,20 @@ mod further;
 mod headline;
 mod html;
 mod json;
+mod legend;
 mod narrow;
 pub(crate) mod page;
 pub(crate) mod palette;
 mod paths;
 mod plain;
 mod plain_table;
+mod profiles;
+mod ranks;
 mod scale;
 mod sections;
 pub mod sensitivity;
 pub mod study;
+mod sure;
 pub(crate) mod svg;
 pub mod text;
 mod traces;

@@ -13,6 +13,12 @@ pub struct ReportPaths {
     pub summary: PathBuf,
     /// `DIR/report/episodes.csv`.
     pub episodes: PathBuf,
+    /// `DIR/report/pairs.csv`.
+    pub pairs: PathBuf,
+    /// `DIR/report/ranks.csv`.
+    pub ranks: PathBuf,
+    /// `DIR/report/profiles.csv`.
+    pub profiles: PathBuf,
     /// `DIR/report/training.csv`; there when a method learned.
     pub training: Option<PathBuf>,
     /// What the domain adds.

@@ -5,7 +5,7 @@ use std::fs;
 use super::error::ReportError;
 use super::paths::ReportPaths;
 use super::whole::Report;
-use super::{context, csv, curves, figures, html};
+use super::{compared, context, csv, curves, figures, html, profiles, ranks};
 use crate::files::{FileError, write_atomically};
 use crate::store::Layout;
 
@@ -23,6 +23,8 @@ pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError>
     fs::create_dir_all(&folder).map_err(FileError::at("create", &folder))?;
     let general = [
         figures::overall(data),
+        ranks::ranks(data),
+        profiles::profiles(data),
         figures::distribution(data),
         curves::learning(data),
         context::by_feature(data),
@@ -38,6 +40,9 @@ pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError>
         scores: folder.join("scores.csv"),
         summary: folder.join("summary.csv"),
         episodes: folder.join("episodes.csv"),
+        pairs: folder.join("pairs.csv"),
+        ranks: folder.join("ranks.csv"),
+        profiles: folder.join("profiles.csv"),
         training: (!data.trainings.is_empty()).then(|| folder.join("training.csv")),
         figures: Vec::new(),
     };
@@ -49,6 +54,9 @@ pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError>
     write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
     write_atomically(&paths.summary, csv::summary(data).as_bytes())?;
     write_atomically(&paths.episodes, csv::episodes(data).as_bytes())?;
+    write_atomically(&paths.pairs, compared::pairs(data).as_bytes())?;
+    write_atomically(&paths.ranks, compared::ranks(data).as_bytes())?;
+    write_atomically(&paths.profiles, compared::profiles(data).as_bytes())?;
     if let Some(path) = &paths.training {
         write_atomically(path, csv::training(data).as_bytes())?;
     }

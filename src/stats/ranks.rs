@@ -32,8 +32,9 @@ pub fn rank_probabilities(resamples: &[&[f64]], direction: Direction) -> Option<
     }
     let mut sums = vec![vec![0.0; methods]; methods];
     let mut order: Vec<usize> = (0..methods).collect();
-    for draw in 0..count {
-        let value = |m: usize| resamples[m][draw];
+    let draws = (0..count).map(|draw| resamples.iter().map(|r| r[draw]).collect::<Vec<f64>>());
+    for values in draws {
+        let value = |m: usize| values[m];
         order.sort_by(|a, b| direction.compare(value(*a), value(*b)).then(a.cmp(b)));
         let mut place = 0;
         for tied in order.chunk_by(|a, b| value(*a) == value(*b)) {

@@ -1,0 +1,167 @@
+//! Two methods on the same point MDPs and seeds: by how much one is ahead, how sure that is, and how often it is better.
+//!
+//! Differences and wins are taken point MDP by point MDP and seed by seed, and the estimator is asked for their mean. So
+//! they have an interval whatever the estimator makes it of, and two methods that lack different point MDPs are compared
+//! where both have results.
+
+use super::estimator::Estimate;
+use super::evidence::Evidence;
+use super::method::{MethodSummary, Summarised, paired};
+use super::points::PointSummary;
+use super::profiles::RankedProfiles;
+use super::summaries::Estimated;
+use crate::stats::improvement::{differences, placements};
+use crate::stats::{Direction, Dominance, PointObjectives, Verdict};
+
+/// Two methods compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pair {
+    /// Position in [`super::Analysis::methods`] of the one that is named first there.
+    pub first: usize,
+    /// Position of the other.
+    pub second: usize,
+    /// Point MDPs on which both have results, and which alone count here.
+    pub points: usize,
+    /// By how much the first one's overall performance is ahead; negative where it is behind.
+    pub ahead: Estimated,
+    /// Probability that a run of the first is better than one of the second on the same point MDP.
+    pub improvement: Estimated,
+    /// What the profiles of the two say; `None` where one of them is not ranked.
+    pub dominance: Option<Dominance>,
+}
+
+/// What the interval of a difference says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decided {
+    /// The first is better.
+    First,
+    /// The second is better.
+    Second,
+    /// The interval contains 0.
+    Open,
+    /// There is no interval.
+    Unknown,
+}
+
+impl Pair {
+    /// Returns what the interval of the difference says.
+    pub fn decided(&self) -> Decided {
+        match self.ahead.interval {
+            None => Decided::Unknown,
+            Some((low, _)) if low > 0.0 => Decided::First,
+            Some((_, high)) if high < 0.0 => Decided::Second,
+            Some(_) => Decided::Open,
+        }
+    }
+}
+
+/// A point MDP with the objectives of both methods on the same seeds.
+type OnPoint<'a> = (&'a PointSummary, &'a PointObjectives, &'a PointObjectives);
+
+/// Compares all methods that have an estimate, two at a time, in the order of the ranking.
+pub(super) fn pairs(
+    evidence: Evidence<'_>,
+    estimates: &[Summarised],
+    profiles: &RankedProfiles,
+) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    for first in 0..estimates.len() {
+        for second in first + 1..estimates.len() {
+            let found = pair(evidence, (first, &estimates[first]), (second, &estimates[second]));
+            let dominance = profiles.dominance(evidence, first, second);
+            pairs.extend(
+                found.map(|pair| Pair { dominance: dominance.map(|d| agreed(d, &pair)), ..pair }),
+            );
+        }
+    }
+    pairs
+}
+
+/// Leaves open what cannot be: whoever dominates has the better mean.
+fn agreed(dominance: Dominance, pair: &Pair) -> Dominance {
+    let ahead = pair.ahead.value;
+    let verdict = match dominance.verdict {
+        Verdict::First if ahead < 0.0 => Verdict::Open,
+        Verdict::Second if ahead > 0.0 => Verdict::Open,
+        verdict => verdict,
+    };
+    Dominance { verdict, ..dominance }
+}
+
+fn pair(
+    evidence: Evidence<'_>,
+    (first, (a, of_a)): (usize, &Summarised),
+    (second, (b, of_b)): (usize, &Summarised),
+) -> Option<Pair> {
+    let direction = evidence.identity.direction;
+    let shared = shared(evidence.points, a, b);
+    let ahead = |(point, x, y): &OnPoint<'_>| PointObjectives {
+        weight: point.weight,
+        method: match direction {
+            Direction::Lower => differences(&y.method, &x.method),
+            Direction::Higher => differences(&x.method, &y.method),
+        },
+        ..(*x).clone()
+    };
+    let wins = |(point, x, y): &OnPoint<'_>| PointObjectives {
+        weight: point.weight,
+        method: placements(&x.method, &y.method, direction),
+        baseline: vec![1.0; x.baseline.len()],
+        draws: x.draws,
+    };
+    let estimate = |of: &dyn Fn(&OnPoint<'_>) -> PointObjectives| -> Option<Estimate> {
+        let objectives: Vec<PointObjectives> = shared.iter().map(of).collect();
+        let points: Vec<&PointSummary> = shared.iter().map(|(p, _, _)| *p).collect();
+        let of_sample = paired(evidence, a.index, &points, |estimator, sample, rng| {
+            estimator.estimate(sample, &objectives, rng)
+        });
+        of_sample.ok()
+    };
+    let difference = match trained_apart(&shared, (a, of_a), (b, of_b)) {
+        Some((a, b)) if direction.is_lower() => a.difference(b),
+        Some((a, b)) => b.difference(a),
+        None => estimate(&ahead)?,
+    };
+    let improvement = estimate(&wins)?;
+    let share = |(low, high): (f64, f64)| (low.max(0.0), high.min(1.0));
+    Some(Pair {
+        first,
+        second,
+        points: shared.len(),
+        ahead: Estimated { value: difference.value, interval: difference.interval },
+        improvement: Estimated {
+            value: improvement.value,
+            interval: improvement.interval.map(share),
+        },
+        dominance: None,
+    })
+}
+
+/// Returns the point MDPs on which both methods have a score over the same seeds.
+fn shared<'a>(
+    points: &'a [PointSummary],
+    a: &MethodSummary,
+    b: &MethodSummary,
+) -> Vec<OnPoint<'a>> {
+    let objectives =
+        |p: &'a PointSummary, m: &MethodSummary| p.results[m.index].as_ref()?.objectives.as_ref();
+    let on_point = |p: &'a PointSummary| {
+        let (x, y) = (objectives(p, a)?, objectives(p, b)?);
+        (x.baseline == y.baseline).then_some((p, x, y))
+    };
+    points.iter().filter_map(on_point).collect()
+}
+
+/// Returns the two estimates where their resamples say more than differences do: both methods were trained several times,
+/// each on its own, and both estimates are over just these point MDPs.
+fn trained_apart<'a>(
+    shared: &[OnPoint<'_>],
+    (a, of_a): (&MethodSummary, &'a Option<Estimate>),
+    (b, of_b): (&MethodSummary, &'a Option<Estimate>),
+) -> Option<(&'a Estimate, &'a Estimate)> {
+    let both = shared.iter().any(|(_, x, y)| x.method.len() > 1 && y.method.len() > 1);
+    let same = [a.points, b.points] == [shared.len(); 2];
+    let (of_a, of_b) = of_a.as_ref().zip(of_b.as_ref())?;
+    let resampled = !of_a.resamples.is_empty() && of_a.resamples.len() == of_b.resamples.len();
+    (both && same && resampled).then_some((of_a, of_b))
+}

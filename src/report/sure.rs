@@ -1,0 +1,257 @@
+//! The section "How sure is the ranking?": every text and number of it, for its own template.
+
+use minijinja::{Value, context};
+
+use super::error::ReportError;
+use super::figure::Figure;
+use super::figures::label;
+use super::page::render;
+use super::whole::Report;
+use super::{format, profiles, ranks, text};
+use crate::analysis::{Decided, Pair};
+use crate::stats::Verdict;
+use crate::stats::bootstrap::RESAMPLES;
+
+const TEMPLATE: &str = include_str!("templates/sure.html");
+
+/// Most pairs that are all shown at once; of more the neighbours in the ranking are.
+const MOST_PAIRS: usize = 10;
+
+/// Least probability of the first place that is worth a word.
+const LIKELY: f64 = 0.01;
+
+/// By how much rounding may keep a sum of shares from 1.
+const ROUNDING: f64 = 1e-12;
+
+/// Returns the section; `None` where no two methods have a result on the same point MDP.
+///
+/// # Errors
+///
+/// [`ReportError::Template`].
+pub(super) fn section(data: &Report, figures: &[Figure]) -> Result<Option<String>, ReportError> {
+    if data.comparison.pairs.is_empty() {
+        return Ok(None);
+    }
+    render("sure.html", TEMPLATE, values(data, figures)).map(Some).map_err(ReportError::Template)
+}
+
+fn values(data: &Report, figures: &[Figure]) -> Value {
+    let figure = |name: &str| figures.iter().find(|f| f.name == name).map(|f| f.svg.clone());
+    let pairs = &data.comparison.pairs;
+    let many = pairs.len() > MOST_PAIRS;
+    let neighbours = |p: &&Pair| !many || p.second == p.first + 1;
+    let rows = |pairs: Vec<&Pair>| pairs.into_iter().map(|p| row(data, p)).collect::<Vec<_>>();
+    context! {
+        answer => answer(data),
+        covers => covers(data),
+        met => data.words.met.as_str(),
+        better => data.better(),
+        resamples => RESAMPLES,
+        ranks => figure("ranks"),
+        ranks_narrow => ranks::narrow(data),
+        profiles => figure("profiles"),
+        profiles_narrow => profiles::narrow(data),
+        is_relative => !data.reference.is_none(),
+        of => data.reference.in_short(),
+        pairs => rows(pairs.iter().filter(neighbours).collect()),
+        all_pairs => if many { rows(pairs.iter().collect()) } else { Vec::new() },
+        count => pairs.len(),
+        points_differ => pairs.iter().any(|p| p.points != data.points.len()),
+        chosen => data.points.len(),
+        dominance => dominance(data),
+        exceptions => exceptions(data),
+        left_out => data.unranked().map(|m| m.method.clone()).collect::<Vec<_>>().join(", "),
+    }
+}
+
+fn row(data: &Report, p: &Pair) -> Value {
+    let name = |m: usize| label(data, &data.methods[m]);
+    let plain = |m: usize| data.methods[m].method.clone();
+    let share = |value: f64| format::percent(value);
+    let dominance = p.dominance.map(|d| match d.verdict {
+        Verdict::First => but(plain(p.first), d.ahead.1),
+        Verdict::Second => but(plain(p.second), d.ahead.0),
+        Verdict::Neither => "none".to_owned(),
+        Verdict::Open => "open".to_owned(),
+    });
+    context! {
+        first => name(p.first),
+        second => name(p.second),
+        ahead => format::score_within(p.ahead.value, p.ahead.interval),
+        interval => p.ahead.interval.map(format::interval),
+        improvement => share(p.improvement.value),
+        improvement_interval => p.improvement.interval
+            .map(|(low, high)| (share(low), share(high)))
+            .filter(|(low, high)| low != high)
+            .map(|(low, high)| format!("{low} to {high}")),
+        points => p.points,
+        decided => match p.decided() {
+            Decided::First => plain(p.first),
+            Decided::Second => plain(p.second),
+            Decided::Open => "open".to_owned(),
+            Decided::Unknown => "\u{2013}".to_owned(),
+        },
+        is_decided => matches!(p.decided(), Decided::First | Decided::Second),
+        dominance,
+    }
+}
+
+/// Says who is first and how sure that is, and which pairs are open.
+fn answer(data: &Report) -> String {
+    let pairs = &data.comparison.pairs;
+    let mut text = String::new();
+    if let Some(ranks) = &data.comparison.ranks {
+        let mut first: Vec<(&str, f64)> =
+            data.methods.iter().zip(ranks).map(|(m, r)| (m.method.as_str(), r[0])).collect();
+        first.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let likely: Vec<String> = (first.iter())
+            .filter(|(_, p)| *p >= LIKELY)
+            .map(|(m, p)| format!("{m} {}", certain(*p)))
+            .collect();
+        text.push_str(&match first.first() {
+            Some((m, p)) if *p >= 1.0 - ROUNDING => format!("{m} is first in every resample. "),
+            _ => format!("Probability of the first place: {}. ", likely.join(", ")),
+        });
+    }
+    let open: Vec<String> = (pairs.iter())
+        .filter(|p| p.decided() == Decided::Open)
+        .map(|p| format!("{} and {}", data.methods[p.first].method, data.methods[p.second].method))
+        .collect();
+    let known = pairs.iter().filter(|p| p.decided() != Decided::Unknown).count();
+    text.push_str(&match (known, open.len()) {
+        (0, _) => "Which of two methods is better cannot be said to be more than chance: there are no intervals.".to_owned(),
+        (1, 0) => "The difference of the two is decided.".to_owned(),
+        (n, 0) => format!("All {n} pairs are decided."),
+        (n, open_pairs) => {
+            let named = if open.len() <= MOST_PAIRS { open.join("; ") } else { format!("{}; and others", open[..MOST_PAIRS].join("; ")) };
+            format!("Of {} {open_pairs} {} open: {named}.", format::count(n, "pair"), if open_pairs == 1 { "is" } else { "are" })
+        }
+    });
+    text
+}
+
+/// Returns a probability in per cent that does not claim all of less.
+fn certain(p: f64) -> String {
+    if p > 0.995 { ">99%".to_owned() } else { format::percent(p) }
+}
+
+/// Says what the probabilities cover.
+fn covers(data: &Report) -> String {
+    let identity = &data.manifest.identity;
+    let seeds = identity.evaluation_seeds.len();
+    let ranked = data.methods.iter().filter(|m| m.rank.is_some());
+    let evaluated = ranked.map(|m| m.points).min().unwrap_or(data.points.len());
+    let whole = data.estimator().is_whole(identity.sample.family_size, evaluated);
+    let repeated: Vec<&str> = (data.methods.iter())
+        .map(|m| m.method.as_str())
+        .filter(|m| data.trained.contains(*m) && identity.replicates_of(m) > 1)
+        .collect();
+    let mut causes = Vec::new();
+    if !whole {
+        causes.push(format!(
+            "which {evaluated} of {} point MDPs were evaluated",
+            identity.sample.family_size
+        ));
+    }
+    if seeds > 1 {
+        causes.push(format!("which {seeds} evaluation seeds were drawn"));
+    }
+    if !repeated.is_empty() {
+        causes.push(format!("how the trainings of {} came out", repeated.join(", ")));
+    }
+    let mut text = match causes.is_empty() {
+        true => "Chance cannot be seen in one seed on every point MDP of a family: differences and profiles are those of the records, without probability.".to_owned(),
+        false => format!(
+            "Probabilities and intervals cover {}, and nothing else.",
+            causes.join(" and ")
+        ),
+    };
+    if evaluated < data.points.len() {
+        text.push_str(" What is missing is taken to be missing at random.");
+    }
+    if whole && !causes.is_empty() {
+        text.push_str(" All point MDPs were evaluated, so their choice is no chance.");
+    }
+    let once = text::trained_once(data);
+    if !once.is_empty() {
+        let names = format!("once per point MDP: {}", once.join(", "));
+        text.push_str(&match whole {
+            true => format!(" They do not cover the luck of tuning or training ({names})."),
+            false => format!(
+                " The luck of tuning or training ({names}) they cover only as far as it differs between point MDPs."
+            ),
+        });
+    }
+    text
+}
+
+/// Says who dominates whom.
+fn dominance(data: &Report) -> Vec<String> {
+    let pairs = || data.comparison.pairs.iter().filter_map(|p| Some((p, p.dominance?)));
+    let name = |m: usize| data.methods[m].method.as_str();
+    let mut sentences = Vec::new();
+    for (i, m) in data.methods.iter().enumerate() {
+        let dominated: Vec<String> = pairs()
+            .filter_map(|(p, d)| match d.verdict {
+                Verdict::First if p.first == i => Some(but(name(p.second).to_owned(), d.ahead.1)),
+                Verdict::Second if p.second == i => Some(but(name(p.first).to_owned(), d.ahead.0)),
+                _ => None,
+            })
+            .collect();
+        if !dominated.is_empty() {
+            sentences.push(format!("{} dominates {}.", m.method, dominated.join(", ")));
+        }
+    }
+    let neither: Vec<String> = pairs()
+        .filter(|(_, d)| d.verdict == Verdict::Neither)
+        .map(|(p, d)| {
+            let most = [d.ahead.0, d.ahead.1].map(format::percent);
+            format!(
+                "{} and {} (ahead by up to {} and {} of the family)",
+                name(p.first),
+                name(p.second),
+                most[0],
+                most[1]
+            )
+        })
+        .collect();
+    if !neither.is_empty() {
+        sentences
+            .push(format!("None dominates, for each is ahead somewhere: {}.", shortened(&neither)));
+    }
+    let open: Vec<String> = pairs()
+        .filter(|(_, d)| d.verdict == Verdict::Open)
+        .map(|(p, _)| format!("{} and {}", name(p.first), name(p.second)))
+        .collect();
+    if !open.is_empty() {
+        sentences.push(format!("Too near to each other to tell: {}.", shortened(&open)));
+    }
+    sentences
+}
+
+/// Whether a method is said to dominate whose profile is behind somewhere.
+fn exceptions(data: &Report) -> bool {
+    data.comparison.pairs.iter().filter_map(|p| p.dominance).any(|d| match d.verdict {
+        Verdict::First => d.ahead.1 > ROUNDING,
+        Verdict::Second => d.ahead.0 > ROUNDING,
+        Verdict::Neither | Verdict::Open => false,
+    })
+}
+
+/// Returns a name, with the share of the family by which its profile, or that of the one it dominates, is not as said.
+fn but(name: String, behind: f64) -> String {
+    match behind > ROUNDING {
+        true => format!("{name} (but for {})", format::percent(behind)),
+        false => name,
+    }
+}
+
+/// Returns the first of several, and how many others there are.
+fn shortened(all: &[String]) -> String {
+    match all.len() > MOST_PAIRS {
+        true => {
+            format!("{}; and {} other pairs", all[..MOST_PAIRS].join("; "), all.len() - MOST_PAIRS)
+        }
+        false => all.join("; "),
+    }
+}
