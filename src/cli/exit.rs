@@ -12,6 +12,7 @@ use crate::files::FileError;
 use crate::report::ReportError;
 use crate::run::error::RunError;
 use crate::run::fault::TrialError;
+use crate::sample::SampleError;
 use crate::store::error::StoreError;
 use crate::study::{CaseError, EngineError, StudyError};
 use crate::traffic::city::error::CityError;
@@ -54,6 +55,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             RunError::Trial(e) => trial(e),
             RunError::Prepare(e) => code(e.as_ref()),
             RunError::Sample(_)
+            | RunError::Plan(_)
             | RunError::Method { .. }
             | RunError::NoTask { .. }
             | RunError::Domain { .. }
@@ -90,7 +92,8 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     if let Some(e) = error.downcast_ref::<SimError>() {
         return Some(sim(e));
     }
-    if error.is::<AnalysisError>()
+    if error.is::<SampleError>()
+        || error.is::<AnalysisError>()
         || error.is::<StudyError>()
         || error.is::<EngineError>()
         || error.is::<CaseError>()

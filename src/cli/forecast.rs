@@ -203,9 +203,11 @@ pub(super) fn range([low, high]: [Duration; 2]) -> String {
     };
     let low = (low / unit / step).floor() * step;
     let high = (high / unit / step).ceil() * step;
-    match low == high {
-        true => format!("{low} {name}"),
-        false => format!("{low} to {high} {name}"),
+    match (low == high, low == 0.0) {
+        (true, _) => format!("{low} {name}"),
+        // Less than a step is no time of its own.
+        (false, true) => format!("up to {high} {name}"),
+        (false, false) => format!("{low} to {high} {name}"),
     }
 }
 

@@ -14,7 +14,9 @@ mod list;
 mod monitor;
 mod osm;
 mod output;
+mod plan;
 mod point;
+mod recorded;
 pub mod refused;
 mod report;
 mod routes;
@@ -57,6 +59,8 @@ pub enum Command {
     List(list::ListArgs),
     /// Build the SUMO networks of a family
     BuildNetworks(build_networks::BuildNetworksArgs),
+    /// Choose the point MDPs of a run: how many, what to expect, how long
+    Plan(plan::PlanArgs),
     /// Evaluate controllers on a sample of a family
     Run(run::RunArgs),
     /// Evaluate a model that `run` trained on another point MDP or SUMO scenario
@@ -98,6 +102,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
     match cli.command {
         Command::List(args) => list::run(&args),
         Command::BuildNetworks(args) => build_networks::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Routes(args) => routes::run(&args),

@@ -4,6 +4,7 @@ mod arguments;
 
 pub(super) use arguments::RunArgs;
 
+use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,18 +19,21 @@ use super::folder::RESULTS;
 use super::json::merge;
 use super::monitor::Monitor;
 use super::output::{line, note};
+use super::recorded::read;
 use super::report::print;
 use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
+use crate::files::FileError;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::{Session, open};
-use crate::sample::Sampling;
+use crate::sample::plan_file::{PlanError, PlanFile};
+use crate::sample::{Design, Sampling, choose_over};
 use crate::store::Layout;
 use crate::store::manifest::Task;
 use crate::store::results::Results;
@@ -40,12 +44,13 @@ const ALL: &str = "all";
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let subject = Subject::new(args)?;
     let methods = methods(&args.methods, subject.domain());
+    let plan = planned(args, &subject)?;
     let request = Request {
         domain: subject.domain(),
         problem: subject.problem(),
         budget: args.budget.0,
         sampling: args.sampling.unwrap_or(Sampling::DEFAULT),
-        design: None,
+        plan: plan.as_ref(),
         methods: &methods,
         base_seed: args.seed,
         evaluation_seeds: args.eval_seeds.get(),
@@ -86,6 +91,28 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         session.forget_failed()?;
     }
     work(args, &request, &session, jobs)
+}
+
+/// Returns the sample that a file says, or one that is spread over the scores of other results.
+fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>> {
+    let family = subject.problem().family();
+    if let Some(path) = &args.plan {
+        let text = fs::read_to_string(path).map_err(FileError::at("read", path))?;
+        let named = |e: PlanError| Refused(format!("{}: {e}", path.display()));
+        let plan = PlanFile::parse(&text).map_err(named)?;
+        plan.check(family).map_err(named)?;
+        return Ok(Some(plan));
+    }
+    let Some(dir) = &args.assist else { return Ok(None) };
+    let Some(budget) = args.budget.0 else {
+        let reason = "--assist has no effect: every point MDP is evaluated; give a --budget";
+        return Err(Refused(reason.to_owned()).into());
+    };
+    let (known, _) = read(dir)?;
+    let mut design = Design::of(family);
+    known.add_to(&mut design, &dir.display().to_string())?;
+    let sample = choose_over(family, &design, Sampling::Balanced, budget, args.seed)?;
+    Ok(Some(PlanFile::new(&family.name, sample, Some(design))))
 }
 
 /// Returns the methods by name; `all` stands for every one, none for the domain's default.

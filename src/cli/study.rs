@@ -10,15 +10,12 @@ use clap::builder::PossibleValue;
 use serde_json::json;
 
 use super::output::{Progress, line, note};
+use super::recorded::read;
 use super::values::{at_least_one, parse_seed};
-use crate::analysis::Analysis;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::domains;
 use crate::report::study::{StudyReport, write};
-use crate::store::Layout;
-use crate::store::results::Results;
-use crate::study::{Cell, Kind, Recorded, StudyPlan, study};
+use crate::study::{Cell, Kind, StudyPlan, study};
 
 /// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
 const BUDGETS: [usize; 4] = [10, 20, 40, 80];
@@ -129,15 +126,6 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         note(format!("report: {}", page.display()));
     }
     Ok(exit::DONE)
-}
-
-/// Reads results on a whole family.
-fn read(dir: &std::path::Path) -> anyhow::Result<(Recorded, Analysis)> {
-    let layout = Layout::new(dir);
-    let results = Results::load(&layout)?;
-    let sections = domains::sections(&layout, &results)?;
-    let analysis = Analysis::new(&results, sections.measures());
-    Ok((Recorded::of(&analysis, &dir.display().to_string())?, analysis))
 }
 
 pub(super) fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {

@@ -8,6 +8,7 @@ use super::effects::{self, Use, not_among};
 use super::folder::NETWORKS;
 use super::output::note;
 use super::run::RunArgs;
+use super::scenario::ScenarioArg;
 use super::signals::warning_lines;
 use crate::cli::refused::Refused;
 use crate::domains;
@@ -42,6 +43,19 @@ impl Subject {
         let loaded = scenario(args)?;
         let networks = args.networks.clone().unwrap_or_else(|| default_folder(name, &loaded));
         let problem = SignalProblem::new(loaded, folder(name), networks, &args.sumocfg)?;
+        Ok(Self::Signals(Box::new(problem)))
+    }
+
+    /// Reads a scenario as it is, without SUMO scenarios in place of its family.
+    pub(super) fn plain(scenario: &ScenarioArg) -> anyhow::Result<Self> {
+        let name = &scenario.scenario;
+        if let Some(entry) = scenario.entry()? {
+            let problem = (entry.load)(name, &scenario.settings())?;
+            return Ok(Self::Other(entry, problem));
+        }
+        let loaded = scenario.signals(&scenario.settings())?;
+        let networks = default_folder(name, &loaded);
+        let problem = SignalProblem::new(loaded, folder(name), networks, &[])?;
         Ok(Self::Signals(Box::new(problem)))
     }
 

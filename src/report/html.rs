@@ -158,6 +158,8 @@ fn run(data: &Report) -> Value {
         chosen => data.points.len(),
         planned => data.tasks.len(),
         sampling => data.sampling(),
+        assisted => identity.sample.assisted,
+        assumptions => data.estimator().assumptions(),
         budget => identity.sample.budget,
         family_size => identity.sample.family_size,
         seeds => identity.evaluation_seeds.len(),

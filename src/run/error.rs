@@ -6,6 +6,7 @@ use super::fault::{Cause, TrialError};
 use crate::family::FamilyError;
 use crate::files::FileError;
 use crate::sample::SampleError;
+use crate::sample::plan_file::PlanError;
 use crate::store::StoreError;
 
 /// Why a run cannot be planned or a task not be done.
@@ -18,6 +19,9 @@ pub enum RunError {
     /// The point MDPs cannot be chosen.
     #[error(transparent)]
     Sample(#[from] SampleError),
+    /// The plan is for something else.
+    #[error("the plan: {0}")]
+    Plan(#[from] PlanError),
     /// The results directory cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),

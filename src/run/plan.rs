@@ -7,6 +7,7 @@ use super::error::RunError;
 use super::method::{Method, Training, find};
 use crate::family::Feature;
 use crate::files::write_atomically;
+use crate::sample::plan_file::PlanFile;
 use crate::sample::{Design, SamplePlan, Sampling, choose_over};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
@@ -23,8 +24,8 @@ pub struct Request<'a> {
     pub budget: Option<usize>,
     /// How they are chosen.
     pub sampling: Sampling,
-    /// What a balanced sample is spread over; `None` for what the family says.
-    pub design: Option<&'a Design>,
+    /// A sample that was chosen before; budget and sampling are its then.
+    pub plan: Option<&'a PlanFile>,
     /// Methods by name; the baseline is added.
     pub methods: &'a [String],
     /// Seed from which all others are derived.
@@ -47,7 +48,7 @@ impl<'a> Request<'a> {
             problem,
             budget: None,
             sampling: Sampling::DEFAULT,
-            design: None,
+            plan: None,
             methods,
             base_seed: 0,
             evaluation_seeds: EVALUATION_SEEDS,
@@ -94,12 +95,17 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
     let family = request.problem.family();
     let budget = request.budget.unwrap_or(family.points.len());
     let sampling = if request.budget.is_none() { Sampling::All } else { request.sampling };
-    let design = match request.design {
-        Some(design) => design.clone(),
-        None => Design::of(family),
+    let (sample, design) = match request.plan {
+        Some(plan) => {
+            plan.check(family)?;
+            (plan.sample.clone(), plan.design.clone())
+        }
+        None => {
+            let design = Design::of(family);
+            let sample = choose_over(family, &design, sampling, budget, request.base_seed)?;
+            (sample, (sampling == Sampling::Balanced).then_some(design))
+        }
     };
-    let sample = choose_over(family, &design, sampling, budget, request.base_seed)?;
-    let design = (sampling == Sampling::Balanced).then_some(design);
     let repeats = |m: &&&Method| request.replicates > 1 && m.training != Training::None;
     let names = |m: &&Method| m.name.to_owned();
     let replicated = methods.iter().filter(repeats).map(names).collect();

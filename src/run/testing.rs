@@ -227,7 +227,7 @@ pub(super) fn request<'a>(
         problem: pair,
         budget: None,
         sampling: Sampling::All,
-        design: None,
+        plan: None,
         methods,
         base_seed: 0,
         evaluation_seeds,

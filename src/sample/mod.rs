@@ -5,6 +5,7 @@
 pub mod balanced;
 pub mod design;
 pub mod kmeans;
+pub mod plan_file;
 mod random;
 
 use serde::{Deserialize, Serialize};
@@ -173,15 +174,25 @@ pub fn choose_over(
     Ok(SamplePlan { sampling, budget, family_size: size, seed, draws, design: sha256, assisted })
 }
 
-/// Returns per point MDP of the family the position of the chosen one that stands for it: its own, or
-/// with k-means that of its cluster; `None` where none does, as with random draws.
+/// Returns per point MDP of the family the position of the chosen one that stands for it: its own, with k-means that
+/// of its cluster, in a balanced sample the nearest; `None` where none does, as with other random draws.
 pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
     let chosen: Vec<usize> =
         plan.draws.iter().filter_map(|draw| family.position(&draw.point)).collect();
     let own = |point: usize| chosen.contains(&point).then_some(point);
     let size = family.points.len();
-    if plan.sampling != Sampling::KMeans {
-        return (0..size).map(own).collect();
+    match plan.sampling {
+        Sampling::KMeans => {}
+        Sampling::Balanced => {
+            let rows = kmeans::standardise(&features(family));
+            let distance = |a: usize, b: usize| kmeans::squared_distance(&rows[a], &rows[b]);
+            let nearest = |point: usize| {
+                let by = |a: &usize, b: &usize| distance(point, *a).total_cmp(&distance(point, *b));
+                chosen.iter().copied().min_by(by)
+            };
+            return (0..size).map(|point| own(point).or_else(|| nearest(point))).collect();
+        }
+        _ => return (0..size).map(own).collect(),
     }
     let labels = kmeans::labels(&features(family), plan.budget, plan.seed);
     let of_cluster = |label: usize| chosen.iter().copied().find(|c| labels[*c] == label);
@@ -268,5 +279,16 @@ mod tests {
         let stands = stands(&family, &plan);
         assert_eq!(stands.iter().flatten().count(), 20);
         assert!((0..stands.len()).all(|p| stands[p].is_none_or(|s| s == p)));
+    }
+
+    #[test]
+    fn the_nearest_draw_of_a_balanced_sample_stands_for_a_point_mdp() {
+        let family = load("salt-lake-city").unwrap().family;
+        let plan = choose(&family, Sampling::Balanced, 20, 3).unwrap();
+        let stands = stands(&family, &plan);
+        let drawn: Vec<usize> =
+            plan.draws.iter().filter_map(|d| family.position(&d.point)).collect();
+        assert!(stands.iter().all(|s| s.is_some_and(|s| drawn.contains(&s))));
+        assert!(drawn.iter().all(|d| stands[*d] == Some(*d)));
     }
 }

@@ -5,6 +5,9 @@ use crate::family::{FamilyError, Feature, MdpFamily, PointMdp};
 use crate::sample::design::{Design, Input, Measure};
 use crate::stats::{Direction, PointObjectives};
 
+/// How far the importance of the same point MDP may differ.
+const TOLERANCE: f64 = 1e-9;
+
 /// A method on every point MDP of a family.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordedMethod {
@@ -75,6 +78,14 @@ pub enum StudyError {
         than: String,
         /// What differs.
         what: String,
+    },
+    /// Nothing that could assist.
+    #[error(
+        "{dir} has no method without learning on all point MDPs; run some, or leave --assist out"
+    )]
+    NoInputs {
+        /// The results directory.
+        dir: String,
     },
     /// No family can be made of the point MDPs.
     #[error(transparent)]
@@ -173,23 +184,57 @@ impl Recorded {
     ///
     /// [`StudyError::OtherFamily`] when point MDPs or their importance differ.
     pub fn assisted_by(&mut self, other: &Self, dir: &str, than: &str) -> Result<(), StudyError> {
+        let ours = self.family.points.iter().map(|p| (p.id.as_str(), p.importance));
+        other.check_points(ours, (dir, than))?;
+        self.inputs = other.inputs.clone();
+        Ok(())
+    }
+
+    /// Adds the inputs to what is known of a family.
+    ///
+    /// # Arguments
+    ///
+    /// * `dir` — the results directory, for errors.
+    ///
+    /// # Errors
+    ///
+    /// [`StudyError::OtherFamily`] when point MDPs or their importance differ, [`StudyError::NoInputs`] when no
+    /// method without learning was run everywhere.
+    pub fn add_to(&self, design: &mut Design, dir: &str) -> Result<(), StudyError> {
+        let points = design.points.iter().map(|p| (p.point.as_str(), p.importance));
+        self.check_points(points, (dir, "the scenario"))?;
+        if self.inputs.iter().all(|(input, _)| input.measure == Measure::Objective) {
+            return Err(StudyError::NoInputs { dir: dir.to_owned() });
+        }
+        for (input, values) in &self.inputs {
+            design.inputs.push(input.clone());
+            design.points.iter_mut().zip(values).for_each(|(p, v)| p.inputs.push(*v));
+        }
+        Ok(())
+    }
+
+    /// Checks that others are the point MDPs of this family.
+    fn check_points<'a>(
+        &self,
+        others: impl ExactSizeIterator<Item = (&'a str, f64)>,
+        (dir, than): (&str, &str),
+    ) -> Result<(), StudyError> {
         let differ = |what: String| {
             let (dir, than) = (dir.to_owned(), than.to_owned());
             Err(StudyError::OtherFamily { dir, than, what })
         };
-        if other.family.points.len() != self.family.points.len() {
-            let (n, m) = (other.family.points.len(), self.family.points.len());
-            return differ(format!("it has {n} point MDPs, not {m}"));
+        let (own, all) = (self.family.points.len(), others.len());
+        if own != all {
+            return differ(format!("it has {own} point MDPs, not {all}"));
         }
-        for (own, theirs) in self.family.points.iter().zip(&other.family.points) {
-            if own.id != theirs.id || (own.importance - theirs.importance).abs() > 1e-9 {
+        for (point, (id, importance)) in self.family.points.iter().zip(others) {
+            if point.id != id || (point.importance - importance).abs() > TOLERANCE {
                 return differ(format!(
-                    "{} with importance {} against {} with {}",
-                    theirs.id, theirs.importance, own.id, own.importance
+                    "{} with importance {:.6} against {id} with {importance:.6}",
+                    point.id, point.importance
                 ));
             }
         }
-        self.inputs = other.inputs.clone();
         Ok(())
     }
 

@@ -20,6 +20,7 @@ Examples:
   tsc-family run smoke --methods idqn --episodes 20 --set signal.delta_time_s=5 --out results/short
   tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
   tsc-family run cartpole --preset tuned --budget 40 --methods ppo,dqn
+  tsc-family run --budget 40 --assist results/all --methods idqn --out results/idqn
   tsc-family run --budget 80 --dry-run")]
 pub struct RunArgs {
     /// Scenario: path or embedded name; with --sumocfg only its settings count
@@ -34,6 +35,13 @@ pub struct RunArgs {
     /// How the point MDPs of a budget are chosen [default: balanced]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
+    /// Point MDPs that `plan` chose
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
+    pub plan: Option<PathBuf>,
+    /// Results of the whole family with methods that do not learn: the sample is spread over their scores, and
+    /// estimates use them
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["sampling", "sumocfg"])]
+    pub assist: Option<PathBuf>,
     /// Methods, separated by commas, or `all`; of signals `baseline` always runs [default:
     /// baseline,fixed-time,max-pressure,actuated; of `cartpole` ppo,dqn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]

@@ -22,7 +22,7 @@ pub(super) enum Basis {
     Simulated,
     /// Its point MDP was.
     PointMdp,
-    /// The point MDP of its cluster was.
+    /// The point MDP of its cluster, or the nearest that was drawn, was.
     Represented,
     /// None that stands for it was.
     None,

@@ -32,7 +32,7 @@ pub(super) fn draw_legend(canvas: &mut Canvas, data: &Analysis, dots: &[Dot]) {
         dots.iter().any(|d| d.basis == basis && d.class.is_some() == result)
     };
     let own = if has(Basis::Simulated, true) { "simulated" } else { "its point MDP was simulated" };
-    let represented = "not simulated: colour of the point MDP that stands for its cluster";
+    let represented = "not simulated: colour of the point MDP that stands for it";
     let any_hollow = dots.iter().any(|d| matches!(d.basis, Basis::Represented | Basis::None));
     let unknown = has(Basis::PointMdp, false)
         || has(Basis::Simulated, false)
