@@ -218,6 +218,8 @@ fn what_has_no_truth_or_another_family_is_refused_with_the_way_out() {
     );
     let e = fails(dir.path(), "all --assist other");
     assert!(e.contains("other has another family than all"), "{e}");
+    let e = fails(dir.path(), "all --inputs learner");
+    assert!(e.contains("methods without learning on all point MDPs are steady, nervous"), "{e}");
     assert!(fails(dir.path(), "all --budgets 13").contains("give budgets from 1 to 12"));
     assert!(fails(dir.path(), "all --estimators m1 --assist all").contains("has no effect"));
     fails(dir.path(), "empty");

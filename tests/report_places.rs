@@ -190,7 +190,7 @@ fn the_map_shows_streets_all_intersections_and_who_stands_for_them() {
     "#);
     for legend in [
         "its point MDP was simulated",
-        "not simulated: colour of the point MDP that stands for its cluster",
+        "not simulated: colour of the point MDP that stands for it",
         "not simulated, and nothing stands for it",
         "OpenStreetMap contributors",
     ] {

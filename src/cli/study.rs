@@ -49,6 +49,9 @@ pub struct EstimateArgs {
     /// Results directory of the same family with methods that do not learn, for m4 [default: DIR]
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
+    /// Methods whose scores m4 knows on all point MDPs [default: all that do not learn]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub inputs: Vec<String>,
     /// Numbers of point MDPs [default: 10,20,40,80 as far as the family has more]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub budgets: Vec<NonZeroUsize>,
@@ -88,6 +91,13 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
             &dir.display().to_string(),
             &args.dir.display().to_string(),
         )?;
+    }
+    if !args.inputs.is_empty() {
+        if !kinds.contains(&Kind::M4) {
+            let reason = "--inputs has no effect without m4 among --estimators; leave it out";
+            return Err(Refused(reason.to_owned()).into());
+        }
+        recorded.keep_inputs(&args.inputs, &args.dir.display().to_string())?;
     }
     let size = recorded.family.points.len();
     let budgets = budgets(&args.budgets, size)?;

@@ -79,6 +79,16 @@ pub enum StudyError {
         /// What differs.
         what: String,
     },
+    /// A method that cannot assist.
+    #[error("{dir}: --inputs {method}: methods without learning on all point MDPs are {known}")]
+    NoInput {
+        /// The results directory.
+        dir: String,
+        /// The method.
+        method: String,
+        /// Those that can.
+        known: String,
+    },
     /// Nothing that could assist.
     #[error(
         "{dir} has no method without learning on all point MDPs; run some, or leave --assist out"
@@ -210,6 +220,26 @@ impl Recorded {
             design.inputs.push(input.clone());
             design.points.iter_mut().zip(values).for_each(|(p, v)| p.inputs.push(*v));
         }
+        Ok(())
+    }
+
+    /// Keeps the scores of these methods among the inputs, besides the baseline's objective.
+    ///
+    /// # Arguments
+    ///
+    /// * `dir` — the results directory, for errors.
+    ///
+    /// # Errors
+    ///
+    /// [`StudyError::NoInput`] for a method whose scores are not known everywhere, or that learns.
+    pub fn keep_inputs(&mut self, methods: &[String], dir: &str) -> Result<(), StudyError> {
+        let scores = || self.inputs.iter().filter(|(i, _)| i.measure == Measure::Score);
+        let known: Vec<&str> = scores().map(|(i, _)| i.method.as_str()).collect();
+        if let Some(method) = methods.iter().find(|m| !known.contains(&m.as_str())) {
+            let (method, known) = (method.clone(), known.join(", "));
+            return Err(StudyError::NoInput { dir: dir.to_owned(), method, known });
+        }
+        self.inputs.retain(|(i, _)| i.measure == Measure::Objective || methods.contains(&i.method));
         Ok(())
     }
 
