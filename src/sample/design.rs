@@ -85,6 +85,19 @@ impl Design {
         self.points.iter().position(|p| p.point == point)
     }
 
+    /// Returns the same without the inputs of some methods.
+    pub fn without(&self, methods: &[&str]) -> Self {
+        let kept: Vec<usize> = (0..self.inputs.len())
+            .filter(|c| !methods.contains(&self.inputs[*c].method.as_str()))
+            .collect();
+        let row = |p: &DesignPoint| DesignPoint {
+            inputs: kept.iter().map(|c| p.inputs[*c]).collect(),
+            ..p.clone()
+        };
+        let inputs = kept.iter().map(|c| self.inputs[*c].clone()).collect();
+        Self { inputs, points: self.points.iter().map(row).collect() }
+    }
+
     /// Returns the values of an input, a value per point MDP; `None` where it is none.
     pub fn input(&self, method: &str, measure: Measure) -> Option<Vec<f64>> {
         let wanted = |i: &Input| i.method == method && i.measure == measure;
@@ -150,6 +163,13 @@ mod tests {
         assert_eq!(design().input("plain", Measure::Score), Some(vec![0.5, 2.0]));
         assert_eq!(design().input("plain", Measure::Objective), None);
         assert_eq!(design().input("other", Measure::Score), None);
+    }
+
+    #[test]
+    fn inputs_of_a_method_can_be_left_out() {
+        let without = design().without(&["plain"]);
+        assert!(without.inputs.is_empty() && without.points.iter().all(|p| p.inputs.is_empty()));
+        assert_eq!(design().without(&["other"]), design());
     }
 
     #[test]

@@ -5,7 +5,10 @@
 //! the model is wrong by. A model that predicts nothing leaves Hajek's estimator; one that is biased leaves the estimate
 //! unbiased, because every prediction in the sample comes from a model that has not seen it.
 //!
-//! The interval is that of [`super::Balanced`] over what the model is wrong by. Statistics that need more than weights,
+//! The interval is that of [`super::Balanced`] over what the model is wrong by, and calibrated: the same sample and the
+//! same models say something of every method whose scores are known everywhere, each estimated as if only the others
+//! were; where such an interval does not hold what is known, all intervals are widened until it would
+//! ([`super::calibration`]). A sample that missed what is extreme shows it there. Statistics that need more than weights,
 //! scores and objectives (regimes) are those of the balanced sample.
 //!
 //! A method whose own scores are known everywhere is predicted by them.
@@ -17,16 +20,15 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::balanced::{Balanced, resampling};
+use super::calibration::widening;
 use super::contract::{Estimate, Estimator, Sample};
+use super::prediction::modelled;
 use super::weighted::{means, unresampled};
-use crate::model::{Known, Prediction, cross_fit};
+use crate::model::Prediction;
 use crate::sample::{Design, Measure};
 use crate::stats::quantile::central_95;
 use crate::stats::summary::Statistic;
 use crate::stats::{PointMeans, PointObjectives, StatsError, resample};
-
-/// Seed of the folds of the cross-validation.
-const FOLD_SEED: u64 = 0;
 
 /// The estimator of balanced samples with the scores of cheap methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +77,10 @@ impl Estimator for Assisted {
                 }
             }
         })?;
+        let widen = widening(design, sample.name, &rows, &observed, &resampling);
         for estimate in all.iter_mut().flatten() {
+            let value = estimate.value;
+            estimate.resamples.iter_mut().for_each(|r| *r = value + widen * (*r - value));
             estimate.interval = central_95(&estimate.resamples);
         }
         Ok(all)
@@ -124,18 +129,12 @@ fn family(design: &Design, scores: &[f64]) -> Vec<PointMeans> {
 /// # Arguments
 ///
 /// * `rows` — positions of the sample in the design.
-pub(super) fn predict(
-    design: &Design,
-    method: &str,
-    rows: &[usize],
-    observed: &[PointMeans],
-) -> Prediction {
+fn predict(design: &Design, method: &str, rows: &[usize], observed: &[PointMeans]) -> Prediction {
     if let Some(own) = design.input(method, Measure::Score) {
         let sample = rows.iter().map(|r| own[*r]).collect();
         return Prediction { sample, family: own, model: "its own scores", error: 0.0 };
     }
-    let known = Known { inputs: design.transformed_inputs(), all: design.coordinates() };
     let scores: Vec<f64> = observed.iter().map(|m| m.score).collect();
     let weights: Vec<f64> = observed.iter().map(|m| m.weight).collect();
-    cross_fit(&known, rows, &scores, &weights, FOLD_SEED)
+    modelled(design, rows, &scores, &weights)
 }

@@ -16,8 +16,10 @@
 
 mod assisted;
 mod balanced;
+mod calibration;
 mod contract;
 mod neighbours;
+mod prediction;
 mod representatives;
 mod weighted;
 mod whole;
