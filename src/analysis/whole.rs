@@ -14,7 +14,7 @@ use super::ranking::{Lead, OnCommonPoints, lead, on_common_points, rank};
 use super::reference::Reference;
 use super::training::{LearnerSummary, TrainingSummary, learner, trained, trainings};
 use super::winners::{Winner, winners};
-use crate::sample::Sampling;
+use crate::sample::{Design, Sampling};
 use crate::stats::Direction;
 use crate::store::manifest::Manifest;
 use crate::store::record::Outcome;
@@ -51,6 +51,8 @@ pub struct Analysis {
     pub trained: BTreeSet<String>,
     /// The best method of every point MDP, in the order of [`Self::points`].
     pub winners: Vec<Option<Winner>>,
+    /// What is known of the whole family; `None` where the run keeps no list of it.
+    pub design: Option<Design>,
 }
 
 impl Analysis {
@@ -101,6 +103,7 @@ impl Analysis {
             trainings,
             trained: trained(results),
             manifest: results.manifest.clone(),
+            design: results.design.clone(),
             reference,
             tasks,
             points,

@@ -24,6 +24,13 @@ pub struct Winner {
     pub lead: Option<(f64, f64)>,
 }
 
+impl Winner {
+    /// Whether the lead is more than chance explains: the whole interval is above 0.
+    pub fn is_decided(&self) -> bool {
+        self.lead.is_some_and(|(low, _)| low > 0.0)
+    }
+}
+
 /// Returns the best method of every point MDP; `None` where none has a result.
 pub(super) fn winners(
     points: &[PointSummary],

@@ -36,6 +36,23 @@ pub(crate) fn amount(value: f64) -> String {
     if value.abs() < 99.95 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
+/// Returns a large amount with three significant digits and its thousands apart, such as `29,600`; as an amount below
+/// 1000.
+pub(crate) fn thousands(value: f64) -> String {
+    if value.abs() < 999.5 {
+        return amount(value);
+    }
+    let unit = 10f64.powi(value.abs().log10().floor() as i32 - 2);
+    let digits = format!("{:.0}", (value / unit).round() * unit);
+    let first = digits.len() % 3;
+    let groups: Vec<&str> = [&digits[..first]]
+        .into_iter()
+        .filter(|group| !group.is_empty())
+        .chain((first..digits.len()).step_by(3).map(|at| &digits[at..at + 3]))
+        .collect();
+    groups.join(",")
+}
+
 /// Returns a share as per cent; more than nothing is never "0%".
 pub(crate) fn percent(share: f64) -> String {
     match share * 100.0 {
@@ -101,6 +118,12 @@ mod tests {
         assert_eq!(interval((0.5217, 0.5257)), "0.522 to 0.526");
         assert_eq!(interval((0.5217, 0.6257)), "0.52 to 0.63");
         assert_eq!(score_within(1.0, Some((1.0, 1.0))), "1.00");
+    }
+
+    #[test]
+    fn large_amounts_keep_three_digits_and_have_their_thousands_apart() {
+        let texts = [12.34, 999.4, 999.6, 29_649.0, 123_456.0, 9_999_999.0].map(thousands);
+        assert_eq!(texts, ["12.3", "999", "1,000", "29,600", "123,000", "10,000,000"]);
     }
 
     #[test]

@@ -9,8 +9,10 @@ use super::divisor::baseline_in_full;
 use super::error::ReportError;
 use super::figure::Figure;
 use super::figures::label;
-use super::headline::{headline, sentences};
+use super::first::{Answer, answers};
+use super::headline::{headline, lead};
 use super::page::{STYLE, render};
+use super::provenance::{hashes, provenance};
 use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
 use super::whole::Report;
@@ -50,7 +52,8 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     context! {
         style => STYLE,
         headline => headline(data),
-        sentences => sentences(data),
+        answers => answers(data).iter().map(answer).collect::<Vec<_>>(),
+        lead => lead(data),
         warnings => text::warnings(data),
         disagree => further::disagreements(data).len(),
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
@@ -82,6 +85,11 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         missing => data.missing(),
         ..merge_maps([words(data), said(data, parts), run(data)])
     }
+}
+
+/// Returns a question with its answer.
+fn answer(a: &Answer) -> Value {
+    context! { question => a.question, sentences => a.sentences.clone() }
 }
 
 /// Returns what things are called, and which way is better.
@@ -363,36 +371,4 @@ fn failure(data: &Report, row: &TaskScore) -> Value {
         replicate => row.replicate,
         reason => row.reason.clone().unwrap_or_else(|| "no reason was recorded".to_owned()),
     }
-}
-
-fn provenance(data: &Report) -> Vec<Value> {
-    let (i, p) = (&data.manifest.identity, &data.manifest.provenance);
-    let seeds: Vec<_> = i.evaluation_seeds.iter().map(u64::to_string).collect();
-    [
-        ("command", p.command.clone()),
-        ("tsc-family", format!("{} (git {}, {})", i.tsc_family, p.git, p.rustc)),
-        ("simulator", i.simulator.clone()),
-        ("host", p.host.clone()),
-        ("started", p.started.clone()),
-        ("networks", p.networks.clone()),
-        ("base seed", i.base_seed.to_string()),
-        ("evaluation seeds", seeds.join(", ")),
-        ("sampling", format!("{}, seed {}", data.sampling(), i.sample.seed)),
-        ("manifest sha256", data.manifest.sha256()),
-        ("schema version", i.schema_version.to_string()),
-    ]
-    .into_iter()
-    .filter(|(_, value)| !value.is_empty())
-    .map(|(name, value)| context! { name, value })
-    .collect()
-}
-
-fn hashes(data: &Report) -> Vec<Value> {
-    let points = data.manifest.identity.points.iter();
-    let files = points.flat_map(|p| p.sha256.iter().map(move |(file, sha)| (p, file, sha)));
-    files
-        .map(|(p, file, sha256)| {
-            context! { point => p.point.as_str(), file => file.as_str(), sha256 => sha256.as_str() }
-        })
-        .collect()
 }

@@ -15,8 +15,14 @@ use crate::store::manifest::PointRow;
 pub enum About {
     /// End of the headline.
     Headline,
-    /// Under which conditions the results hold: end of the first paragraphs.
+    /// Under which conditions the results hold: end of what they rest on, on the first page.
     Conditions,
+    /// What the best method gains in units that people in the field count in: first page.
+    Gain,
+    /// Where the best method fails by the field's own rules: first page.
+    Fails,
+    /// What a sample has too much or too little of: first page.
+    Misses,
     /// How the regimes of the baseline share the family: within a caption.
     Regimes,
     /// What few point MDPs may hold most of: first paragraph of the further summaries.
@@ -138,8 +144,8 @@ pub trait Sections: std::fmt::Debug {
         None
     }
 
-    /// Returns a text; `None` where there is nothing to say. All but the headline and the conditions are HTML, in
-    /// which names are to be escaped.
+    /// Returns a text; `None` where there is nothing to say. All but those of the first page, from
+    /// [`About::Headline`] to [`About::Misses`], are HTML, in which names are to be escaped.
     fn says(&self, about: About, data: &Analysis) -> Option<String> {
         let _ = (about, data);
         None

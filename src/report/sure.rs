@@ -131,7 +131,7 @@ fn answer(data: &Report) -> String {
 }
 
 /// Returns a probability in per cent that does not claim all of less.
-fn certain(p: f64) -> String {
+pub(super) fn certain(p: f64) -> String {
     if p > 0.995 { ">99%".to_owned() } else { format::percent(p) }
 }
 

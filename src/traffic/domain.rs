@@ -10,6 +10,7 @@ use super::env::World;
 use super::environment::{GENERATED, environment, planned_world};
 use super::error::TrafficError;
 use super::settings::Scenario;
+use super::settings::failure::FAILED_WAITING_S;
 use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
@@ -19,11 +20,6 @@ use crate::run::domain::{Domain, Objective, Site, Trial};
 use crate::run::fault::TrialError;
 use crate::run::method::{Method, find};
 use crate::stats::{Direction, Limit, Side};
-
-/// Mean waiting per vehicle above which a controller fails at an intersection, seconds.
-///
-/// Source: Jayawardana et al. (NeurIPS 2022), appendix, "Further experiments on approximation algorithms".
-const FAILED_WAITING_S: f64 = 20.0;
 
 /// Makes a controller; the seed is of everything random in it.
 pub type Create = Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>;

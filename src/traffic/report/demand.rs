@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use crate::report::format::percent;
+use crate::store::manifest::Identity;
 
 /// Share of the approaches with a default inflow above which a headline says so.
 const MOSTLY: f64 = 0.5;
@@ -57,6 +58,22 @@ pub(super) fn of_run(settings: &Value) -> Option<String> {
         text.push_str(&format!("; inflows: {}", sources(shares)));
     }
     Some(text)
+}
+
+/// Returns the length of the episodes on generated networks; `None` for imported scenarios, each of
+/// which has its own.
+pub(super) fn horizon_s(identity: &Identity) -> Option<f64> {
+    if identity.scenario == "imported" {
+        return None;
+    }
+    identity.settings.pointer("/demand/horizon_s")?.as_f64()
+}
+
+/// Returns the share of a day's traffic that the simulated hour has, for families of approaches.
+pub(super) fn hourly_share(settings: &Value) -> Option<f64> {
+    settings.pointer("/family/approaches").filter(|table| !table.is_null())?;
+    let share = settings.pointer("/family/hourly_share")?.as_f64()?;
+    (share > 0.0).then_some(share)
 }
 
 /// Returns whether the settings of a run say that most of its inflows are defaults.

@@ -2,6 +2,7 @@
 //! map, signal plans; and the page on the quality of a family that was derived from a map.
 
 mod demand;
+mod first;
 mod intersections;
 pub mod level_of_service;
 mod levels;

@@ -3,10 +3,10 @@
 use minijinja::HtmlEscape;
 use serde_json::Value;
 
-use super::demand;
 use super::level_of_service::DELAY;
 use super::measures::{GRIDLOCK_EXCESS, GRIDLOCK_SHARE, UNFINISHED};
 use super::overloaded::overloaded;
+use super::{demand, first};
 use crate::analysis::{Analysis, Reference};
 use crate::report::{About, format};
 
@@ -20,6 +20,9 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             on_defaults.then(|| "; most inflows are defaults".to_owned())
         }
         About::Conditions => limits(data),
+        About::Gain => first::gain(data),
+        About::Fails => first::fails(data),
+        About::Misses => first::misses(data),
         About::Regimes => {
             overloaded_of(data).map(|o| format!("Under the baseline {}.", o.in_words()))
         }
@@ -113,7 +116,7 @@ fn unfinished(data: &Analysis) -> Option<String> {
     if shares.is_empty() {
         return None;
     }
-    let horizon = match horizon_s(data) {
+    let horizon = match demand::horizon_s(&data.manifest.identity) {
         Some(seconds) => format!("after {seconds} s"),
         None => "when its scenario ends".to_owned(),
     };
@@ -128,14 +131,4 @@ fn unfinished(data: &Analysis) -> Option<String> {
 
 fn share(share: f64) -> String {
     format!("{:.1}%", 100.0 * share)
-}
-
-/// Returns the length of the episodes on generated networks; `None` for imported scenarios, each of
-/// which has its own.
-fn horizon_s(data: &Analysis) -> Option<f64> {
-    let identity = &data.manifest.identity;
-    if identity.scenario == "imported" {
-        return None;
-    }
-    identity.settings.pointer("/demand/horizon_s")?.as_f64()
 }

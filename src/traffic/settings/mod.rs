@@ -5,6 +5,7 @@
 
 pub mod check;
 mod demand;
+pub mod failure;
 pub mod inflow;
 mod names;
 pub mod signal;

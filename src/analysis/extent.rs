@@ -1,0 +1,82 @@
+//! How much of a family a class of point MDPs is: counted in instances where all of it was evaluated, else as a share
+//! of the weight.
+
+use super::points::PointSummary;
+use super::whole::Analysis;
+
+/// By how much counts that importance and instances imply may differ, relative to the count.
+const SAME_COUNT: f64 = 1e-6;
+
+/// How much of a family a class of point MDPs is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Extent {
+    /// So many instances of all; of a family that was evaluated as a whole.
+    Counted(u64, u64),
+    /// A share of the weight, which estimates that of the instances.
+    Share(f64),
+}
+
+impl Extent {
+    /// Returns the extent in words, such as `3 of 7 intersections`.
+    ///
+    /// # Arguments
+    ///
+    /// * `percent` — how a share is written.
+    pub fn in_words(self, instance: &str, percent: impl Fn(f64) -> String) -> String {
+        match self {
+            Self::Counted(n, 1) => format!("{n} of 1 {instance}"),
+            Self::Counted(n, all) => format!("{n} of {all} {instance}s"),
+            Self::Share(share) => format!("about {} of the {instance}s", percent(share)),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_none(self) -> bool {
+        match self {
+            Self::Counted(n, _) => n == 0,
+            Self::Share(share) => share <= 0.0,
+        }
+    }
+
+    /// Returns the count or the share alone, for enumerations.
+    pub fn alone(self, percent: impl Fn(f64) -> String) -> String {
+        match self {
+            Self::Counted(n, _) => n.to_string(),
+            Self::Share(share) => percent(share),
+        }
+    }
+}
+
+impl Analysis {
+    /// Whether all point MDPs of the family were to be evaluated.
+    pub fn is_whole(&self) -> bool {
+        self.points.len() == self.manifest.identity.sample.family_size
+    }
+
+    /// Returns how much of the family is so.
+    pub fn extent(&self, is_so: impl Fn(&PointSummary) -> bool) -> Extent {
+        let so = || self.points.iter().filter(|p| is_so(p));
+        match self.is_whole() {
+            true => {
+                let count = |p: &PointSummary| u64::from(p.row.instances);
+                Extent::Counted(so().map(count).sum(), self.points.iter().map(count).sum())
+            }
+            false => {
+                let total: f64 = self.points.iter().map(|p| p.weight).sum();
+                Extent::Share(so().map(|p| p.weight).sum::<f64>() / total)
+            }
+        }
+    }
+
+    /// Returns the number of instances of the whole family; `None` where importance is something else than the
+    /// number of a point MDP's instances among all.
+    pub fn family_instances(&self) -> Option<f64> {
+        let mut counts = (self.points.iter())
+            .filter(|p| p.row.importance > 0.0)
+            .map(|p| f64::from(p.row.instances) / p.row.importance);
+        let first = counts.next().filter(|count| *count > 0.0)?;
+        let same = |count: f64| (count / first - 1.0).abs() < SAME_COUNT;
+        let whole = (first.round() / first - 1.0).abs() < SAME_COUNT;
+        (whole && counts.all(same)).then(|| first.round())
+    }
+}

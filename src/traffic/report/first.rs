@@ -1,0 +1,120 @@
+//! What traffic adds to the first page: vehicle-hours, where a method fails, what a sample has of congestion.
+
+use super::demand;
+use super::level_of_service::{DELAY, LEVELS, THRESHOLDS_S, letter};
+use super::measures::AT_F;
+use crate::analysis::{Analysis, PointSummary, Reference};
+use crate::report::format;
+use crate::sample::Measure;
+use crate::stats::score::weighted_mean;
+use crate::traffic::settings::failure::FAILED_WAITING_S;
+
+/// Seconds in an hour.
+const HOUR_S: f64 = 3600.0;
+
+/// Says how many vehicle-hours the best method saves over the family, in the simulated hour and, where the settings
+/// say which share of a day that hour is, in a day; `None` where intersections or vehicles were not counted.
+pub(super) fn gain(data: &Analysis) -> Option<String> {
+    let identity = &data.manifest.identity;
+    if identity.objective != DELAY {
+        return None;
+    }
+    let (best, reference) = (data.best()?.index, data.reference.index?);
+    let intersections = data.family_instances()?;
+    let per_hour = HOUR_S / demand::horizon_s(identity)?;
+    let saved = |p: &PointSummary| {
+        let (own, other) = (p.results[best].as_ref()?, p.results[reference].as_ref()?);
+        let vehicles = own.metrics.get("vehicles_veh")?;
+        Some((p.weight, (other.objective - own.objective) * vehicles / HOUR_S))
+    };
+    let known: Option<Vec<(f64, f64)>> = data.points.iter().map(saved).collect();
+    let hours = intersections * weighted_mean(known?)? * per_hour;
+    let direction = if hours < 0.0 { "more" } else { "less" };
+    let about = if data.is_whole() { "" } else { "about " };
+    let mut text = format!(
+        "Over all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated hour",
+        format::thousands(hours.abs())
+    );
+    if let Some(share) = demand::hourly_share(&identity.settings) {
+        text.push_str(&format!(
+            ", and {} a day if every vehicle of the day has as much {direction} as one in that hour, which has {:.1}% \
+             of the day\u{2019}s traffic",
+            format::thousands(hours.abs() / share),
+            100.0 * share
+        ));
+    }
+    Some(text + ".")
+}
+
+/// Says on how much of the family the best method leaves level of service F, and long waiting.
+pub(super) fn fails(data: &Analysis) -> Option<String> {
+    let best = data.best()?;
+    let result = |p: &PointSummary| p.results[best.index].clone();
+    let mut parts = Vec::new();
+    if data.manifest.identity.objective == DELAY {
+        let at_f =
+            data.extent(|p| result(p).is_some_and(|r| letter(r.objective) == LEVELS[AT_LAST]));
+        let seconds = THRESHOLDS_S[AT_LAST - 1];
+        parts.push(match at_f.is_none() {
+            true => format!("no intersection is at level of service F (over {seconds} s of delay)"),
+            false => format!(
+                "{} have level of service F (over {seconds} s of delay)",
+                at_f.in_words("intersection", format::percent)
+            ),
+        });
+    }
+    let waiting = |p: &PointSummary| result(p)?.metrics.get("waiting_s").copied();
+    if data.points.iter().any(|p| waiting(p).is_some()) {
+        let fails = data.extent(|p| waiting(p).is_some_and(|s| s > FAILED_WAITING_S));
+        parts.push(match fails.is_none() {
+            true => format!("vehicles wait nowhere more than {FAILED_WAITING_S} s on average"),
+            false => format!(
+                "on {} vehicles wait more than {FAILED_WAITING_S} s on average, which counts as a failure",
+                fails.in_words("intersection", format::percent)
+            ),
+        });
+    }
+    (!parts.is_empty()).then(|| format!("Under {} {}.", best.method, parts.join("; ")))
+}
+
+/// Says which part of the sample is oversaturated, and of the family where that is known.
+pub(super) fn misses(data: &Analysis) -> Option<String> {
+    let identity = &data.manifest.identity;
+    if identity.objective != DELAY {
+        return None;
+    }
+    let baseline = Reference::baseline(identity).index?;
+    let known: Vec<&PointSummary> =
+        data.points.iter().filter(|p| p.results[baseline].is_some()).collect();
+    let at_f = known.iter().filter(|p| p.regime == Some(AT_F)).count();
+    let flag = |p: &&PointSummary| (p.weight, if p.regime == Some(AT_F) { 1.0 } else { 0.0 });
+    let share = weighted_mean(known.iter().map(flag))?;
+    let sample = format!(
+        "Oversaturated (level of service F under the baseline): {at_f} of {} in the sample, with {} of the weight",
+        format::count(known.len(), "point MDP"),
+        format::percent(share)
+    );
+    let of_family = || {
+        let design = data.design.as_ref()?;
+        let delays = design.input(&identity.baseline, Measure::Objective)?;
+        let at_f = |delay_s: &&f64| letter(**delay_s) == LEVELS[AT_LAST];
+        let importance = design.points.iter().map(|p| p.importance);
+        let flags = importance.zip(&delays).map(|(w, s)| (w, if at_f(&s) { 1.0 } else { 0.0 }));
+        Some((delays.iter().filter(at_f).count(), delays.len(), weighted_mean(flags)?))
+    };
+    Some(match of_family() {
+        Some((n, all, share)) => {
+            format!("{sample}; in the family {n} of {all}, with {}.", format::percent(share))
+        }
+        None => format!(
+            "{sample}; how many the family has is not known{}.",
+            match at_f {
+                0 => ", and nothing here says how methods do in congestion",
+                _ => "",
+            }
+        ),
+    })
+}
+
+/// Position of F among the levels.
+const AT_LAST: usize = LEVELS.len() - 1;
