@@ -85,6 +85,13 @@ pub(crate) fn count(n: usize, noun: &str) -> String {
     if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") }
 }
 
+/// Returns a text with a capital letter.
+pub(crate) fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase).into_iter().flatten();
+    first.chain(letters).collect()
+}
+
 /// Returns a feature's name as words, without the suffix that repeats its unit.
 pub(crate) fn words(name: &str, unit: &str) -> String {
     let name = match name.rsplit_once('_') {

@@ -11,13 +11,13 @@ use super::figure::Figure;
 use super::figures::label;
 use super::first::{Answer, answers};
 use super::headline::{headline, lead};
-use super::page::{STYLE, render};
+use super::page::{SCRIPT, STYLE, render};
 use super::provenance::{hashes, provenance};
 use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
 use super::whole::Report;
 use super::words::Words;
-use super::{format, further, narrow, sure, text};
+use super::{all, format, further, narrow, sure, text};
 use crate::analysis::{
     EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, TaskScore,
 };
@@ -39,8 +39,12 @@ const FAILURE_ROWS: usize = 20;
 /// [`ReportError::Template`].
 pub(super) fn page(data: &Report, figures: &[Figure]) -> Result<String, ReportError> {
     let parts = data.sections.parts(data, figures)?;
-    let sure = context! { sure => sure::section(data, figures)? };
-    let values = merge_maps([values(data, figures, &parts), sure]);
+    let further = context! {
+        sure => sure::section(data, figures)?,
+        all => all::section(data)?,
+        all_title => all::title(data),
+    };
+    let values = merge_maps([values(data, figures, &parts), further]);
     render("index.html", TEMPLATE, values).map_err(ReportError::Template)
 }
 
@@ -51,6 +55,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     let [_, reported] = data.sections.training_columns();
     context! {
         style => STYLE,
+        script => SCRIPT,
         headline => headline(data),
         answers => answers(data).iter().map(answer).collect::<Vec<_>>(),
         lead => lead(data),

@@ -5,6 +5,7 @@
 //! [`Sections`].
 
 pub mod across;
+mod all;
 mod compared;
 mod context;
 pub(crate) mod csv;
@@ -46,7 +47,7 @@ pub use figure::Figure;
 pub(crate) use figure::WIDTH;
 pub use paths::ReportPaths;
 pub use plain::Plain;
-pub use sections::{About, Look, Metric, Part, Sections, Slot, Table, Written};
+pub use sections::{About, Look, Metric, Part, Sections, Slot, Spot, Table, Written};
 pub use whole::Report;
 pub use words::Words;
 pub use write::write;

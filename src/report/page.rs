@@ -6,6 +6,9 @@ use minijinja::{Environment, UndefinedBehavior, Value};
 /// Style of all pages.
 pub(crate) const STYLE: &str = include_str!("templates/style.css");
 
+/// What sorts and filters tables, and leads from a dot on a map to its row.
+pub(crate) const SCRIPT: &str = include_str!("templates/page.js");
+
 /// Returns a page; its name ends in `.html`, so that values are escaped.
 ///
 /// # Errors

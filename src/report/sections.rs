@@ -103,6 +103,19 @@ pub struct Part {
     pub html: String,
 }
 
+/// A row of the table of everything: a place, or a point MDP.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Spot {
+    /// What it is called.
+    pub name: String,
+    /// What stands below that, such as its point MDP.
+    pub detail: String,
+    /// Position of the point MDP in [`Analysis::points`] whose results it has; `None` without.
+    pub point: Option<usize>,
+    /// Number of its dot on a map: the id of the dot is `dot-` and the number; `None` without a map.
+    pub dot: Option<usize>,
+}
+
 /// Files that a domain wrote.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Written {
@@ -209,6 +222,13 @@ pub trait Sections: std::fmt::Debug {
     fn places(&self, point: &PointRow) -> Vec<String> {
         let _ = point;
         Vec::new()
+    }
+
+    /// Returns the places that have a row each in the table of everything, in the order of their rows; `None` where
+    /// none is known, so that point MDPs have.
+    fn spots(&self, data: &Analysis) -> Option<Vec<Spot>> {
+        let _ = data;
+        None
     }
 
     /// Returns what a point MDP stands for.

@@ -237,11 +237,7 @@ impl Canvas {
 
     /// Draws a circle with a thin outline; the tip shows when the pointer rests on it.
     pub(crate) fn circle(&mut self, (cx, cy): (f64, f64), r: f64, fill: &str, tip: Option<&str>) {
-        if let Some(tip) = tip {
-            let title = Some(tip.to_owned());
-            self.scene.add(Primitive::GroupStart { transform: None, title, extra_attrs: None });
-        }
-        self.scene.add(Primitive::Circle {
+        let circle = Primitive::Circle {
             cx,
             cy,
             r,
@@ -249,29 +245,36 @@ impl Canvas {
             fill_opacity: None,
             stroke: Some(Color::from(INK)),
             stroke_width: Some(0.6),
-        });
-        if tip.is_some() {
-            self.scene.add(Primitive::GroupEnd);
+        };
+        self.tipped(circle, tip);
+    }
+
+    fn tipped(&mut self, drawn: Primitive, tip: Option<&str>) {
+        match tip {
+            Some(tip) => self.group(tip, None, |canvas| canvas.scene.add(drawn)),
+            None => self.scene.add(drawn),
         }
+    }
+
+    /// Draws a group with a tip that shows when the pointer rests on it, and with further attributes.
+    pub(crate) fn group(&mut self, tip: &str, attrs: Option<String>, draw: impl FnOnce(&mut Self)) {
+        let (title, extra_attrs) = (Some(tip.to_owned()), attrs);
+        self.scene.add(Primitive::GroupStart { transform: None, title, extra_attrs });
+        draw(self);
+        self.scene.add(Primitive::GroupEnd);
     }
 
     /// Draws lines given as SVG path data; the tip shows when the pointer rests on one.
     pub(crate) fn path(&mut self, d: String, color: &str, width: f64, tip: Option<&str>) {
-        if let Some(tip) = tip {
-            let title = Some(tip.to_owned());
-            self.scene.add(Primitive::GroupStart { transform: None, title, extra_attrs: None });
-        }
-        self.scene.add(Primitive::Path(Box::new(PathData {
+        let path = Primitive::Path(Box::new(PathData {
             d,
             fill: None,
             stroke: Color::from(color),
             stroke_width: width,
             opacity: None,
             stroke_dasharray: None,
-        })));
-        if tip.is_some() {
-            self.scene.add(Primitive::GroupEnd);
-        }
+        }));
+        self.tipped(path, tip);
     }
 
     /// Draws a filled shape with a thin outline.

@@ -64,8 +64,6 @@ impl Words {
 
     /// Returns the objective as a heading: `Delay`.
     pub fn heading(&self) -> String {
-        let mut letters = self.noun.chars();
-        let first = letters.next().map(char::to_uppercase).into_iter().flatten();
-        first.chain(letters).collect()
+        format::capitalised(&self.noun)
     }
 }

@@ -181,7 +181,7 @@ pub(crate) fn words(page: &str) -> String {
 /// Checks that a page loads nothing from elsewhere and that its ids are unique and its links lead to
 /// them.
 pub(crate) fn well_linked(page: &str) {
-    for forbidden in ["src=", "<link", "<script", "@import", "url("] {
+    for forbidden in ["src=", "<link", "<script ", "@import", "url(", "fetch(", "import("] {
         assert!(!page.contains(forbidden), "{forbidden}");
     }
     let mut ids: Vec<&str> =

@@ -9,7 +9,7 @@ use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
 use super::level_of_service::{DELAY, letter};
 use super::shown::{Seen, streets};
 use crate::analysis::Analysis;
-use crate::report::csv;
+use crate::report::{Spot, csv};
 use crate::traffic::places::MappedIntersection;
 
 /// Detail of a family of which every point MDP is an intersection with its own arms.
@@ -113,6 +113,31 @@ fn cells(data: &Analysis, place: &MappedIntersection) -> Vec<JsonValue> {
 
 fn number(value: Option<f64>) -> JsonValue {
     value.map_or(JsonValue::Null, JsonValue::from)
+}
+
+/// Returns the rows of the table of intersections on the page, each with its dot on the map.
+pub(super) fn spots(seen: Seen<'_>) -> Vec<Spot> {
+    let Seen { data, shown } = seen;
+    let mapped = data.best().is_some();
+    let of = |(number, place): (usize, &MappedIntersection)| {
+        let (basis, point) = basis(data, place);
+        let own = shown.called(data, &place.point);
+        let detail = match (basis, point) {
+            (Basis::Represented, Some(p)) => {
+                format!("results of {}", shown.called(data, &data.points[p].row.point))
+            }
+            (Basis::None, _) => format!("{own}: not simulated"),
+            _ => own,
+        };
+        let name = match (streets(place), place.id.as_str()) {
+            (Some(streets), "") => streets,
+            (Some(streets), id) => format!("{streets} ({id})"),
+            (None, "") => format!("{:.5}, {:.5}", place.latitude, place.longitude),
+            (None, id) => format!("{id}: {:.5}, {:.5}", place.latitude, place.longitude),
+        };
+        Spot { name, detail, point, dot: mapped.then_some(number) }
+    };
+    shown.places.intersections.iter().enumerate().map(of).collect()
 }
 
 /// Returns `intersections.csv`.

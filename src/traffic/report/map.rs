@@ -40,7 +40,8 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
     let best = data.best()?;
     let places = &shown.places.intersections;
     let view = MapView::of(places.iter().map(|p| (p.latitude, p.longitude)), FRAME)?;
-    let mut dots: Vec<Dot> = places.iter().map(|p| Dot::new(seen, best, p, &view)).collect();
+    let numbered = places.iter().enumerate();
+    let mut dots: Vec<Dot> = numbered.map(|(i, p)| Dot::new(seen, best, (i, p), &view)).collect();
     let (side, top) = (FRAME.side_px, FRAME.top_px);
     let bottom = top + view.height;
     let mut canvas = Canvas::new(WIDTH, bottom + BELOW_PX);
@@ -71,7 +72,12 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
     let radius = (RADIUS * even).clamp(RADIUS_PX.0, RADIUS_PX.1);
     for dot in &dots {
         let letter = dot.class.and_then(|class| letter(data, class));
-        dot::draw(&mut canvas, dot.at, radius, (dot.class, dot.basis), letter, Some(&dot.tip));
+        let number = dot.number;
+        let attributes = format!("id=\"dot-{number}\" data-row=\"row-{number}\"");
+        let look = (dot.class, dot.basis);
+        canvas.group(&dot.tip, Some(attributes), |canvas| {
+            dot::draw(canvas, dot.at, radius, look, letter);
+        });
     }
     legend::draw_legend(&mut canvas, data, &dots);
     let note = match shown.places.streets.is_empty() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
-use super::intersections::{geojson, table};
+use super::intersections::{geojson, spots, table};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
 use super::levels::{level_shares, levels};
 use super::map;
@@ -18,7 +18,8 @@ use crate::files::write_atomically;
 use crate::report::figures::label;
 use crate::report::page::render;
 use crate::report::{
-    About, Figure, Look, Metric, Part, ReportError, Sections, Slot, Table, Words, Written, format,
+    About, Figure, Look, Metric, Part, ReportError, Sections, Slot, Spot, Table, Words, Written,
+    format,
 };
 use crate::store::Layout;
 use crate::store::error::StoreError;
@@ -177,6 +178,10 @@ impl Sections for TrafficSections {
             texts.push(format!("and {} more", places.len() - PLACES));
         }
         texts
+    }
+
+    fn spots(&self, data: &Analysis) -> Option<Vec<Spot>> {
+        self.shown.is_placed().then(|| spots(self.seen(data)))
     }
 
     fn stands_for(&self, point: &PointRow) -> String {

@@ -23,6 +23,8 @@ const SCORE_LIMITS: [f64; 5] = [0.4, 0.6, 0.8, 1.0, 1.5];
 
 /// An intersection on the map.
 pub(super) struct Dot {
+    /// Position of the intersection among all.
+    pub(super) number: usize,
     /// Where on the canvas.
     pub(super) at: (f64, f64),
     /// Position in [`palette::ORDERED`]; `None` without a result.
@@ -38,7 +40,7 @@ impl Dot {
     pub(super) fn new(
         seen: Seen<'_>,
         best: &MethodSummary,
-        place: &MappedIntersection,
+        (number, place): (usize, &MappedIntersection),
         view: &MapView,
     ) -> Self {
         let Seen { data, shown } = seen;
@@ -68,6 +70,7 @@ impl Dot {
             None => format!("{name}: no result"),
         };
         Self {
+            number,
             at: view.place(place.latitude, place.longitude),
             class: result.and_then(|r| classify(data, r.objective, r.score)),
             basis,
@@ -90,17 +93,16 @@ pub(super) fn draw(
     radius: f64,
     (class, basis): (Option<usize>, Basis),
     letter: Option<char>,
-    tip: Option<&str>,
 ) {
     let hollow = matches!(basis, Basis::Represented | Basis::None);
     let radius = if hollow { SMALLER * radius } else { radius };
     let color = class.map_or(palette::UNKNOWN, |c| palette::ORDERED[c]);
-    canvas.circle(at, radius, if hollow { "#ffffff" } else { color }, tip);
+    canvas.circle(at, radius, if hollow { "#ffffff" } else { color }, None);
     if hollow {
         let (width, r) = (RING * radius, radius * (1.0 - RING / 2.0) - 0.3);
         let (west, arc) = (at.0 - r, format!("a{r:.2} {r:.2} 0 1 0"));
         let d = format!("M{west:.1} {:.1}{arc} {:.2} 0{arc} {:.2} 0", at.1, 2.0 * r, -2.0 * r);
-        canvas.path(d, color, width, tip);
+        canvas.path(d, color, width, None);
     }
     if let (Some(letter), Some(class)) = (letter, class) {
         let ink = if hollow { INK } else { palette::ink_on(class) };

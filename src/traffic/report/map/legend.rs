@@ -21,7 +21,7 @@ pub(super) fn draw_legend(canvas: &mut Canvas, data: &Analysis, dots: &[Dot]) {
     for class in 0..classes {
         let x = LEFT_PX + slot * class as f64;
         let at = (x + RADIUS_PX, 16.0);
-        draw(canvas, at, RADIUS_PX, (Some(class), Basis::PointMdp), letter(data, class), None);
+        draw(canvas, at, RADIUS_PX, (Some(class), Basis::PointMdp), letter(data, class));
         let name = match data.manifest.identity.objective == DELAY {
             true => range(class),
             false => class_name(data, class),
@@ -45,7 +45,7 @@ pub(super) fn draw_legend(canvas: &mut Canvas, data: &Analysis, dots: &[Dot]) {
     ];
     let mut x = LEFT_PX;
     for (_, class, basis, text) in entries.into_iter().filter(|e| e.0) {
-        draw(canvas, (x + RADIUS_PX, 40.0), RADIUS_PX, (class, basis), None, None);
+        draw(canvas, (x + RADIUS_PX, 40.0), RADIUS_PX, (class, basis), None);
         canvas.text(x + 19.0, 44.5, text, style);
         x += 19.0 + text_width(text) + 16.0;
     }
