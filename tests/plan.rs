@@ -164,6 +164,17 @@ fn a_method_that_follows_a_cheap_one_is_estimated_nearly_exactly_from_a_few() {
     let (low, high) = learner.interval.unwrap();
     assert!((learner.overall.unwrap() - truth).abs() < 0.02, "{:?} {truth}", learner.overall);
     assert!(low <= truth && truth <= high && high - low < 0.15, "{low} {high} {truth}");
+    // What is known everywhere is estimated as it is, and no sample widens it.
+    let mut again = forty(&["baseline", "cheap"]);
+    again.identity.points = learned.identity.points.clone();
+    again.identity.sample = sample.clone();
+    let folder = dir.path().join("again");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("design.json"), design.to_json()).unwrap();
+    let data = reported(&write(&folder, &again));
+    let cheap = data.methods.iter().find(|m| m.method == "cheap").unwrap();
+    let (low, high) = cheap.interval.unwrap();
+    assert!((cheap.overall.unwrap() - truth / 0.9).abs() < 1e-9 && high - low < 1e-9);
     // Without the model the same sample says much less.
     learned.identity.sample.assisted = false;
     let plain = write(&dir.path().join("plain"), &learned);

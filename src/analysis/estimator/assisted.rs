@@ -77,7 +77,11 @@ impl Estimator for Assisted {
                 }
             }
         })?;
-        let widen = widening(design, sample.name, &rows, &observed, &resampling);
+        // Of a method that is known everywhere there is nothing that a sample could miss.
+        let widen = match design.input(sample.name, Measure::Score) {
+            Some(_) => 1.0,
+            None => widening(design, sample.name, &rows, &observed, &resampling),
+        };
         for estimate in all.iter_mut().flatten() {
             let value = estimate.value;
             estimate.resamples.iter_mut().for_each(|r| *r = value + widen * (*r - value));
