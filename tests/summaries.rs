@@ -5,6 +5,7 @@
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use tsc_family::stats::bootstrap::RESAMPLES;
 use tsc_family::stats::summary::{
     Statistic, geometric_mean, mean_of_scores, ratio_of_means, scores, weighted_median,
 };
@@ -27,7 +28,8 @@ fn resampled(
     resampling: &Resampling,
     seed: u64,
 ) -> Vec<Option<Bootstrap>> {
-    bootstrap_all(points, resampling, &mut ChaCha8Rng::seed_from_u64(seed), 0, &ALL).unwrap()
+    bootstrap_all(points, resampling, &mut ChaCha8Rng::seed_from_u64(seed), (0, RESAMPLES), &ALL)
+        .unwrap()
 }
 
 /// A part of a family of this size that was drawn at random.
@@ -98,7 +100,8 @@ fn a_regime_that_no_point_is_in_has_no_summary() {
     let points = [point(1.0, &[5.0, 6.0], &[10.0, 10.0])];
     let nowhere: Statistic<'_> = &|points| points.iter().find(|p| p.point == 9).map(|p| p.score);
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let all = bootstrap_all(&points, &Resampling::whole(), &mut rng, 0, &[nowhere]).unwrap();
+    let all =
+        bootstrap_all(&points, &Resampling::whole(), &mut rng, (0, RESAMPLES), &[nowhere]).unwrap();
     assert_eq!(all, [None]);
 }
 
@@ -110,7 +113,7 @@ fn resamples_without_the_regime_are_left_out() {
         &|points| points.iter().find(|p| p.point == 0 && p.weight >= 1.0).map(|p| p.score);
     let mut rng = ChaCha8Rng::seed_from_u64(0);
     let design = Resampling::draws(&points);
-    let all = bootstrap_all(&points, &design, &mut rng, 0, &[heavy]).unwrap();
+    let all = bootstrap_all(&points, &design, &mut rng, (0, RESAMPLES), &[heavy]).unwrap();
     // An exponential variable is above its mean in 37 of 100 cases.
     let left = all[0].as_ref().unwrap().resamples.len();
     assert!((660..820).contains(&left), "{left}");

@@ -3,14 +3,12 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::effects::Use;
 use super::folder::NETWORKS;
 use super::osm;
 use super::osm::OsmArgs;
-use super::output::{Progress, line};
+use super::output::{Counted, line};
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit;
@@ -104,7 +102,7 @@ pub(super) fn prepare(
     quiet: bool,
 ) -> anyhow::Result<()> {
     NETWORKS.check(folder, "--networks", None)?;
-    let done = Counted::new(points.len(), quiet);
+    let done = Counted::new(points.len(), "networks", quiet);
     let built = networks(loaded, points, folder, &|point| done.set(point));
     done.finish();
     built.map(drop)?;
@@ -119,37 +117,8 @@ pub(super) fn build(
     options: BuildOptions,
     quiet: bool,
 ) -> anyhow::Result<BuildSummary> {
-    let done = Counted::new(specs.len(), quiet);
+    let done = Counted::new(specs.len(), "networks", quiet);
     let built = problem::build(loaded, specs, out, options, &|point| done.set(point));
     done.finish();
     Ok(built?)
-}
-
-/// Progress that several threads report.
-pub(super) struct Counted {
-    progress: Mutex<Progress>,
-    done: AtomicU64,
-}
-
-impl Counted {
-    /// Returns a bar of so many networks.
-    pub(super) fn new(count: usize, quiet: bool) -> Self {
-        let progress = Progress::new(count as u64, Some("networks"), quiet);
-        Self { progress: Mutex::new(progress), done: AtomicU64::new(0) }
-    }
-
-    /// Counts one that is done.
-    pub(super) fn set(&self, name: &str) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Ok(mut progress) = self.progress.lock() {
-            progress.set(done, name);
-        }
-    }
-
-    /// Removes the bar.
-    pub(super) fn finish(&self) {
-        if let Ok(progress) = self.progress.lock() {
-            progress.finish();
-        }
-    }
 }

@@ -2,6 +2,8 @@
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -108,6 +110,40 @@ impl Progress {
     /// Removes the bar.
     pub(super) fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// Progress that several threads report.
+pub(super) struct Counted {
+    progress: Mutex<Progress>,
+    done: AtomicU64,
+}
+
+impl Counted {
+    /// Returns a bar of so many units of `what`.
+    pub(super) fn new(count: usize, what: &'static str, quiet: bool) -> Self {
+        let progress = Progress::new(count as u64, Some(what), quiet);
+        Self { progress: Mutex::new(progress), done: AtomicU64::new(0) }
+    }
+
+    /// Counts one that is done.
+    pub(super) fn set(&self, name: &str) {
+        self.add(1, name);
+    }
+
+    /// Counts some that are done.
+    pub(super) fn add(&self, count: usize, message: &str) {
+        let done = self.done.fetch_add(count as u64, Ordering::Relaxed) + count as u64;
+        if let Ok(mut progress) = self.progress.lock() {
+            progress.set(done, message);
+        }
+    }
+
+    /// Removes the bar.
+    pub(super) fn finish(&self) {
+        if let Ok(progress) = self.progress.lock() {
+            progress.finish();
+        }
     }
 }
 

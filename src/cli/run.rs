@@ -13,12 +13,11 @@ use std::thread::available_parallelism;
 use anyhow::Context;
 use serde_json::json;
 
-use super::build_networks::Counted;
 use super::estimate::{Effort, estimate};
 use super::folder::RESULTS;
 use super::json::merge;
 use super::monitor::Monitor;
-use super::output::{line, note};
+use super::output::{Counted, line, note};
 use super::recorded::read;
 use super::report::print;
 use super::subject::Subject;
@@ -83,7 +82,11 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let out = out.unwrap_or_else(|| Path::new("results").join(&request.problem.family().name));
     RESULTS.check(&out, "--out", Some(args.force))?;
     subject.check_folder()?;
-    let made = Counted::new(draft.sample.draws.len(), args.quiet || args.json || !subject.builds());
+    let made = Counted::new(
+        draft.sample.draws.len(),
+        "networks",
+        args.quiet || args.json || !subject.builds(),
+    );
     let session = open(&request, &draft, &out, &|point| made.set(point));
     made.finish();
     let session = session?;

@@ -3,12 +3,10 @@
 use std::collections::BTreeSet;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::folder::SENSITIVITY;
-use super::output::{Progress, line, note, quoted};
-use super::study::budgets;
+use super::output::{Counted, line, note, quoted};
+use super::study::{budgets, kinds};
 use super::values::{at_least_one, parse_seed};
 use crate::analysis::Analysis;
 use crate::analysis::sensitivity::{Question, Sensitivity};
@@ -179,29 +177,18 @@ fn cases(
             "{all} is a failure of at least half of the methods: cases 1 and 2 are left out"
         ));
     }
-    let mut kinds = args.estimators.clone();
-    kinds.sort_unstable();
-    kinds.dedup();
     let plan = StudyPlan {
         budgets: budgets(&args.budgets, points.len())?,
         repeats: args.repeats.get() as usize,
-        kinds,
+        kinds: kinds(&args.estimators),
         seed: args.seed,
         resamples: 0,
     };
-    let total = (Case::ALL.len() * plan.kinds.len() * plan.budgets.len() * plan.repeats) as u64;
-    let progress = Mutex::new(Progress::new(total, Some("samples"), args.json));
-    let finished = AtomicU64::new(0);
-    let cases = study_cases(&recorded, &fails, args.failure_odds, &plan, &|n| {
-        let done = finished.fetch_add(n as u64, Ordering::Relaxed) + n as u64;
-        if let Ok(mut progress) = progress.try_lock() {
-            progress.set(done, "");
-        }
-    })?;
-    if let Ok(progress) = progress.lock() {
-        progress.finish();
-    }
-    Ok(cases)
+    let total = Case::ALL.len() * plan.kinds.len() * plan.budgets.len() * plan.repeats;
+    let progress = Counted::new(total, "samples", args.json);
+    let cases = study_cases(&recorded, &fails, args.failure_odds, &plan, &|n| progress.add(n, ""));
+    progress.finish();
+    Ok(cases?)
 }
 
 /// Returns the command that makes the same page; what has its default is left out.

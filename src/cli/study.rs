@@ -2,14 +2,12 @@
 
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use serde_json::json;
 
-use super::output::{Progress, line, note};
+use super::output::{Counted, line, note};
 use super::recorded::read;
 use super::values::{at_least_one, parse_seed};
 use crate::cli::exit;
@@ -77,9 +75,7 @@ pub struct EstimateArgs {
 
 pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let (mut recorded, analysis) = read(&args.dir)?;
-    let mut kinds = args.estimators.clone();
-    kinds.sort_unstable();
-    kinds.dedup();
+    let kinds = kinds(&args.estimators);
     if let Some(dir) = &args.assist {
         if !kinds.contains(&Kind::M4) {
             let reason = "--assist has no effect without m4 among --estimators; leave it out";
@@ -108,18 +104,11 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         budgets,
         kinds,
     };
-    let total = (plan.kinds.len() * plan.budgets.len() * plan.repeats) as u64;
-    let progress = Mutex::new(Progress::new(total, Some("samples"), args.quiet || args.json));
-    let finished = AtomicU64::new(0);
-    let cells = study(&recorded, &plan, &|n| {
-        let done = finished.fetch_add(n as u64, Ordering::Relaxed) + n as u64;
-        if let Ok(mut progress) = progress.try_lock() {
-            progress.set(done, "");
-        }
-    })?;
-    if let Ok(progress) = progress.lock() {
-        progress.finish();
-    }
+    let total = plan.kinds.len() * plan.budgets.len() * plan.repeats;
+    let progress = Counted::new(total, "samples", args.quiet || args.json);
+    let cells = study(&recorded, &plan, &|n| progress.add(n, ""));
+    progress.finish();
+    let cells = cells?;
     let report =
         StudyReport { recorded: &recorded, plan: &plan, cells: &cells, analysis: &analysis };
     let out = args.out.clone().unwrap_or_else(|| args.dir.join("estimate"));
@@ -136,6 +125,14 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         note(format!("report: {}", page.display()));
     }
     Ok(exit::DONE)
+}
+
+/// Returns the estimators in order, each once.
+pub(super) fn kinds(asked: &[Kind]) -> Vec<Kind> {
+    let mut kinds = asked.to_vec();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds
 }
 
 pub(super) fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {

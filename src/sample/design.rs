@@ -85,6 +85,12 @@ impl Design {
         self.points.iter().position(|p| p.point == point)
     }
 
+    /// Adds an input, a value per point MDP.
+    pub fn add_input(&mut self, input: &Input, values: &[f64]) {
+        self.inputs.push(input.clone());
+        self.points.iter_mut().zip(values).for_each(|(p, value)| p.inputs.push(*value));
+    }
+
     /// Returns the same without the inputs of some methods.
     pub fn without(&self, methods: &[&str]) -> Self {
         let kept: Vec<usize> = (0..self.inputs.len())

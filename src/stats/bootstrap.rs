@@ -84,12 +84,12 @@ pub fn bootstrap(
     rng: &mut ChaCha8Rng,
     trainings: u64,
 ) -> Result<Bootstrap, StatsError> {
-    let mut all = bootstrap_all(points, resampling, rng, trainings, &[&mean_of_scores])?;
+    let mut all =
+        bootstrap_all(points, resampling, rng, (trainings, RESAMPLES), &[&mean_of_scores])?;
     all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
 }
 
-/// Estimates statistics over point MDPs and resamples all of them [`RESAMPLES`] times, each from the
-/// same draws.
+/// Estimates statistics over point MDPs and resamples all of them `count` times, each from the same draws.
 ///
 /// Returns one entry per statistic, `None` where it is undefined on all data, such as the mean of a
 /// regime that no point MDP is in. Resamples on which a statistic is undefined are left out.
@@ -103,6 +103,7 @@ pub fn bootstrap(
 ///   on.
 /// * `trainings` — tells methods apart: the same generator draws other replicates for another
 ///   number, because the trainings of two methods have nothing in common.
+/// * `count` — number of resamples.
 /// * `statistics` — functions of the means per point MDP; [`PointMeans::point`] is the position in
 ///   `points`.
 ///
@@ -113,14 +114,14 @@ pub fn bootstrap_all(
     points: &[PointObjectives],
     resampling: &Resampling,
     rng: &mut ChaCha8Rng,
-    trainings: u64,
+    (trainings, count): (u64, usize),
     statistics: &[Statistic<'_>],
 ) -> Result<Vec<Option<Bootstrap>>, StatsError> {
     let whole =
         points.iter().enumerate().map(|(i, p)| p.means(i)).collect::<Result<Vec<_>, _>>()?;
     let estimate = |s: &Statistic<'_>| Some(Bootstrap { estimate: s(&whole)?, resamples: vec![] });
     let mut all: Vec<Option<Bootstrap>> = statistics.iter().map(estimate).collect();
-    resample(points, resampling, rng, trainings, RESAMPLES, &mut |resample| {
+    resample(points, resampling, rng, trainings, count, &mut |resample| {
         for (statistic, bootstrap) in statistics.iter().zip(&mut all) {
             let value = resample.value(statistic);
             if let (Some(bootstrap), Some(value)) = (bootstrap, value) {
@@ -132,17 +133,17 @@ pub fn bootstrap_all(
 }
 
 /// One resample: means after seeds and replicates were drawn anew, and the same with moved weights.
-pub struct Resample<'a> {
+struct Resample<'a> {
     /// Seeds and replicates drawn anew.
-    pub within: &'a [PointMeans],
+    within: &'a [PointMeans],
     /// The same with the weights that the design gives; `None` where no point MDP is drawn anew.
-    pub moved: Option<&'a [PointMeans]>,
+    moved: Option<&'a [PointMeans]>,
     factor: f64,
 }
 
 impl Resample<'_> {
     /// Returns a statistic of this resample; `None` where it is undefined.
-    pub fn value(&self, statistic: &dyn Fn(&[PointMeans]) -> Option<f64>) -> Option<f64> {
+    fn value(&self, statistic: &dyn Fn(&[PointMeans]) -> Option<f64>) -> Option<f64> {
         let within = statistic(self.within)?;
         match self.moved {
             Some(moved) => Some(within + self.factor * (statistic(moved)? - within)),
@@ -160,7 +161,7 @@ impl Resample<'_> {
 /// # Errors
 ///
 /// [`StatsError`] where a score is undefined.
-pub fn resample(
+fn resample(
     points: &[PointObjectives],
     resampling: &Resampling,
     rng: &mut ChaCha8Rng,

@@ -17,7 +17,7 @@ pub mod score;
 pub mod summary;
 pub mod weighted_quantile;
 
-pub use bootstrap::{Bootstrap, Resample, bootstrap, bootstrap_all, resample};
+pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all};
 pub use direction::Direction;
 pub use dominance::{Dominance, Verdict};
 pub use histogram::Histogram;

@@ -216,10 +216,7 @@ impl Recorded {
         if self.inputs.iter().all(|(input, _)| input.measure == Measure::Objective) {
             return Err(StudyError::NoInputs { dir: dir.to_owned() });
         }
-        for (input, values) in &self.inputs {
-            design.inputs.push(input.clone());
-            design.points.iter_mut().zip(values).for_each(|(p, v)| p.inputs.push(*v));
-        }
+        self.inputs.iter().for_each(|(input, values)| design.add_input(input, values));
         Ok(())
     }
 
@@ -313,10 +310,8 @@ impl Recorded {
     /// Returns what is known everywhere when a method is to be estimated: all inputs but its own.
     pub fn design_for(&self, method: &str) -> Design {
         let mut design = Design::of(&self.family);
-        for (input, values) in self.inputs.iter().filter(|(input, _)| input.method != method) {
-            design.inputs.push(input.clone());
-            design.points.iter_mut().zip(values).for_each(|(p, v)| p.inputs.push(*v));
-        }
+        let others = self.inputs.iter().filter(|(input, _)| input.method != method);
+        others.for_each(|(input, values)| design.add_input(input, values));
         design
     }
 }

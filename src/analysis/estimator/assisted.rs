@@ -23,12 +23,12 @@ use super::balanced::{Balanced, resampling};
 use super::calibration::widening;
 use super::contract::{Estimate, Estimator, Sample};
 use super::prediction::modelled;
-use super::weighted::{means, unresampled};
+use super::weighted::{estimates, means};
 use crate::model::Prediction;
 use crate::sample::{Design, Measure};
 use crate::stats::quantile::central_95;
 use crate::stats::summary::Statistic;
-use crate::stats::{PointMeans, PointObjectives, StatsError, resample};
+use crate::stats::{PointMeans, PointObjectives, StatsError};
 
 /// The estimator of balanced samples with the scores of cheap methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,25 +58,28 @@ impl Estimator for Assisted {
         };
         let predicted = predict(design, sample.name, &rows, &observed);
         let family = family(design, &predicted.family);
-        let of_sample = |means: &[PointMeans]| -> Vec<PointMeans> {
+        let of_sample = &|means: &[PointMeans]| -> Vec<PointMeans> {
             let pairs = means.iter().map(|m| (m, predicted.sample[m.point]));
             pairs.map(|(m, score)| PointMeans { score, method: score * m.baseline, ..*m }).collect()
         };
-        let corrected: Vec<Corrected<'_>> =
-            statistics.iter().map(|s| Corrected::new(*s, s(&family))).collect();
-        let before = of_sample(&observed);
-        let mut all: Vec<Option<Estimate>> =
-            corrected.iter().map(|c| c.value(&observed, &before).map(unresampled)).collect();
-        let (method, count) = (sample.method, sample.resamples);
-        let resampling = resampling(sample, scores);
-        resample(scores, &resampling, rng, method, count, &mut |resample| {
-            for (c, estimate) in corrected.iter().zip(&mut all) {
-                let value = resample.value(&|means| c.value(means, &of_sample(means)));
-                if let (Some(estimate), Some(value)) = (estimate, value) {
-                    estimate.resamples.push(value);
+        let corrected = statistics.iter().map(|statistic| {
+            let of_family = statistic(&family);
+            move |means: &[PointMeans]| {
+                let own = statistic(means)?;
+                match (of_family, statistic(&of_sample(means))) {
+                    (Some(family), Some(predicted)) => Some(family + own - predicted),
+                    _ => Some(own),
                 }
             }
-        })?;
+        });
+        let corrected: Vec<_> = corrected.collect();
+        let corrected: Vec<Statistic<'_>> = corrected.iter().map(|c| c as Statistic<'_>).collect();
+        let resampling = resampling(sample, scores);
+        let count = (sample.method, sample.resamples);
+        let mut all = estimates(scores, &resampling, count, &corrected, rng)?;
+        if sample.resamples == 0 {
+            return Ok(all);
+        }
         // Of a method that is known everywhere there is nothing that a sample could miss.
         let widen = match design.input(sample.name, Measure::Score) {
             Some(_) => 1.0,
@@ -88,26 +91,6 @@ impl Estimator for Assisted {
             estimate.interval = central_95(&estimate.resamples);
         }
         Ok(all)
-    }
-}
-
-/// A statistic with what a model says of the family.
-struct Corrected<'a> {
-    statistic: Statistic<'a>,
-    family: Option<f64>,
-}
-
-impl<'a> Corrected<'a> {
-    fn new(statistic: Statistic<'a>, family: Option<f64>) -> Self {
-        Self { statistic, family }
-    }
-
-    fn value(&self, observed: &[PointMeans], predicted: &[PointMeans]) -> Option<f64> {
-        let own = (self.statistic)(observed)?;
-        match (self.family, (self.statistic)(predicted)) {
-            (Some(family), Some(predicted)) => Some(family + own - predicted),
-            _ => Some(own),
-        }
     }
 }
 

@@ -4,9 +4,8 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::contract::Estimate;
-use crate::stats::quantile::central_95;
 use crate::stats::summary::Statistic;
-use crate::stats::{PointMeans, PointObjectives, Resampling, StatsError, resample};
+use crate::stats::{PointMeans, PointObjectives, Resampling, StatsError, bootstrap_all};
 
 /// Returns the statistics with their intervals.
 ///
@@ -21,28 +20,11 @@ pub(super) fn estimates(
     statistics: &[Statistic<'_>],
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Option<Estimate>>, StatsError> {
-    let whole = means(scores)?;
-    let mut all: Vec<Option<Estimate>> =
-        statistics.iter().map(|s| s(&whole).map(unresampled)).collect();
-    resample(scores, resampling, rng, method, count, &mut |resample| {
-        for (statistic, estimate) in statistics.iter().zip(&mut all) {
-            if let (Some(estimate), Some(value)) = (estimate, resample.value(statistic)) {
-                estimate.resamples.push(value);
-            }
-        }
-    })?;
-    for estimate in all.iter_mut().flatten() {
-        estimate.interval = central_95(&estimate.resamples);
-    }
-    Ok(all)
+    let all = bootstrap_all(scores, resampling, rng, (method, count), statistics)?;
+    Ok(all.into_iter().map(|bootstrap| bootstrap.map(Estimate::from)).collect())
 }
 
 /// Returns the means of every point MDP.
 pub(super) fn means(scores: &[PointObjectives]) -> Result<Vec<PointMeans>, StatsError> {
     scores.iter().enumerate().map(|(i, p)| p.means(i)).collect()
-}
-
-/// Returns an estimate without an interval.
-pub(super) fn unresampled(value: f64) -> Estimate {
-    Estimate { value, interval: None, resamples: Vec::new() }
 }
