@@ -11,7 +11,7 @@ use super::figure::Figure;
 use super::figures::label;
 use super::first::{Answer, answers};
 use super::headline::{headline, lead};
-use super::page::{SCRIPT, STYLE, render};
+use super::page::render;
 use super::provenance::{hashes, provenance};
 use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
@@ -54,8 +54,6 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     let heading = |m: &Metric| vec![m.heading.clone(), m.unit.clone()];
     let [_, reported] = data.sections.training_columns();
     context! {
-        style => STYLE,
-        script => SCRIPT,
         headline => headline(data),
         answers => answers(data).iter().map(answer).collect::<Vec<_>>(),
         lead => lead(data),

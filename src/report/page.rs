@@ -3,13 +3,17 @@
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value};
 
+/// What all pages have around their own: a page says `{% extends "page.html" %}` and gives a block `body`, values
+/// `headline` and `scenario`, and a block `script` where it has tables to sort.
+const BASE: &str = include_str!("templates/page.html");
+
 /// Style of all pages.
-pub(crate) const STYLE: &str = include_str!("templates/style.css");
+const STYLE: &str = include_str!("templates/style.css");
 
 /// What sorts and filters tables, and leads from a dot on a map to its row.
-pub(crate) const SCRIPT: &str = include_str!("templates/page.js");
+const SCRIPT: &str = include_str!("templates/page.js");
 
-/// Returns a page; its name ends in `.html`, so that values are escaped.
+/// Returns a page or a part of one; its name ends in `.html`, so that values are escaped.
 ///
 /// # Errors
 ///
@@ -19,7 +23,11 @@ pub(crate) fn render(name: &str, template: &str, values: Value) -> Result<String
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.map_err(|e| e.to_string())?);
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.add_template(name, template).map_err(|e| e.to_string())?;
+    environment.add_global("style", STYLE);
+    environment.add_global("script", SCRIPT);
+    for (name, template) in [("page.html", BASE), (name, template)] {
+        environment.add_template(name, template).map_err(|e| e.to_string())?;
+    }
     let template = environment.get_template(name).map_err(|e| e.to_string())?;
     template.render(values).map_err(|e| format!("{e:#}"))
 }

@@ -28,7 +28,7 @@ fn table(report: &SensitivityReport<'_>, study: &CaseStudy) -> CaseTable {
         own.sort_by_key(|cell| (cell.kind, cell.budget));
         for of_kind in own.chunk_by(|a, b| a.kind == b.kind) {
             let first = of_kind[0];
-            rows.push([method.clone(), score(first.truth), first.kind.name().to_owned()]);
+            rows.push([method.clone(), score(first.truth), first.kind.title().to_owned()]);
             cells.push(of_kind.iter().map(|c| estimate(c)).collect());
         }
     }

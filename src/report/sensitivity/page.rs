@@ -9,7 +9,7 @@ use crate::analysis::sensitivity::{Distribution, RANDOM, Reported};
 use crate::report::across::{percent, rank};
 use crate::report::error::ReportError;
 use crate::report::figure::Figure;
-use crate::report::page::{STYLE, render};
+use crate::report::page::render;
 
 const TEMPLATE: &str = include_str!("../templates/sensitivity.html");
 
@@ -25,7 +25,6 @@ pub(super) fn page(report: &SensitivityReport<'_>, figure: &Figure) -> Result<St
 fn values(report: &SensitivityReport<'_>, figure: &Figure) -> Value {
     let (data, identity) = (report.data, &report.report.manifest.identity);
     context! {
-        style => STYLE,
         scenario => identity.scenario.as_str(),
         headline => headline(report),
         sentences => sentences(report),

@@ -7,7 +7,7 @@ use super::whole::StudyReport;
 use crate::report::error::ReportError;
 use crate::report::figure::Figure;
 use crate::report::format;
-use crate::report::page::{STYLE, render};
+use crate::report::page::render;
 use crate::study::{Cell, Kind};
 
 const TEMPLATE: &str = include_str!("../templates/study.html");
@@ -20,7 +20,6 @@ pub(super) fn html(report: &StudyReport<'_>, figure: &Figure) -> Result<String, 
 fn values(report: &StudyReport<'_>, figure: &Figure) -> Value {
     let identity = &report.analysis.manifest.identity;
     context! {
-        style => STYLE,
         scenario => identity.scenario.clone(),
         headline => headline(report),
         notes => report.notes(),

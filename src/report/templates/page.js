@@ -2,12 +2,14 @@ document.addEventListener("DOMContentLoaded", () => {
   const all = (node, what) => [...node.querySelectorAll(what)];
   const text = (row, column) => row.cells[column].textContent.trim();
   const make = (name, values) => Object.assign(document.createElement(name), values);
-  // Numbers by value, other texts by letter, cells without a value last in both directions.
-  const compare = (down) => ([a, ka], [b, kb]) => {
-    const [x, y] = [parseFloat(ka), parseFloat(kb)];
-    const [noX, noY] = [!Number.isFinite(x), !Number.isFinite(y)];
-    if (noX !== noY) return noX ? 1 : -1;
-    return (noX ? ka.localeCompare(kb) : x - y) * (down ? -1 : 1);
+  // Columns of numbers by value, others by letter, and numbers within words by value; cells without a value come last
+  // in both directions.
+  const byLetter = new Intl.Collator("en", { numeric: true }).compare;
+  const value = (key) => parseFloat(key.replace(/^[^-+\d]+(?=\d)/, "").replaceAll(",", ""));
+  const compare = (numbers, down) => ([, a], [, b]) => {
+    const lacks = (key) => (numbers ? !Number.isFinite(value(key)) : key === "" || key === "\u2013");
+    if (lacks(a) || lacks(b)) return lacks(a) - lacks(b);
+    return (numbers ? value(a) - value(b) : byLetter(a, b)) * (down ? -1 : 1);
   };
   for (const table of all(document, "table.sortable")) {
     const heads = all(table, "thead th");
@@ -17,7 +19,8 @@ document.addEventListener("DOMContentLoaded", () => {
       const sort = () => {
         const down = head.getAttribute("aria-sort") === "ascending";
         const rows = [...table.tBodies[0].rows].map((row) => [row, text(row, column)]);
-        table.tBodies[0].append(...rows.sort(compare(down)).map(([row]) => row));
+        const numbers = head.classList.contains("n");
+        table.tBodies[0].append(...rows.sort(compare(numbers, down)).map(([row]) => row));
         heads.forEach((h) => h.removeAttribute("aria-sort"));
         head.setAttribute("aria-sort", down ? "descending" : "ascending");
       };
@@ -27,6 +30,7 @@ document.addEventListener("DOMContentLoaded", () => {
   }
   for (const table of all(document, "table.filterable")) {
     const rows = [...table.tBodies[0].rows];
+    const dots = new Map(all(document, "g[data-row]").map((dot) => [dot.dataset.row, dot]));
     const bar = make("p", { className: "controls" });
     const tests = [];
     const words = make("input", { type: "search", placeholder: "words in a row" });
@@ -34,6 +38,7 @@ document.addEventListener("DOMContentLoaded", () => {
     const apply = () => {
       const shown = rows.filter((row) => {
         row.hidden = !tests.every((test) => test(row));
+        dots.get(row.id)?.classList.toggle("off", row.hidden);
         return !row.hidden;
       });
       found.textContent = shown.length + " of " + rows.length + " rows";
@@ -66,6 +71,7 @@ document.addEventListener("DOMContentLoaded", () => {
     const row = dot ? document.getElementById(dot.dataset.row) : null;
     if (row) {
       row.hidden = false;
+      dot.classList.remove("off");
       location.hash = row.id;
     }
   });

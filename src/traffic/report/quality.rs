@@ -15,7 +15,7 @@ use minijinja::{Value, context};
 use osm_signals::oddities::Oddity;
 
 use crate::files::write_atomically;
-use crate::report::page::{STYLE, render};
+use crate::report::page::render;
 use crate::report::{ReportError, format};
 use crate::stats::quantile::quantile;
 use crate::traffic::city::drawing::Drawing;
@@ -59,8 +59,7 @@ fn values(q: &Quality, drawing: &Drawing) -> Value {
         context! { role => f.role, name => f.name.as_str(), sha256 => f.sha256.as_str() }
     });
     context! {
-        style => STYLE,
-        name => q.name.as_str(),
+        scenario => q.name.as_str(),
         version => q.version,
         headline => text::headline(q),
         sentences => text::sentences(q),
