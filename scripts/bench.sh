@@ -10,4 +10,5 @@ cargo bench --quiet --bench main_job
 cargo bench --quiet --bench training
 cargo bench --quiet --bench learners
 cargo bench --quiet --bench cartpole
+cargo bench --quiet --bench analysis
 cargo bench --quiet --package osm-signals --bench osm_read

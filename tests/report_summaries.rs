@@ -40,7 +40,10 @@ fn with_unfinished(ending: Ending, seed: usize, vehicles: f64) -> Ending {
 /// Takes a metric out of every row, as records of an older version lack it.
 fn without(ending: Ending, name: &str) -> Ending {
     ending.map(|mut result| {
-        result.rows.iter_mut().for_each(|row| row.metrics.retain(|key, _| key != name));
+        for row in &mut result.rows {
+            let others = row.metrics.iter().filter(|(key, _)| *key != name);
+            row.metrics = others.map(|(key, value)| (key.clone(), *value)).collect();
+        }
         result
     })
 }

@@ -50,7 +50,8 @@ fn named(metrics: &[(&str, f64)]) -> Metrics {
 fn left_behind(ending: Ending, seed: usize, vehicles: f64) -> Ending {
     ending.map(|mut result| {
         let mut rows = result.rows.iter_mut().filter(|r| r.kind == RowKind::Evaluation);
-        *rows.nth(seed).unwrap().metrics.get_mut("unfinished_veh").unwrap() += vehicles;
+        let metrics = &mut rows.nth(seed).unwrap().metrics;
+        metrics.insert("unfinished_veh".to_owned(), metrics["unfinished_veh"] + vehicles);
         result
     })
 }

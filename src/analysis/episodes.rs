@@ -1,10 +1,9 @@
 //! Every episode of a run, and what the evaluation episodes of a method have in common: how far they
 //! lie apart, and the shares that the domain measures.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::measures::Measures;
-use super::points::PointSummary;
 use super::reference::Reference;
 use crate::stats::Direction;
 use crate::stats::score::{mean, weighted_mean};
@@ -72,7 +71,7 @@ pub(super) fn episodes(
     measures: &dyn Measures,
 ) -> Vec<Episode> {
     let identity = &results.manifest.identity;
-    let points: BTreeMap<&str, usize> =
+    let points: HashMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
     let by_seed = |method: &str| -> BySeed {
         let records = results.records.values().filter(|r| r.summary.method == method);
@@ -141,23 +140,23 @@ fn episode(
 }
 
 impl EpisodeSummary {
-    /// Summarises evaluation episodes; point MDPs that are not among `points` do not count.
+    /// Summarises evaluation episodes; point MDPs without a weight do not count.
     ///
     /// # Arguments
     ///
+    /// * `weights` — of point MDPs, by [`Episode::point`].
     /// * `shares` — how many the domain measures.
     pub(super) fn of<'a>(
         episodes: impl IntoIterator<Item = &'a Episode>,
-        points: &[PointSummary],
+        weights: &HashMap<usize, f64>,
         (objective, direction): (&str, Direction),
         shares: usize,
     ) -> Self {
-        let weights: BTreeMap<usize, f64> = points.iter().map(|p| (p.index, p.weight)).collect();
         let counted: Vec<&Episode> = episodes
             .into_iter()
             .filter(|e| e.kind == RowKind::Evaluation && weights.contains_key(&e.point))
             .collect();
-        let mut per_point: BTreeMap<usize, f64> = BTreeMap::new();
+        let mut per_point: HashMap<usize, f64> = HashMap::new();
         for episode in &counted {
             *per_point.entry(episode.point).or_insert(0.0) += 1.0;
         }

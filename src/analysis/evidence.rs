@@ -1,6 +1,7 @@
 //! What methods are summarised from.
 
 use super::episodes::Episode;
+use super::estimator::Chosen;
 use super::measures::Measures;
 use super::points::{PointSummary, TaskScore};
 use super::reference::Reference;
@@ -18,6 +19,8 @@ pub(super) struct Evidence<'a> {
     pub(super) measures: &'a dyn Measures,
     /// The point MDPs that count.
     pub(super) points: &'a [PointSummary],
+    /// How these came to be in the sample, in their order.
+    pub(super) chosen: &'a [Chosen],
     /// The tasks that count.
     pub(super) tasks: &'a [TaskScore],
     /// All episodes.

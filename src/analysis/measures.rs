@@ -28,7 +28,7 @@ pub struct Share {
 }
 
 /// What a domain adds to an analysis of its records; without any of it everything else is still there.
-pub trait Measures {
+pub trait Measures: Sync {
     /// Returns the regimes into which point MDPs fall by what the objective says of them.
     fn regimes(&self, objective: &str) -> &'static [Regime] {
         let _ = objective;

@@ -4,18 +4,17 @@
 //! record of it and the objective of the latter is above 0. Weights are renormalised over these point MDPs, and
 //! every summary counts what it lacks.
 
-use std::collections::BTreeMap;
-
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::choice::choice_of;
 use super::episodes::EpisodeSummary;
 use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::points::{PointResult, PointSummary};
 use super::summaries::{Summaries, summarise};
-use crate::sample::kmeans::standardise;
 use crate::seed::derive;
+use crate::stats::PointObjectives;
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::score::weighted_mean;
 use crate::store::record::{Metrics, Outcome};
@@ -73,7 +72,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
         .max_by(|a, b| identity.direction.compare(a.1, b.1));
     let judged = (identity.objective.as_str(), identity.direction);
-    let counted: Vec<PointSummary> = scored.iter().map(|(p, _)| (*p).clone()).collect();
+    let weights = scored.iter().map(|(p, _)| (p.index, p.weight)).collect();
     let own = episodes.iter().filter(|e| e.method == index);
     let summary = MethodSummary {
         is_reference: Some(index) == reference.index,
@@ -82,7 +81,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         overall: estimate.as_ref().map(|e| e.value),
         interval: estimate.as_ref().and_then(|e| e.interval),
         summaries,
-        episodes: EpisodeSummary::of(own, &counted, judged, measures.shares().len()),
+        episodes: EpisodeSummary::of(own, &weights, judged, measures.shares().len()),
         objective: weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))),
         metrics: weighted_metrics(&scored),
         worst,
@@ -102,13 +101,13 @@ fn estimate(
     scored: &[(&PointSummary, &PointResult)],
 ) -> (Option<Estimate>, Summaries) {
     let identity = evidence.identity;
-    let objectives: Vec<_> =
-        scored.iter().filter_map(|(p, r)| Some((*p, r.objectives.clone()?))).collect();
+    let (regime_of, objectives): (Vec<Option<usize>>, Vec<PointObjectives>) =
+        scored.iter().filter_map(|(p, r)| Some((p.regime, r.objectives.clone()?))).unzip();
     let regimes = evidence.measures.regimes(&identity.objective).len();
     let relative = !evidence.reference.is_none();
     let points: Vec<&PointSummary> = scored.iter().map(|(p, _)| *p).collect();
     paired(evidence, index, &points, |estimator, sample, rng| {
-        summarise(&objectives, estimator, sample, (regimes, relative), rng)
+        summarise((&regime_of, &objectives), estimator, sample, (regimes, relative), rng)
     })
 }
 
@@ -121,43 +120,25 @@ pub(super) fn paired<T>(
     estimate: impl FnOnce(&dyn Estimator, Sample<'_>, &mut ChaCha8Rng) -> T,
 ) -> T {
     let identity = evidence.identity;
-    let chosen = chosen(evidence, points);
+    let part: Vec<Chosen>;
+    let chosen = match points.len() == evidence.points.len() {
+        true => evidence.chosen,
+        false => {
+            part = choice_of(evidence, points);
+            &part
+        }
+    };
     let sample = Sample {
         family_size: identity.sample.family_size,
         chosen: evidence.points.len(),
         method: index as u64,
         name: &identity.methods[index],
-        points: &chosen,
+        points: chosen,
         design: evidence.design,
         resamples: RESAMPLES,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
     estimate(estimator_of(&identity.sample), sample, &mut rng)
-}
-
-/// Returns how the point MDPs with a score came to be in the sample.
-fn chosen(evidence: Evidence<'_>, scored: &[&PointSummary]) -> Vec<Chosen> {
-    let draws = &evidence.identity.sample.draws;
-    let coordinates = match evidence.design {
-        Some(design) => design.coordinates(),
-        None => {
-            let rows: Vec<Vec<f64>> = scored.iter().map(|p| p.row.features.clone()).collect();
-            standardise(&rows)
-        }
-    };
-    let of = |(k, point): (usize, &&PointSummary)| {
-        let draw = draws.iter().find(|d| d.point == point.row.point);
-        let row = evidence.design.and_then(|design| design.position(&point.row.point));
-        let at = coordinates.get(if evidence.design.is_some() { row? } else { k });
-        Some(Chosen {
-            count: draw.map_or(1, |d| d.count),
-            inclusion: draw.and_then(|d| d.inclusion),
-            importance: point.row.importance,
-            row,
-            at: at.cloned().unwrap_or_default(),
-        })
-    };
-    scored.iter().enumerate().map(|pair| of(pair).unwrap_or_default()).collect()
 }
 
 /// Returns the weighted means of every metric that all point MDPs have.
@@ -168,5 +149,5 @@ fn weighted_metrics(scored: &[(&PointSummary, &PointResult)]) -> Metrics {
             scored.iter().map(|(p, r)| Some((p.weight, *r.metrics.get(name)?))).collect();
         Some((name.clone(), weighted_mean(values?)?))
     };
-    first.metrics.keys().filter_map(mean).collect::<BTreeMap<_, _>>()
+    first.metrics.keys().filter_map(mean).collect()
 }

@@ -9,6 +9,7 @@
 
 pub mod across;
 mod board;
+mod choice;
 mod comparison;
 mod episodes;
 mod error;
@@ -25,6 +26,7 @@ mod ranking;
 mod ranks;
 mod reference;
 pub mod sensitivity;
+mod statistics;
 mod summaries;
 mod training;
 mod whole;

@@ -4,6 +4,8 @@
 //! they have an interval whatever the estimator makes it of, and two methods that lack different point MDPs are compared
 //! where both have results.
 
+use rayon::prelude::*;
+
 use super::estimator::Estimate;
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, paired};
@@ -64,17 +66,15 @@ pub(super) fn pairs(
     estimates: &[Summarised],
     profiles: &RankedProfiles,
 ) -> Vec<Pair> {
-    let mut pairs = Vec::new();
-    for first in 0..estimates.len() {
-        for second in first + 1..estimates.len() {
-            let found = pair(evidence, (first, &estimates[first]), (second, &estimates[second]));
-            let dominance = profiles.dominance(evidence, first, second);
-            pairs.extend(
-                found.map(|pair| Pair { dominance: dominance.map(|d| agreed(d, &pair)), ..pair }),
-            );
-        }
-    }
-    pairs
+    let n = estimates.len();
+    let of_two = |(first, second): (usize, usize)| {
+        let found = pair(evidence, (first, &estimates[first]), (second, &estimates[second]))?;
+        let dominance = profiles.dominance(evidence, first, second);
+        Some(Pair { dominance: dominance.map(|d| agreed(d, &found)), ..found })
+    };
+    let all: Vec<(usize, usize)> =
+        (0..n).flat_map(|first| (first + 1..n).map(move |second| (first, second))).collect();
+    all.into_par_iter().filter_map(of_two).collect()
 }
 
 /// Leaves open what cannot be: whoever dominates has the better mean.

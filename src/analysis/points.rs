@@ -1,11 +1,14 @@
 //! What every method achieved on every point MDP: replicates averaged, seeds paired with those of
 //! what scores are divided by.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+
+use rayon::prelude::*;
 
 use super::estimator::estimator_of;
 use super::measures::Measures;
 use super::reference::Reference;
+use crate::sample::Draw;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
 use crate::store::manifest::PointRow;
@@ -75,27 +78,30 @@ pub(super) fn summarise_points(
     measures: &dyn Measures,
 ) -> (Vec<PointSummary>, Vec<TaskScore>) {
     let identity = &results.manifest.identity;
-    let position: BTreeMap<&str, usize> =
+    let position: HashMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
     let records = records_by_cell(results, &position);
     let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
     let objective = identity.objective.as_str();
     let estimator = estimator_of(&identity.sample);
     let of_reference: Vec<BySeed> = (0..identity.points.len())
+        .into_par_iter()
         .map(|point| match reference.is_none() {
-            true => ones(&records, point, objective),
+            true => ones(&records, (identity.methods.len(), point), objective),
             false => {
                 let cell = reference.index.and_then(|method| records.get(&(method, point)));
                 mean_by_seed(cell.map_or(&[][..], Vec::as_slice), objective)
             }
         })
         .collect();
+    let draws: HashMap<&str, &Draw> =
+        identity.sample.draws.iter().map(|d| (d.point.as_str(), d)).collect();
     let points = identity
         .points
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(point, row)| {
-            let draw = identity.sample.draws.iter().find(|d| d.point == row.point);
+            let draw = draws.get(row.point.as_str());
             let results: Vec<Option<PointResult>> = (0..identity.methods.len())
                 .map(|method| {
                     let cell = records.get(&(method, point))?;
@@ -115,7 +121,7 @@ pub(super) fn summarise_points(
         .collect();
     let rows = results
         .plan
-        .iter()
+        .par_iter()
         .filter_map(|task| {
             let point = *position.get(task.point.as_str())?;
             let record = results.records.get(&task.task);
@@ -140,7 +146,7 @@ pub(super) fn summarise_points(
 /// Returns the successful records by position of method and point MDP, replicates in order.
 fn records_by_cell<'a>(
     results: &'a Results,
-    position: &BTreeMap<&str, usize>,
+    position: &HashMap<&str, usize>,
 ) -> BTreeMap<(usize, usize), Vec<&'a Record>> {
     let methods = &results.manifest.identity.methods;
     let mut cells: BTreeMap<(usize, usize), Vec<&Record>> = BTreeMap::new();
@@ -156,9 +162,13 @@ fn records_by_cell<'a>(
 }
 
 /// Returns 1 for every seed that some method has on a point MDP: dividing by it leaves the objective.
-fn ones(records: &BTreeMap<(usize, usize), Vec<&Record>>, point: usize, objective: &str) -> BySeed {
-    let here = records.iter().filter(|((_, p), _)| *p == point);
-    let seeds = here.flat_map(|(_, cell)| cell).flat_map(|r| by_seed(r, objective).into_keys());
+fn ones(
+    records: &BTreeMap<(usize, usize), Vec<&Record>>,
+    (methods, point): (usize, usize),
+    objective: &str,
+) -> BySeed {
+    let here = (0..methods).filter_map(|method| records.get(&(method, point)));
+    let seeds = here.flatten().flat_map(|r| by_seed(r, objective).into_keys());
     seeds.map(|seed| (seed, 1.0)).collect()
 }
 
@@ -193,16 +203,17 @@ fn summarise_cell(
 ) -> Option<PointResult> {
     let values: Vec<f64> =
         records.iter().filter_map(|r| r.summary.metrics.get(objective).copied()).collect();
+    let all: Vec<BySeed> = records.iter().map(|r| by_seed(r, objective)).collect();
     let seeds: Vec<u64> = reference
         .keys()
         .copied()
-        .filter(|seed| records.iter().all(|r| by_seed(r, objective).contains_key(seed)))
+        .filter(|seed| all.iter().all(|own| own.contains_key(seed)))
         .collect();
     let on_seeds = |values: &BySeed| seeds.iter().map(|s| values[s]).collect::<Vec<f64>>();
     // It is its own measure: 1 by definition, however many replicates it has.
     let method = match is_reference {
         true => vec![on_seeds(reference)],
-        false => records.iter().map(|r| on_seeds(&by_seed(r, objective))).collect(),
+        false => all.iter().map(on_seeds).collect(),
     };
     let objectives =
         PointObjectives { weight: 0.0, draws: 1, method, baseline: on_seeds(reference) };

@@ -1,15 +1,17 @@
 //! Performance profiles of the methods that are ranked, with bands, and which of two dominates.
 
+use rayon::prelude::*;
+
 use super::estimator::Estimate;
 use super::evidence::Evidence;
 use super::method::{Summarised, paired};
 use super::points::PointSummary;
 use super::summaries::{Estimated, shifted};
+use crate::stats::beyond::SharesBeyond;
 use crate::stats::dominance::{Dominance, dominance};
-use crate::stats::profile::{share_beyond, steps, thresholds};
-use crate::stats::summary::{Statistic, scores};
+use crate::stats::profile::{extremes, steps, thresholds};
 use crate::stats::weighted_quantile::is_coarse;
-use crate::stats::{Direction, PointMeans, PointObjectives};
+use crate::stats::{Direction, PointObjectives};
 
 /// Most thresholds at which a band is computed, beside those where two methods are furthest apart.
 const THRESHOLDS: usize = 64;
@@ -57,20 +59,21 @@ impl RankedProfiles {
         at.extend((!evidence.reference.is_none()).then_some(1.0));
         at.extend(furthest_apart(&scores, evidence.identity.direction));
         let at = thresholds(at, usize::MAX);
-        let mut all = Self { profiles: Vec::new(), resamples: Vec::new(), scores };
-        for (method, index) in ranked.into_iter().enumerate() {
+        let of_method = |(method, index): (usize, usize)| {
             let shares = shares(evidence, index, &objectives[method], &at);
             let banded = at.iter().zip(&shares);
-            let coarse = is_coarse(all.scores[method].iter().map(|s| s.0));
-            all.profiles.push(Profile {
+            let coarse = is_coarse(scores[method].iter().map(|s| s.0));
+            let profile = Profile {
                 method,
-                steps: steps(all.scores[method].iter().copied(), evidence.identity.direction),
+                steps: steps(scores[method].iter().copied(), evidence.identity.direction),
                 bands: banded.filter_map(|(t, e)| Some((*t, share(e.as_ref()?, coarse)))).collect(),
-            });
+            };
             let resamples = shares.into_iter().map(|e| e.map_or_else(Vec::new, |e| e.resamples));
-            all.resamples.push(resamples.collect());
-        }
-        all
+            (profile, resamples.collect())
+        };
+        let ranked: Vec<(usize, usize)> = ranked.into_iter().enumerate().collect();
+        let (profiles, resamples) = ranked.into_par_iter().map(of_method).unzip();
+        Self { profiles, resamples, scores }
     }
 
     /// Returns what the profiles of two methods say; `None` where one of them is not ranked.
@@ -81,7 +84,7 @@ impl RankedProfiles {
         second: usize,
     ) -> Option<Dominance> {
         let (a, b) = (self.scores.get(first)?, self.scores.get(second)?);
-        let (_, a, b) = both(a, b, evidence.identity.direction);
+        let (_, a, b) = extremes(a, b, evidence.identity.direction);
         let bands = self.profiles[first].bands.iter().zip(&self.profiles[second].bands);
         let resamples = self.resamples[first].iter().zip(&self.resamples[second]);
         let tested = bands.zip(resamples).map(|((p, q), (a, b))| {
@@ -94,34 +97,21 @@ impl RankedProfiles {
     }
 }
 
-/// Returns all thresholds at which one of two profiles changes, and both profiles there.
-fn both(
-    a: &[(f64, f64)],
-    b: &[(f64, f64)],
-    direction: Direction,
-) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-    let at = thresholds(a.iter().chain(b).map(|p| p.1), usize::MAX);
-    let profile = |scores: &[(f64, f64)]| -> Vec<f64> {
-        at.iter().filter_map(|t| share_beyond(scores.iter().copied(), *t, direction)).collect()
-    };
-    let (a, b) = (profile(a), profile(b));
-    (at, a, b)
-}
-
 /// Returns for every two methods where either is furthest ahead, which is where dominance is decided.
 fn furthest_apart(scores: &[Vec<(f64, f64)>], direction: Direction) -> Vec<f64> {
-    let mut found = Vec::new();
-    for (i, first) in scores.iter().enumerate() {
-        for second in &scores[..i] {
-            let (at, a, b) = both(first, second, direction);
-            let distances = || at.iter().zip(a.iter().zip(&b).map(|(a, b)| a - b));
-            let most = distances().max_by(|x, y| x.1.total_cmp(&y.1));
-            let least = distances().min_by(|x, y| x.1.total_cmp(&y.1));
-            found.extend(most.filter(|d| d.1 > ROUNDING).map(|d| *d.0));
-            found.extend(least.filter(|d| d.1 < -ROUNDING).map(|d| *d.0));
-        }
-    }
-    found
+    let of_two = |(first, second): (&Vec<(f64, f64)>, &Vec<(f64, f64)>)| {
+        let (at, a, b) = extremes(first, second, direction);
+        let distances = || at.iter().zip(a.iter().zip(&b).map(|(a, b)| a - b));
+        let most = distances().max_by(|x, y| x.1.total_cmp(&y.1));
+        let least = distances().min_by(|x, y| x.1.total_cmp(&y.1));
+        let most = most.filter(|d| d.1 > ROUNDING).map(|d| *d.0);
+        [most, least.filter(|d| d.1 < -ROUNDING).map(|d| *d.0)]
+    };
+    let pairs: Vec<_> = (scores.iter().enumerate())
+        .flat_map(|(i, first)| scores[..i].iter().map(move |second| (first, second)))
+        .collect();
+    let found: Vec<[Option<f64>; 2]> = pairs.into_par_iter().map(of_two).collect();
+    found.into_iter().flatten().flatten().collect()
 }
 
 fn objectives_on(point: &PointSummary, index: usize) -> Option<&PointObjectives> {
@@ -140,10 +130,7 @@ fn shares(
     thresholds: &[f64],
 ) -> Vec<Option<Estimate>> {
     let direction = evidence.identity.direction;
-    let beyond: Vec<_> = (thresholds.iter())
-        .map(|t| move |means: &[PointMeans]| share_beyond(scores(means), *t, direction))
-        .collect();
-    let statistics: Vec<Statistic<'_>> = beyond.iter().map(|b| b as Statistic<'_>).collect();
+    let statistics = SharesBeyond::new(thresholds, direction);
     let points: Vec<&PointSummary> =
         evidence.points.iter().filter(|p| objectives_on(p, index).is_some()).collect();
     let all = paired(evidence, index, &points, |estimator, sample, rng| {

@@ -4,6 +4,9 @@
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
+
+use super::choice::choice;
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, summarise_method};
 use super::points::{PointSummary, TaskScore};
@@ -42,7 +45,7 @@ pub(super) fn rank(evidence: Evidence<'_>) -> Vec<Summarised> {
     let all: Vec<BTreeSet<usize>> =
         (0..evidence.identity.methods.len()).map(|m| scored(evidence.points, m)).collect();
     let mut estimates: Vec<Summarised> =
-        (0..all.len()).map(|index| summarise_method(evidence, index)).collect();
+        (0..all.len()).into_par_iter().map(|index| summarise_method(evidence, index)).collect();
     let others = estimates.iter().filter(|(m, _)| !m.is_reference).map(|(m, _)| &all[m.index]);
     // Of equally many the first, as the manifest has them.
     let most = others.rev().max_by_key(|points| points.len());
@@ -77,7 +80,8 @@ pub(super) fn on_common_points(
     let points: Vec<PointSummary> = shared.iter().map(|i| evidence.points[*i].clone()).collect();
     let tasks: Vec<TaskScore> =
         evidence.tasks.iter().filter(|r| shared.contains(&r.point)).cloned().collect();
-    let on_shared = Evidence { points: &points, tasks: &tasks, ..evidence };
+    let chosen = choice(evidence.identity, evidence.design, &points);
+    let on_shared = Evidence { points: &points, chosen: &chosen, tasks: &tasks, ..evidence };
     let methods = rank(on_shared).into_iter().map(|(m, _)| m);
     let methods = methods.filter(|m| m.overall.is_some()).collect();
     Some(OnCommonPoints { points: points.len(), methods })

@@ -3,24 +3,11 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::estimator::{Estimate, Estimator, Sample};
-use super::points::PointSummary;
-use crate::stats::iqm::interquartile_mean;
-use crate::stats::profile::share_below;
+use super::statistics::{BELOW, GEOMETRIC, IQM, MEDIAN, RATIO, REGIMES, SummaryStatistics};
 use crate::stats::quantile::{central_95_about, containing};
-use crate::stats::score::weighted_mean;
-use crate::stats::summary::{
-    Statistic, geometric_mean, mean_of_scores, ratio_of_means, scores, weighted_median,
-};
+use crate::stats::summary::{scores, weighted_median};
 use crate::stats::weighted_quantile::{is_coarse, median_interval};
 use crate::stats::{PointMeans, PointObjectives};
-
-/// Statistics before those of the regimes, in their order.
-const RATIO: usize = 1;
-const MEDIAN: usize = 2;
-const GEOMETRIC: usize = 3;
-const IQM: usize = 4;
-const BELOW: usize = 5;
-const REGIMES: usize = 6;
 
 /// A number and its 95% interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,48 +37,31 @@ pub struct Summaries {
 ///
 /// # Arguments
 ///
-/// * `points` — the point MDPs in the estimate and what was measured there.
+/// * `regime_of`, `objectives` — of the point MDPs in the estimate: their regime and what was measured there.
 /// * `regimes` — number of regimes.
 /// * `relative` — whether scores are divided by a reference; ratios and geometric means of others say nothing.
 pub(super) fn summarise(
-    points: &[(&PointSummary, PointObjectives)],
+    (regime_of, objectives): (&[Option<usize>], &[PointObjectives]),
     estimator: &dyn Estimator,
     sample: Sample<'_>,
     (regimes, relative): (usize, bool),
     rng: &mut ChaCha8Rng,
 ) -> (Option<Estimate>, Summaries) {
-    let objectives: Vec<PointObjectives> = points.iter().map(|(_, o)| o.clone()).collect();
-    // Of a point MDP that a model predicts it is not known.
-    let regime_of = |point: usize| points.get(point)?.0.regime;
-    let of_regime = |regime: usize| {
-        move |means: &[PointMeans]| {
-            let members = means.iter().filter(|m| regime_of(m.point) == Some(regime));
-            weighted_mean(members.map(|m| (m.weight, m.score)))
-        }
-    };
-    let of_regimes: Vec<_> = (0..regimes).map(of_regime).collect();
     let whole: Vec<PointMeans> =
         objectives.iter().enumerate().filter_map(|(i, o)| o.means(i).ok()).collect();
     let middle = weighted_median(scores(&whole));
     let coarse = is_coarse(whole.iter().map(|m| m.weight));
-    let median = |means: &[PointMeans]| weighted_median(scores(means));
-    let geometric = |means: &[PointMeans]| geometric_mean(scores(means));
-    let iqm = |means: &[PointMeans]| interquartile_mean(scores(means));
-    let below = |means: &[PointMeans]| share_below(scores(means), middle?);
-    let mut statistics: Vec<Statistic<'_>> =
-        vec![&mean_of_scores, &ratio_of_means, &median, &geometric, &iqm, &below];
-    statistics.extend(of_regimes.iter().map(|of_regime| of_regime as Statistic<'_>));
-    let Ok(mut all) = estimator.estimate_all(sample, &objectives, &statistics, rng) else {
+    let statistics = SummaryStatistics { middle, regime_of, regimes };
+    let Ok(mut all) = estimator.estimate_all(sample, objectives, &statistics, rng) else {
         return (None, Summaries { by_regime: vec![None; regimes], ..Summaries::default() });
     };
     let estimated = |e: &Option<Estimate>| {
         e.as_ref().map(|e| Estimated { value: e.value, interval: e.interval })
     };
     // One representative of a regime says nothing of how much its point MDPs differ.
-    let sampled = !estimator.is_whole(sample.family_size, points.len());
-    let alone = |regime: usize| {
-        sampled && points.iter().filter(|(p, _)| p.regime == Some(regime)).count() < 2
-    };
+    let sampled = !estimator.is_whole(sample.family_size, objectives.len());
+    let alone =
+        |regime: usize| sampled && regime_of.iter().filter(|r| **r == Some(regime)).count() < 2;
     let in_regime = |regime: usize| {
         let e = estimated(&all[REGIMES + regime])?;
         Some(if alone(regime) { Estimated { interval: None, ..e } } else { e })
@@ -143,24 +113,9 @@ mod tests {
     use crate::analysis::estimator::Whole;
     use crate::stats::bootstrap::RESAMPLES;
     use crate::stats::quantile::median as plain_median;
-    use crate::store::manifest::PointRow;
+    use crate::stats::summary::Statistic;
 
     const SEEDS: usize = 20;
-
-    fn point(index: usize) -> PointSummary {
-        let row = PointRow {
-            point: index.to_string(),
-            title: String::new(),
-            importance: 1.0,
-            instances: 1,
-            features: vec![],
-            places: vec![],
-            content: String::new(),
-            environment: String::new(),
-            sha256: Default::default(),
-        };
-        PointSummary { index, row, weight: 1.0, regime: None, results: vec![] }
-    }
 
     /// The chance of an episode to reach the most, per point MDP: two of five always do.
     fn chances(points: usize) -> Vec<f64> {
@@ -189,17 +144,16 @@ mod tests {
     }
 
     fn summarised(objectives: &[PointObjectives], family_size: usize) -> Estimated {
-        let points: Vec<PointSummary> = (0..objectives.len()).map(point).collect();
-        let pairs: Vec<_> = points.iter().zip(objectives.iter().cloned()).collect();
+        let of = (&vec![None; objectives.len()][..], objectives);
         let (sample, mut rng) = (sample(family_size, objectives), ChaCha8Rng::seed_from_u64(0));
-        summarise(&pairs, &Whole, sample, (0, false), &mut rng).1.median.unwrap()
+        summarise(of, &Whole, sample, (0, false), &mut rng).1.median.unwrap()
     }
 
     /// Returns the median with the percentile interval of its resamples.
     fn percentile(objectives: &[PointObjectives], family_size: usize) -> Estimated {
-        let median = |means: &[PointMeans]| weighted_median(scores(means));
+        let median: Statistic<'_> = &|means| weighted_median(scores(means));
         let (sample, mut rng) = (sample(family_size, objectives), ChaCha8Rng::seed_from_u64(0));
-        let all = Whole.estimate_all(sample, objectives, &[&median], &mut rng).unwrap();
+        let all = Whole.estimate_all(sample, objectives, &[median], &mut rng).unwrap();
         let e = all[0].as_ref().unwrap();
         Estimated { value: e.value, interval: e.interval }
     }

@@ -4,7 +4,7 @@
 //! divided by the mean one on the point MDP of what scores are divided by, if anything, so that trainings compare
 //! and two common ways of reporting, the best episode of training and its last ones, stand beside the score.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::episodes::{Episode, EpisodeSummary};
 use super::evidence::Evidence;
@@ -201,7 +201,7 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
             let own = evaluations.get(&key).into_iter().flatten().copied();
             let evaluations = EpisodeSummary::of(
                 own,
-                std::slice::from_ref(&evidence.points[row.point]),
+                &HashMap::from([(row.point, evidence.points[row.point].weight)]),
                 judged,
                 shares,
             );

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::choice::choice;
 use super::comparison::{Comparison, compare};
 use super::episodes::{Episode, episodes};
 use super::error::AnalysisError;
@@ -80,8 +81,10 @@ impl Analysis {
         let identity = &results.manifest.identity;
         let (points, tasks) = summarise_points(results, &reference, measures);
         let episodes = episodes(results, &reference, measures);
+        let chosen = choice(identity, results.design.as_ref(), &points);
         let evidence = Evidence {
             identity,
+            chosen: &chosen,
             reference: &reference,
             measures,
             points: &points,

@@ -2,6 +2,7 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::points::PointSummary;
 use super::reference::Reference;
@@ -37,7 +38,7 @@ pub(super) fn winners(
     identity: &Identity,
     reference: &Reference,
 ) -> Vec<Option<Winner>> {
-    points.iter().map(|point| winner(point, identity, reference)).collect()
+    points.par_iter().map(|point| winner(point, identity, reference)).collect()
 }
 
 fn winner(point: &PointSummary, identity: &Identity, reference: &Reference) -> Option<Winner> {

@@ -3,6 +3,8 @@
 //! Columns: `point` (optional; numbered when absent), `importance` (sums to 1) or counts (normalised), and one
 //! column per feature. A column name that ends in a known unit tells the feature's unit.
 
+use std::collections::HashMap;
+
 use sheet::{Fault, Row, Sheet};
 
 use super::columns::{Columns, at};
@@ -48,12 +50,13 @@ pub fn read(name: &str, text: &str, file: &str, kind: &Kind<'_>) -> Result<MdpFa
     let is_feature = |name: &&str| !OTHERS.contains(name) && *name != kind.counts;
     let features: Vec<&str> = columns.names().filter(is_feature).collect();
     let mut points: Vec<PointMdp> = Vec::new();
+    let mut positions: HashMap<String, usize> = HashMap::new();
     while let Some(row) = sheet.next_row().map_err(fail)? {
         let line = row.line;
         let fail = |message| fail(Fault { line, message });
         let point = point(&row, &columns, &features, points.len(), kind).map_err(fail)?;
-        if let Some(earlier) = points.iter().find(|p| p.id == point.id) {
-            let (first, second) = (&earlier.title, &point.title);
+        if let Some(earlier) = positions.insert(point.id.clone(), points.len()) {
+            let (first, second) = (&points[earlier].title, &point.title);
             return Err(fail(match first == second {
                 true => format!("point {first} stands twice in the table"),
                 false => format!("points {first:?} and {second:?} get the same id; rename one"),

@@ -41,9 +41,12 @@ fn values(data: &Report) -> Value {
     let (is_placed, linked) =
         (placed.is_some(), placed.iter().flatten().any(|spot| spot.dot.is_some()));
     let spots = placed.unwrap_or_else(|| data.points.iter().map(|p| of_point(data, p)).collect());
-    let row_of: Vec<Option<usize>> = (0..data.points.len())
-        .map(|point| spots.iter().position(|spot| spot.point == Some(point)))
-        .collect();
+    let mut row_of: Vec<Option<usize>> = vec![None; data.points.len()];
+    for (row, spot) in spots.iter().enumerate() {
+        if let Some(of_point) = spot.point.and_then(|point| row_of.get_mut(point)) {
+            of_point.get_or_insert(row);
+        }
+    }
     let columns = &data.manifest.identity.features;
     let first = if is_placed { data.words.instance.as_str() } else { "point MDP" };
     context! {

@@ -1,5 +1,6 @@
 //! A report before it is written: what records say, and what their domain adds.
 
+use std::collections::HashMap;
 use std::ops::Deref;
 
 use super::sections::Sections;
@@ -17,6 +18,7 @@ pub struct Report {
     /// What the domain adds.
     pub sections: Box<dyn Sections>,
     titles: Vec<String>,
+    positions: HashMap<String, usize>,
 }
 
 impl Deref for Report {
@@ -49,7 +51,9 @@ impl Report {
     fn of(analysis: Analysis, sections: Box<dyn Sections>) -> Self {
         let words = sections.words(&analysis.manifest.identity.objective);
         let titles = analysis.points.iter().map(|p| sections.title(&p.row)).collect();
-        Self { analysis, words, sections, titles }
+        let ids = analysis.points.iter().map(|p| p.row.point.clone());
+        let positions = ids.enumerate().map(|(i, id)| (id, i)).collect();
+        Self { analysis, words, sections, titles, positions }
     }
 
     /// Says which direction is better.
@@ -67,8 +71,8 @@ impl Report {
 
     /// Returns what a point MDP is called.
     pub(super) fn title_of(&self, point: &str) -> String {
-        let position = self.points.iter().position(|p| p.row.point == point);
-        position.map_or(point, |p| self.titles[p].as_str()).to_owned()
+        let position = self.positions.get(point);
+        position.map_or(point, |p| self.titles[*p].as_str()).to_owned()
     }
 
     /// Returns what every point MDP is called, in the order of [`Analysis::points`]; `None` where all

@@ -179,8 +179,10 @@ pub fn choose_over(
 pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
     let chosen: Vec<usize> =
         plan.draws.iter().filter_map(|draw| family.position(&draw.point)).collect();
-    let own = |point: usize| chosen.contains(&point).then_some(point);
     let size = family.points.len();
+    let mut is_chosen = vec![false; size];
+    chosen.iter().for_each(|point| is_chosen[*point] = true);
+    let own = |point: usize| is_chosen[point].then_some(point);
     match plan.sampling {
         Sampling::KMeans => {}
         Sampling::Balanced => {

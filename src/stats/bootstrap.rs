@@ -32,11 +32,11 @@
 //! P. McCarthy and C. Snowden, "The bootstrap and finite population sampling", Vital and Health
 //! Statistics 2 (95), 1985.
 
-use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::quantile::central_95;
-use super::summary::{Statistic, mean_of_scores};
+use super::resamples::resample;
+use super::summary::{Statistic, Statistics, mean_of_scores};
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
 
 /// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to about 1% of its
@@ -84,8 +84,8 @@ pub fn bootstrap(
     rng: &mut ChaCha8Rng,
     trainings: u64,
 ) -> Result<Bootstrap, StatsError> {
-    let mut all =
-        bootstrap_all(points, resampling, rng, (trainings, RESAMPLES), &[&mean_of_scores])?;
+    let of_scores: Statistic<'_> = &mean_of_scores;
+    let mut all = bootstrap_all(points, resampling, rng, (trainings, RESAMPLES), &[of_scores])?;
     all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
 }
 
@@ -115,84 +115,44 @@ pub fn bootstrap_all(
     resampling: &Resampling,
     rng: &mut ChaCha8Rng,
     (trainings, count): (u64, usize),
-    statistics: &[Statistic<'_>],
+    statistics: &dyn Statistics,
 ) -> Result<Vec<Option<Bootstrap>>, StatsError> {
-    let whole =
-        points.iter().enumerate().map(|(i, p)| p.means(i)).collect::<Result<Vec<_>, _>>()?;
-    let estimate = |s: &Statistic<'_>| Some(Bootstrap { estimate: s(&whole)?, resamples: vec![] });
-    let mut all: Vec<Option<Bootstrap>> = statistics.iter().map(estimate).collect();
-    resample(points, resampling, rng, trainings, count, &mut |resample| {
-        for (statistic, bootstrap) in statistics.iter().zip(&mut all) {
-            let value = resample.value(statistic);
+    let whole = means(points)?;
+    let mut values = Vec::new();
+    statistics.values(&whole, &mut values);
+    let estimate = |value: &Option<f64>| {
+        Some(Bootstrap { estimate: (*value)?, resamples: Vec::with_capacity(count) })
+    };
+    let mut all: Vec<Option<Bootstrap>> = values.iter().map(estimate).collect();
+    let mut of_moved = Vec::new();
+    resample((points, &whole), resampling, rng, trainings, count, &mut |resample| {
+        values.clear();
+        statistics.values(resample.within, &mut values);
+        of_moved.clear();
+        if let Some(moved) = resample.moved {
+            statistics.values(moved, &mut of_moved);
+        }
+        for (i, bootstrap) in all.iter_mut().enumerate() {
+            let Some(within) = values[i] else { continue };
+            let value = match of_moved.get(i) {
+                None => Some(within),
+                Some(moved) => moved.map(|moved| within + resample.factor * (moved - within)),
+            };
             if let (Some(bootstrap), Some(value)) = (bootstrap, value) {
                 bootstrap.resamples.push(value);
             }
         }
-    })?;
+    });
     Ok(all)
 }
 
-/// One resample: means after seeds and replicates were drawn anew, and the same with moved weights.
-struct Resample<'a> {
-    /// Seeds and replicates drawn anew.
-    within: &'a [PointMeans],
-    /// The same with the weights that the design gives; `None` where no point MDP is drawn anew.
-    moved: Option<&'a [PointMeans]>,
-    factor: f64,
-}
-
-impl Resample<'_> {
-    /// Returns a statistic of this resample; `None` where it is undefined.
-    fn value(&self, statistic: &dyn Fn(&[PointMeans]) -> Option<f64>) -> Option<f64> {
-        let within = statistic(self.within)?;
-        match self.moved {
-            Some(moved) => Some(within + self.factor * (statistic(moved)? - within)),
-            None => Some(within),
-        }
-    }
-}
-
-/// Resamples what was measured `count` times; not at all when the spread cannot be estimated or there is none.
-///
-/// # Arguments
-///
-/// Those of [`bootstrap_all`]; `take` gets every resample.
+/// Returns the means of every point MDP.
 ///
 /// # Errors
 ///
 /// [`StatsError`] where a score is undefined.
-fn resample(
-    points: &[PointObjectives],
-    resampling: &Resampling,
-    rng: &mut ChaCha8Rng,
-    trainings: u64,
-    count: usize,
-    take: &mut dyn FnMut(&Resample<'_>),
-) -> Result<(), StatsError> {
-    let whole =
-        points.iter().enumerate().map(|(i, p)| p.means(i)).collect::<Result<Vec<_>, _>>()?;
-    let between = resampling.draws_points();
-    let noise = points.iter().any(|p| p.baseline.len() > 1 || p.method.len() > 1);
-    if !resampling.is_known() || !(between || noise) {
-        return Ok(());
-    }
-    let weights: Vec<f64> = points.iter().map(|p| p.weight).collect();
-    // Methods differ in their replicates but not in their seeds, so these have their own source.
-    let mut replicates = ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings));
-    for _ in 0..count {
-        let (factor, weights) = match between {
-            true => (resampling.factor(rng), resampling.moved(&weights, rng)),
-            false => (1.0, Vec::new()),
-        };
-        let pairs = points.iter().zip(&whole);
-        let within: Vec<PointMeans> =
-            pairs.map(|(p, means)| p.resampled(means, rng, &mut replicates)).collect();
-        let moved: Vec<PointMeans> =
-            within.iter().zip(weights).map(|(m, weight)| PointMeans { weight, ..*m }).collect();
-        let moved = between.then_some(&moved[..]);
-        take(&Resample { within: &within, moved, factor });
-    }
-    Ok(())
+pub fn means(points: &[PointObjectives]) -> Result<Vec<PointMeans>, StatsError> {
+    points.iter().enumerate().map(|(i, p)| p.means(i)).collect()
 }
 
 #[cfg(test)]
@@ -200,7 +160,7 @@ mod tests {
     use super::*;
     use crate::stats::score::mean;
     use proptest::prelude::*;
-    use rand::RngExt;
+    use rand::{RngExt, SeedableRng};
 
     fn bootstrap(
         points: &[PointObjectives],

@@ -13,6 +13,7 @@
 //! means); it is rliable's value for a matrix of one run.
 
 use super::score::weighted_mean;
+use super::weighted_quantile::sorted;
 
 /// The share that is cut from either end is one in so many scores.
 const ONE_IN: usize = 4;
@@ -29,13 +30,16 @@ const ONE_IN: usize = 4;
 /// assert_eq!(interquartile_mean(scores), Some((2.0 * 1.0 + 2.0 * 3.0) / 4.0));
 /// ```
 pub fn interquartile_mean(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
-    let mut sorted: Vec<(f64, f64)> = pairs.into_iter().filter(|(w, _)| *w > 0.0).collect();
-    sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+    mean_of_sorted(&sorted(pairs))
+}
+
+/// Returns [`interquartile_mean`] of what [`sorted`] gives.
+pub fn mean_of_sorted(sorted: &[(f64, f64)]) -> Option<f64> {
     let n = sorted.len();
     let total: f64 = sorted.iter().map(|p| p.0).sum();
     let cut = total * (n / ONE_IN) as f64 / n.max(1) as f64;
     let mut below = 0.0;
-    let inside = sorted.into_iter().map(|(weight, value)| {
+    let inside = sorted.iter().copied().map(|(weight, value)| {
         let start = f64::max(below, cut);
         below += weight;
         ((below.min(total - cut) - start).max(0.0), value)

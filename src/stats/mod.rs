@@ -1,5 +1,6 @@
 //! Estimates from scores and how sure they are: pure functions that know of no files.
 
+pub mod beyond;
 pub mod bootstrap;
 pub mod combinations;
 pub mod direction;
@@ -12,12 +13,13 @@ pub mod objectives;
 pub mod profile;
 pub mod quantile;
 pub mod ranks;
+mod resamples;
 pub mod resampling;
 pub mod score;
 pub mod summary;
 pub mod weighted_quantile;
 
-pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all};
+pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all, means};
 pub use direction::Direction;
 pub use dominance::{Dominance, Verdict};
 pub use histogram::Histogram;

@@ -1,6 +1,4 @@
-//! What was measured on one point MDP, and its means after seeds and replicates were drawn anew.
-
-use rand::{Rng, RngExt};
+//! What was measured on one point MDP, and its means.
 
 use super::StatsError;
 use super::score::mean;
@@ -60,45 +58,11 @@ impl PointObjectives {
         let method = mean(&replicates).ok_or(StatsError::Empty("the list of replicates"))?;
         Ok(PointMeans { point, weight: self.weight, method, baseline, score })
     }
-
-    /// Returns the means after drawing seeds and replicates anew; `whole` is what all of them give.
-    pub(super) fn resampled(
-        &self,
-        whole: &PointMeans,
-        seeds: &mut impl Rng,
-        replicates: &mut impl Rng,
-    ) -> PointMeans {
-        let seeds = draw(self.baseline.len(), seeds);
-        let replicates = draw(self.method.len(), replicates);
-        let bottom: f64 = seeds.iter().map(|k| self.baseline[*k]).sum();
-        let top: f64 = replicates
-            .iter()
-            .map(|r| seeds.iter().map(|k| self.method[*r][*k]).sum::<f64>())
-            .sum::<f64>()
-            / replicates.len() as f64;
-        // Only a point MDP where some seeds bring no delay at all can come here with 0.
-        if bottom <= 0.0 {
-            return *whole;
-        }
-        let n = seeds.len() as f64;
-        PointMeans { method: top / n, baseline: bottom / n, score: top / bottom, ..*whole }
-    }
-}
-
-/// Draws `n - 1` of `n` indices with replacement; the only one when there is one.
-pub(super) fn draw(n: usize, rng: &mut impl Rng) -> Vec<usize> {
-    match n {
-        0 => Vec::new(),
-        1 => vec![0],
-        n => (0..n - 1).map(|_| rng.random_range(0..n)).collect(),
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
 
     fn point(method: &[&[f64]], baseline: &[f64]) -> PointObjectives {
         let method = method.iter().map(|values| values.to_vec()).collect();
@@ -117,18 +81,5 @@ mod tests {
     fn without_a_replicate_there_are_no_means() {
         let e = point(&[], &[10.0]).means(0).unwrap_err();
         assert_eq!(e, StatsError::Empty("the list of replicates"));
-    }
-
-    #[test]
-    fn seeds_without_any_delay_leave_the_means_as_they_are() {
-        let p = point(&[&[4.0, 0.0]], &[8.0, 0.0]);
-        let whole = p.means(0).unwrap();
-        let (mut seeds, mut replicates) =
-            (ChaCha8Rng::seed_from_u64(1), ChaCha8Rng::seed_from_u64(2));
-        for _ in 0..20 {
-            let means = p.resampled(&whole, &mut seeds, &mut replicates);
-            assert_eq!(means.score, 0.5);
-            assert!(means == whole || means.baseline == 8.0, "{means:?}");
-        }
     }
 }

@@ -10,9 +10,8 @@ pub fn central_95(values: &[f64]) -> Option<(f64, f64)> {
     if values.is_empty() {
         return None;
     }
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    Some((quantile(&sorted, QUANTILES.0), quantile(&sorted, QUANTILES.1)))
+    let mut values = values.to_vec();
+    Some((select(&mut values, QUANTILES.0), select(&mut values, QUANTILES.1)))
 }
 
 /// Returns the central 95% of resamples, moved so that their mean is the estimate; `None` of no resamples.
@@ -35,6 +34,15 @@ pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     (!sorted.is_empty()).then(|| quantile(&sorted, 0.5))
+}
+
+/// Returns [`quantile`] of values in any order, which it reorders: only the two that it lies between are looked for.
+fn select(values: &mut [f64], q: f64) -> f64 {
+    let at = q * (values.len() - 1) as f64;
+    let (_, low, above) = values.select_nth_unstable_by(at.floor() as usize, f64::total_cmp);
+    let next = above.iter().copied().min_by(f64::total_cmp);
+    let high = next.filter(|_| at.fract() > 0.0).unwrap_or(*low);
+    *low + (high - *low) * at.fract()
 }
 
 /// Returns a quantile of sorted values; between two values it interpolates, as R's type 7 does.

@@ -87,10 +87,11 @@ impl Resampling {
         self.known
     }
 
-    /// Returns the weights of a resample.
-    pub(super) fn moved(&self, weights: &[f64], rng: &mut impl Rng) -> Vec<f64> {
+    /// Writes the weights of a resample.
+    pub(super) fn moved(&self, weights: &[f64], rng: &mut impl Rng, moved: &mut Vec<f64>) {
         let total: f64 = weights.iter().sum();
-        let mut moved = weights.to_vec();
+        moved.clear();
+        moved.extend_from_slice(weights);
         for contrast in &self.contrasts {
             let z: f64 = Exp1.sample(rng);
             for (i, a) in contrast {
@@ -98,7 +99,6 @@ impl Resampling {
             }
         }
         moved.iter_mut().for_each(|w| *w = w.max(0.0));
-        moved
     }
 
     /// Returns the factor by which a resample's change of a statistic is multiplied.
@@ -164,8 +164,11 @@ mod tests {
         };
         let whole = mean(&weights);
         let n = 20_000;
-        let squares =
-            (0..n).map(|_| ((mean(&resampling.moved(&weights, &mut rng)) - whole) / STEP).powi(2));
+        let mut moved = Vec::new();
+        let squares = (0..n).map(|_| {
+            resampling.moved(&weights, &mut rng, &mut moved);
+            ((mean(&moved) - whole) / STEP).powi(2)
+        });
         let se = (squares.sum::<f64>() / f64::from(n)).sqrt();
         let expected = resampling.standard_error(&weights, &values);
         assert!((se / expected - 1.0).abs() < 0.05, "{se} {expected}");

@@ -20,6 +20,24 @@ use super::weighted_quantile::weighted_quantile;
 /// A statistic over point MDPs; `None` where it is undefined.
 pub type Statistic<'a> = &'a dyn Fn(&[PointMeans]) -> Option<f64>;
 
+/// Several statistics over the same point MDPs, computed together where they have work in common.
+pub trait Statistics {
+    /// Appends the values in their order, `None` where one is undefined; always equally many.
+    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>);
+}
+
+impl Statistics for &[Statistic<'_>] {
+    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
+        values.extend(self.iter().map(|statistic| statistic(points)));
+    }
+}
+
+impl<const N: usize> Statistics for [Statistic<'_>; N] {
+    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
+        (&self[..]).values(points, values);
+    }
+}
+
 /// Returns the weighted mean of scores (Definition 1); `None` when the weights sum to 0.
 pub fn mean_of_scores(points: &[PointMeans]) -> Option<f64> {
     weighted_mean(points.iter().map(|p| (p.weight, p.score)))

@@ -34,8 +34,18 @@ const ROUNDING: f64 = 1e-12;
 ///
 /// * `q` — share, from 0 (the smallest value) to 1 (the largest).
 pub fn weighted_quantile(pairs: impl IntoIterator<Item = (f64, f64)>, q: f64) -> Option<f64> {
+    quantile_of_sorted(&sorted(pairs), q)
+}
+
+/// Returns the pairs `(weight, value)` with a weight above 0 in the order of their values.
+pub fn sorted(pairs: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     let mut sorted: Vec<(f64, f64)> = pairs.into_iter().filter(|(w, _)| *w > 0.0).collect();
     sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+    sorted
+}
+
+/// Returns [`weighted_quantile`] of what [`sorted`] gives.
+pub fn quantile_of_sorted(sorted: &[(f64, f64)], q: f64) -> Option<f64> {
     let total: f64 = sorted.iter().map(|p| p.0).sum();
     let mut below = 0.0;
     for (i, (weight, value)) in sorted.iter().enumerate() {

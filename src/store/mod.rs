@@ -20,6 +20,7 @@ pub mod difference;
 pub mod error;
 pub mod lock;
 pub mod manifest;
+pub mod metrics;
 pub mod opaque;
 pub mod record;
 pub mod results;

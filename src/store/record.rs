@@ -10,14 +10,12 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::manifest::Task;
+pub use super::metrics::Metrics;
 use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
 use crate::files::FileError;
 use crate::hash::hex;
 use crate::store::error::StoreError;
-
-/// Named metrics; the unit is the suffix of the name.
-pub type Metrics = BTreeMap<String, f64>;
 
 /// How a task ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

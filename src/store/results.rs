@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use rayon::prelude::*;
+
 use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
 use super::record::{Outcome, Record};
@@ -10,6 +12,9 @@ use crate::files::FileError;
 use crate::hash::sha256;
 use crate::sample::Design;
 use crate::store::error::StoreError;
+
+/// Records that are read at once, by as many threads as there are processors.
+const AT_ONCE: usize = 4096;
 
 /// A results directory in memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,9 +40,11 @@ impl Results {
         let plan = read_plan(layout, &manifest.identity)?;
         let sha256 = manifest.sha256();
         let mut records = BTreeMap::new();
-        for task in &plan {
-            if let Some(record) = Record::read(layout, task, &sha256)? {
-                records.insert(task.task, record);
+        for part in plan.chunks(AT_ONCE) {
+            let read = |task: &Task| Record::read(layout, task, &sha256);
+            let read: Vec<_> = part.par_iter().map(read).collect();
+            for (task, record) in part.iter().zip(read) {
+                records.extend(record?.map(|record| (task.task, record)));
             }
         }
         let design = read_design(layout, &manifest)?;

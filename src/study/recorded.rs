@@ -1,6 +1,8 @@
 //! A family that was evaluated as a whole, as samples of it are drawn from.
 
-use crate::analysis::Analysis;
+use std::collections::HashMap;
+
+use crate::analysis::{Analysis, PointSummary};
 use crate::family::{FamilyError, Feature, MdpFamily, PointMdp};
 use crate::sample::design::{Design, Input, Measure};
 use crate::stats::{Direction, PointObjectives};
@@ -138,8 +140,15 @@ impl Recorded {
             lacking: Vec::new(),
             inputs: Vec::new(),
         };
+        let rows = analysis.points.iter().map(|p| (p.row.point.as_str(), p)).collect();
+        let mut costs: HashMap<(&str, &str), Option<f64>> = HashMap::new();
+        for task in &analysis.tasks {
+            let point = analysis.points[task.point].row.point.as_str();
+            let cost = costs.entry((task.method.as_str(), point)).or_insert(Some(0.0));
+            *cost = cost.zip(task.wall_s).map(|(sum, wall_s)| sum + wall_s);
+        }
         for (index, name) in identity.methods.iter().enumerate() {
-            recorded.add(analysis, index, name);
+            recorded.add(analysis, (&rows, &costs), index, name);
         }
         if recorded.methods.is_empty() {
             let lacking = recorded.lacking.iter().map(|(m, n)| format!("{m} lacks {n}"));
@@ -149,10 +158,20 @@ impl Recorded {
         Ok(recorded)
     }
 
-    fn add(&mut self, analysis: &Analysis, index: usize, name: &str) {
-        let row_of = |id: &str| analysis.points.iter().find(|p| p.row.point == id);
+    /// Adds a method.
+    ///
+    /// # Arguments
+    ///
+    /// * `rows` — the point MDPs by their ids; `costs` — seconds by method and point MDP.
+    fn add(
+        &mut self,
+        analysis: &Analysis,
+        (rows, costs): (&HashMap<&str, &PointSummary>, &HashMap<(&str, &str), Option<f64>>),
+        index: usize,
+        name: &str,
+    ) {
         let results: Vec<_> = (self.family.points.iter())
-            .map(|p| row_of(&p.id).and_then(|row| row.results[index].as_ref()))
+            .map(|p| rows.get(p.id.as_str()).and_then(|row| row.results[index].as_ref()))
             .collect();
         if Some(index) == analysis.reference.index {
             let objective: Option<Vec<f64>> =
@@ -177,12 +196,7 @@ impl Recorded {
             let input = Input { method: name.to_owned(), measure: Measure::Score };
             self.inputs.push((input, scores.clone()));
         }
-        let cost = |id: &str| -> Option<f64> {
-            let tasks = analysis.tasks.iter();
-            let own =
-                tasks.filter(|t| t.method == name && analysis.points[t.point].row.point == id);
-            own.map(|t| t.wall_s).sum()
-        };
+        let cost = |id: &str| costs.get(&(name, id)).copied().unwrap_or(Some(0.0));
         let cost_s = self.family.points.iter().map(|p| cost(&p.id)).collect();
         let name = name.to_owned();
         self.methods.push(RecordedMethod { name, learns, objectives, scores, cost_s });
@@ -282,8 +296,10 @@ impl Recorded {
         }
         let features = self.family.features.clone();
         let family = MdpFamily::new(&self.family.name, features, points, &self.family.name)?;
+        let positions = self.family.points.iter().enumerate();
+        let positions: HashMap<&str, usize> = positions.map(|(i, p)| (p.id.as_str(), i)).collect();
         let order: Vec<usize> =
-            family.points.iter().filter_map(|p| self.family.position(&p.id)).collect();
+            family.points.iter().filter_map(|p| positions.get(p.id.as_str()).copied()).collect();
         let of = |values: &[f64]| order.iter().map(|i| values[*i]).collect::<Vec<f64>>();
         let methods = self.methods.iter().map(|m| RecordedMethod {
             name: m.name.clone(),

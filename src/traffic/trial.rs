@@ -90,7 +90,9 @@ impl<S: Sim> Trainer for School<'_, S> {
         let mut metrics = named(&metrics, seed).map_err(failed)?;
         // JSON has no infinities; a figure that is no number is left out.
         for (name, value) in controller.figures().into_iter().filter(|(_, v)| v.is_finite()) {
-            metrics.entry(name).or_insert(value);
+            if !metrics.contains_key(&name) {
+                metrics.insert(name, value);
+            }
         }
         self.course.episode(seed, metrics);
         Ok(outcome)

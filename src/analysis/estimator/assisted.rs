@@ -23,12 +23,12 @@ use super::balanced::{Balanced, resampling};
 use super::calibration::widening;
 use super::contract::{Estimate, Estimator, Sample};
 use super::prediction::modelled;
-use super::weighted::{estimates, means};
+use super::weighted::estimates;
 use crate::model::Prediction;
 use crate::sample::{Design, Measure};
 use crate::stats::quantile::central_95;
-use crate::stats::summary::Statistic;
-use crate::stats::{PointMeans, PointObjectives, StatsError};
+use crate::stats::summary::Statistics;
+use crate::stats::{PointMeans, PointObjectives, StatsError, means};
 
 /// The estimator of balanced samples with the scores of cheap methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +48,7 @@ impl Estimator for Assisted {
         &self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
-        statistics: &[Statistic<'_>],
+        statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let observed = means(scores)?;
@@ -58,22 +58,9 @@ impl Estimator for Assisted {
         };
         let predicted = predict(design, sample.name, &rows, &observed);
         let family = family(design, &predicted.family);
-        let of_sample = &|means: &[PointMeans]| -> Vec<PointMeans> {
-            let pairs = means.iter().map(|m| (m, predicted.sample[m.point]));
-            pairs.map(|(m, score)| PointMeans { score, method: score * m.baseline, ..*m }).collect()
-        };
-        let corrected = statistics.iter().map(|statistic| {
-            let of_family = statistic(&family);
-            move |means: &[PointMeans]| {
-                let own = statistic(means)?;
-                match (of_family, statistic(&of_sample(means))) {
-                    (Some(family), Some(predicted)) => Some(family + own - predicted),
-                    _ => Some(own),
-                }
-            }
-        });
-        let corrected: Vec<_> = corrected.collect();
-        let corrected: Vec<Statistic<'_>> = corrected.iter().map(|c| c as Statistic<'_>).collect();
+        let mut of_family = Vec::new();
+        statistics.values(&family, &mut of_family);
+        let corrected = Corrected { statistics, of_family, predicted: &predicted.sample };
         let resampling = resampling(sample, scores);
         let count = (sample.method, sample.resamples);
         let mut all = estimates(scores, &resampling, count, &corrected, rng)?;
@@ -91,6 +78,33 @@ impl Estimator for Assisted {
             estimate.interval = central_95(&estimate.resamples);
         }
         Ok(all)
+    }
+}
+
+/// Statistics of the family with predicted scores, and what the sample says they are wrong by.
+struct Corrected<'a> {
+    statistics: &'a dyn Statistics,
+    /// Of the family with predicted scores.
+    of_family: Vec<Option<f64>>,
+    /// Predicted scores of the sample.
+    predicted: &'a [f64],
+}
+
+impl Statistics for Corrected<'_> {
+    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
+        let predicted = |m: &PointMeans| {
+            let score = self.predicted[m.point];
+            PointMeans { score, method: score * m.baseline, ..*m }
+        };
+        let points_predicted: Vec<PointMeans> = points.iter().map(predicted).collect();
+        let (mut own, mut of_predicted) = (Vec::new(), Vec::new());
+        self.statistics.values(points, &mut own);
+        self.statistics.values(&points_predicted, &mut of_predicted);
+        let pairs = own.into_iter().zip(self.of_family.iter().zip(of_predicted));
+        values.extend(pairs.map(|(own, known)| match known {
+            (Some(family), Some(predicted)) => own.map(|own| family + own - predicted),
+            _ => own,
+        }));
     }
 }
 

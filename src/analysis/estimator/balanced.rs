@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use super::contract::{Estimate, Estimator, Sample};
 use super::neighbours::local_means;
 use super::weighted::estimates;
-use crate::stats::summary::Statistic;
+use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError};
 
 /// Neighbours in a local mean; with fewer, intervals of 20 to 40 skewed scores are too narrow.
@@ -35,7 +35,7 @@ impl Estimator for Balanced {
         &self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
-        statistics: &[Statistic<'_>],
+        statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let resampling = resampling(sample, scores);

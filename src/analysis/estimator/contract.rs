@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 
 use crate::sample::Design;
-use crate::stats::summary::{Statistic, mean_of_scores};
+use crate::stats::summary::{Statistic, Statistics, mean_of_scores};
 use crate::stats::{Bootstrap, PointObjectives, StatsError};
 
 /// What an estimator knows of a sample beside the scores.
@@ -85,7 +85,8 @@ pub trait Estimator: Sync {
         scores: &[PointObjectives],
         rng: &mut ChaCha8Rng,
     ) -> Result<Estimate, StatsError> {
-        let mut all = self.estimate_all(sample, scores, &[&mean_of_scores], rng)?;
+        let of_scores: Statistic<'_> = &mean_of_scores;
+        let mut all = self.estimate_all(sample, scores, &[of_scores], rng)?;
         all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
     }
 
@@ -109,7 +110,7 @@ pub trait Estimator: Sync {
         &self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
-        statistics: &[Statistic<'_>],
+        statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError>;
 }

@@ -12,7 +12,7 @@ use super::contract::{Estimate, Estimator, Sample};
 use super::neighbours::nearest;
 use super::weighted::estimates;
 use crate::stats::resampling::Contrast;
-use crate::stats::summary::Statistic;
+use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError};
 
 /// Nearest representatives that one is compared with.
@@ -36,7 +36,7 @@ impl Estimator for Representatives {
         &self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
-        statistics: &[Statistic<'_>],
+        statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let resampling = match self.is_whole(sample.family_size, scores.len()) {

@@ -4,8 +4,8 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::contract::Estimate;
-use crate::stats::summary::Statistic;
-use crate::stats::{PointMeans, PointObjectives, Resampling, StatsError, bootstrap_all};
+use crate::stats::summary::Statistics;
+use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_all};
 
 /// Returns the statistics with their intervals.
 ///
@@ -17,14 +17,9 @@ pub(super) fn estimates(
     scores: &[PointObjectives],
     resampling: &Resampling,
     (method, count): (u64, usize),
-    statistics: &[Statistic<'_>],
+    statistics: &dyn Statistics,
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Option<Estimate>>, StatsError> {
     let all = bootstrap_all(scores, resampling, rng, (method, count), statistics)?;
     Ok(all.into_iter().map(|bootstrap| bootstrap.map(Estimate::from)).collect())
-}
-
-/// Returns the means of every point MDP.
-pub(super) fn means(scores: &[PointObjectives]) -> Result<Vec<PointMeans>, StatsError> {
-    scores.iter().enumerate().map(|(i, p)| p.means(i)).collect()
 }

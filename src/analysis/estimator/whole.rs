@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::contract::{Estimate, Estimator, Sample};
 use super::weighted::estimates;
-use crate::stats::summary::Statistic;
+use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError};
 
 /// The estimator of a whole family.
@@ -27,7 +27,7 @@ impl Estimator for Whole {
         &self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
-        statistics: &[Statistic<'_>],
+        statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let weights: Vec<f64> = scores.iter().map(|p| p.weight).collect();

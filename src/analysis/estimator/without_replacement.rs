@@ -13,9 +13,9 @@
 use rand_chacha::ChaCha8Rng;
 
 use super::contract::{Estimate, Estimator, Sample};
-use super::weighted::{estimates, means};
-use crate::stats::summary::Statistic;
-use crate::stats::{PointObjectives, Resampling, StatsError};
+use super::weighted::estimates;
+use crate::stats::summary::Statistics;
+use crate::stats::{PointObjectives, Resampling, StatsError, means};
 
 /// The estimator of M2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ impl Estimator for WithoutReplacement {
         &self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
-        statistics: &[Statistic<'_>],
+        statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let answered = sample.answered(scores.len());
@@ -51,9 +51,10 @@ impl Estimator for WithoutReplacement {
         let resampling = Resampling::distinct(&weights, &inclusion);
         let count = (sample.method, sample.resamples);
         let mut all = estimates(&unbiased, &resampling, count, statistics, rng)?;
-        let own = means(scores)?;
-        for (statistic, estimate) in statistics.iter().zip(&mut all) {
-            let (Some(e), Some(value)) = (estimate.as_mut(), statistic(&own)) else { continue };
+        let mut own = Vec::with_capacity(all.len());
+        statistics.values(&means(scores)?, &mut own);
+        for (value, estimate) in own.into_iter().zip(&mut all) {
+            let (Some(e), Some(value)) = (estimate.as_mut(), value) else { continue };
             e.value = value;
             e.interval = e.interval.map(|(low, high)| (low.min(value), high.max(value)));
         }

@@ -55,9 +55,11 @@ pub(in crate::traffic::report) fn write(
     }
     let mut written = Written { table: folder.join(TABLE), ..Written::default() };
     let mut rows = Vec::new();
-    for point in 0..data.points.len() {
-        let best = best_replicates(seen, point);
-        for plan in shown.plans.iter().filter(|p| p.point == point) {
+    let mut of_points: Vec<Vec<&TaskPlan>> = vec![Vec::new(); data.points.len()];
+    shown.plans.iter().for_each(|plan| of_points[plan.point].push(plan));
+    for (point, own) in of_points.into_iter().enumerate() {
+        let best = best_replicates(seen, &own);
+        for plan in own {
             let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
             let file = if is_shown { program_file(seen, plan) } else { None };
             if let Some((name, text)) = &file {
@@ -86,14 +88,14 @@ fn make(folder: &Path) -> Result<(), FileError> {
 
 /// Returns one plan per method with programs on a point MDP: of several trainings that of the best
 /// objective.
-fn best_replicates(seen: Seen<'_>, point: usize) -> Vec<&TaskPlan> {
+fn best_replicates<'a>(seen: Seen<'_>, own: &[&'a TaskPlan]) -> Vec<&'a TaskPlan> {
     let mut best: Vec<&TaskPlan> = Vec::new();
     let direction = seen.data.direction();
     let better = |a: &TaskPlan, b: &TaskPlan| match (a.objective, b.objective) {
         (Some(a), Some(b)) => direction.is_worse(b, a),
         (a, b) => a.is_some() && b.is_none(),
     };
-    for plan in seen.shown.plans.iter().filter(|p| p.point == point && p.is_whole()) {
+    for plan in own.iter().copied().filter(|p| p.is_whole()) {
         match best.iter_mut().find(|b| b.method == plan.method) {
             Some(other) if better(plan, other) => *other = plan,
             Some(_) => {}

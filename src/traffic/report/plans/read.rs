@@ -1,5 +1,7 @@
 //! What every task ran, from its record.
 
+use std::collections::HashMap;
+
 use super::described;
 use super::task_plan::{Source, TaskPlan};
 use crate::store::record::Outcome;
@@ -15,12 +17,13 @@ pub(in crate::traffic::report) fn plans(results: &Results) -> Vec<TaskPlan> {
     let identity = &results.manifest.identity;
     let settings = identity.settings.get("signal").cloned().unwrap_or_default();
     let settings: SignalSettings = serde_json::from_value(settings).unwrap_or_default();
-    let position = |point: &str| identity.points.iter().position(|p| p.point == point);
+    let points = identity.points.iter().enumerate();
+    let points: HashMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();
     let mut plans = Vec::new();
     for task in &results.plan {
         let method = identity.methods.iter().position(|m| *m == task.method);
         let (Some(record), Some(method), Some(point)) =
-            (results.records.get(&task.task), method, position(&task.point))
+            (results.records.get(&task.task), method, points.get(task.point.as_str()).copied())
         else {
             continue;
         };

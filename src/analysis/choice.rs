@@ -1,0 +1,68 @@
+//! How point MDPs came to be in the sample: draws, probabilities, and where they lie.
+
+use std::collections::HashMap;
+
+use super::estimator::Chosen;
+use super::evidence::Evidence;
+use super::points::PointSummary;
+use crate::sample::kmeans::standardise;
+use crate::sample::{Design, Draw};
+use crate::store::manifest::Identity;
+
+/// Returns how point MDPs came to be in the sample, in their order. They lie where the design has them; without one, by
+/// their features, standardised over them alone.
+pub(super) fn choice(
+    identity: &Identity,
+    design: Option<&Design>,
+    points: &[PointSummary],
+) -> Vec<Chosen> {
+    let draws: HashMap<&str, &Draw> =
+        identity.sample.draws.iter().map(|d| (d.point.as_str(), d)).collect();
+    let rows: Option<HashMap<&str, usize>> = design.map(|design| {
+        design.points.iter().enumerate().map(|(row, p)| (p.point.as_str(), row)).collect()
+    });
+    let coordinates = design.map(Design::coordinates);
+    let of = |point: &PointSummary| -> Option<Chosen> {
+        let id = point.row.point.as_str();
+        let row = rows.as_ref().map(|rows| rows.get(id).copied());
+        let row = match row {
+            // A point MDP that the design does not have is one of which nothing is known.
+            Some(row) => Some(row?),
+            None => None,
+        };
+        let at = row.zip(coordinates.as_ref()).map(|(row, all)| all[row].clone());
+        let draw = draws.get(id);
+        Some(Chosen {
+            count: draw.map_or(1, |d| d.count),
+            inclusion: draw.and_then(|d| d.inclusion),
+            importance: point.row.importance,
+            row,
+            at: at.unwrap_or_default(),
+        })
+    };
+    let mut chosen: Vec<Chosen> = points.iter().map(|p| of(p).unwrap_or_default()).collect();
+    if design.is_none() {
+        place(&mut chosen, points);
+    }
+    chosen
+}
+
+/// Returns how some of the point MDPs came to be in the sample, as [`choice`] of them alone has it.
+pub(super) fn choice_of(evidence: Evidence<'_>, points: &[&PointSummary]) -> Vec<Chosen> {
+    let positions: HashMap<usize, usize> =
+        evidence.points.iter().enumerate().map(|(i, p)| (p.index, i)).collect();
+    let mut chosen: Vec<Chosen> =
+        points.iter().map(|p| evidence.chosen[positions[&p.index]].clone()).collect();
+    if evidence.design.is_none() {
+        place(&mut chosen, points);
+    }
+    chosen
+}
+
+/// Places point MDPs by their features, standardised.
+fn place(chosen: &mut [Chosen], points: &[impl std::borrow::Borrow<PointSummary>]) {
+    let rows: Vec<Vec<f64>> = points.iter().map(|p| p.borrow().row.features.clone()).collect();
+    for (chosen, at) in chosen.iter_mut().zip(standardise(&rows)) {
+        chosen.at = at;
+    }
+}

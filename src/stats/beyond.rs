@@ -1,0 +1,78 @@
+//! The share of the family beyond many thresholds at once, as performance profiles and their bands need it.
+
+use pulp::Arch;
+
+use super::profile::key;
+use super::summary::Statistics;
+use super::{Direction, PointMeans};
+
+/// The shares of the weight with a score better than each of some thresholds, as [`super::profile::share_beyond`] has them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SharesBeyond {
+    /// The thresholds, in numbers that compare as they do; reversed where more is better.
+    keys: Vec<i64>,
+    direction: Direction,
+}
+
+impl SharesBeyond {
+    /// Returns the statistics of these thresholds, in their order.
+    pub fn new(thresholds: &[f64], direction: Direction) -> Self {
+        let keys = thresholds.iter().map(|t| directed(*t, direction)).collect();
+        Self { keys, direction }
+    }
+}
+
+/// Returns a number that is less for better values.
+fn directed(value: f64, direction: Direction) -> i64 {
+    match direction {
+        Direction::Lower => key(value),
+        Direction::Higher => !key(value),
+    }
+}
+
+impl Statistics for SharesBeyond {
+    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
+        let mut tops = vec![0.0; self.keys.len()];
+        let mut bottom = 0.0;
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for point in points {
+                    let score = directed(point.score, self.direction);
+                    for (top, threshold) in tops.iter_mut().zip(&self.keys) {
+                        *top += if score < *threshold { point.weight } else { 0.0 };
+                    }
+                    bottom += point.weight;
+                }
+            },
+        );
+        values.extend(tops.into_iter().map(|top| (bottom > 0.0).then(|| top / bottom)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::profile::share_beyond;
+    use super::super::summary::scores;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn shares_are_those_of_one_threshold_after_the_other(
+            pairs in prop::collection::vec((0.01f64..1.0, (-3i8..6).prop_map(f64::from)), 0..60),
+            thresholds in prop::collection::vec((-7i8..14).prop_map(|t| f64::from(t) / 2.0), 0..40),
+            higher in any::<bool>(),
+        ) {
+            let direction = if higher { Direction::Higher } else { Direction::Lower };
+            let point = |(weight, score): &(f64, f64)| PointMeans {
+                point: 0, weight: *weight, method: 0.0, baseline: 0.0, score: *score,
+            };
+            let points: Vec<PointMeans> = pairs.iter().map(point).collect();
+            let mut values = Vec::new();
+            SharesBeyond::new(&thresholds, direction).values(&points, &mut values);
+            let each = thresholds.iter().map(|t| share_beyond(scores(&points), *t, direction));
+            prop_assert_eq!(values, each.collect::<Vec<_>>());
+        }
+    }
+}

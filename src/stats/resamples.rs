@@ -1,0 +1,177 @@
+//! Resamples of what was measured: seeds, replicates and the choice of point MDPs drawn anew, many times over.
+//!
+//! What a resample is, is said in [`super::bootstrap`]. A report takes thousands of resamples of every method and of
+//! every two, so here nothing is allocated per resample: what was measured lies in one list, and means are written
+//! over those of the resample before.
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{PointMeans, PointObjectives, Resampling};
+
+/// One resample: means after seeds and replicates were drawn anew, and the same with moved weights.
+pub(super) struct Resample<'a> {
+    /// Seeds and replicates drawn anew.
+    pub(super) within: &'a [PointMeans],
+    /// The same with the weights that the design gives; `None` where no point MDP is drawn anew.
+    pub(super) moved: Option<&'a [PointMeans]>,
+    /// The factor by which the change from the first to the second is multiplied.
+    pub(super) factor: f64,
+}
+
+/// Resamples what was measured `count` times; not at all when the spread cannot be estimated or there is none.
+///
+/// # Arguments
+///
+/// Those of [`super::bootstrap_all`]; `whole` are the means of the points, `take` gets every resample.
+pub(super) fn resample(
+    (points, whole): (&[PointObjectives], &[PointMeans]),
+    resampling: &Resampling,
+    rng: &mut ChaCha8Rng,
+    trainings: u64,
+    count: usize,
+    take: &mut dyn FnMut(&Resample<'_>),
+) {
+    let between = resampling.draws_points();
+    let noise = points.iter().any(|p| p.baseline.len() > 1 || p.method.len() > 1);
+    if !resampling.is_known() || !(between || noise) {
+        return;
+    }
+    let weights: Vec<f64> = points.iter().map(|p| p.weight).collect();
+    // Methods differ in their replicates but not in their seeds, so these have their own source.
+    let mut replicates = ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings));
+    let measured = Measured::of(points);
+    let mut drawn = Drawn::default();
+    let mut within = whole.to_vec();
+    let mut moved = if between { whole.to_vec() } else { Vec::new() };
+    let mut new_weights = Vec::with_capacity(weights.len());
+    for _ in 0..count {
+        let mut factor = 1.0;
+        if between {
+            factor = resampling.factor(rng);
+            resampling.moved(&weights, rng, &mut new_weights);
+        }
+        measured.draw_anew(whole, (rng, &mut replicates), &mut drawn, &mut within);
+        for ((moved, within), weight) in moved.iter_mut().zip(&within).zip(&new_weights) {
+            *moved = PointMeans { weight: *weight, ..*within };
+        }
+        take(&Resample { within: &within, moved: between.then_some(&moved[..]), factor });
+    }
+}
+
+/// What was measured on all point MDPs, in one list.
+struct Measured {
+    /// Per point MDP the baseline's objectives by seed, then those of every replicate.
+    values: Vec<f64>,
+    /// Number of seeds and of replicates of every point MDP.
+    shapes: Vec<(usize, usize)>,
+}
+
+/// Indices that were drawn; kept so that there is one list for all.
+#[derive(Default)]
+struct Drawn {
+    seeds: Vec<usize>,
+    replicates: Vec<usize>,
+}
+
+impl Measured {
+    fn of(points: &[PointObjectives]) -> Self {
+        let mut values = Vec::new();
+        for point in points {
+            values.extend(&point.baseline);
+            point.method.iter().for_each(|replicate| values.extend(replicate));
+        }
+        let shapes = points.iter().map(|p| (p.baseline.len(), p.method.len())).collect();
+        Self { values, shapes }
+    }
+
+    /// Writes the means after drawing seeds and replicates anew; `whole` is what all of them give.
+    fn draw_anew(
+        &self,
+        whole: &[PointMeans],
+        (seeds, replicates): (&mut impl Rng, &mut impl Rng),
+        drawn: &mut Drawn,
+        means: &mut [PointMeans],
+    ) {
+        let mut rest = &self.values[..];
+        for ((mean, whole), (n, r)) in means.iter_mut().zip(whole).zip(&self.shapes) {
+            let (baseline, others) = rest.split_at(*n);
+            let (method, others) = others.split_at(n * r);
+            rest = others;
+            draw(*n, seeds, &mut drawn.seeds);
+            draw(*r, replicates, &mut drawn.replicates);
+            let of_drawn = |values: &[f64]| drawn.seeds.iter().map(|k| values[*k]).sum::<f64>();
+            let bottom = of_drawn(baseline);
+            let of_replicate = |r: &usize| of_drawn(&method[r * n..(r + 1) * n]);
+            let top: f64 = drawn.replicates.iter().map(of_replicate).sum::<f64>()
+                / drawn.replicates.len() as f64;
+            // Only a point MDP where some seeds bring no delay at all can come here with 0.
+            *mean = if bottom <= 0.0 {
+                *whole
+            } else {
+                let n = drawn.seeds.len() as f64;
+                PointMeans { method: top / n, baseline: bottom / n, score: top / bottom, ..*whole }
+            };
+        }
+    }
+}
+
+/// Draws `n - 1` of `n` indices with replacement; the only one when there is one.
+fn draw(n: usize, rng: &mut impl Rng, drawn: &mut Vec<usize>) {
+    drawn.clear();
+    match n {
+        0 => {}
+        1 => drawn.push(0),
+        n => drawn.extend((0..n - 1).map(|_| rng.random_range(0..n))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_without_any_delay_leave_the_means_as_they_are() {
+        let p = PointObjectives {
+            weight: 2.0,
+            draws: 1,
+            method: vec![vec![4.0, 0.0]],
+            baseline: vec![8.0, 0.0],
+        };
+        let whole = [p.means(0).unwrap()];
+        let (mut seeds, mut replicates) =
+            (ChaCha8Rng::seed_from_u64(1), ChaCha8Rng::seed_from_u64(2));
+        let measured = Measured::of(&[p]);
+        for _ in 0..20 {
+            let mut means = whole;
+            let rngs = (&mut seeds, &mut replicates);
+            measured.draw_anew(&whole, rngs, &mut Drawn::default(), &mut means);
+            assert_eq!(means[0].score, 0.5);
+            assert!(means == whole || means[0].baseline == 8.0, "{means:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_drawn_for_a_point_mdp_is_its_own() {
+        let one = |level: f64, seeds: usize| PointObjectives {
+            weight: 1.0,
+            draws: 1,
+            method: vec![vec![level; seeds], vec![3.0 * level; seeds]],
+            baseline: vec![10.0 * level; seeds],
+        };
+        let points = [one(1.0, 3), one(2.0, 1), one(4.0, 2)];
+        let whole: Vec<PointMeans> =
+            points.iter().enumerate().map(|(i, p)| p.means(i).unwrap()).collect();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut seen = Vec::new();
+        resample((&points, &whole), &Resampling::whole(), &mut rng, 0, 20, &mut |resample| {
+            let of = |m: &PointMeans| (m.baseline, m.method / m.baseline);
+            seen.extend(resample.within.iter().map(of));
+        });
+        assert_eq!(seen.len(), 60);
+        for (i, (baseline, score)) in seen.into_iter().enumerate() {
+            assert_eq!(baseline, [10.0, 20.0, 40.0][i % 3]);
+            assert!((score - 0.1).abs() < 1e-12 || (score - 0.3).abs() < 1e-12, "{score}");
+        }
+    }
+}
