@@ -99,17 +99,16 @@ impl RankedProfiles {
 
 /// Returns for every two methods where either is furthest ahead, which is where dominance is decided.
 fn furthest_apart(scores: &[Vec<(f64, f64)>], direction: Direction) -> Vec<f64> {
-    let of_two = |(first, second): (&Vec<(f64, f64)>, &Vec<(f64, f64)>)| {
-        let (at, a, b) = extremes(first, second, direction);
+    let of_two = |(i, j): (usize, usize)| {
+        let (at, a, b) = extremes(&scores[i], &scores[j], direction);
         let distances = || at.iter().zip(a.iter().zip(&b).map(|(a, b)| a - b));
         let most = distances().max_by(|x, y| x.1.total_cmp(&y.1));
         let least = distances().min_by(|x, y| x.1.total_cmp(&y.1));
         let most = most.filter(|d| d.1 > ROUNDING).map(|d| *d.0);
         [most, least.filter(|d| d.1 < -ROUNDING).map(|d| *d.0)]
     };
-    let pairs: Vec<_> = (scores.iter().enumerate())
-        .flat_map(|(i, first)| scores[..i].iter().map(move |second| (first, second)))
-        .collect();
+    let pairs: Vec<(usize, usize)> =
+        (0..scores.len()).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
     let found: Vec<[Option<f64>; 2]> = pairs.into_par_iter().map(of_two).collect();
     found.into_iter().flatten().flatten().collect()
 }

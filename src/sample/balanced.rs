@@ -54,13 +54,14 @@ pub fn inclusion(importance: &[f64], budget: usize) -> Vec<f64> {
 pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Vec<usize> {
     let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &["sample", "balanced"]));
     let mut probabilities = probabilities.to_vec();
+    let coordinates = Coordinates::of(coordinates);
     let is_open = |p: f64| p > DECIDED && p < 1.0 - DECIDED;
     let mut open: Vec<usize> =
         (0..probabilities.len()).filter(|i| is_open(probabilities[*i])).collect();
     while open.len() > 1 {
         let at = rng.random_range(0..open.len());
         let a = open[at];
-        let b = nearest(a, &open, coordinates, &mut rng);
+        let b = nearest(a, &open, &coordinates, &mut rng);
         let (pa, pb) = (probabilities[a], probabilities[b]);
         let both = pa + pb;
         let takes = if both < 1.0 {
@@ -70,7 +71,12 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
         };
         let (high, low) = if both < 1.0 { (both, 0.0) } else { (1.0, both - 1.0) };
         (probabilities[a], probabilities[b]) = if takes { (high, low) } else { (low, high) };
-        open.retain(|i| is_open(probabilities[*i]));
+        for decided in [a, b].into_iter().filter(|i| !is_open(probabilities[*i])) {
+            // They are in order, as they were at first.
+            if let Ok(at) = open.binary_search(&decided) {
+                open.remove(at);
+            }
+        }
     }
     if let [last] = open[..] {
         let drawn = rng.random::<f64>() < probabilities[last];
@@ -80,11 +86,12 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
 }
 
 /// Returns the nearest of the others, of equally near ones a random one.
-fn nearest(a: usize, open: &[usize], coordinates: &[Vec<f64>], rng: &mut ChaCha8Rng) -> usize {
+fn nearest(a: usize, open: &[usize], coordinates: &Coordinates, rng: &mut ChaCha8Rng) -> usize {
     let mut least = f64::INFINITY;
     let mut near: Vec<usize> = Vec::new();
+    let from = coordinates.row(a);
     for b in open.iter().copied().filter(|b| *b != a) {
-        let distance = squared_distance(&coordinates[a], &coordinates[b]);
+        let distance = squared_distance(from, coordinates.row(b));
         if distance < least {
             least = distance;
             near.clear();
@@ -94,6 +101,22 @@ fn nearest(a: usize, open: &[usize], coordinates: &[Vec<f64>], rng: &mut ChaCha8
         }
     }
     near[rng.random_range(0..near.len())]
+}
+
+/// Coordinates in one list, because every step looks at all of them.
+struct Coordinates {
+    values: Vec<f64>,
+    columns: usize,
+}
+
+impl Coordinates {
+    fn of(rows: &[Vec<f64>]) -> Self {
+        Self { values: rows.concat(), columns: rows.first().map_or(0, Vec::len) }
+    }
+
+    fn row(&self, i: usize) -> &[f64] {
+        &self.values[i * self.columns..(i + 1) * self.columns]
+    }
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use rand::distr::Distribution;
 use rand::distr::weighted::WeightedIndex;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::random::Chosen;
 use crate::seed::derive;
@@ -57,11 +58,13 @@ pub fn standardise(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 ///
 /// `k` must be between 1 and the number of rows.
 pub fn cluster(rows: &[Vec<f64>], k: usize, seed: u64) -> Clustering {
-    (0..RESTARTS)
-        .map(|restart| {
-            let seed = derive(seed, &["sample", "k-means", &restart.to_string()]);
-            lloyd(rows, plus_plus(rows, k, &mut ChaCha8Rng::seed_from_u64(seed)))
-        })
+    let start = |restart: usize| {
+        let seed = derive(seed, &["sample", "k-means", &restart.to_string()]);
+        lloyd(rows, plus_plus(rows, k, &mut ChaCha8Rng::seed_from_u64(seed)))
+    };
+    let starts: Vec<Clustering> = (0..RESTARTS).into_par_iter().map(start).collect();
+    starts
+        .into_iter()
         .min_by(|a, b| a.inertia.total_cmp(&b.inertia))
         .expect("there is at least one restart")
 }
@@ -76,18 +79,15 @@ pub(super) fn representatives(
 ) -> Vec<Chosen> {
     let rows = standardise(features);
     let clustering = cluster(&rows, k, seed);
-    let mut chosen: Vec<Chosen> = (0..k)
-        .map(|c| {
-            let members = || (0..rows.len()).filter(|i| clustering.labels[*i] == c);
-            let nearest = members()
-                .min_by(|a, b| {
-                    let d = |i: usize| squared_distance(&rows[i], &clustering.centroids[c]);
-                    d(*a).total_cmp(&d(*b))
-                })
-                .expect("no cluster is empty");
-            (nearest, members().map(|i| importance[i]).sum(), members().count() as u32)
-        })
-        .collect();
+    let mut members: Vec<Vec<usize>> = vec![Vec::new(); k];
+    clustering.labels.iter().enumerate().for_each(|(i, label)| members[*label].push(i));
+    let of_cluster = |(c, members): (usize, &Vec<usize>)| {
+        let distance = |i: usize| squared_distance(&rows[i], &clustering.centroids[c]);
+        let nearest = members.iter().copied().min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+        let nearest = nearest.expect("no cluster is empty");
+        (nearest, members.iter().map(|i| importance[*i]).sum(), members.len() as u32)
+    };
+    let mut chosen: Vec<Chosen> = members.iter().enumerate().map(of_cluster).collect();
     chosen.sort_unstable_by_key(|c| c.0);
     chosen
 }
@@ -123,31 +123,63 @@ fn plus_plus(rows: &[Vec<f64>], k: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>>
 fn lloyd(rows: &[Vec<f64>], mut centroids: Vec<Vec<f64>>) -> Clustering {
     let mut labels = vec![usize::MAX; rows.len()];
     for _ in 0..MAX_ITERATIONS {
-        let mut next: Vec<usize> = rows.iter().map(|row| nearest(row, &centroids)).collect();
+        let between = between(&centroids);
+        let of = |(row, label): (&Vec<f64>, &usize)| nearest(row, *label, &centroids, &between);
+        let mut next: Vec<usize> = rows.iter().zip(&labels).map(of).collect();
         fill_empty(rows, &centroids, &mut next);
         if next == labels {
             break;
         }
         labels = next;
-        for (c, centroid) in centroids.iter_mut().enumerate() {
-            let members: Vec<_> =
-                rows.iter().zip(&labels).filter(|(_, l)| **l == c).map(|(r, _)| r).collect();
-            for (j, value) in centroid.iter_mut().enumerate() {
-                *value = members.iter().map(|r| r[j]).sum::<f64>() / members.len() as f64;
-            }
+        let mut members = vec![0.0; centroids.len()];
+        centroids.iter_mut().for_each(|centroid| centroid.fill(0.0));
+        for (row, label) in rows.iter().zip(&labels) {
+            members[*label] += 1.0;
+            centroids[*label].iter_mut().zip(row).for_each(|(sum, x)| *sum += x);
+        }
+        for (centroid, members) in centroids.iter_mut().zip(members) {
+            centroid.iter_mut().for_each(|sum| *sum /= members);
         }
     }
     let inertia = rows.iter().zip(&labels).map(|(r, l)| squared_distance(r, &centroids[*l])).sum();
     Clustering { centroids, labels, inertia }
 }
 
-fn nearest(row: &[f64], centroids: &[Vec<f64>]) -> usize {
-    (0..centroids.len())
-        .min_by(|a, b| {
-            let d = |c: usize| squared_distance(row, &centroids[c]);
-            d(*a).total_cmp(&d(*b))
-        })
-        .expect("there is at least one centroid")
+/// Part of a distance that rounding may add or take, and far more.
+const ROUNDING: f64 = 1e-9;
+
+/// Most centroids of which all distances are kept: 32 MB.
+const MOST_KEPT: usize = 2000;
+
+/// Returns a quarter of the squared distances of the centroids from one another, a row per centroid, less what rounding may
+/// add; rows are empty where centroids are too many.
+fn between(centroids: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let others = if centroids.len() > MOST_KEPT { &[] } else { centroids };
+    let quarter = |a: &[f64], b: &[f64]| squared_distance(a, b) / 4.0 * (1.0 - ROUNDING);
+    centroids.iter().map(|a| others.iter().map(|b| quarter(a, b)).collect()).collect()
+}
+
+/// Returns the nearest centroid, of equally near ones the first.
+///
+/// # Arguments
+///
+/// * `last` — which it was the last time, if any; one that is twice as far from that one as the row is cannot be it.
+/// * `between` — see [`between`].
+fn nearest(row: &[f64], last: usize, centroids: &[Vec<f64>], between: &[Vec<f64>]) -> usize {
+    let guess = if last < centroids.len() { last } else { 0 };
+    let mut least = squared_distance(row, &centroids[guess]);
+    let (from_guess, excludes) = (&between[guess], least);
+    let mut found = guess;
+    for (c, centroid) in centroids.iter().enumerate() {
+        if c == guess || from_guess.get(c).is_some_and(|quarter| *quarter > excludes) {
+            continue;
+        }
+        let distance = squared_distance(row, centroid);
+        if distance < least || (distance == least && c < found) {
+            (least, found) = (distance, c);
+        }
+    }
+    found
 }
 
 /// Gives every empty cluster the row farthest from its centroid among clusters of at least two.

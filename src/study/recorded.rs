@@ -104,6 +104,9 @@ pub enum StudyError {
     Family(#[from] FamilyError),
 }
 
+/// Seconds that tasks took, by method and point MDP; `None` where that is not known.
+type Costs<'a> = HashMap<(&'a str, &'a str), Option<f64>>;
+
 impl Recorded {
     /// Returns what an analysis of a whole family says.
     ///
@@ -141,7 +144,7 @@ impl Recorded {
             inputs: Vec::new(),
         };
         let rows = analysis.points.iter().map(|p| (p.row.point.as_str(), p)).collect();
-        let mut costs: HashMap<(&str, &str), Option<f64>> = HashMap::new();
+        let mut costs = Costs::new();
         for task in &analysis.tasks {
             let point = analysis.points[task.point].row.point.as_str();
             let cost = costs.entry((task.method.as_str(), point)).or_insert(Some(0.0));
@@ -166,7 +169,7 @@ impl Recorded {
     fn add(
         &mut self,
         analysis: &Analysis,
-        (rows, costs): (&HashMap<&str, &PointSummary>, &HashMap<(&str, &str), Option<f64>>),
+        (rows, costs): (&HashMap<&str, &PointSummary>, &Costs<'_>),
         index: usize,
         name: &str,
     ) {
