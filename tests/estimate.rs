@@ -8,12 +8,12 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use made_up::{evaluations, manifest, well_formed, well_linked, words, write_results};
-use tsc_family::sample::Draw;
 use tsc_family::sample::design::{Input, Measure};
+use tsc_family::sample::{Draw, Until};
 use tsc_family::stats::{Direction, PointObjectives};
 use tsc_family::store::manifest::Manifest;
 use tsc_family::store::record::TaskResult;
-use tsc_family::study::{Cell, Kind, Recorded, RecordedMethod, StudyPlan, study};
+use tsc_family::study::{Cell, Kind, Recorded, RecordedMethod, StudyPlan, grow, study};
 
 /// Point MDPs of the made-up family.
 const SIZE: usize = 120;
@@ -99,6 +99,33 @@ fn balanced_samples_are_unbiased_and_their_intervals_cover_what_they_promise() {
 fn a_sample_of_everything_misses_nothing_but_draws_with_replacement_do() {
     for cell in studied(&plan(&[SIZE], 3, &Kind::ALL)) {
         assert_eq!(cell.error < 1e-9, cell.kind != Kind::M1, "{:?} {}", cell.kind, cell.error);
+    }
+}
+
+#[test]
+fn runs_that_stop_early_save_point_mdps_and_hold_what_they_say() {
+    let mut recorded = recorded();
+    // Another method that is a little worse on average, and differs with the second feature.
+    let mut other = recorded.methods[0].clone();
+    other.name = "other".into();
+    for (i, objectives) in other.objectives.iter_mut().enumerate() {
+        let factor = if i % 4 == 0 { 0.98 } else { 1.05 };
+        objectives.method[0][0] *= factor;
+        other.scores[i] *= factor;
+    }
+    recorded.methods.push(other);
+    let plan = plan(&[10, 20, 40, 80], 200, &[Kind::M1, Kind::Balanced]);
+    let pair = ("learner".to_owned(), "other".to_owned());
+    for until in [Until::Decided(vec![pair]), Until::HalfWidth(0.02)] {
+        let stopped = grow(&recorded, &plan, &until, &|_| {}).unwrap();
+        let [spent, naive] = &stopped[..] else { panic!("{}", stopped.len()) };
+        assert!(spent.is_spent && !naive.is_spent);
+        assert!(naive.points < spent.points && spent.points < 80.0, "{until}: {stopped:?}");
+        assert!(spent.enough > 0.9 && spent.early > 0.5, "{until}: {spent:?}");
+        for (judged, share) in &spent.coverage {
+            assert!(share.unwrap() >= 0.92, "{until}, {judged}: {share:?}");
+        }
+        assert_eq!(spent.wrong, matches!(until, Until::Decided(_)).then_some(0.0));
     }
 }
 

@@ -70,7 +70,8 @@ fn results(manifest: Manifest) -> Results {
             (i, Record::finished(task, &sha256, TaskResult { rows, ..TaskResult::default() }))
         })
         .collect();
-    Results { manifest, plan, records, design: None }
+    let sha256 = manifest.sha256();
+    Results { manifest, sha256, plan, records, design: None }
 }
 
 #[test]

@@ -32,7 +32,7 @@ pub struct MethodSummary {
     pub rank: Option<usize>,
     /// Overall performance; 1 is what scores are divided by.
     pub overall: Option<f64>,
-    /// 95% interval of the overall performance.
+    /// Interval of the overall performance.
     pub interval: Option<(f64, f64)>,
     /// Other summaries of its scores and objectives.
     pub summaries: Summaries,
@@ -135,7 +135,8 @@ pub(super) fn paired<T>(
         name: &identity.methods[index],
         points: chosen,
         design: evidence.design,
-        resamples: RESAMPLES,
+        resamples: identity.sample.resamples(RESAMPLES),
+        alpha: identity.sample.alpha(),
     };
     let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
     estimate(estimator_of(&identity.sample), sample, &mut rng)

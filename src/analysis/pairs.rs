@@ -6,12 +6,13 @@
 
 use rayon::prelude::*;
 
-use super::estimator::Estimate;
+use super::estimator::{Estimate, Sample};
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, paired};
 use super::points::PointSummary;
 use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
+use crate::sample::{Design, Measure};
 use crate::stats::improvement::{differences, placements};
 use crate::stats::{Direction, Dominance, PointObjectives, Verdict};
 
@@ -113,11 +114,13 @@ fn pair(
         let objectives: Vec<PointObjectives> = shared.iter().map(of).collect();
         let points: Vec<&PointSummary> = shared.iter().map(|(p, _, _)| *p).collect();
         let of_sample = paired(evidence, a.index, &points, |estimator, sample, rng| {
-            estimator.estimate(sample, &objectives, rng)
+            // No method has such scores, which a model could know.
+            estimator.estimate(Sample { name: "", ..sample }, &objectives, rng)
         });
         of_sample.ok()
     };
-    let difference = match trained_apart(&shared, (a, of_a), (b, of_b)) {
+    let design = evidence.design.filter(|_| evidence.identity.sample.assisted);
+    let difference = match apart(&shared, design, (a, of_a), (b, of_b)) {
         Some((a, b)) if direction.is_lower() => a.difference(b),
         Some((a, b)) => b.difference(a),
         None => estimate(&ahead)?,
@@ -153,13 +156,17 @@ fn shared<'a>(
 }
 
 /// Returns the two estimates where their resamples say more than differences do: both methods were trained several times,
-/// each on its own, and both estimates are over just these point MDPs.
-fn trained_apart<'a>(
+/// each on its own, or one is known on the whole family; and both estimates are over just these point MDPs.
+fn apart<'a>(
     shared: &[OnPoint<'_>],
+    design: Option<&Design>,
     (a, of_a): (&MethodSummary, &'a Option<Estimate>),
     (b, of_b): (&MethodSummary, &'a Option<Estimate>),
 ) -> Option<(&'a Estimate, &'a Estimate)> {
     let both = shared.iter().any(|(_, x, y)| x.method.len() > 1 && y.method.len() > 1);
+    let is_known =
+        |m: &MethodSummary| design.is_some_and(|d| d.input(&m.method, Measure::Score).is_some());
+    let both = both || is_known(a) || is_known(b);
     let same = [a.points, b.points] == [shared.len(); 2];
     let (of_a, of_b) = of_a.as_ref().zip(of_b.as_ref())?;
     let resampled = !of_a.resamples.is_empty() && of_a.resamples.len() == of_b.resamples.len();

@@ -93,7 +93,7 @@ impl RankedProfiles {
             paired.then(|| (p.1.value - q.1.value, distances()))
         });
         let tested: Vec<(f64, Vec<f64>)> = tested.collect::<Option<_>>().unwrap_or_default();
-        Some(dominance(&a, &b, &tested))
+        Some(dominance(&a, &b, &tested, evidence.identity.sample.alpha()))
     }
 }
 

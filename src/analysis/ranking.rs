@@ -28,7 +28,7 @@ pub struct Lead {
     pub runner_up: String,
     /// By how much its overall performance is behind the best one's.
     pub difference: f64,
-    /// 95% interval of the difference, paired by point MDP and seed.
+    /// Interval of the difference, paired by point MDP and seed.
     pub interval: (f64, f64),
 }
 

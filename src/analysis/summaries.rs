@@ -4,12 +4,12 @@ use rand_chacha::ChaCha8Rng;
 
 use super::estimator::{Estimate, Estimator, Sample};
 use super::statistics::{BELOW, GEOMETRIC, IQM, MEDIAN, RATIO, REGIMES, SummaryStatistics};
-use crate::stats::quantile::{central_95_about, containing};
+use crate::stats::quantile::{central_about, containing};
 use crate::stats::summary::{scores, weighted_median};
 use crate::stats::weighted_quantile::{is_coarse, median_interval};
 use crate::stats::{PointMeans, PointObjectives};
 
-/// A number and its 95% interval.
+/// A number and its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimated {
     /// The estimate.
@@ -100,7 +100,7 @@ fn around_median(
 ///
 /// * `coarse` — whether one point MDP has so much of the weight that resamples jump, and their mean is no middle.
 pub(super) fn shifted(e: &Estimate, coarse: bool) -> Estimated {
-    let moved = if coarse { None } else { central_95_about(e.value, &e.resamples) };
+    let moved = if coarse { None } else { central_about(e.value, &e.resamples, e.alpha) };
     let interval = moved.or(e.interval.map(|interval| containing(interval, e.value)));
     Estimated { value: e.value, interval }
 }
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use crate::analysis::estimator::Whole;
     use crate::stats::bootstrap::RESAMPLES;
-    use crate::stats::quantile::median as plain_median;
+    use crate::stats::quantile::{ALPHA, median as plain_median};
     use crate::stats::summary::Statistic;
 
     const SEEDS: usize = 20;
@@ -140,6 +140,7 @@ mod tests {
             points: &[],
             design: None,
             resamples: RESAMPLES,
+            alpha: ALPHA,
         }
     }
 

@@ -26,6 +26,8 @@ use crate::store::results::Results;
 pub struct Analysis {
     /// What the run was.
     pub manifest: Manifest,
+    /// sha256 of the manifest.
+    pub sha256: String,
     /// Classes of point MDPs.
     pub regimes: &'static [Regime],
     /// What is measured of evaluation episodes.
@@ -106,6 +108,7 @@ impl Analysis {
             trainings,
             trained: trained(results),
             manifest: results.manifest.clone(),
+            sha256: results.sha256.clone(),
             design: results.design.clone(),
             reference,
             tasks,

@@ -96,7 +96,7 @@ pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {
         let name = path.display().to_string();
         let layout = Layout::new(path);
         let results = Results::load(&layout)?;
-        if let Some(first) = seen.insert(results.manifest.sha256(), name.clone()) {
+        if let Some(first) = seen.insert(results.sha256.clone(), name.clone()) {
             anyhow::bail!(Refused(format!(
                 "{first} and {name} hold the same run; give every family once"
             )));

@@ -27,6 +27,7 @@ mod shell;
 mod signals;
 mod study;
 mod subject;
+mod until;
 mod values;
 mod worker;
 

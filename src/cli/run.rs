@@ -1,6 +1,7 @@
 //! `tsc-family run`: plan, networks, workers, summary.
 
 mod arguments;
+mod looks;
 
 pub(super) use arguments::RunArgs;
 
@@ -28,6 +29,7 @@ use crate::domains;
 use crate::files::FileError;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
+use crate::run::executor::Executor;
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::{Session, open};
@@ -44,10 +46,12 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let subject = Subject::new(args)?;
     let methods = methods(&args.methods, subject.domain());
     let plan = planned(args, &subject)?;
+    let size = plan.is_none().then(|| subject.problem().family().points.len());
     let request = Request {
         domain: subject.domain(),
         problem: subject.problem(),
-        budget: args.budget.0,
+        // A sample that grows may grow to the whole family.
+        budget: args.budget.0.or(args.until.flag().and(size)),
         sampling: args.sampling.unwrap_or(Sampling::DEFAULT),
         plan: plan.as_ref(),
         methods: &methods,
@@ -55,11 +59,12 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         evaluation_seeds: args.eval_seeds.get(),
         replicates: args.replicates.get(),
     };
-    let draft = draft(&request)?;
+    let mut draft = draft(&request)?;
     if let Some(method) = &args.against {
         check_name(method, &draft.methods)?;
     }
     check(args, &request, &draft)?;
+    looks::grow(args, &methods, request.domain.baseline(), &mut draft)?;
     subject.check(args, &draft)?;
     let processors = available_parallelism().map_or(1, |j| j.get());
     let jobs = args.jobs.map_or(processors, |j| j.get());
@@ -160,12 +165,37 @@ fn work(
     session: &Session<'_>,
     jobs: usize,
 ) -> anyhow::Result<u8> {
-    let results = session.results()?;
-    let todo: Vec<Task> = results.missing().cloned().collect();
     let program = std::env::current_exe().context("cannot find this program")?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
+    let executor = session.local(program, jobs);
+    let mut done: Option<usize> = None;
+    while let Some(results) = looks::next(session, done, args)? {
+        let left = work_on(args, request, (session, &executor), &results, jobs, &interrupted)?;
+        if left > 0 {
+            if !args.quiet {
+                note(format!(
+                    "interrupted with {left} tasks to do; run the same command to continue"
+                ));
+            }
+            return Ok(exit::INTERRUPTED);
+        }
+        done = Some(results.plan.len());
+    }
+    summarise(args, &session.layout)
+}
+
+/// Does the tasks that results lack; returns how many an interruption left.
+fn work_on(
+    args: &RunArgs,
+    request: &Request<'_>,
+    (session, executor): (&Session<'_>, &dyn Executor),
+    results: &Results,
+    jobs: usize,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<usize> {
+    let todo: Vec<Task> = results.missing().cloned().collect();
     let talk = !args.quiet && !args.json;
     if talk && todo.len() < results.plan.len() {
         note(format!("{} of {} tasks are already done", results.records.len(), results.plan.len()));
@@ -179,18 +209,10 @@ fn work(
         args.json,
         args.quiet,
     );
-    let executor = session.local(program, jobs);
-    let outcome = session.work(&executor, &interrupted, &mut |event| monitor.handle(event));
+    let outcome = session.work(&todo, executor, interrupted, &mut |event| monitor.handle(event));
     monitor.close();
     outcome?;
-    if interrupted.load(Ordering::Relaxed) {
-        let left = todo.len() - monitor.finished();
-        if !args.quiet {
-            note(format!("interrupted with {left} tasks to do; run the same command to continue"));
-        }
-        return Ok(exit::INTERRUPTED);
-    }
-    summarise(args, &session.layout)
+    Ok(if interrupted.load(Ordering::Relaxed) { todo.len() - monitor.finished() } else { 0 })
 }
 
 /// Reports the finished run.

@@ -9,11 +9,12 @@ use serde_json::json;
 
 use super::output::{Counted, line, note};
 use super::recorded::read;
+use super::until::UntilArgs;
 use super::values::{at_least_one, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::report::study::{StudyReport, write};
-use crate::study::{Cell, Kind, StudyPlan, study};
+use crate::study::{Cell, Kind, Stopped, StudyPlan, grow, study};
 
 /// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
 const BUDGETS: [usize; 4] = [10, 20, 40, 80];
@@ -39,6 +40,7 @@ errors.csv and the figure as SVG.
 
 Examples:
   tsc-family estimate results/all
+  tsc-family estimate results/all --budgets 10,20,40,80 --until-decided
   tsc-family estimate results/learners --assist results/all --budgets 20,40 --repeats 200")]
 pub struct EstimateArgs {
     /// Results directory with a whole family
@@ -53,6 +55,9 @@ pub struct EstimateArgs {
     /// Numbers of point MDPs [default: 10,20,40,80 as far as the family has more]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub budgets: Vec<NonZeroUsize>,
+    /// Try runs that stop early too, with looks at --budgets
+    #[command(flatten)]
+    pub until: UntilArgs,
     /// Samples per budget and estimator
     #[arg(long, value_name = "R", default_value = "500", value_parser = at_least_one)]
     pub repeats: NonZeroU32,
@@ -97,6 +102,12 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     }
     let size = recorded.family.points.len();
     let budgets = budgets(&args.budgets, size)?;
+    let names: Vec<String> = recorded.methods.iter().map(|m| m.name.clone()).collect();
+    let until = args.until.until(&names, &names)?;
+    if let (Some(flag), false) = (args.until.flag(), kinds.iter().any(|k| k.is_balanced())) {
+        let reason = "only balanced samples grow; give balanced or m4 among --estimators";
+        return Err(Refused(format!("{flag}: {reason}")).into());
+    }
     let plan = StudyPlan {
         repeats: args.repeats.get() as usize,
         seed: args.seed,
@@ -104,23 +115,39 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         budgets,
         kinds,
     };
-    let total = plan.kinds.len() * plan.budgets.len() * plan.repeats;
+    let growing = plan.kinds.iter().filter(|k| k.is_balanced() && until.is_some()).count();
+    let total = (plan.kinds.len() * plan.budgets.len() + growing) * plan.repeats;
     let progress = Counted::new(total, "samples", args.quiet || args.json);
     let cells = study(&recorded, &plan, &|n| progress.add(n, ""));
+    let stopped = match (&cells, &until) {
+        (Ok(_), Some(until)) => Some(grow(&recorded, &plan, until, &|n| progress.add(n, ""))),
+        _ => None,
+    };
     progress.finish();
-    let cells = cells?;
-    let report =
-        StudyReport { recorded: &recorded, plan: &plan, cells: &cells, analysis: &analysis };
+    let (cells, stopped) = (cells?, stopped.transpose()?);
+    let report = StudyReport {
+        recorded: &recorded,
+        plan: &plan,
+        cells: &cells,
+        stopping: until.as_ref().zip(stopped.as_deref()),
+        analysis: &analysis,
+    };
     let out = args.out.clone().unwrap_or_else(|| args.dir.join("estimate"));
     let page = write(&out, &report)?;
     if args.json {
         for cell in &cells {
             line(json_line(cell))?;
         }
+        for stopped in stopped.iter().flatten() {
+            line(stopped_line(stopped))?;
+        }
         return Ok(exit::DONE);
     }
     if !args.quiet {
         line(report.table())?;
+        if let Some(table) = report.stopping_table() {
+            line(format!("\n{table}"))?;
+        }
         report.notes().into_iter().for_each(note);
         note(format!("report: {}", page.display()));
     }
@@ -167,5 +194,22 @@ fn json_line(cell: &Cell) -> serde_json::Value {
         "coverage": cell.coverage,
         "half_width": cell.half_width,
         "cpu_hours": cell.cpu_hours,
+    })
+}
+
+fn stopped_line(stopped: &Stopped) -> serde_json::Value {
+    let coverage: serde_json::Map<String, serde_json::Value> =
+        stopped.coverage.iter().map(|(name, share)| (name.clone(), json!(share))).collect();
+    json!({
+        "event": "stopping",
+        "estimator": stopped.kind.name(),
+        "alpha_spent": stopped.is_spent,
+        "repeats": stopped.repeats,
+        "points": stopped.points,
+        "early": stopped.early,
+        "enough": stopped.enough,
+        "wrong": stopped.wrong,
+        "coverage": coverage,
+        "cpu_hours": stopped.cpu_hours,
     })
 }

@@ -42,7 +42,10 @@ pub(super) fn answers(data: &Report) -> Vec<Answer> {
         ("How sure?", sure(data, best)),
         ("Which is best where?", wins(data)),
         ("Where does it fail?", fails(data, best)),
-        ("What does it hold for?", vec![basis(data, best)]),
+        (
+            "What does it hold for?",
+            [Some(basis(data, best)), text::growth(data)].into_iter().flatten().collect(),
+        ),
         ("What does the sample miss?", misses(data)),
     ]
     .into_iter()

@@ -176,7 +176,7 @@ fn run(data: &Report) -> Value {
         seeds => identity.evaluation_seeds.len(),
         replicates => identity.replicates,
         replicated => identity.replicated.join(", "),
-        resamples => RESAMPLES,
+        resamples => identity.sample.resamples(RESAMPLES),
         provenance => provenance(data),
         settings => serde_json::to_string_pretty(&identity.settings)
             .expect("JSON read from a manifest can be written"),

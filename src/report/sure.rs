@@ -46,7 +46,7 @@ fn values(data: &Report, figures: &[Figure]) -> Value {
         covers => covers(data),
         met => data.words.met.as_str(),
         better => data.better(),
-        resamples => RESAMPLES,
+        resamples => data.manifest.identity.sample.resamples(RESAMPLES),
         ranks => figure("ranks"),
         ranks_narrow => ranks::narrow(data),
         profiles => figure("profiles"),

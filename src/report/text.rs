@@ -152,7 +152,34 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
         );
     }
     notes.extend(luck(data));
+    notes.extend(growth(data));
     notes
+}
+
+/// Says how a sample has grown, and whether it says enough.
+pub(super) fn growth(data: &Report) -> Option<String> {
+    let standing = data.standing()?;
+    let growth = data.manifest.identity.sample.growth.as_ref()?;
+    let (until, looks) = (&growth.until, standing.looks);
+    let outcome = match (standing.is_enough, standing.look < looks) {
+        (true, true) => "it is, and the rest of the budget was not needed".to_owned(),
+        (true, false) => "it is".to_owned(),
+        (false, true) => "it is not yet; the same command goes on with more point MDPs".to_owned(),
+        (false, false) if standing.open.is_empty() => {
+            "it is not, and the budget is spent".to_owned()
+        }
+        (false, false) => {
+            let open: Vec<String> =
+                standing.open.iter().map(|(a, b)| format!("{a} and {b}")).collect();
+            format!("it is not between {}, and the budget is spent", open.join(", "))
+        }
+    };
+    Some(format!(
+        "The sample grows until {until}. After look {} of {looks}, with {}, {outcome}. Intervals are wider than from \
+         a single look, so that with 95% certainty none of the looks misled.",
+        standing.look,
+        format::count(data.points.len(), "point MDP"),
+    ))
 }
 
 /// Returns the methods that tune or learn, once per point MDP, and have an interval.

@@ -7,8 +7,9 @@ use super::error::RunError;
 use super::method::{Method, Training, find};
 use crate::family::Feature;
 use crate::files::write_atomically;
+use crate::sample::looks::{halves, looks};
 use crate::sample::plan_file::PlanFile;
-use crate::sample::{Design, SamplePlan, Sampling, choose_over};
+use crate::sample::{Design, Growth, SampleError, SamplePlan, Sampling, Until, choose_over};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference};
@@ -71,6 +72,28 @@ pub struct Draft {
 }
 
 impl Draft {
+    /// Lets the sample grow look by look: what is chosen is then its largest extent.
+    ///
+    /// # Arguments
+    ///
+    /// * `budgets` — of the looks, ascending to the budget of the sample; empty for the budget and its halves
+    ///   ([`halves`]).
+    ///
+    /// # Errors
+    ///
+    /// [`SampleError::Growth`] for a sample that is not balanced, or budgets that do not lead to its own.
+    pub fn grow(&mut self, until: Until, budgets: &[usize]) -> Result<(), SampleError> {
+        let Some(design) = &self.design else {
+            let reason = "only balanced samples grow, and those that were drawn over a design";
+            return Err(SampleError::Growth(reason.to_owned()));
+        };
+        let usual = halves(self.sample.budget);
+        let budgets = if budgets.is_empty() { &usual } else { budgets };
+        let looks = looks(&self.sample, design, budgets)?;
+        self.sample.growth = Some(Growth { until, looks });
+        Ok(())
+    }
+
     /// Returns the ids of the chosen point MDPs.
     pub fn chosen(&self) -> BTreeSet<&str> {
         self.sample.draws.iter().map(|draw| draw.point.as_str()).collect()

@@ -1,7 +1,7 @@
 //! A run from its plan to its records, as the command does it and as programs can.
 //!
 //! [`open`] prepares what is missing, writes the plan and takes the lock of the results directory;
-//! [`Session::work`] does the tasks that have no record yet.
+//! [`Session::work`] does tasks.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -72,14 +72,14 @@ impl Session<'_> {
     ///
     /// [`RunError`] when the directory cannot be read or written.
     pub fn forget_failed(&self) -> Result<(), RunError> {
-        for record in self.results()?.failed() {
+        for record in Results::load_all(&self.layout)?.failed() {
             let path = self.layout.record(record.summary.task);
             fs::remove_file(&path).map_err(FileError::at("remove", &path))?;
         }
         Ok(())
     }
 
-    /// Reads what there is so far.
+    /// Reads what there is so far; of a sample that grows, the last look that is complete.
     ///
     /// # Errors
     ///
@@ -109,21 +109,23 @@ impl Session<'_> {
         }
     }
 
-    /// Does the tasks that have no record yet and reports events as they happen; ends early when
-    /// `interrupted` becomes true. Returns the tasks that it set out to do.
+    /// Does tasks and reports events as they happen; ends early when `interrupted` becomes true.
+    ///
+    /// # Arguments
+    ///
+    /// * `todo` — such as [`Results::missing`].
     ///
     /// # Errors
     ///
     /// [`RunError`] when the tasks cannot be done at all, or a record cannot be written.
     pub fn work(
         &self,
+        todo: &[Task],
         executor: &dyn Executor,
         interrupted: &AtomicBool,
         on_event: &mut dyn FnMut(Event),
-    ) -> Result<Vec<Task>, RunError> {
-        let todo: Vec<Task> = self.results()?.missing().cloned().collect();
-        executor.run(&todo, interrupted, on_event)?;
-        Ok(todo)
+    ) -> Result<(), RunError> {
+        Ok(executor.run(todo, interrupted, on_event)?)
     }
 }
 
@@ -139,7 +141,8 @@ impl Session<'_> {
 pub fn evaluate(request: &Request<'_>, out: &Path) -> Result<Results, RunError> {
     let draft = super::plan::draft(request)?;
     let session = open(request, &draft, out, &|_| {})?;
-    session.work(&session.inline(), &AtomicBool::new(false), &mut |_| {})?;
+    let todo: Vec<Task> = session.results()?.missing().cloned().collect();
+    session.work(&todo, &session.inline(), &AtomicBool::new(false), &mut |_| {})?;
     session.results()
 }
 

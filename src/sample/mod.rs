@@ -5,95 +5,16 @@
 pub mod balanced;
 pub mod design;
 pub mod kmeans;
+pub mod looks;
+mod plan;
 pub mod plan_file;
 mod random;
 
-use serde::{Deserialize, Serialize};
-
 use design::features;
 pub use design::{Design, Input, Measure};
+pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};
 
 use crate::family::MdpFamily;
-
-/// How point MDPs are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sampling {
-    /// Random draws by importance, spread over the features: the local pivotal method
-    Balanced,
-    /// M3: k-means clusters, each represented by the point MDP nearest to its centroid
-    KMeans,
-    /// M1: random draws by importance, with replacement
-    WithReplacement,
-    /// M2: random draws by importance, without replacement
-    WithoutReplacement,
-    /// Every point MDP of the family: what `--budget all` does, no choice of its own
-    All,
-}
-
-impl Sampling {
-    /// What is used where nothing else is asked for.
-    pub const DEFAULT: Self = Self::Balanced;
-}
-
-/// A chosen point MDP.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Draw {
-    /// Id of the point MDP.
-    pub point: String,
-    /// Weight of its score in the estimate; weights sum to 1.
-    pub weight: f64,
-    /// How often it was drawn (more than once only with replacement), or for k-means how many
-    /// point MDPs its cluster has.
-    pub count: u32,
-    /// Probability to be in the sample, from 0 to 1; `None` with replacement, for representatives of clusters, and in
-    /// plans from before it was kept.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub inclusion: Option<f64>,
-}
-
-/// The chosen point MDPs; written before anything runs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SamplePlan {
-    /// How they were chosen.
-    pub sampling: Sampling,
-    /// Number of draws.
-    pub budget: usize,
-    /// Size of the family.
-    pub family_size: usize,
-    /// Seed of the choice.
-    pub seed: u64,
-    /// The choice, in the order of the family.
-    pub draws: Vec<Draw>,
-    /// sha256 of the [`Design`] that the sample was spread over; empty where none was.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub design: String,
-    /// Whether that has scores of cheap methods, which estimates then use.
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub assisted: bool,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-fn is_false(value: &bool) -> bool {
-    !value
-}
-
-/// Why a sample cannot be drawn.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum SampleError {
-    /// A budget of 0 or, without replacement, above the family's size.
-    #[error(
-        "budget {budget}: the family has {size} point MDPs; give a budget from 1 to {size}, or `all`"
-    )]
-    Budget {
-        /// What was asked for.
-        budget: usize,
-        /// Size of the family.
-        size: usize,
-    },
-}
 
 /// Chooses `budget` point MDPs of a family.
 ///
@@ -171,7 +92,17 @@ pub fn choose_over(
     let over = sampling == Sampling::Balanced;
     let sha256 = if over { design.sha256() } else { String::new() };
     let assisted = over && !design.inputs.is_empty();
-    Ok(SamplePlan { sampling, budget, family_size: size, seed, draws, design: sha256, assisted })
+    let family_size = size;
+    Ok(SamplePlan {
+        sampling,
+        budget,
+        family_size,
+        seed,
+        draws,
+        design: sha256,
+        assisted,
+        growth: None,
+    })
 }
 
 /// Returns per point MDP of the family the position of the chosen one that stands for it: its own, with k-means that

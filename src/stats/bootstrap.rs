@@ -34,7 +34,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::quantile::central_95;
+use super::quantile::{ALPHA, central};
 use super::resamples::resample;
 use super::summary::{Statistic, Statistics, mean_of_scores};
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
@@ -56,7 +56,7 @@ impl Bootstrap {
     /// Returns the 95% interval; `None` when there is only one seed per point MDP of a complete
     /// family, or only one draw.
     pub fn interval(&self) -> Option<(f64, f64)> {
-        central_95(&self.resamples)
+        central(&self.resamples, ALPHA)
     }
 
     /// Returns `other - self` with its 95% interval, resample by resample, which is much narrower

@@ -21,9 +21,6 @@
 
 use super::score::mean;
 
-/// Level at which "nowhere behind" is rejected.
-pub const LEVEL: f64 = 0.05;
-
 /// By how much rounding may part equal shares.
 const ROUNDING: f64 = 1e-12;
 
@@ -58,16 +55,22 @@ pub struct Dominance {
 ///
 /// * `first`, `second` — shape `[thresholds]`; shares with a better score, as
 ///   [`super::profile::share_beyond`] gives them.
+/// * `alpha` — "nowhere behind" is rejected where its p-value is below it, such as 0.05.
 /// * `tested` — the distances `first - second` at those thresholds that are tested, which need not be all, each with
 ///   its resamples. Empty where there are none.
-pub fn dominance(first: &[f64], second: &[f64], tested: &[(f64, Vec<f64>)]) -> Dominance {
+pub fn dominance(
+    first: &[f64],
+    second: &[f64],
+    tested: &[(f64, Vec<f64>)],
+    alpha: f64,
+) -> Dominance {
     let most =
         |sign: f64| first.iter().zip(second).map(|(a, b)| sign * (a - b)).fold(0.0, f64::max);
     let ahead = (most(1.0), most(-1.0));
     let p = p_value(tested, -1.0).zip(p_value(tested, 1.0));
     // Without resamples what was seen is taken for what is.
     let rejected = match p {
-        Some((first, second)) => (first < LEVEL, second < LEVEL),
+        Some((first, second)) => (first < alpha, second < alpha),
         None => (ahead.1 > ROUNDING, ahead.0 > ROUNDING),
     };
     let verdict = match rejected {
@@ -114,6 +117,7 @@ fn p_value(tested: &[(f64, Vec<f64>)], sign: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::quantile::ALPHA;
 
     /// Resampled distances: the distance and a noise that is the same at all thresholds, its mean shifted.
     fn noisy(distances: &[f64], spread: f64, shift: f64) -> Vec<(f64, Vec<f64>)> {
@@ -123,7 +127,7 @@ mod tests {
 
     #[test]
     fn without_resamples_the_profiles_decide() {
-        let verdict = |a: &[f64], b: &[f64]| dominance(a, b, &[]).verdict;
+        let verdict = |a: &[f64], b: &[f64]| dominance(a, b, &[], ALPHA).verdict;
         assert_eq!(verdict(&[0.0, 0.5, 1.0], &[0.0, 0.3, 1.0]), Verdict::First);
         assert_eq!(verdict(&[0.0, 0.3, 1.0], &[0.0, 0.5, 1.0]), Verdict::Second);
         assert_eq!(verdict(&[0.2, 0.3], &[0.1, 0.5]), Verdict::Neither);
@@ -133,26 +137,26 @@ mod tests {
     #[test]
     fn a_lead_within_the_noise_is_open_and_one_beyond_it_is_not() {
         let (a, b) = ([0.2, 0.6], [0.2, 0.3]);
-        let sure = dominance(&a, &b, &noisy(&[0.0, 0.3], 0.1, 0.0));
+        let sure = dominance(&a, &b, &noisy(&[0.0, 0.3], 0.1, 0.0), ALPHA);
         assert_eq!((sure.verdict, sure.p), (Verdict::First, Some((1.0, 0.0))));
-        let open = dominance(&a, &b, &noisy(&[0.0, 0.3], 0.9, 0.0));
+        let open = dominance(&a, &b, &noisy(&[0.0, 0.3], 0.9, 0.0), ALPHA);
         assert_eq!(open.verdict, Verdict::Open);
     }
 
     #[test]
     fn being_behind_within_the_noise_does_not_prevent_dominance() {
         let (a, b) = ([0.2, 0.6], [0.22, 0.3]);
-        let d = dominance(&a, &b, &noisy(&[-0.02, 0.3], 0.1, 0.0));
+        let d = dominance(&a, &b, &noisy(&[-0.02, 0.3], 0.1, 0.0), ALPHA);
         assert_eq!(d.verdict, Verdict::First);
         assert!((d.ahead.1 - 0.02).abs() < 1e-12 && d.p.unwrap().0 > 0.05);
-        let none = dominance(&a, &b, &noisy(&[-0.02, 0.3], 0.01, 0.0));
+        let none = dominance(&a, &b, &noisy(&[-0.02, 0.3], 0.01, 0.0), ALPHA);
         assert_eq!(none.verdict, Verdict::Neither);
     }
 
     #[test]
     fn a_shift_of_all_resamples_is_no_spread() {
         let (a, b) = ([0.2, 0.6], [0.2, 0.3]);
-        let d = dominance(&a, &b, &noisy(&[0.0, 0.3], 0.1, 0.4));
+        let d = dominance(&a, &b, &noisy(&[0.0, 0.3], 0.1, 0.4), ALPHA);
         assert_eq!(d.verdict, Verdict::First);
     }
 
@@ -162,12 +166,12 @@ mod tests {
         let (a, b) = ([0.0, 1.0], [0.25, 0.25]);
         let mut tested = noisy(&[-0.25], 0.0, 0.0);
         tested.extend(noisy(&[0.75], 0.7, 0.0));
-        let d = dominance(&a, &b, &tested);
+        let d = dominance(&a, &b, &tested, ALPHA);
         assert_eq!((d.verdict, d.p), (Verdict::Neither, Some((0.0, 0.0))));
     }
 
     #[test]
     fn resamples_of_unequal_length_are_none() {
-        assert_eq!(dominance(&[0.2], &[0.1], &[(0.1, vec![0.1]), (0.1, vec![])]).p, None);
+        assert_eq!(dominance(&[0.2], &[0.1], &[(0.1, vec![0.1]), (0.1, vec![])], ALPHA).p, None);
     }
 }

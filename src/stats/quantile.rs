@@ -2,25 +2,26 @@
 
 use super::score::mean;
 
-/// Lower and upper quantile of a 95% interval.
-const QUANTILES: (f64, f64) = (0.025, 0.975);
+/// Share of intervals that may miss what they are of, where nothing else is said: they are 95% intervals.
+pub const ALPHA: f64 = 0.05;
 
-/// Returns the interval that holds the central 95% of the values; `None` of nothing.
-pub fn central_95(values: &[f64]) -> Option<(f64, f64)> {
+/// Returns the interval that holds the central `1 - alpha` of the values; `None` of nothing.
+pub fn central(values: &[f64], alpha: f64) -> Option<(f64, f64)> {
     if values.is_empty() {
         return None;
     }
     let mut values = values.to_vec();
-    Some((select(&mut values, QUANTILES.0), select(&mut values, QUANTILES.1)))
+    let beyond = alpha / 2.0;
+    Some((select(&mut values, beyond), select(&mut values, 1.0 - beyond)))
 }
 
-/// Returns the central 95% of resamples, moved so that their mean is the estimate; `None` of no resamples.
+/// Returns the central `1 - alpha` of resamples, moved so that their mean is the estimate; `None` of no resamples.
 ///
 /// For statistics that noise within point MDPs shifts, such as a share below a threshold: resamples have that noise once more
 /// than the estimate has, and the shift between them is no spread. A percentile interval could exclude the estimate;
 /// this one contains it.
-pub fn central_95_about(estimate: f64, resamples: &[f64]) -> Option<(f64, f64)> {
-    let ((low, high), middle) = central_95(resamples).zip(mean(resamples))?;
+pub fn central_about(estimate: f64, resamples: &[f64], alpha: f64) -> Option<(f64, f64)> {
+    let ((low, high), middle) = central(resamples, alpha).zip(mean(resamples))?;
     Some(containing((estimate + low - middle, estimate + high - middle), estimate))
 }
 
@@ -75,17 +76,17 @@ mod tests {
     #[test]
     fn a_shift_of_the_resamples_does_not_move_the_interval_from_the_estimate() {
         let values: Vec<f64> = (0..=40).map(|i| 100.0 + f64::from(i)).collect();
-        assert_eq!(central_95_about(7.0, &values), Some((-12.0, 26.0)));
+        assert_eq!(central_about(7.0, &values, ALPHA), Some((-12.0, 26.0)));
         let mut skewed = vec![0.0; 99];
         skewed.push(10_000.0);
-        assert_eq!(central_95_about(7.0, &skewed), Some((-93.0, 7.0)));
-        assert_eq!(central_95_about(7.0, &[]), None);
+        assert_eq!(central_about(7.0, &skewed, ALPHA), Some((-93.0, 7.0)));
+        assert_eq!(central_about(7.0, &[], ALPHA), None);
     }
 
     #[test]
     fn the_central_interval_leaves_a_fortieth_on_either_side() {
         let values: Vec<f64> = (0..=40).rev().map(f64::from).collect();
-        assert_eq!(central_95(&values), Some((1.0, 39.0)));
-        assert_eq!(central_95(&[]), None);
+        assert_eq!(central(&values, ALPHA), Some((1.0, 39.0)));
+        assert_eq!(central(&[], ALPHA), None);
     }
 }

@@ -7,7 +7,7 @@ use std::fmt::Debug;
 use serde_json::Value;
 
 use super::manifest::{Identity, PointRow};
-use crate::sample::Sampling;
+use crate::sample::{SamplePlan, Sampling};
 
 /// Most settings or points that are named.
 const NAMED: usize = 3;
@@ -33,6 +33,7 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
         differs("--replicates", &there.replicates, &now.replicates),
         differs("--budget", &there.sample.budget, &now.sample.budget),
         differs("--sampling", &written(there.sample.sampling), &written(now.sample.sampling)),
+        growth(&there.sample, &now.sample),
     ];
     if let Some(text) = flags.into_iter().flatten().next() {
         return Some(text);
@@ -47,6 +48,20 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
     Some(rest.unwrap_or_else(|| {
         "it was planned by a version of tsc-family that chooses otherwise".to_owned()
     }))
+}
+
+/// Returns what differs in how samples grow.
+fn growth(there: &SamplePlan, now: &SamplePlan) -> Option<String> {
+    let until = |sample: &SamplePlan| match &sample.growth {
+        Some(growth) => format!("until {}", growth.until),
+        None => "not stopped early".to_owned(),
+    };
+    let budgets = |sample: &SamplePlan| {
+        let looks = sample.growth.iter().flat_map(|growth| &growth.looks);
+        looks.map(|look| look.budget).collect::<Vec<_>>()
+    };
+    differs("the run", &until(there), &until(now))
+        .or_else(|| differs("--looks", &budgets(there), &budgets(now)))
 }
 
 /// Returns a sampling as it is written in files and on the command line.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::{Layout, SCHEMA_VERSION};
 use crate::files::FileError;
 use crate::hash::sha256;
-use crate::sample::SamplePlan;
+use crate::sample::{Draw, Look, SamplePlan};
 use crate::seed;
 use crate::stats::Direction;
 use crate::store::error::StoreError;
@@ -231,6 +231,18 @@ impl Identity {
             }
         }
         let points = self.points.iter().map(|point| point.point.as_str());
+        if let Some(growth) = &self.sample.growth {
+            let whole = growth.looks.last().is_some_and(|look| {
+                look.budget == self.sample.budget && look.draws == self.sample.draws
+            });
+            let within = |pair: &[Look]| {
+                let has = |d: &Draw| pair[1].draws.iter().any(|later| later.point == d.point);
+                pair[0].budget < pair[1].budget && pair[0].draws.iter().all(has)
+            };
+            if !whole || !growth.looks.windows(2).all(within) {
+                return Err("its looks do not lead to its sample; restore it".to_owned());
+            }
+        }
         for (what, doubled) in [
             ("point", doubled(points)),
             ("method", doubled(self.methods.iter().map(String::as_str))),

@@ -1,6 +1,6 @@
 //! Reads a results directory: whatever is there, exactly once per task, and what is missing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use rayon::prelude::*;
@@ -19,9 +19,11 @@ const AT_ONCE: usize = 4096;
 /// A results directory in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
-    /// What the run is.
+    /// What the run is; of a sample that grows, as far as it has.
     pub manifest: Manifest,
-    /// All tasks.
+    /// sha256 of the manifest of the whole run, which every record carries.
+    pub sha256: String,
+    /// All tasks; of a sample that grows, those of the point MDPs that it has so far.
     pub plan: Vec<Task>,
     /// Records by task.
     pub records: BTreeMap<usize, Record>,
@@ -30,12 +32,22 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads everything in a results directory.
+    /// Reads what counts in a results directory: everything, or of a sample that grows the last look that is complete, the
+    /// first where none is.
     ///
     /// # Errors
     ///
     /// [`StoreError`] when it is no results directory or a file in it is damaged.
     pub fn load(layout: &Layout) -> Result<Self, StoreError> {
+        Self::load_all(layout).map(Self::so_far)
+    }
+
+    /// Reads everything in a results directory, also what of a look is done before it is complete.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::load`].
+    pub fn load_all(layout: &Layout) -> Result<Self, StoreError> {
         let manifest = Manifest::read(layout)?;
         let plan = read_plan(layout, &manifest.identity)?;
         let sha256 = manifest.sha256();
@@ -48,7 +60,30 @@ impl Results {
             }
         }
         let design = read_design(layout, &manifest)?;
-        Ok(Self { manifest, plan, records, design })
+        Ok(Self { manifest, sha256, plan, records, design })
+    }
+
+    /// Returns the last look that is complete, the first where none is; everything, where the sample does not grow.
+    pub fn so_far(self) -> Self {
+        let looks = self.manifest.identity.sample.growth.as_ref().map_or(0, |g| g.looks.len());
+        let complete = (0..looks).rev().filter_map(|look| self.at_look(look));
+        let complete = complete.into_iter().find(|results| results.missing().next().is_none());
+        complete.or_else(|| self.at_look(0)).unwrap_or(self)
+    }
+
+    /// Returns the tasks and records that a look has, counted from 0; `None` for a look that the sample has not.
+    pub fn at_look(&self, look: usize) -> Option<Self> {
+        let sample = self.manifest.identity.sample.at_look(look)?;
+        let of_look: BTreeSet<&str> = sample.draws.iter().map(|d| d.point.as_str()).collect();
+        let mut manifest = self.manifest.clone();
+        manifest.identity.points.retain(|p| of_look.contains(p.point.as_str()));
+        let has = |task: &&Task| of_look.contains(task.point.as_str());
+        let plan: Vec<Task> = self.plan.iter().filter(has).cloned().collect();
+        let record = |task: &Task| Some((task.task, self.records.get(&task.task)?.clone()));
+        let records = plan.iter().filter_map(record).collect();
+        manifest.identity.sample = sample;
+        let (sha256, design) = (self.sha256.clone(), self.design.clone());
+        Some(Self { manifest, sha256, plan, records, design })
     }
 
     /// Returns the tasks without a record.

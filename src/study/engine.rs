@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::Kind;
 use super::cell::{Cell, Trial};
 use super::recorded::{Recorded, RecordedMethod};
-use crate::analysis::estimator::{Chosen, Sample, estimator_of};
+use crate::analysis::estimator::{Chosen, Estimate, Sample, estimator_of};
 use crate::sample::{Design, SampleError, SamplePlan, choose_over};
 use crate::seed::derive;
 use crate::stats::{PointObjectives, StatsError};
@@ -82,19 +82,24 @@ pub fn study(
 }
 
 /// A design with where its point MDPs lie.
-struct Setting<'a> {
-    recorded: &'a Recorded,
-    design: Design,
+pub(super) struct Setting<'a> {
+    pub(super) recorded: &'a Recorded,
+    pub(super) design: Design,
     coordinates: Vec<Vec<f64>>,
 }
 
 impl<'a> Setting<'a> {
-    fn new(recorded: &'a Recorded, design: Design) -> Self {
+    pub(super) fn new(recorded: &'a Recorded, design: Design) -> Self {
         let coordinates = design.coordinates();
         Self { recorded, design, coordinates }
     }
 
-    fn choose(&self, kind: Kind, budget: usize, seed: u64) -> Result<SamplePlan, SampleError> {
+    pub(super) fn choose(
+        &self,
+        kind: Kind,
+        budget: usize,
+        seed: u64,
+    ) -> Result<SamplePlan, SampleError> {
         choose_over(&self.recorded.family, &self.design, kind.sampling(), budget, seed)
     }
 
@@ -107,16 +112,47 @@ impl<'a> Setting<'a> {
         seed: u64,
     ) -> Result<Trial, StatsError> {
         let (index, method) = method;
+        let objectives = |row: usize| method.objectives[row].clone();
+        let estimate = self.estimate(plan, (index, &method.name), &objectives, resamples, seed)?;
+        let cost_s = self.cost_s(plan, index);
+        Ok(Trial { value: estimate.value, interval: estimate.interval, cost_s })
+    }
+
+    /// Returns the positions of a sample in the family.
+    pub(super) fn rows(&self, plan: &SamplePlan) -> Vec<usize> {
+        let position = |d: &crate::sample::Draw| self.recorded.family.position(&d.point);
+        plan.draws.iter().filter_map(position).collect()
+    }
+
+    /// Returns the time that the tasks of a method take on a sample, seconds; `None` where it is not known.
+    pub(super) fn cost_s(&self, plan: &SamplePlan, method: usize) -> Option<f64> {
+        let cost_s = &self.recorded.methods[method].cost_s;
+        self.rows(plan).iter().map(|row| cost_s[*row]).sum()
+    }
+
+    /// Estimates from a sample.
+    ///
+    /// # Arguments
+    ///
+    /// * `method` — position and name of the method.
+    /// * `objectives` — what was measured on a point MDP of the family.
+    pub(super) fn estimate(
+        &self,
+        plan: &SamplePlan,
+        (index, name): (usize, &str),
+        objectives: &dyn Fn(usize) -> PointObjectives,
+        resamples: usize,
+        seed: u64,
+    ) -> Result<Estimate, StatsError> {
         let estimator = estimator_of(plan);
         let family = &self.recorded.family;
-        let rows: Vec<usize> =
-            plan.draws.iter().filter_map(|d| family.position(&d.point)).collect();
+        let rows = self.rows(plan);
         let drawn = || plan.draws.iter().zip(&rows);
         let scores: Vec<PointObjectives> = drawn()
             .map(|(draw, row)| PointObjectives {
                 weight: draw.weight,
                 draws: estimator.draws(draw.count),
-                ..method.objectives[*row].clone()
+                ..objectives(*row)
             })
             .collect();
         let points: Vec<Chosen> = drawn()
@@ -132,15 +168,14 @@ impl<'a> Setting<'a> {
             family_size: family.points.len(),
             chosen: points.len(),
             method: index as u64,
-            name: &method.name,
+            name,
             points: &points,
             design: Some(&self.design),
-            resamples,
+            resamples: plan.resamples(resamples),
+            alpha: plan.alpha(),
         };
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let estimate = estimator.estimate(sample, &scores, &mut rng)?;
-        let cost_s = rows.iter().map(|row| method.cost_s[*row]).sum();
-        Ok(Trial { value: estimate.value, interval: estimate.interval, cost_s })
+        estimator.estimate(sample, &scores, &mut rng)
     }
 }
 

@@ -53,6 +53,11 @@ impl Kind {
         }
     }
 
+    /// Whether its samples are balanced, so that they can grow.
+    pub fn is_balanced(self) -> bool {
+        self.sampling() == Sampling::Balanced
+    }
+
     /// Whether it uses the scores of cheap methods on all point MDPs.
     pub fn is_assisted(self) -> bool {
         self == Self::M4

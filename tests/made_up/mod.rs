@@ -58,6 +58,7 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
                 draws: vec![draw("quiet", 0.75), draw("busy", 0.25)],
                 design: String::new(),
                 assisted: false,
+                growth: None,
             },
             points: vec![point("quiet", 0.75, 250.0), point("busy", 0.25, 900.0)],
             methods: methods.iter().map(|m| (*m).to_owned()).collect(),

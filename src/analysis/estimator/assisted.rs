@@ -26,7 +26,7 @@ use super::prediction::modelled;
 use super::weighted::estimates;
 use crate::model::Prediction;
 use crate::sample::{Design, Measure};
-use crate::stats::quantile::central_95;
+use crate::stats::quantile::central;
 use crate::stats::summary::Statistics;
 use crate::stats::{PointMeans, PointObjectives, StatsError, means};
 
@@ -62,8 +62,7 @@ impl Estimator for Assisted {
         statistics.values(&family, &mut of_family);
         let corrected = Corrected { statistics, of_family, predicted: &predicted.sample };
         let resampling = resampling(sample, scores);
-        let count = (sample.method, sample.resamples);
-        let mut all = estimates(scores, &resampling, count, &corrected, rng)?;
+        let mut all = estimates(sample, scores, &resampling, &corrected, rng)?;
         if sample.resamples == 0 {
             return Ok(all);
         }
@@ -75,7 +74,7 @@ impl Estimator for Assisted {
         for estimate in all.iter_mut().flatten() {
             let value = estimate.value;
             estimate.resamples.iter_mut().for_each(|r| *r = value + widen * (*r - value));
-            estimate.interval = central_95(&estimate.resamples);
+            estimate.interval = central(&estimate.resamples, sample.alpha);
         }
         Ok(all)
     }

@@ -39,7 +39,7 @@ impl Estimator for Balanced {
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let resampling = resampling(sample, scores);
-        estimates(scores, &resampling, (sample.method, sample.resamples), statistics, rng)
+        estimates(sample, scores, &resampling, statistics, rng)
     }
 }
 

@@ -3,6 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 
 use crate::sample::Design;
+use crate::stats::quantile::central;
 use crate::stats::summary::{Statistic, Statistics, mean_of_scores};
 use crate::stats::{Bootstrap, PointObjectives, StatsError};
 
@@ -23,6 +24,8 @@ pub struct Sample<'a> {
     pub design: Option<&'a Design>,
     /// Resamples of an interval.
     pub resamples: usize,
+    /// Share of such intervals that may miss what they are of, such as 0.05.
+    pub alpha: f64,
 }
 
 /// How a point MDP came to be in the sample.
@@ -45,10 +48,12 @@ pub struct Chosen {
 pub struct Estimate {
     /// The estimate.
     pub value: f64,
-    /// Its 95% interval; `None` where the spread cannot be estimated, as from one seed on a whole family.
+    /// Its interval; `None` where the spread cannot be estimated, as from one seed on a whole family.
     pub interval: Option<(f64, f64)>,
     /// Estimates from resampled data, shape `[resamples]`; empty where the spread cannot be estimated.
     pub resamples: Vec<f64>,
+    /// Share of such intervals that may miss what they are of.
+    pub alpha: f64,
 }
 
 /// A way from the scores on a sample to the whole family.
@@ -115,19 +120,18 @@ pub trait Estimator: Sync {
     ) -> Result<Vec<Option<Estimate>>, StatsError>;
 }
 
-impl From<Bootstrap> for Estimate {
-    fn from(bootstrap: Bootstrap) -> Self {
-        let interval = bootstrap.interval();
-        Self { value: bootstrap.estimate, interval, resamples: bootstrap.resamples }
-    }
-}
-
 impl Estimate {
+    /// Returns an estimate with the interval that its resamples have, of which a share `alpha` may miss what they are of.
+    pub fn of(bootstrap: Bootstrap, alpha: f64) -> Self {
+        let interval = central(&bootstrap.resamples, alpha);
+        Self { value: bootstrap.estimate, interval, resamples: bootstrap.resamples, alpha }
+    }
+
     /// Returns `other - self`, resample by resample, which is much narrower than the two intervals suggest:
     /// both methods met the same seeds. Only meaningful for the same point MDPs and equally seeded generators.
     pub fn difference(&self, other: &Self) -> Self {
         let bootstrap = |e: &Self| Bootstrap { estimate: e.value, resamples: e.resamples.clone() };
-        bootstrap(self).difference(&bootstrap(other)).into()
+        Self::of(bootstrap(self).difference(&bootstrap(other)), self.alpha)
     }
 }
 

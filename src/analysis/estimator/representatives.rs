@@ -43,7 +43,7 @@ impl Estimator for Representatives {
             true => Resampling::whole(),
             false => Resampling::of(contrasts(sample, scores), scores.len() as f64 - 1.0),
         };
-        estimates(scores, &resampling, (sample.method, sample.resamples), statistics, rng)
+        estimates(sample, scores, &resampling, statistics, rng)
     }
 }
 

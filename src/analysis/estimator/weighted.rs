@@ -3,7 +3,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::contract::Estimate;
+use super::contract::{Estimate, Sample};
 use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_all};
 
@@ -11,15 +11,15 @@ use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_all};
 ///
 /// # Arguments
 ///
-/// * `method` — tells the trainings of methods apart.
-/// * `count` — number of resamples.
+/// * `sample` — what counts here: the method, the number of resamples, and alpha.
 pub(super) fn estimates(
+    sample: Sample<'_>,
     scores: &[PointObjectives],
     resampling: &Resampling,
-    (method, count): (u64, usize),
     statistics: &dyn Statistics,
     rng: &mut ChaCha8Rng,
 ) -> Result<Vec<Option<Estimate>>, StatsError> {
-    let all = bootstrap_all(scores, resampling, rng, (method, count), statistics)?;
-    Ok(all.into_iter().map(|bootstrap| bootstrap.map(Estimate::from)).collect())
+    let count = (sample.method, sample.resamples);
+    let all = bootstrap_all(scores, resampling, rng, count, statistics)?;
+    Ok(all.into_iter().map(|b| b.map(|b| Estimate::of(b, sample.alpha))).collect())
 }

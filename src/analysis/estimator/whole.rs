@@ -33,6 +33,6 @@ impl Estimator for Whole {
         let weights: Vec<f64> = scores.iter().map(|p| p.weight).collect();
         let share = scores.len() as f64 / sample.family_size.max(1) as f64;
         let resampling = Resampling::distinct(&weights, &vec![share; scores.len()]);
-        estimates(scores, &resampling, (sample.method, sample.resamples), statistics, rng)
+        estimates(sample, scores, &resampling, statistics, rng)
     }
 }

@@ -39,6 +39,6 @@ impl Estimator for WithReplacement {
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let resampling = Resampling::draws(scores);
-        estimates(scores, &resampling, (sample.method, sample.resamples), statistics, rng)
+        estimates(sample, scores, &resampling, statistics, rng)
     }
 }

@@ -49,8 +49,7 @@ impl Estimator for WithoutReplacement {
             .collect();
         let weights: Vec<f64> = unbiased.iter().map(|p| p.weight).collect();
         let resampling = Resampling::distinct(&weights, &inclusion);
-        let count = (sample.method, sample.resamples);
-        let mut all = estimates(&unbiased, &resampling, count, statistics, rng)?;
+        let mut all = estimates(sample, &unbiased, &resampling, statistics, rng)?;
         let mut own = Vec::with_capacity(all.len());
         statistics.values(&means(scores)?, &mut own);
         for (value, estimate) in own.into_iter().zip(&mut all) {

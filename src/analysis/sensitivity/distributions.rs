@@ -9,7 +9,7 @@ use crate::analysis::error::AnalysisError;
 use crate::analysis::ranks::ranks;
 use crate::analysis::whole::Analysis;
 use crate::seed::derive;
-use crate::stats::quantile::central_95;
+use crate::stats::quantile::{ALPHA, central};
 
 /// Random distributions that are shown one by one, as the paper's `D_1` to `D_5`.
 pub const NAMED: usize = 5;
@@ -159,7 +159,7 @@ pub(super) fn random(
     }
     shares.iter_mut().flatten().for_each(|share| *share /= RANDOM as f64);
     as_overall /= RANDOM as f64;
-    let range = overall.iter().map(|values| central_95(values)).collect();
+    let range = overall.iter().map(|values| central(values, ALPHA)).collect();
     (named, RandomRanks { concentration, seed, shares, range, as_overall })
 }
 

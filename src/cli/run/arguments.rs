@@ -4,6 +4,7 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
 use crate::cli::scenario::ScenarioArg;
+use crate::cli::until::UntilArgs;
 use crate::cli::values::{Budget, at_least_one, at_least_one_worker, parse_budget, parse_seed};
 use crate::sample::Sampling;
 
@@ -21,6 +22,7 @@ Examples:
   tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
   tsc-family run cartpole --preset tuned --budget 40 --methods ppo,dqn
   tsc-family run --budget 40 --assist results/all --methods idqn --out results/idqn
+  tsc-family run --budget 80 --until-decided --methods idqn,mplight --out results/decided
   tsc-family run --budget 80 --dry-run")]
 pub struct RunArgs {
     /// Scenario: path or embedded name; with --sumocfg only its settings count
@@ -42,6 +44,12 @@ pub struct RunArgs {
     /// estimates use them
     #[arg(long, value_name = "DIR", conflicts_with_all = ["sampling", "sumocfg"])]
     pub assist: Option<PathBuf>,
+    /// When it stops
+    #[command(flatten)]
+    pub until: UntilArgs,
+    /// Numbers of point MDPs at which to look [default: the budget, and half of each down to 10]
+    #[arg(long, value_name = "N,...", value_delimiter = ',')]
+    pub looks: Vec<NonZeroUsize>,
     /// Methods, separated by commas, or `all`; of signals `baseline` always runs [default:
     /// baseline,fixed-time,max-pressure,actuated; of `cartpole` ppo,dqn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]

@@ -3,6 +3,7 @@
 mod csv;
 mod figure;
 mod page;
+mod stopping;
 mod table;
 mod whole;
 mod write;

@@ -2,6 +2,7 @@
 
 use minijinja::{Value, context};
 
+use super::stopping;
 use super::table::RIGHT;
 use super::whole::StudyReport;
 use crate::report::error::ReportError;
@@ -28,8 +29,9 @@ fn values(report: &StudyReport<'_>, figure: &Figure) -> Value {
         size => report.recorded.family.points.len(),
         budgets => report.plan.budgets.clone(),
         methods => methods(report),
+        stopping => stopping::values(report),
         figure => figure.svg.clone(),
-        manifest => report.analysis.manifest.sha256(),
+        manifest => report.analysis.sha256.clone(),
         version => env!("CARGO_PKG_VERSION"),
     }
 }

@@ -1,7 +1,8 @@
 //! A study with what it was made of.
 
 use crate::analysis::Analysis;
-use crate::study::{Cell, Recorded, StudyPlan};
+use crate::sample::Until;
+use crate::study::{Cell, Recorded, Stopped, StudyPlan};
 
 /// A study with what it was made of.
 #[derive(Debug, Clone, Copy)]
@@ -12,6 +13,8 @@ pub struct StudyReport<'a> {
     pub plan: &'a StudyPlan,
     /// What came of it.
     pub cells: &'a [Cell],
+    /// What came of runs that stop early, and when they stop.
+    pub stopping: Option<(&'a Until, &'a [Stopped])>,
     /// The analysis of the results.
     pub analysis: &'a Analysis,
 }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::whole::StudyReport;
-use super::{csv, figure, page};
+use super::{csv, figure, page, stopping};
 use crate::files::{FileError, write_atomically};
 use crate::report::error::ReportError;
 
-/// Writes `index.html`, `errors.csv` and `budget.svg` into a folder; returns the page.
+/// Writes `index.html`, `errors.csv` and `budget.svg`, and where runs that stop early were tried `stopping.csv`, into a folder; returns the page.
 ///
 /// # Errors
 ///
@@ -17,6 +17,9 @@ pub fn write(folder: &Path, report: &StudyReport<'_>) -> Result<PathBuf, ReportE
     let figure = figure::by_budget(report);
     write_atomically(&folder.join("budget.svg"), figure.svg.as_bytes())?;
     write_atomically(&folder.join("errors.csv"), &csv::errors(report))?;
+    if let Some(csv) = stopping::csv(report) {
+        write_atomically(&folder.join("stopping.csv"), &csv)?;
+    }
     let page = folder.join("index.html");
     write_atomically(&page, page::html(report, &figure)?.as_bytes())?;
     Ok(page)

@@ -1,0 +1,122 @@
+//! Runs that stop before their budget is spent: what is asked for, what comes next, what is said of a look.
+
+use serde_json::json;
+
+use super::RunArgs;
+use crate::analysis::{Analysis, Standing};
+use crate::cli::output::{line, note};
+use crate::cli::refused::Refused;
+use crate::domains;
+use crate::run::plan::Draft;
+use crate::run::session::Session;
+use crate::sample::Sampling;
+use crate::store::results::Results;
+
+/// Most pairs of methods that are named.
+const NAMED: usize = 6;
+
+/// Lets the sample of a draft grow, if that is asked for.
+///
+/// # Arguments
+///
+/// * `methods` — those that run because they were named, or where none was; without a baseline that was added.
+/// * `baseline` — the domain's, which is asked about only where it was named.
+pub(super) fn grow(
+    args: &RunArgs,
+    methods: &[String],
+    baseline: Option<&str>,
+    draft: &mut Draft,
+) -> anyhow::Result<()> {
+    let Some(flag) = args.until.flag() else {
+        if args.looks.is_empty() {
+            return Ok(());
+        }
+        let reason =
+            "--looks has no effect without --until-decided or --until-half-width; leave it out";
+        return Err(Refused(reason.to_owned()).into());
+    };
+    // In the order of the draft and each once, whatever the order and number of times that they were given.
+    let named = |m: &&String| Some(m.as_str()) != baseline || args.methods.contains(*m);
+    let judged = draft.methods.iter().filter(|m| methods.contains(m)).filter(named).cloned();
+    let judged: Vec<String> = judged.collect();
+    let Some(until) = args.until.until(&judged, &draft.methods)? else { return Ok(()) };
+    let looks: Vec<usize> = args.looks.iter().map(|look| look.get()).collect();
+    if draft.sample.sampling != Sampling::Balanced {
+        let reason = "it needs a balanced sample, such as --budget N draws";
+        return Err(Refused(format!("{flag}: {reason}")).into());
+    }
+    Ok(draft.grow(until, &looks).map_err(|e| Refused(format!("{flag}: {e}")))?)
+}
+
+/// Returns the results with what is to be done next in them; nothing when the run is complete, or says enough.
+///
+/// # Arguments
+///
+/// * `done` — number of tasks of the results that this command has worked on; `None` at first.
+pub(super) fn next(
+    session: &Session<'_>,
+    done: Option<usize>,
+    args: &RunArgs,
+) -> anyhow::Result<Option<Results>> {
+    let grows = session.manifest.identity.sample.growth.is_some();
+    if !grows && done.is_some() {
+        return Ok(None);
+    }
+    let all = Results::load_all(&session.layout)?;
+    if !grows {
+        return Ok(Some(all));
+    }
+    // What was worked on and still lacks tasks is not tried again.
+    let is_new = |results: &Results| done.is_none_or(|done| results.plan.len() > done);
+    let now = all.clone().so_far();
+    if now.missing().next().is_some() {
+        return Ok(Some(now).filter(is_new));
+    }
+    let sections = domains::sections(&session.layout, &now)?;
+    let analysis = Analysis::new(&now, sections.measures());
+    let Some(standing) = analysis.standing() else { return Ok(None) };
+    let next = all.at_look(standing.look).filter(|next| standing.goes_on() && is_new(next));
+    if args.json {
+        line(json!({
+            "event": "look",
+            "look": standing.look,
+            "looks": standing.looks,
+            "points": now.manifest.identity.points.len(),
+            "enough": standing.is_enough,
+            "open": standing.open,
+            "widest": standing.widest.as_ref().map(|w| &w.0),
+            "half_width": standing.widest.as_ref().and_then(|w| w.1),
+        }))?;
+    } else if !args.quiet {
+        let points = now.manifest.identity.points.len();
+        let then = next.as_ref().map(|next| next.manifest.identity.points.len());
+        note(said(&standing, points, then));
+    }
+    Ok(next)
+}
+
+/// Returns what a look shows, and what follows from it.
+fn said(standing: &Standing, points: usize, then: Option<usize>) -> String {
+    let Standing { look, looks, open, widest, is_enough } = standing;
+    let mut text = format!("look {look} of {looks}, {points} point MDPs: ");
+    match widest {
+        Some((method, Some(width))) => {
+            text.push_str(&format!("the widest interval is ± {width:.3}, of {method}"));
+        }
+        Some((method, None)) => text.push_str(&format!("{method} has no interval")),
+        None if open.is_empty() => text.push_str("all is decided"),
+        None => {
+            let named = open.iter().take(NAMED).map(|(a, b)| format!("{a} and {b}"));
+            text.push_str(&format!("open between {}", named.collect::<Vec<_>>().join(", ")));
+            if open.len() > NAMED {
+                text.push_str(&format!(" and {} other pairs", open.len() - NAMED));
+            }
+        }
+    }
+    text.push_str(&match (is_enough, then) {
+        (true, _) => "; that is enough".to_owned(),
+        (false, Some(then)) => format!("; going on to {then}"),
+        (false, None) => "; the budget is spent".to_owned(),
+    });
+    text
+}

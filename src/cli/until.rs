@@ -1,0 +1,127 @@
+//! When a sample is large enough, as it is asked for on the command line.
+
+use super::refused::Refused;
+use crate::sample::Until;
+
+/// When a run stops before its budget is spent.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct UntilArgs {
+    /// Stop before the budget is spent, at the first look at which the intervals of all methods' overall performance have
+    /// this half-width
+    #[arg(long, value_name = "SCORE", conflicts_with = "until_decided")]
+    pub until_half_width: Option<f64>,
+    /// Stop before the budget is spent, at the first look at which it is decided which of two methods is better: for every
+    /// two, or for those that are given
+    #[arg(long, value_name = "A:B,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    pub until_decided: Option<String>,
+}
+
+impl UntilArgs {
+    /// Returns the flag that was given.
+    pub fn flag(&self) -> Option<&'static str> {
+        let width = self.until_half_width.map(|_| "--until-half-width");
+        width.or(self.until_decided.as_ref().map(|_| "--until-decided"))
+    }
+
+    /// Returns what was asked for; nothing, if nothing was.
+    ///
+    /// # Arguments
+    ///
+    /// * `judged` — methods that are asked about where no pair is named, in order.
+    /// * `methods` — all that there are.
+    pub fn until(&self, judged: &[String], methods: &[String]) -> anyhow::Result<Option<Until>> {
+        Ok(match (&self.until_decided, self.until_half_width) {
+            (Some(pairs), _) => Some(Until::Decided(asked(pairs, judged, methods)?)),
+            (None, Some(width)) if width.is_finite() && width > 0.0 => {
+                Some(Until::HalfWidth(width))
+            }
+            (None, Some(_)) => {
+                let reason = "--until-half-width must be a number above 0";
+                return Err(Refused(reason.to_owned()).into());
+            }
+            (None, None) => None,
+        })
+    }
+}
+
+/// Returns the pairs of methods that are asked about.
+fn asked(
+    pairs: &str,
+    judged: &[String],
+    methods: &[String],
+) -> anyhow::Result<Vec<(String, String)>> {
+    let refuse = |reason: &str| Err(Refused(format!("--until-decided: {reason}")).into());
+    let mut all: Vec<(String, String)> = Vec::new();
+    if pairs.is_empty() {
+        for (i, first) in judged.iter().enumerate() {
+            all.extend(judged[i + 1..].iter().map(|second| (first.clone(), second.clone())));
+        }
+        if all.is_empty() {
+            return refuse("it takes two methods to decide between");
+        }
+        return Ok(all);
+    }
+    for pair in pairs.split(',') {
+        let Some((a, b)) = pair.split_once(':').filter(|(a, b)| a != b) else {
+            return refuse(&format!(
+                "{pair:?} is no pair of methods; write it as idqn:actuated, several with commas between"
+            ));
+        };
+        for method in [a, b] {
+            if !methods.iter().any(|m| m == method) {
+                let all = methods.join(", ");
+                return refuse(&format!("{method} is not among the methods ({all})"));
+            }
+        }
+        let same = |(c, d): &(String, String)| [c, d] == [a, b] || [d, c] == [a, b];
+        if !all.iter().any(same) {
+            all.push((a.to_owned(), b.to_owned()));
+        }
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(names: &[&str]) -> Vec<String> {
+        names.iter().map(|n| (*n).to_owned()).collect()
+    }
+
+    fn decided(pairs: &str) -> anyhow::Result<Option<Until>> {
+        let args = UntilArgs { until_half_width: None, until_decided: Some(pairs.to_owned()) };
+        args.until(&names(&["a", "b", "c"]), &names(&["base", "a", "b", "c"]))
+    }
+
+    fn pairs(of: &[(&str, &str)]) -> Option<Until> {
+        let pair = |(a, b): &(&str, &str)| ((*a).to_owned(), (*b).to_owned());
+        Some(Until::Decided(of.iter().map(pair).collect()))
+    }
+
+    #[test]
+    fn every_two_are_asked_about_unless_pairs_are_named() {
+        assert_eq!(decided("").unwrap(), pairs(&[("a", "b"), ("a", "c"), ("b", "c")]));
+        assert_eq!(decided("c:base,a:b,b:a").unwrap(), pairs(&[("c", "base"), ("a", "b")]));
+    }
+
+    #[test]
+    fn what_is_no_pair_is_refused() {
+        for wrong in ["a", "a:a", "a:b,", "a:d"] {
+            let e = decided(wrong).unwrap_err().to_string();
+            assert!(e.contains("no pair of methods") || e.contains("d is not among"), "{e}");
+        }
+        let one = UntilArgs { until_half_width: None, until_decided: Some(String::new()) };
+        assert!(one.until(&names(&["a"]), &names(&["a"])).is_err());
+    }
+
+    #[test]
+    fn a_half_width_is_a_number_above_0() {
+        let of = |width| {
+            let args = UntilArgs { until_half_width: Some(width), until_decided: None };
+            args.until(&[], &[])
+        };
+        assert_eq!(of(0.05).unwrap(), Some(Until::HalfWidth(0.05)));
+        assert!([0.0, -1.0, f64::NAN, f64::INFINITY].map(of).iter().all(Result::is_err));
+    }
+}
