@@ -139,6 +139,7 @@ fn results_geojson_has_a_point_per_intersection_with_the_columns_of_the_table() 
             match &properties[name] {
                 serde_json::Value::Null => assert_eq!(cell, "", "{name}"),
                 serde_json::Value::String(text) => assert_eq!(cell, text, "{name}"),
+                serde_json::Value::Bool(is) => assert_eq!(cell, is.to_string(), "{name}"),
                 number => assert_eq!(cell.parse::<f64>().unwrap(), number.as_f64().unwrap()),
             }
         }

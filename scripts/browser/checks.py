@@ -50,7 +50,10 @@ SORT = """() => {
     heads.forEach((head, column) => {
       const keys = () => [...table.tBodies[0].rows].map((r) => r.cells[column].textContent.trim());
       const isNumber = head.classList.contains("n");
-      const value = (k) => Number(k.match(/^[-+]?\\d[\\d,]*\\.?\\d*/)?.[0].replaceAll(",", "") ?? NaN);
+      const value = (k) => {
+        const [, side, digits] = k.match(/^([<>]?)([-+]?\\d[\\d,]*\\.?\\d*)/) ?? [];
+        return Number(digits?.replaceAll(",", "") ?? NaN) + ({ ">": 0.001, "<": -0.001 }[side] ?? 0);
+      };
       const lacks = (k) => (isNumber ? Number.isNaN(value(k)) : k === "" || k === "\\u2013");
       const name = head.textContent.trim();
       const before = keys();

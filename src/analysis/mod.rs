@@ -16,6 +16,7 @@ mod error;
 pub mod estimator;
 mod evidence;
 mod extent;
+mod failing;
 mod measures;
 mod method;
 mod naming;

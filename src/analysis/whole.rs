@@ -16,7 +16,7 @@ use super::reference::Reference;
 use super::training::{LearnerSummary, TrainingSummary, learner, trained, trainings};
 use super::winners::{Winner, winners};
 use crate::sample::{Design, Sampling};
-use crate::stats::Direction;
+use crate::stats::{Direction, Limit};
 use crate::store::manifest::Manifest;
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -54,6 +54,8 @@ pub struct Analysis {
     pub trained: BTreeSet<String>,
     /// The best method of every point MDP, in the order of [`Self::points`].
     pub winners: Vec<Option<Winner>>,
+    /// What a failure is; `None` where the task does not say and nobody did.
+    pub failure: Option<Limit>,
     /// What is known of the whole family; `None` where the run keeps no list of it.
     pub design: Option<Design>,
 }
@@ -107,6 +109,7 @@ impl Analysis {
             common,
             trainings,
             trained: trained(results),
+            failure: None,
             manifest: results.manifest.clone(),
             sha256: results.sha256.clone(),
             design: results.design.clone(),

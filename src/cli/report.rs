@@ -7,6 +7,7 @@ use super::output::{line, note};
 use crate::cli::exit;
 use crate::domains;
 use crate::report::{self, Report, text};
+use crate::stats::Limit;
 use crate::store::Layout;
 use crate::store::results::Results;
 
@@ -26,6 +27,10 @@ pub struct ReportArgs {
     /// Method to divide by instead of the baseline; the report goes to DIR/report/against-METHOD
     #[arg(long, value_name = "METHOD")]
     pub against: Option<String>,
+    /// What a failure is, in quotes: 'METRIC>VALUE' or 'METRIC<VALUE'; without it what the task says, for
+    /// signals a mean waiting above 20 s
+    #[arg(long, value_name = "LIMIT")]
+    pub failure: Option<Limit>,
     /// Print JSON lines instead of the table: one per method
     #[arg(long)]
     pub json: bool,
@@ -37,6 +42,10 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let data = match &args.against {
         Some(method) => Report::against(&results, method, domains::sections(&layout, &results)?)?,
         None => domains::report(&layout, &results)?,
+    };
+    let data = match &args.failure {
+        Some(limit) => data.failing(limit.clone())?,
+        None => data,
     };
     print(&layout, &data, args.json, true)?;
     Ok(exit::DONE)

@@ -1,20 +1,21 @@
 //! The table of everything: a row per instance where their places are known, else per point MDP, to be sorted and
-//! filtered; and where the choice of a method matters most.
+//! filtered.
 
 use minijinja::{Value, context};
 
+use super::choice::{choices, dash, decided, probability};
 use super::error::ReportError;
-use super::format;
+use super::first::FEW_SEEDS;
 use super::page::render;
 use super::sections::Spot;
 use super::whole::Report;
+use super::words::limit_in_words;
+use super::{format, text};
 use crate::analysis::{PointSummary, Winner};
+use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::FeatureColumn;
 
 const TEMPLATE: &str = include_str!("templates/all.html");
-
-/// Point MDPs that are listed because the choice of a method matters there.
-const CHOICES: usize = 10;
 
 /// Returns the section; `None` where no point MDP has a result.
 ///
@@ -57,16 +58,31 @@ fn values(data: &Report) -> Value {
         heading => data.words.heading(),
         unit => data.words.unit.as_str(),
         unit_in_full => data.words.unit_in_full.as_str(),
+        met => data.words.met.as_str(),
+        instance => data.words.instance.as_str(),
+        resamples => RESAMPLES,
         worst_is => format::capitalised(match data.direction().is_lower() {
             true => data.words.sizes[2].as_str(),
             false => "worst",
         }),
+        seeds => data.manifest.identity.evaluation_seeds.len(),
+        few => data.manifest.identity.evaluation_seeds.len() < FEW_SEEDS,
+        replicated => data.manifest.identity.replicates > 1,
+        once => text::trained_once(data).join(", "),
+        probable => data.winners.iter().flatten().any(|w| w.probability.is_some()),
+        failure => data.failure.as_ref().filter(|_| fails_known(data)).map(limit_in_words),
         cells => data.sections.point_columns(data).join(", ").to_lowercase(),
         methods => data.manifest.identity.methods.clone(),
         features => columns.iter().map(heading).collect::<Vec<_>>(),
         rows => spots.iter().enumerate().map(|(i, s)| row(data, i, s)).collect::<Vec<_>>(),
-        choice => choices(data, &row_of),
+        choices => choices(data, &row_of),
     }
+}
+
+/// Whether it is known of any winner whether it fails.
+fn fails_known(data: &Report) -> bool {
+    let of = |(p, w): (&PointSummary, &Option<Winner>)| data.fails(p, w.as_ref()?.best);
+    data.points.iter().zip(&data.winners).any(|pair| of(pair).is_some())
 }
 
 /// Returns a feature's name and unit.
@@ -112,56 +128,15 @@ fn row(data: &Report, number: usize, spot: &Spot) -> Value {
         name => spot.name.as_str(),
         detail => spot.detail.as_str(),
         best => winner.map_or_else(dash, |w| methods[w.best].clone()),
+        probability => probability(winner),
         decided => decided(winner),
+        fails => match point.zip(winner).and_then(|(p, w)| data.fails(p, w.best)) {
+            Some(true) => "yes".to_owned(),
+            Some(false) => "no".to_owned(),
+            None => dash(),
+        },
         ahead => winner.and_then(ahead).unwrap_or_else(dash),
         values => (0..methods.len()).map(value).collect::<Vec<_>>(),
         features => known.chain((0..missing).map(|_| dash())).collect::<Vec<_>>(),
     }
-}
-
-/// Says whether the lead of a winner is more than chance.
-fn decided(winner: Option<&Winner>) -> String {
-    match winner {
-        Some(w) if w.lead.is_none() => dash(),
-        Some(w) if w.is_decided() => "yes".to_owned(),
-        Some(_) => "open".to_owned(),
-        None => dash(),
-    }
-}
-
-fn dash() -> String {
-    "\u{2013}".to_owned()
-}
-
-/// Returns the point MDPs on which the best method differs most from the mean of the others.
-fn choices(data: &Report, row_of: &[Option<usize>]) -> Vec<Value> {
-    let methods = &data.manifest.identity.methods;
-    let mut all: Vec<(f64, Value)> = (data.points.iter())
-        .filter_map(|p| {
-            let winner = data.winners[p.index].as_ref()?;
-            let own = p.results[winner.best].as_ref()?.objective;
-            let others: Vec<(usize, f64)> = (0..methods.len())
-                .filter(|m| *m != winner.best)
-                .filter_map(|m| Some((m, p.results[m].as_ref()?.objective)))
-                .collect();
-            let worst = others.iter().max_by(|a, b| data.direction().compare(a.1, b.1))?;
-            let mean = others.iter().map(|(_, value)| value).sum::<f64>() / others.len() as f64;
-            let difference = (mean - own).abs();
-            let value = context! {
-                row => row_of[p.index].map(|row| format!("row-{row}")),
-                name => data.title_of(&p.row.point),
-                stands_for => data.sections.stands_for(&p.row),
-                best => methods[winner.best].as_str(),
-                own => data.words.value(own),
-                others => data.words.value(mean),
-                difference => data.words.value(difference),
-                worst => format!("{} under {}", data.words.value(worst.1), methods[worst.0]),
-                decided => decided(Some(winner)),
-            };
-            Some((difference, value))
-        })
-        .filter(|(difference, _)| *difference > 0.0)
-        .collect();
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    all.into_iter().take(CHOICES).map(|(_, value)| value).collect()
 }

@@ -269,7 +269,7 @@ pub(super) fn events(data: &Report) -> impl Iterator<Item = (usize, &'static str
 }
 
 /// Returns the shortest text that reads back as the same number.
-pub(super) fn number(value: Option<f64>) -> String {
+pub(crate) fn number(value: Option<f64>) -> String {
     value.map_or_else(String::new, |v| v.to_string())
 }
 
@@ -291,7 +291,11 @@ pub(crate) fn titled(
     table(&header, rows.map(row))
 }
 
-pub(crate) fn table(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
+/// Returns a table; every row has as many cells as the header.
+pub(crate) fn table<H: AsRef<[u8]>>(
+    header: &[H],
+    rows: impl Iterator<Item = Vec<String>>,
+) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let in_memory = "writing rows of equal length to memory cannot fail";
     writer.write_record(header).expect(in_memory);

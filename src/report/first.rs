@@ -6,14 +6,14 @@
 use super::sections::About;
 use super::sure::certain;
 use super::whole::Report;
-use super::words::Words;
+use super::words::{Words, limit_in_words};
 use super::{format, text};
 use crate::analysis::{Extent, MethodSummary, PointSummary};
 use crate::sample::Design;
 use crate::stats::score::weighted_mean;
 
 /// Evaluation seeds below which an interval is too rough for a verdict.
-const FEW_SEEDS: usize = 5;
+pub(super) const FEW_SEEDS: usize = 5;
 
 /// A question with its answer, sentence by sentence.
 #[derive(Debug, Clone, PartialEq)]
@@ -188,7 +188,7 @@ fn wins(data: &Report) -> Vec<String> {
     let mut best: Vec<(usize, f64, Extent)> = (0..identity.methods.len())
         .map(|m| {
             let is_won = |p: &PointSummary| {
-                contested(p) && winner(p).is_some_and(|w| w.best == m && (!known || w.is_decided()))
+                contested(p) && winner(p).is_some_and(|w| w.best == m && (!known || w.is_decided))
             };
             let weight = data.points.iter().filter(|p| is_won(p)).map(|p| p.weight).sum();
             (m, weight, data.extent(is_won))
@@ -207,7 +207,7 @@ fn wins(data: &Report) -> Vec<String> {
     if !known {
         return vec![format!("{}. With one seed each of these may be chance.", named.join(", "))];
     }
-    let open = data.extent(|p| contested(p) && winner(p).is_some_and(|w| !w.is_decided()));
+    let open = data.extent(|p| contested(p) && winner(p).is_some_and(|w| !w.is_decided));
     let mut sentences = Vec::new();
     if !named.is_empty() {
         sentences.push(format!("Surely the best: {}.", named.join(", ")));
@@ -215,7 +215,7 @@ fn wins(data: &Report) -> Vec<String> {
     sentences.push(match open.is_none() {
         true => "It is decided on all.".to_owned(),
         false => {
-            format!("Undecided between the best two: {}.", open.in_words(instance, format::percent))
+            format!("Undecided: {}.", open.in_words(instance, format::percent))
         }
     });
     sentences
@@ -241,6 +241,24 @@ fn fails(data: &Report, best: &MethodSummary) -> Vec<String> {
         });
     }
     sentences.extend(data.sections.says(About::Fails, data));
+    let fails = |p: &PointSummary| data.fails(p, best.index);
+    if let Some(limit) =
+        data.failure.as_ref().filter(|_| data.points.iter().any(|p| fails(p).is_some()))
+    {
+        let extent = data.extent(|p| fails(p) == Some(true));
+        let what = format!(
+            "{} on average counts as a failure",
+            format::capitalised(&limit_in_words(limit))
+        );
+        sentences.push(match extent.is_none() {
+            true => format!("{what}: {} fails nowhere.", best.method),
+            false => format!(
+                "{what}: {} fails on {}.",
+                best.method,
+                extent.in_words(instance, format::percent)
+            ),
+        });
+    }
     let worst = data
         .results_of(best.index)
         .max_by(|a, b| data.direction().compare(a.1.objective, b.1.objective));

@@ -6,6 +6,7 @@
 
 pub mod across;
 mod all;
+mod choice;
 mod compared;
 mod context;
 pub(crate) mod csv;
@@ -37,6 +38,7 @@ pub mod study;
 mod sure;
 pub(crate) mod svg;
 pub mod text;
+pub(crate) mod titles;
 mod traces;
 mod whole;
 mod words;
@@ -47,7 +49,7 @@ pub use figure::Figure;
 pub(crate) use figure::WIDTH;
 pub use paths::ReportPaths;
 pub use plain::Plain;
-pub use sections::{About, Look, Metric, Part, Sections, Slot, Spot, Table, Written};
+pub use sections::{About, Look, Metric, Part, Sections, Slot, Spot, Stakes, Table, Written};
 pub use whole::Report;
 pub use words::Words;
 pub use write::write;

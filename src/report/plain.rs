@@ -2,9 +2,10 @@
 
 use super::sections::{Look, Sections};
 use super::words::Words;
+use crate::stats::Limit;
 
 /// A domain that adds nothing but names and colours.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plain {
     /// What the objective is called, and its unit; from the name of the metric when there is none.
     pub objective: Option<(String, String)>,
@@ -12,6 +13,8 @@ pub struct Plain {
     pub row: Option<(String, String)>,
     /// How methods look, by name.
     pub looks: Vec<(String, Look)>,
+    /// What counts as a failure; `None` where nothing does.
+    pub failure: Option<Limit>,
 }
 
 impl Sections for Plain {
@@ -30,6 +33,10 @@ impl Sections for Plain {
                 ..words
             },
         }
+    }
+
+    fn failure(&self) -> Option<Limit> {
+        self.failure.clone()
     }
 
     fn look(&self, method: &str) -> Option<Look> {

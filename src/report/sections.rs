@@ -8,6 +8,7 @@ use super::figure::Figure;
 use super::format;
 use super::words::Words;
 use crate::analysis::{Analysis, Measures, NoMeasures, PointResult, TaskScore};
+use crate::stats::Limit;
 use crate::store::manifest::PointRow;
 
 /// Where a domain may add a sentence or a paragraph.
@@ -116,6 +117,19 @@ pub struct Spot {
     pub dot: Option<usize>,
 }
 
+/// What differences in the objective amount to, where more depends on some point MDPs than on others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stakes {
+    /// What they amount to, as a heading.
+    pub heading: String,
+    /// Its unit below that.
+    pub unit: String,
+    /// How it comes from a difference in the objective: the end of a sentence.
+    pub from: String,
+    /// By what a difference is multiplied, in the order of [`Analysis::points`]; `None` where that is not known.
+    pub factors: Vec<Option<f64>>,
+}
+
 /// Files that a domain wrote.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Written {
@@ -149,6 +163,18 @@ pub trait Sections: std::fmt::Debug {
     /// Returns what people call a point MDP.
     fn title(&self, point: &PointRow) -> String {
         point.name().to_owned()
+    }
+
+    /// Returns what it counts as a failure of a method on a point MDP.
+    fn failure(&self) -> Option<Limit> {
+        None
+    }
+
+    /// Returns what differences in the objective amount to; `None` where no point MDP has more at stake than others, or
+    /// that is not known.
+    fn stakes(&self, data: &Analysis) -> Option<Stakes> {
+        let _ = data;
+        None
     }
 
     /// Returns the look of a method, the same in every report; `None` for one that it does not know.

@@ -4,8 +4,10 @@ use std::collections::HashMap;
 use std::ops::Deref;
 
 use super::sections::Sections;
+use super::titles::{differ, with_id};
 use super::words::Words;
 use crate::analysis::{Analysis, AnalysisError};
+use crate::stats::Limit;
 use crate::store::results::Results;
 
 /// A report before it is written.
@@ -48,7 +50,18 @@ impl Report {
         Ok(Self::of(Analysis::against(results, method, sections.measures())?, sections))
     }
 
-    fn of(analysis: Analysis, sections: Box<dyn Sections>) -> Self {
+    /// Sets what a failure is, instead of what the domain counts as one.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Analysis::fail_beyond`].
+    pub fn failing(mut self, limit: Limit) -> Result<Self, AnalysisError> {
+        self.analysis.fail_beyond(limit)?;
+        Ok(self)
+    }
+
+    fn of(mut analysis: Analysis, sections: Box<dyn Sections>) -> Self {
+        analysis.failure = sections.failure();
         let words = sections.words(&analysis.manifest.identity.objective);
         let titles = analysis.points.iter().map(|p| sections.title(&p.row)).collect();
         let ids = analysis.points.iter().map(|p| p.row.point.clone());
@@ -78,15 +91,11 @@ impl Report {
     /// Returns what every point MDP is called, in the order of [`Analysis::points`]; `None` where all
     /// are called by their ids, so that tables need no column for it.
     pub(super) fn titles(&self) -> Option<&[String]> {
-        let differ = self.points.iter().zip(&self.titles).any(|(p, title)| p.row.point != *title);
-        differ.then_some(self.titles.as_slice())
+        differ(&self.points, &self.titles).then_some(self.titles.as_slice())
     }
 
     /// Returns what a point MDP is called with its id behind it, for those who have to type that.
     pub(super) fn called(&self, point: &str) -> String {
-        match self.title_of(point) {
-            title if title == point => title,
-            title => format!("{title} ({point})"),
-        }
+        with_id(self.title_of(point), point)
     }
 }

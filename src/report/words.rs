@@ -2,6 +2,7 @@
 
 use super::format;
 use crate::analysis::{noun, unit};
+use crate::stats::{Limit, Side};
 
 /// What people call what is evaluated.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,4 +67,11 @@ impl Words {
     pub fn heading(&self) -> String {
         format::capitalised(&self.noun)
     }
+}
+
+/// Says beyond which value of a metric a method fails: `waiting above 20 s`.
+pub(super) fn limit_in_words(limit: &Limit) -> String {
+    let side = if limit.side == Side::Above { "above" } else { "below" };
+    let text = format!("{} {side} {} {}", noun(&limit.metric), limit.value, unit(&limit.metric));
+    text.trim_end().to_owned()
 }

@@ -10,7 +10,7 @@ use super::env::World;
 use super::environment::{GENERATED, environment, planned_world};
 use super::error::TrafficError;
 use super::settings::Scenario;
-use super::settings::failure::FAILED_WAITING_S;
+use super::settings::failure::failure;
 use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
@@ -19,7 +19,7 @@ use crate::run::RunError;
 use crate::run::domain::{Domain, Objective, Site, Trial};
 use crate::run::fault::TrialError;
 use crate::run::method::{Method, find};
-use crate::stats::{Direction, Limit, Side};
+use crate::stats::{Direction, Limit};
 
 /// Makes a controller; the seed is of everything random in it.
 pub type Create = Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>;
@@ -106,7 +106,7 @@ impl Domain for Traffic {
     }
 
     fn failure(&self) -> Option<Limit> {
-        Some(Limit { metric: "waiting_s".to_owned(), side: Side::Above, value: FAILED_WAITING_S })
+        Some(failure())
     }
 
     fn volume(&self) -> Option<&'static str> {

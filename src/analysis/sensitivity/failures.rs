@@ -1,7 +1,8 @@
 //! Point MDPs on which a method fails: those where a metric is beyond a limit.
 
-use crate::analysis::board::{Board, position};
+use crate::analysis::board::Board;
 use crate::analysis::error::AnalysisError;
+use crate::analysis::failing::is_beyond;
 use crate::analysis::whole::Analysis;
 use crate::stats::Limit;
 
@@ -43,12 +44,9 @@ pub fn failures(
     board: &Board,
     limit: &Limit,
 ) -> Result<Failures, AnalysisError> {
-    check_metric(analysis, &limit.metric)?;
+    analysis.check_metric(&limit.metric)?;
     let names = &analysis.manifest.identity.methods;
-    let fails = |point: usize, method: usize| {
-        let result = analysis.points[point].results[method].as_ref()?;
-        result.metrics.get(&limit.metric).map(|value| limit.is_beyond(*value))
-    };
+    let fails = |point: usize, method: usize| is_beyond(limit, &analysis.points[point], method);
     let positions: Vec<usize> = board
         .methods
         .iter()
@@ -83,11 +81,4 @@ pub fn failures(
         by_all: count(&|n| n == positions.len()),
         by_any: count(&|n| n > 0),
     })
-}
-
-/// Checks that records have a metric.
-fn check_metric(analysis: &Analysis, name: &str) -> Result<(), AnalysisError> {
-    let mut names = analysis.metrics();
-    names.insert(0, analysis.manifest.identity.objective.clone());
-    position("metric", name, names.iter().map(String::as_str)).map(|_| ())
 }

@@ -1,7 +1,7 @@
 //! The tables of a sensitivity; a cell is empty where nothing is known.
 
 use super::shown::SensitivityReport;
-use crate::report::csv::table;
+use crate::report::csv::{number, table};
 
 /// Returns the tables by name; `None` for one that this question has none of.
 pub(super) fn tables(report: &SensitivityReport<'_>) -> [(&'static str, Option<String>); 6] {
@@ -15,14 +15,6 @@ pub(super) fn tables(report: &SensitivityReport<'_>) -> [(&'static str, Option<S
     ]
 }
 
-fn header(names: &[&str]) -> Vec<String> {
-    names.iter().map(|name| (*name).to_owned()).collect()
-}
-
-fn cell(value: Option<f64>) -> String {
-    value.map_or_else(String::new, |v| v.to_string())
-}
-
 /// A row per distribution and method.
 fn distributions(report: &SensitivityReport<'_>) -> String {
     let names = ["distribution", "method", "overall", "rank", "effective_points"];
@@ -33,7 +25,7 @@ fn distributions(report: &SensitivityReport<'_>) -> String {
             vec![d.name.clone(), method.clone(), overall, rank, d.effective().to_string()]
         })
     });
-    table(&header(&names), rows)
+    table(&names, rows)
 }
 
 /// A row per point MDP, a column per distribution.
@@ -50,7 +42,7 @@ fn weights(report: &SensitivityReport<'_>) -> String {
 /// A row per method: how often it takes which rank under random distributions.
 fn ranks(report: &SensitivityReport<'_>) -> String {
     let (methods, random) = (&report.data.board.methods, &report.data.random);
-    let mut header = header(&["method"]);
+    let mut header = vec!["method".to_owned()];
     header.extend((1..=methods.len()).map(|rank| format!("rank_{rank}")));
     header.extend(
         ["overall_low", "overall_high", "distributions", "concentration", "seed"]
@@ -59,7 +51,7 @@ fn ranks(report: &SensitivityReport<'_>) -> String {
     let rows = methods.iter().enumerate().map(|(m, method)| {
         let mut row = vec![method.clone()];
         row.extend(random.shares[m].iter().map(f64::to_string));
-        row.extend([cell(random.range[m].map(|r| r.0)), cell(random.range[m].map(|r| r.1))]);
+        row.extend([number(random.range[m].map(|r| r.0)), number(random.range[m].map(|r| r.1))]);
         row.push(crate::analysis::sensitivity::RANDOM.to_string());
         row.extend([random.concentration.to_string(), random.seed.to_string()]);
         row
@@ -78,14 +70,14 @@ fn failures(report: &SensitivityReport<'_>) -> Option<String> {
             vec![
                 of.method.clone(),
                 points[*p].row.point.clone(),
-                cell(result.and_then(|r| r.metrics.get(&failures.limit.metric).copied())),
-                cell(result.and_then(|r| r.score)),
+                number(result.and_then(|r| r.metrics.get(&failures.limit.metric).copied())),
+                number(result.and_then(|r| r.score)),
                 points[*p].weight.to_string(),
             ]
         })
     });
     let names = ["method", "point", failures.limit.metric.as_str(), "score", "weight"];
-    Some(table(&header(&names), rows))
+    Some(table(&names, rows))
 }
 
 /// A row per reported value and method.
@@ -101,14 +93,14 @@ fn reported(report: &SensitivityReport<'_>) -> Option<String> {
             vec![
                 r.name.clone(),
                 method.clone(),
-                cell(r.scores[m]),
-                cell(r.ranks[m]),
+                number(r.scores[m]),
+                number(r.ranks[m]),
                 overall.overall[m].to_string(),
-                cell(r.overall_ranks[m]),
+                number(r.overall_ranks[m]),
             ]
         })
     });
-    Some(table(&header(&names), rows))
+    Some(table(&names, rows))
 }
 
 /// A row per case, estimator, budget and method.
@@ -144,5 +136,5 @@ fn cases(report: &SensitivityReport<'_>) -> Option<String> {
             ]
         })
     });
-    Some(table(&header(&names), rows))
+    Some(table(&names, rows))
 }

@@ -3,13 +3,14 @@
 use minijinja::{Value, context};
 
 use super::cases::{self, CaseTable};
-use super::shown::{SensitivityReport, in_words, limit_in_words, score};
+use super::shown::{SensitivityReport, in_words, score};
 use super::text::{drawn_from, notes, one_decimal, range, warnings};
 use crate::analysis::sensitivity::{Distribution, RANDOM, Reported};
 use crate::report::across::{percent, rank};
 use crate::report::error::ReportError;
 use crate::report::figure::Figure;
 use crate::report::page::render;
+use crate::report::words::limit_in_words;
 
 const TEMPLATE: &str = include_str!("../templates/sensitivity.html");
 

@@ -1,10 +1,8 @@
 //! A sensitivity as it is shown: its parts, and what they are called.
 
 use crate::analysis::sensitivity::{Distribution, NAMED, Reversal, Sensitivity};
-use crate::analysis::{noun, unit};
 use crate::report::format;
 use crate::report::whole::Report;
-use crate::stats::{Limit, Side};
 use crate::study::CaseStudy;
 
 /// A sensitivity before it is written.
@@ -56,11 +54,4 @@ pub(super) fn score(value: f64) -> String {
 pub(super) fn in_words(reversals: &[Reversal]) -> String {
     let one = |r: &Reversal| format!("{} is ahead of {}", r.here, r.overall);
     reversals.iter().map(one).collect::<Vec<_>>().join(", ")
-}
-
-/// Says beyond which value of a metric a method fails: `waiting above 20 s`.
-pub(super) fn limit_in_words(limit: &Limit) -> String {
-    let side = if limit.side == Side::Above { "above" } else { "below" };
-    let text = format!("{} {side} {} {}", noun(&limit.metric), limit.value, unit(&limit.metric));
-    text.trim_end().to_owned()
 }

@@ -1,11 +1,12 @@
 //! A sensitivity for terminals: plain text, no colours.
 
 use super::cases;
-use super::shown::{SensitivityReport, in_words, limit_in_words, score};
+use super::shown::{SensitivityReport, in_words, score};
 use crate::analysis::sensitivity::{Distribution, RANDOM};
 use crate::report::across::{percent, rank};
 use crate::report::format::count;
 use crate::report::plain_table::plain_table;
+use crate::report::words::limit_in_words;
 
 /// Returns the tables: failures, importance that people mean, random importance, what is reported.
 pub(super) fn tables(report: &SensitivityReport<'_>) -> String {

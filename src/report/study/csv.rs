@@ -1,10 +1,10 @@
 //! `errors.csv`: a row per estimator, budget and method.
 
 use super::whole::StudyReport;
+use crate::report::csv::{number, table};
 
 /// Returns `errors.csv`.
-pub(super) fn errors(report: &StudyReport<'_>) -> Vec<u8> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
+pub(super) fn errors(report: &StudyReport<'_>) -> String {
     let header = [
         "method",
         "estimator",
@@ -18,10 +18,8 @@ pub(super) fn errors(report: &StudyReport<'_>) -> Vec<u8> {
         "half_width",
         "cpu_hours",
     ];
-    writer.write_record(header).expect("memory can be written to");
-    for cell in report.cells {
-        let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-        let row = [
+    let rows = report.cells.iter().map(|cell| {
+        vec![
             cell.method.clone(),
             cell.kind.name().to_owned(),
             cell.budget.to_string(),
@@ -33,8 +31,7 @@ pub(super) fn errors(report: &StudyReport<'_>) -> Vec<u8> {
             number(cell.coverage),
             number(cell.half_width),
             number(cell.cpu_hours),
-        ];
-        writer.write_record(row).expect("memory can be written to");
-    }
-    writer.into_inner().expect("memory can be written to")
+        ]
+    });
+    table(&header, rows)
 }

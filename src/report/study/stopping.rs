@@ -3,6 +3,7 @@
 use minijinja::{Value, context};
 
 use super::whole::StudyReport;
+use crate::report::csv::{number, table};
 use crate::report::format;
 use crate::report::plain_table::plain_table;
 use crate::sample::Until;
@@ -22,11 +23,11 @@ impl StudyReport<'_> {
             let name = stopped.kind.title().to_owned();
             vec![name, r.intervals, r.points, r.early, r.enough, r.wrong, r.held, r.least]
         };
-        let table = plain_table(&header, &NUMBERS[..5], all.iter().map(row).collect());
+        let rows = plain_table(&header, &NUMBERS[..5], all.iter().map(row).collect());
         Some(format!(
             "Runs with looks at {} point MDPs, until {until}: mean number of point MDPs at the end, share of {} runs that \
              stopped before the last look, that had enough, that call the worse method better, and how often the \
-             intervals at the end hold the truth:\n\n{table}",
+             intervals at the end hold the truth:\n\n{rows}",
             looks(self),
             self.plan.repeats,
         ))
@@ -98,9 +99,8 @@ pub(super) fn values(report: &StudyReport<'_>) -> Option<Value> {
 
 /// Returns `stopping.csv`, a row per estimator, way to look and thing that is judged; `None` where no runs that stop early
 /// were tried.
-pub(super) fn csv(report: &StudyReport<'_>) -> Option<Vec<u8>> {
+pub(super) fn csv(report: &StudyReport<'_>) -> Option<String> {
     let (_, all) = report.stopping?;
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let header = [
         "estimator",
         "alpha_spent",
@@ -113,11 +113,9 @@ pub(super) fn csv(report: &StudyReport<'_>) -> Option<Vec<u8>> {
         "coverage",
         "cpu_hours",
     ];
-    writer.write_record(header).expect("memory can be written to");
-    for stopped in all {
-        for (judged, coverage) in &stopped.coverage {
-            let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-            let row = [
+    let of_run = |stopped: &Stopped| {
+        let row = |(judged, coverage): &(String, Option<f64>)| {
+            vec![
                 stopped.kind.name().to_owned(),
                 stopped.is_spent.to_string(),
                 judged.clone(),
@@ -128,9 +126,9 @@ pub(super) fn csv(report: &StudyReport<'_>) -> Option<Vec<u8>> {
                 number(stopped.wrong),
                 number(*coverage),
                 number(stopped.cpu_hours),
-            ];
-            writer.write_record(row).expect("memory can be written to");
-        }
-    }
-    Some(writer.into_inner().expect("memory can be written to"))
+            ]
+        };
+        stopped.coverage.iter().map(row).collect::<Vec<_>>()
+    };
+    Some(table(&header, all.iter().flat_map(of_run)))
 }

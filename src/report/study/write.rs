@@ -16,9 +16,9 @@ pub fn write(folder: &Path, report: &StudyReport<'_>) -> Result<PathBuf, ReportE
     std::fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
     let figure = figure::by_budget(report);
     write_atomically(&folder.join("budget.svg"), figure.svg.as_bytes())?;
-    write_atomically(&folder.join("errors.csv"), &csv::errors(report))?;
+    write_atomically(&folder.join("errors.csv"), csv::errors(report).as_bytes())?;
     if let Some(csv) = stopping::csv(report) {
-        write_atomically(&folder.join("stopping.csv"), &csv)?;
+        write_atomically(&folder.join("stopping.csv"), csv.as_bytes())?;
     }
     let page = folder.join("index.html");
     write_atomically(&page, page::html(report, &figure)?.as_bytes())?;

@@ -5,7 +5,10 @@ document.addEventListener("DOMContentLoaded", () => {
   // Columns of numbers by value, others by letter, and numbers within words by value; cells without a value come last
   // in both directions.
   const byLetter = new Intl.Collator("en", { numeric: true }).compare;
-  const value = (key) => parseFloat(key.replace(/^[^-+\d]+(?=\d)/, "").replaceAll(",", ""));
+  // What is more than 99% comes after 99%, what is less than 1% before 1%.
+  const beyond = (key) => 1e-6 * (key.startsWith("\u003e") - key.startsWith("\u003c"));
+  const number = (key) => parseFloat(key.replace(/^[^-+\d]+(?=\d)/, "").replaceAll(",", ""));
+  const value = (key) => number(key) + beyond(key);
   const compare = (numbers, down) => ([, a], [, b]) => {
     const lacks = (key) => (numbers ? !Number.isFinite(value(key)) : key === "" || key === "\u2013");
     if (lacks(a) || lacks(b)) return lacks(a) - lacks(b);

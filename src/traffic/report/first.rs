@@ -1,16 +1,13 @@
 //! What traffic adds to the first page: vehicle-hours, where a method fails, what a sample has of congestion.
 
 use super::demand;
+use super::hours::HOUR_S;
 use super::level_of_service::{DELAY, LEVELS, THRESHOLDS_S, letter};
 use super::measures::AT_F;
 use crate::analysis::{Analysis, PointSummary, Reference};
 use crate::report::format;
 use crate::sample::Measure;
 use crate::stats::score::weighted_mean;
-use crate::traffic::settings::failure::FAILED_WAITING_S;
-
-/// Seconds in an hour.
-const HOUR_S: f64 = 3600.0;
 
 /// Says how many vehicle-hours the best method saves over the family, in the simulated hour and, where the settings
 /// say which share of a day that hour is, in a day; `None` where intersections or vehicles were not counted.
@@ -46,35 +43,22 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
     Some(text + ".")
 }
 
-/// Says on how much of the family the best method leaves level of service F, and long waiting.
+/// Says on how much of the family the best method leaves level of service F.
 pub(super) fn fails(data: &Analysis) -> Option<String> {
-    let best = data.best()?;
-    let result = |p: &PointSummary| p.results[best.index].clone();
-    let mut parts = Vec::new();
-    if data.manifest.identity.objective == DELAY {
-        let at_f =
-            data.extent(|p| result(p).is_some_and(|r| letter(r.objective) == LEVELS[AT_LAST]));
-        let seconds = THRESHOLDS_S[AT_LAST - 1];
-        parts.push(match at_f.is_none() {
-            true => format!("no intersection is at level of service F (over {seconds} s of delay)"),
-            false => format!(
-                "{} have level of service F (over {seconds} s of delay)",
-                at_f.in_words("intersection", format::percent)
-            ),
-        });
-    }
-    let waiting = |p: &PointSummary| result(p)?.metrics.get("waiting_s").copied();
-    if data.points.iter().any(|p| waiting(p).is_some()) {
-        let fails = data.extent(|p| waiting(p).is_some_and(|s| s > FAILED_WAITING_S));
-        parts.push(match fails.is_none() {
-            true => format!("vehicles wait nowhere more than {FAILED_WAITING_S} s on average"),
-            false => format!(
-                "on {} vehicles wait more than {FAILED_WAITING_S} s on average, which counts as a failure",
-                fails.in_words("intersection", format::percent)
-            ),
-        });
-    }
-    (!parts.is_empty()).then(|| format!("Under {} {}.", best.method, parts.join("; ")))
+    let best = data.best().filter(|_| data.manifest.identity.objective == DELAY)?;
+    let at_f = data.extent(|p| {
+        let result = p.results[best.index].as_ref();
+        result.is_some_and(|r| letter(r.objective) == LEVELS[AT_LAST])
+    });
+    let seconds = THRESHOLDS_S[AT_LAST - 1];
+    let what = match at_f.is_none() {
+        true => format!("no intersection is at level of service F (over {seconds} s of delay)"),
+        false => format!(
+            "{} have level of service F (over {seconds} s of delay)",
+            at_f.in_words("intersection", format::percent)
+        ),
+    };
+    Some(format!("Under {} {what}.", best.method))
 }
 
 /// Says which part of the sample is oversaturated, and of the family where that is known.

@@ -69,7 +69,10 @@ fn header(data: &Analysis) -> Vec<String> {
                 .map(str::to_owned),
         )
         .chain([format!("runner_up_{objective}")])
-        .chain(["lead_low", "lead_high", "against"].map(str::to_owned))
+        .chain(
+            ["lead_low", "lead_high", "against", "winner_probability", "winner_fails"]
+                .map(str::to_owned),
+        )
         .chain(identity.methods.iter().map(|m| format!("{m}_{objective}")))
         .collect()
 }
@@ -106,6 +109,8 @@ fn cells(data: &Analysis, place: &MappedIntersection) -> Vec<JsonValue> {
         number(lead.map(|l| l.0)),
         number(lead.map(|l| l.1)),
         data.reference.name.clone().into(),
+        number(winner.and_then(|w| w.probability)),
+        point.zip(best).and_then(|(p, best)| data.fails(p, best)).into(),
     ];
     cells.extend((0..identity.methods.len()).map(|m| objective(Some(m))));
     cells

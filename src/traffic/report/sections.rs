@@ -4,6 +4,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
+use super::hours;
 use super::intersections::{geojson, spots, table};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
 use super::levels::{level_shares, levels};
@@ -18,15 +19,17 @@ use crate::files::write_atomically;
 use crate::report::figures::label;
 use crate::report::page::render;
 use crate::report::{
-    About, Figure, Look, Metric, Part, ReportError, Sections, Slot, Spot, Table, Words, Written,
-    format,
+    About, Figure, Look, Metric, Part, ReportError, Sections, Slot, Spot, Stakes, Table, Words,
+    Written, format,
 };
+use crate::stats::Limit;
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::PointRow;
 use crate::store::results::Results;
 use crate::traffic::control::registry::METHODS;
 use crate::traffic::places::MappedIntersection;
+use crate::traffic::settings::failure::failure;
 
 /// Places of a point MDP that are written out.
 const PLACES: usize = 2;
@@ -82,6 +85,14 @@ impl Sections for TrafficSections {
 
     fn title(&self, point: &PointRow) -> String {
         self.shown.title(point)
+    }
+
+    fn failure(&self) -> Option<Limit> {
+        Some(failure())
+    }
+
+    fn stakes(&self, data: &Analysis) -> Option<Stakes> {
+        hours::stakes(data)
     }
 
     fn look(&self, method: &str) -> Option<Look> {

@@ -3,6 +3,7 @@
 
 use super::plans::{TaskPlan, plans};
 use crate::analysis::Analysis;
+use crate::report::titles::{differ, with_id};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::PointRow;
@@ -82,17 +83,13 @@ impl Shown {
             Some(p) => Some(self.title(&p.row)),
             None => self.streets_alone(point),
         };
-        match title.filter(|title| title != point) {
-            Some(title) => format!("{title} ({point})"),
-            None => point.to_owned(),
-        }
+        with_id(title.unwrap_or_else(|| point.to_owned()), point)
     }
 
     /// Returns what every point MDP is called, as [`crate::report::csv::titled`] takes it.
     pub(super) fn titles(&self, data: &Analysis) -> Option<Vec<String>> {
         let titles: Vec<String> = data.points.iter().map(|p| self.title(&p.row)).collect();
-        let differ = data.points.iter().zip(&titles).any(|(p, title)| p.row.point != *title);
-        differ.then_some(titles)
+        differ(&data.points, &titles).then_some(titles)
     }
 
     /// Returns the streets of a point MDP that is one intersection, among the chosen or not.
