@@ -7,7 +7,7 @@
 //!
 //! - **Six features:** their names and values.
 //! - **Own arms:** the rows of the table, without the names of intersection and arms.
-//! - **Imported:** the bytes of network, routes and additional files, begin and end.
+//! - **Imported:** the bytes of network, routes and additional files and of what they name, begin and end.
 
 use std::path::Path;
 
@@ -15,9 +15,10 @@ use serde_json::{Value, json};
 
 use super::error::TrafficError;
 use crate::hash::{sha256, sha256_file};
-use crate::traffic::env::sumocfg::SumoConfig;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::settings::Detail;
+use crate::traffic::sim::sources::sources;
+use crate::traffic::sim::sumocfg::SumoConfig;
 
 /// Returns the hash of the `index`-th point MDP of a scenario's family.
 pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
@@ -45,11 +46,11 @@ pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
 ///
 /// # Errors
 ///
-/// [`TrafficError`] when the configuration or a file that it names cannot be read.
+/// [`TrafficError`] when the configuration or a file that is read with it cannot be read.
 pub fn of_imported(config: &Path) -> Result<String, TrafficError> {
     let settings = SumoConfig::read(config)?;
     let files: Result<Vec<String>, _> =
-        settings.files.iter().map(|(_, file)| sha256_file(file)).collect();
+        sources(&settings)?.iter().map(|(_, file)| sha256_file(file)).collect();
     Ok(hash(&json!([settings.begin_s, settings.end_s, files?])))
 }
 

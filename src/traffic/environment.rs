@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use super::error::TrafficError;
 use crate::hash::sha256_file;
 use crate::store::manifest::PointRow;
-use crate::traffic::env::sumocfg::SumoConfig;
 use crate::traffic::env::world::TurnShare;
 use crate::traffic::env::{SignalEnv, World};
 use crate::traffic::network::demand::DemandSpec;
@@ -14,6 +13,8 @@ use crate::traffic::network::index::{FILE_ENDINGS, file, file_name};
 use crate::traffic::settings::Scenario;
 use crate::traffic::sim::Sim;
 use crate::traffic::sim::error::SimError;
+use crate::traffic::sim::sources::sources;
+use crate::traffic::sim::sumocfg::SumoConfig;
 
 /// Environment of a point MDP whose network lies in the folder of networks.
 pub const GENERATED: &str = "network";
@@ -62,7 +63,12 @@ pub fn planned_world(point: &PointRow, networks: &Path) -> Result<World, Traffic
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
         let world = World::from_sumocfg(&config)?;
-        for (name, file) in scenario_files(&config)? {
+        let folder = config.parent().unwrap_or(Path::new(""));
+        // Files with the bytes of the plan name the files that they named then.
+        for (name, sha256) in &point.sha256 {
+            check(&folder.join(name), Some(sha256))?;
+        }
+        for (name, file) in SumoConfig::read(&config)?.files {
             check(&file, point.sha256.get(&name))?;
         }
         return Ok(world);
@@ -74,19 +80,20 @@ pub fn planned_world(point: &PointRow, networks: &Path) -> Result<World, Traffic
     generated_world(networks, &point.point)
 }
 
-/// Returns a SUMO configuration and every file that it names: name as written, path.
+/// Returns a SUMO configuration and every file that it or one of them names: name as seen from its
+/// folder, path.
 ///
 /// # Errors
 ///
 /// [`SimError`] when it cannot be read.
 fn scenario_files(config: &Path) -> Result<Vec<(String, PathBuf)>, SimError> {
     let name = config.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut files = SumoConfig::read(config)?.files;
+    let mut files = sources(&SumoConfig::read(config)?)?;
     files.push((name, config.to_path_buf()));
     Ok(files)
 }
 
-/// Returns the sha256 of a SUMO configuration and of every file it names.
+/// Returns the sha256 of a SUMO configuration and of every file that SUMO reads with it.
 ///
 /// # Errors
 ///
@@ -129,6 +136,26 @@ mod tests {
         assert!(
             matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))
         );
+    }
+
+    #[test]
+    fn an_imported_scenario_is_refused_when_a_file_that_is_included_was_altered() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        write("n.xml", "<net/>");
+        write("a.xml", "<routes><include href='b.xml'/></routes>");
+        write("b.xml", "<routes/>");
+        write("a.sumocfg", "<c><n v='n.xml'/><routes value='a.xml'/><end v='9'/></c>");
+        let config = folder.path().join("a.sumocfg");
+        let json = r#"{"point":"a","importance":1.0,"instances":1,"features":[],"environment":"","sha256":{}}"#;
+        let mut point: PointRow = serde_json::from_str(json).unwrap();
+        point.environment = config.display().to_string();
+        point.sha256 = hash_scenario(&config).unwrap();
+        assert_eq!(point.sha256.len(), 4);
+        planned_world(&point, Path::new("")).unwrap();
+        write("b.xml", "<routes> </routes>");
+        let e = planned_world(&point, Path::new("")).unwrap_err();
+        assert!(matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("b.xml")), "{e}");
     }
 
     #[test]

@@ -17,7 +17,8 @@ pub fn version() -> Result<String, SimError> {
     super::sim::libsumo::SumoSim::new()?.version()
 }
 
-/// Loads a SUMO scenario once, and looks whether its signals can be controlled.
+/// Loads a SUMO scenario once, and looks whether its signals can be controlled; one with files that
+/// would write over others, or that draw in what cannot be followed, is not loaded.
 ///
 /// # Errors
 ///
@@ -26,8 +27,12 @@ pub fn version() -> Result<String, SimError> {
 pub fn check(config: &Path, settings: &SignalSettings) -> Result<(), SimError> {
     use super::env::derive::derive;
     use super::sim::libsumo::SumoSim;
+    use super::sim::sources::sources;
+    use super::sim::sumocfg::SumoConfig;
     use super::sim::{Sim, StartOptions};
 
+    // What SUMO would write is found before it is started.
+    sources(&SumoConfig::read(config)?)?;
     let mut sim = SumoSim::new()?;
     let options = StartOptions { config: config.to_path_buf(), ..StartOptions::default() };
     let mut load = || -> Result<(), SimError> {

@@ -29,8 +29,9 @@ pub(super) struct Look {
 pub(super) fn look(config: &Path, settings: &SignalSettings) -> Result<Look, SimError> {
     use crate::traffic::env::derive::derive;
     use crate::traffic::env::side::{as_right_hand, driving_side};
-    use crate::traffic::env::sumocfg::SumoConfig;
     use crate::traffic::sim::libsumo::SumoSim;
+    use crate::traffic::sim::sources::sources;
+    use crate::traffic::sim::sumocfg::SumoConfig;
     use crate::traffic::sim::{SignalInfo, Sim, StartOptions};
     use crate::traffic::simulator::explained;
 
@@ -40,9 +41,11 @@ pub(super) fn look(config: &Path, settings: &SignalSettings) -> Result<Look, Sim
         trace_m: detection_m,
         ..StartOptions::default()
     };
+    let configuration = SumoConfig::read(config)?;
+    sources(&configuration)?;
     let mut sim = SumoSim::new()?;
     let scene = sim.start(&options).map_err(|e| explained(e, config))?;
-    let side = driving_side(&SumoConfig::read(config)?);
+    let side = driving_side(&configuration);
     let scene = as_right_hand(scene, side);
     let topology = sim.topology()?;
     sim.close()?;

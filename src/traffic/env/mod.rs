@@ -15,7 +15,6 @@ pub mod pairs;
 pub mod side;
 pub mod signal;
 pub mod signal_env;
-pub mod sumocfg;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod warnings;

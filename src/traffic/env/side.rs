@@ -6,21 +6,16 @@
 //! turn for whoever derives movements, phases and limits, the scene is mirrored where it comes from
 //! the simulator: movements have the numbers and turns of the mirror image.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
 use osm_signals::DrivingSide;
 use osm_signals::angle::mirrored_deg;
 use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
-use super::sumocfg::SumoConfig;
+use crate::traffic::sim::sources::open;
+use crate::traffic::sim::sumocfg::SumoConfig;
 use crate::traffic::sim::{Direction, Scene};
-
-/// First bytes of a compressed file.
-const GZIP: [u8; 2] = [0x1f, 0x8b];
 
 /// Values of an attribute that are true for SUMO.
 ///
@@ -36,14 +31,7 @@ pub fn driving_side(config: &SumoConfig) -> DrivingSide {
 
 /// Returns whether a network says so in its first element; `None` if it cannot be read.
 fn is_left_hand(network: &Path) -> Option<bool> {
-    let mut start = [0; 2];
-    File::open(network).ok()?.read_exact(&mut start).ok()?;
-    let file = File::open(network).ok()?;
-    if start == GZIP {
-        first_element_says(&mut Reader::from_reader(BufReader::new(MultiGzDecoder::new(file))))
-    } else {
-        first_element_says(&mut Reader::from_reader(BufReader::new(file)))
-    }
+    first_element_says(&mut Reader::from_reader(open(network).ok()?))
 }
 
 fn first_element_says<R: std::io::BufRead>(reader: &mut Reader<R>) -> Option<bool> {

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use osm_signals::DrivingSide;
 
 use super::side::driving_side;
-use super::sumocfg::SumoConfig;
 use crate::files::FileError;
 use crate::traffic::sim::error::SimError;
+use crate::traffic::sim::sumocfg::SumoConfig;
 
 /// How far the steps of a second may be from a whole number.
 const STEPS_TOLERANCE: f64 = 1e-6;

@@ -21,6 +21,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use libsumo_sys::{SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED, TRAFFICLIGHT_TYPE_STATIC};
 
 use self::api::Api;
+use super::sumocfg::SumoConfig;
 use super::topology::Topology;
 use super::trace::Tracing;
 use super::{
@@ -32,12 +33,13 @@ pub use libsumo_sys::{INCLUDE_DIR, KIND, LIBRARY};
 /// Options of every episode, unless [`StartOptions::args`] has its own value for one.
 ///
 /// Without validation, because SUMO 1.15 asks a web site for the schema when `SUMO_HOME` is unset
-/// and fails without an answer.
-const DEFAULTS: [(&str, &str); 4] = [
+/// and fails without an answer. Vehicles with a device for safety measures would each write a file.
+const DEFAULTS: [(&str, &str); 5] = [
     ("--xml-validation", "never"),
     ("--no-step-log", "true"),
     ("--duration-log.disable", "true"),
     ("--no-warnings", "true"),
+    ("--device.ssm.file", "NUL"),
 ];
 
 /// Whether some [`SumoSim`] of this process has an episode.
@@ -173,7 +175,8 @@ impl Sim for SumoSim {
         if !options.config.is_file() {
             return Err(SimError::Missing(options.config.clone()));
         }
-        let argv = arguments(options)?;
+        let config = SumoConfig::read(&options.config)?;
+        let argv = arguments(options, &config)?;
         if RUNNING.swap(true, Ordering::Acquire) {
             return Err(SimError::AlreadyRunning);
         }
@@ -271,14 +274,19 @@ impl Drop for SumoSim {
     }
 }
 
-/// Returns SUMO's command line.
-fn arguments(options: &StartOptions) -> Result<Vec<CString>, SimError> {
-    let mut argv = vec![text("sumo")?, text("-c")?, path_text(&options.config)?];
+/// Returns SUMO's command line, which has the configuration's options but not the configuration.
+fn arguments(options: &StartOptions, config: &SumoConfig) -> Result<Vec<CString>, SimError> {
+    let mut argv = vec![text("sumo")?];
+    // SUMO refuses an option that is given twice.
+    let given = |name: &str| options.args.iter().any(|arg| arg.split('=').next() == Some(name));
     for (name, value) in DEFAULTS {
-        // SUMO refuses an option that is given twice.
-        let given = |arg: &String| arg.split('=').next() == Some(name);
-        if !options.args.iter().any(given) {
+        if !given(name) {
             argv.extend([text(name)?, text(value)?]);
+        }
+    }
+    for (name, value) in config.options() {
+        if !given(&format!("--{name}")) {
+            argv.push(text(format!("--{name}={value}"))?);
         }
     }
     for arg in &options.args {

@@ -10,6 +10,9 @@ pub mod error;
 #[cfg(feature = "libsumo")]
 pub mod libsumo;
 pub mod mock;
+pub mod options;
+pub mod sources;
+pub mod sumocfg;
 pub mod topology;
 pub mod trace;
 pub mod tripinfo;

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use quick_xml::escape::escape;
 
-use crate::traffic::env::sumocfg::options;
+use crate::traffic::sim::sumocfg::{file_names, options};
 
 /// Options that are files, besides those whose names end like one; SUMO's short names are among them.
 const FILES: [&str; 8] = ["n", "net", "r", "routes", "a", "additional", "g", "configuration-file"];
@@ -58,7 +58,7 @@ pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
         let is_file = FILES.contains(&option.as_str())
             || option.ends_with("-file")
             || option.ends_with("-files");
-        let value = if is_file { rebased(&value, show.way) } else { value };
+        let value = if is_file { rebased(&value, show.way)? } else { value };
         if ADDITIONAL.contains(&option.as_str()) {
             additional.push(value);
         } else {
@@ -84,10 +84,9 @@ pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
 }
 
 /// Returns a list of files, each seen from another folder.
-fn rebased(files: &str, way: &Path) -> String {
-    let files = files.split([',', ' ']).filter(|f| !f.is_empty());
-    let file = |f: &str| way.join(f).display().to_string();
-    files.map(file).collect::<Vec<_>>().join(",")
+fn rebased(files: &str, way: &Path) -> Result<String, String> {
+    let file = |f: &String| way.join(f).display().to_string();
+    Ok(file_names(files)?.iter().map(file).collect::<Vec<_>>().join(","))
 }
 
 /// Returns the way from one folder to another; both are absolute.

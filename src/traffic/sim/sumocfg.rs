@@ -4,6 +4,9 @@
 //! name may be one of SUMO's short ones, and nesting means nothing. Times are seconds or clock times,
 //! `HH:MM:SS` or `D:HH:MM:SS`, of which every part may have decimals.
 //!
+//! SUMO itself never gets the configuration: it is started with the options that are [used](Kind), one
+//! by one, so that nothing counts that was not read here.
+//!
 //! Source: SUMO 1.15, `OptionsLoader` and `string2time`, and what its `sumo` accepts.
 
 use std::fs;
@@ -12,8 +15,9 @@ use std::path::{Path, PathBuf};
 use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
+use super::error::SimError;
+use super::options::{Kind, kind, long};
 use crate::files::FileError;
-use crate::traffic::sim::error::SimError;
 
 /// Step length of a configuration that has none, seconds.
 const DEFAULT_STEP_LENGTH_S: f64 = 1.0;
@@ -36,6 +40,7 @@ pub struct SumoConfig {
     /// Files that define the scenario (network, routes, additional files): name as written, path.
     pub files: Vec<(String, PathBuf)>,
     networks: Vec<PathBuf>,
+    options: Vec<(String, String)>,
 }
 
 impl SumoConfig {
@@ -44,7 +49,7 @@ impl SumoConfig {
     /// # Errors
     ///
     /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML,
-    /// has a time that is none, or names no network.
+    /// has a time that is none or an option that is refused, or names no network.
     pub fn read(config: &Path) -> Result<Self, SimError> {
         if !config.is_file() {
             return Err(SimError::NoConfig(config.to_path_buf()));
@@ -60,38 +65,89 @@ impl SumoConfig {
         self.networks.iter().map(PathBuf::as_path)
     }
 
+    /// Returns the options that SUMO is started with, in order: long name, value.
+    pub fn options(&self) -> &[(String, String)] {
+        &self.options
+    }
+
     fn parse(text: &str, folder: &Path) -> Result<Self, String> {
-        let mut has_network = false;
         let mut settings = Self {
             begin_s: 0.0,
             end_s: None,
             step_length_s: DEFAULT_STEP_LENGTH_S,
             files: Vec::new(),
             networks: Vec::new(),
+            options: Vec::new(),
         };
-        for (option, value) in options(text)? {
-            match option.as_str() {
-                "begin" | "b" => settings.begin_s = seconds(&value)?,
-                "end" | "e" => settings.end_s = Some(seconds(&value)?).filter(|e| *e >= 0.0),
+        // SUMO takes an empty value for none.
+        for (written, value) in options(text)?.into_iter().filter(|(_, value)| !value.is_empty()) {
+            let option = long(&written);
+            let value = match kind(option) {
+                Kind::LeftOut => continue,
+                Kind::Refused(reason) => return Err(format!("option <{written}>: {reason}")),
+                Kind::Used => value,
+                Kind::Files => settings.add_files(option, &value, folder)?,
+            };
+            if value.contains("${") {
+                return Err(format!("option <{written}>: write out the variable in {value:?}"));
+            }
+            if settings.options.iter().any(|(known, _)| known == option) {
+                return Err(format!("option <{written}> is given twice; give it once"));
+            }
+            match option {
+                "begin" => settings.begin_s = seconds(&value)?,
+                "end" => settings.end_s = Some(seconds(&value)?).filter(|e| *e >= 0.0),
                 "step-length" => settings.step_length_s = seconds(&value)?,
-                "net-file" | "net" | "n" | "route-files" | "routes" | "r" | "additional-files"
-                | "additional" | "a" => {
-                    let files = value.split([',', ' ']).filter(|f| !f.is_empty());
-                    let files = files.map(|f| (f.to_owned(), folder.join(f)));
-                    if option.starts_with('n') {
-                        has_network = true;
-                        settings.networks.extend(files.clone().map(|(_, path)| path));
-                    }
-                    settings.files.extend(files);
-                }
                 _ => {}
             }
+            settings.options.push((option.to_owned(), value));
         }
-        if !has_network {
+        if settings.networks.is_empty() {
             return Err("no `<net-file>`; is it a SUMO configuration?".into());
         }
         Ok(settings)
     }
+
+    /// Adds the files of an option and returns their paths as SUMO gets them.
+    fn add_files(&mut self, option: &str, value: &str, folder: &Path) -> Result<String, String> {
+        let mut paths = Vec::new();
+        for name in file_names(value)? {
+            let path = folder.join(&name);
+            let shown = path.display().to_string();
+            if shown.contains(',') {
+                return Err(format!("{shown}: SUMO reads a comma as two files; rename it"));
+            }
+            if option == "net-file" {
+                self.networks.push(path.clone());
+            }
+            self.files.push((name, path));
+            paths.push(shown);
+        }
+        Ok(paths.join(","))
+    }
+}
+
+/// Returns the names in a list of files; SUMO writes a space as `%20`.
+///
+/// # Errors
+///
+/// What is wrong with one.
+pub fn file_names(value: &str) -> Result<Vec<String>, String> {
+    let names = value.split(',').map(str::trim).filter(|name| !name.is_empty());
+    names.map(decoded).collect()
+}
+
+/// Returns a name without percent signs and the digits that follow them.
+fn decoded(name: &str) -> Result<String, String> {
+    let mut pieces = name.split('%');
+    let mut bytes = pieces.next().unwrap_or_default().as_bytes().to_vec();
+    for piece in pieces {
+        let digits = piece.get(..2).and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        let byte = digits.filter(|byte| *byte != 0);
+        bytes.push(byte.ok_or_else(|| format!("{name:?} has a percent sign; rename it"))?);
+        bytes.extend_from_slice(&piece.as_bytes()[2..]);
+    }
+    String::from_utf8(bytes).map_err(|_| format!("{name:?} is no name in UTF-8; rename it"))
 }
 
 /// Returns the options of a configuration with their values, in order.
@@ -121,6 +177,9 @@ pub fn options(text: &str) -> Result<Vec<(String, String)>, String> {
             Event::Text(text) => between.push_str(&text),
             Event::GeneralRef(_) => {
                 return Err(format!("write the value of <{option}> as an attribute `value`"));
+            }
+            Event::DocType(_) | Event::CData(_) => {
+                return Err("a <!DOCTYPE> or <![CDATA[ is not read; write plain values".into());
             }
             Event::End(_) => {
                 let value = std::mem::take(&mut between);
@@ -165,10 +224,12 @@ mod tests {
         )
         .unwrap();
         assert_eq!((long.begin_s, long.end_s, long.step_length_s), (5.0, Some(60.0), 1.0));
+        let options: Vec<_> = long.options().iter().map(|(o, v)| format!("{o}={v}")).collect();
+        assert_eq!(options[1], "route-files=city/a.rou,city/b.rou");
         let paths: Vec<_> = long.files.iter().map(|(_, path)| path.to_str().unwrap()).collect();
         assert_eq!(paths, ["city/a.net", "city/a.rou", "city/b.rou", "city/a.add"]);
         for other in [
-            "<n v='a.net'/><r v='a.rou,b.rou'/><a v='a.add'/><b v='5'/><e v='60'/>",
+            "<n v='a.net'/><r v='a.rou, b.rou'/><a v='a.add'/><b v='5'/><e v='60'/>",
             "<x><net-file>a.net</net-file><routes>a.rou,b.rou</routes></x>\
              <additional>a.add</additional> <begin>5</begin>\n<end>60</end>",
         ] {
@@ -182,6 +243,29 @@ mod tests {
         assert_eq!(name, "a&b.net");
         let e = parse("<net-file>a&amp;b.net</net-file>").unwrap_err();
         assert_eq!(e, "write the value of <net-file> as an attribute `value`");
+    }
+
+    #[test]
+    fn an_option_that_is_not_known_to_be_safe_is_refused_by_its_name() {
+        for (option, expected) in [
+            ("<remote-port value='8813'/>", "option <remote-port>: it waits for another program"),
+            ("<include href='b.sumocfg' value='b'/>", "option <include>: it is not among"),
+            ("<load-state>s.xml</load-state>", "option <load-state>: a saved state"),
+            ("<r v='a'/><routes v='b'/>", "option <routes> is given twice; give it once"),
+            ("<r v='${HOME}/a'/>", "option <r>: write out the variable"),
+            ("<r v='a%zz'/>", "\"a%zz\" has a percent sign; rename it"),
+            ("<![CDATA[x]]>", "a <!DOCTYPE> or <![CDATA[ is not read"),
+        ] {
+            let e = parse(&format!("<n v='n'/>{option}")).unwrap_err();
+            assert!(e.starts_with(expected), "{e}");
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_left_out_and_an_empty_value_is_none() {
+        let text = "<n v='a%20b c'/><tripinfo-output value='t.xml'/><seed value='3'/><scale v=''/>";
+        let config = parse(text).unwrap();
+        assert_eq!(config.options(), [("net-file".to_owned(), "city/a b c".to_owned())]);
     }
 
     #[test]

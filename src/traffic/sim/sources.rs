@@ -1,0 +1,301 @@
+//! What SUMO reads because a file of a scenario names it, and what it would write.
+//!
+//! Networks, routes and additional files name further files: `<include href>` anywhere, a rerouter or a
+//! speed sign its `file`, detectors and edge data what they write. The first two are followed. An output is
+//! allowed to go nowhere (`NUL`, `/dev/null`). Whatever else names a file is refused with its place, and
+//! so is what could hide a name: document types with their entities, and encodings in which the
+//! characters of XML are not those of ASCII.
+//!
+//! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use flate2::read::MultiGzDecoder;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
+
+use super::SimError;
+use super::sumocfg::SumoConfig;
+use crate::files::FileError;
+
+/// First bytes of a compressed file.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// Stands for every byte that is not ASCII; no XML may have it.
+const OTHER: u8 = 0x1a;
+
+/// Encodings whose first half is ASCII, by how their names begin.
+const ENCODINGS: [&str; 5] = ["utf-8", "us-ascii", "ascii", "iso-8859", "windows-125"];
+
+/// Files that swallow what is written.
+const NOWHERE: [&str; 3] = ["NUL", "nul", "/dev/null"];
+
+/// Pictures, which only SUMO's window reads.
+const PICTURES: [&str; 2] = ["imgFile", "osgFile"];
+
+/// What reads a file of its own.
+const READERS: [&str; 2] = ["rerouter", "variableSpeedSign"];
+
+/// Returns every file of a scenario besides its configuration: name as seen from the folder of the
+/// configuration, path. First those that the configuration names, then those that they name.
+///
+/// # Errors
+///
+/// [`SimError::Config`] naming the file and the line when something else is read or written.
+pub fn sources(config: &SumoConfig) -> Result<Vec<(String, PathBuf)>, SimError> {
+    let mut all = config.files.clone();
+    let mut known: BTreeSet<PathBuf> = all.iter().map(|(_, path)| path.clone()).collect();
+    let mut next = 0;
+    while let Some((name, path)) = all.get(next).cloned() {
+        next += 1;
+        for named in scan(&path)? {
+            let file = path.parent().unwrap_or(Path::new("")).join(&named);
+            if known.insert(file.clone()) {
+                let name = Path::new(&name).parent().unwrap_or(Path::new("")).join(named);
+                all.push((name.display().to_string(), file));
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Returns a file that may be compressed, opened.
+///
+/// # Errors
+///
+/// The system's.
+pub fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
+    let mut start = Vec::new();
+    File::open(path)?.take(GZIP.len() as u64).read_to_end(&mut start)?;
+    let file = File::open(path)?;
+    Ok(if start == GZIP {
+        Box::new(BufReader::new(MultiGzDecoder::new(file)))
+    } else {
+        Box::new(BufReader::new(file))
+    })
+}
+
+/// Bytes with [`OTHER`] in place of what is not ASCII.
+struct Ascii(Box<dyn BufRead>);
+
+impl Read for Ascii {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.0.read(buffer)?;
+        if buffer[..count].contains(&0) {
+            return Err(io::Error::other("it has null bytes; save it as UTF-8"));
+        }
+        buffer[..count].iter_mut().filter(|b| !b.is_ascii()).for_each(|b| *b = OTHER);
+        Ok(count)
+    }
+}
+
+/// Returns the files that a file names.
+fn scan(path: &Path) -> Result<Vec<String>, SimError> {
+    let fail = |reason: String| SimError::Config { path: path.to_path_buf(), reason };
+    match path.metadata() {
+        Ok(about) if about.is_file() => {}
+        Ok(_) => return Err(fail("it is no regular file; give one whose bytes stay".into())),
+        Err(_) => return Err(fail("the scenario names it, but it cannot be read; add it".into())),
+    }
+    let opened = || open(path).map_err(FileError::at("read", path));
+    let mut reader = Reader::from_reader(BufReader::new(Ascii(opened()?)));
+    let (mut named, mut buffer) = (Vec::new(), Vec::new());
+    loop {
+        let result = match reader.read_event_into(&mut buffer) {
+            Ok(Event::Eof) => return Ok(named),
+            Ok(Event::Start(element) | Event::Empty(element)) => look(&element, &mut named),
+            Ok(Event::DocType(_)) => Err("a <!DOCTYPE> can draw other files in; remove it".into()),
+            Ok(Event::Decl(declaration)) => match declaration.encoding() {
+                Some(Ok(name)) => encoding(&name),
+                _ => Ok(()),
+            },
+            Ok(_) => Ok(()),
+            Err(e) => Err(format!("it is not XML that can be read: {e}")),
+        };
+        if let Err(reason) = result {
+            let line = line(opened()?, reader.buffer_position());
+            return Err(fail(format!("line {line}: {reason}")));
+        }
+        buffer.clear();
+    }
+}
+
+/// Returns the number of the line at a position.
+fn line(mut file: Box<dyn BufRead>, position: u64) -> usize {
+    let mut buffer = Vec::new();
+    // What cannot be read any more has no lines to count.
+    let _ = file.by_ref().take(position).read_to_end(&mut buffer);
+    1 + buffer.iter().filter(|byte| **byte == b'\n').count()
+}
+
+fn encoding(name: &str) -> Result<(), String> {
+    let name = name.to_lowercase();
+    match ENCODINGS.iter().any(|known| name.starts_with(known)) {
+        true => Ok(()),
+        false => Err(format!("encoding {name:?}; save it as UTF-8")),
+    }
+}
+
+/// Adds the files that an element names.
+fn look(element: &BytesStart<'_>, named: &mut Vec<String>) -> Result<(), String> {
+    let tag = element.local_name().as_ref().to_owned();
+    let mut attributes = Vec::new();
+    for attribute in element.attributes() {
+        let attribute = attribute.map_err(|e| e.to_string())?;
+        let value =
+            attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|e| e.to_string())?;
+        attributes.push((attribute.key.local_name().as_ref().to_owned(), value.into_owned()));
+    }
+    if tag == "param" {
+        let of = |wanted: &str| attributes.iter().find(|(name, _)| name == wanted);
+        let value = of("value").map_or("", |(_, value)| value);
+        return of("key").map_or(Ok(()), |(_, key)| parameter(key, value));
+    }
+    for (name, value) in &attributes {
+        if PICTURES.contains(&name.as_str()) || NOWHERE.contains(&value.as_str()) {
+            continue;
+        }
+        let is_input = (tag == "include" && name == "href")
+            || (READERS.contains(&tag.as_str()) && name == "file");
+        if is_input {
+            named.push(file_name(&tag, name, value)?);
+        } else if name == "href" || name.starts_with("commandPosix") {
+            return Err(format!("<{tag} {name}=\"{value}\"> is none that is followed; remove it"));
+        } else if name == "edgesFile" {
+            let way_out = "write the edges into the attribute `edges`";
+            return Err(format!(
+                "<{tag} {name}=\"{value}\"> is read from wherever SUMO runs; {way_out}"
+            ));
+        } else if names_a_file(name) || name == "output" || (tag == "timedEvent" && name == "dest")
+        {
+            return Err(format!(
+                "<{tag} {name}=\"{value}\"> would be read or written by every simulation; give \
+                 {name}=\"NUL\" or remove it"
+            ));
+        } else if name == "emissionClass" && value.to_lowercase().starts_with("phemlight") {
+            return Err(format!(
+                "emissionClass=\"{value}\" reads tables that are no part of what is hashed; remove it"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Whether an attribute or a parameter is the name of a file.
+fn names_a_file(name: &str) -> bool {
+    let name = name.to_lowercase();
+    name.contains("file") && !name.contains("profile")
+}
+
+/// Says whether a parameter may stay.
+fn parameter(key: &str, value: &str) -> Result<(), String> {
+    if key.contains("tripinfo") {
+        return Err(format!("parameter {key:?} leaves vehicles out of the delay; remove it"));
+    }
+    let writes = names_a_file(key) || key.to_lowercase().contains("output");
+    if writes && !NOWHERE.contains(&value) && value != "false" && value != "0" {
+        return Err(format!(
+            "parameter {key:?} = {value:?} would be read or written by every simulation; give \
+             value=\"NUL\" or remove it"
+        ));
+    }
+    Ok(())
+}
+
+fn file_name(tag: &str, name: &str, value: &str) -> Result<String, String> {
+    let strange = value.is_empty() || value.contains("${") || value.bytes().any(|b| b == OTHER);
+    if strange {
+        let way_out = "give the name of a file in ASCII";
+        return Err(format!("<{tag} {name}=\"{}\">: {way_out}", value.replace('\u{1a}', "?")));
+    }
+    Ok(value.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::Write;
+
+    use super::*;
+
+    /// What is read with additional files of these names and texts, the first of which is named.
+    fn with(files: &[(&str, &[u8])]) -> Result<Vec<String>, String> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("sub")).unwrap();
+        for (name, bytes) in files {
+            fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        let config = folder.path().join("a.sumocfg");
+        let text = format!("<c><n v='n.xml'/><a v='{}'/></c>", files[0].0);
+        fs::write(&config, text).unwrap();
+        fs::write(folder.path().join("n.xml"), "<net/>").unwrap();
+        let found = sources(&SumoConfig::read(&config).unwrap());
+        let names = found.map(|found| found.into_iter().map(|(name, _)| name).collect());
+        names.map_err(|e| e.to_string().replace(&folder.path().display().to_string(), "."))
+    }
+
+    #[test]
+    fn files_that_files_name_are_followed_from_where_they_lie() {
+        let mut zipped = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        zipped.write_all(b"<a><include href='c.xml'/><include href='a.xml'/></a>").unwrap();
+        let found = with(&[
+            ("a.xml", b"<a><include href='sub/b.xml'/><rerouter id='r' file='d.xml'/></a>"),
+            ("sub/b.xml", &zipped.finish().unwrap()),
+            ("sub/c.xml", b"<a/>"),
+            ("sub/a.xml", b"<a/>"),
+            ("d.xml", b"<rerouter/>"),
+        ]);
+        let expected = ["n.xml", "a.xml", "sub/b.xml", "d.xml", "sub/c.xml", "sub/a.xml"];
+        assert_eq!(found.unwrap(), expected);
+    }
+
+    #[test]
+    fn circles_end_and_what_goes_nowhere_or_is_a_picture_may_stay() {
+        let text = b"<?xml version='1.0' encoding='ISO-8859-1'?>\n<a><include href='a.xml'/>\
+            <edge name='Stra\xdfe'/><e1Detector file='NUL'/><calibrator output='/dev/null'/>\
+            <vType imgFile='b.png'><param key='profile' value='x'/></vType>\
+            <param key='file' value='NUL'/></a>";
+        assert_eq!(with(&[("a.xml", text)]).unwrap(), ["n.xml", "a.xml"]);
+    }
+
+    #[test]
+    fn whatever_else_names_a_file_is_refused_with_its_place() {
+        for (text, expected) in [
+            (
+                "<a>\n\n<e1Detector file='o.xml'/></a>",
+                "a.xml: line 3: <e1Detector file=\"o.xml\"> would be",
+            ),
+            ("<a><calibrator output='o.xml'/></a>", "line 1: <calibrator output="),
+            ("<a><timedEvent dest='o.xml'/></a>", "line 1: <timedEvent dest="),
+            ("<a><engine xmlFile='e.xml'/></a>", "line 1: <engine xmlFile="),
+            ("<a><edgeData edgesFile='e.txt'/></a>", "write the edges into the attribute `edges`"),
+            ("<a><location href='e.txt'/></a>", "none that is followed"),
+            ("<a><include href='&#36;{HOME}/b.xml'/></a>", "give the name of a file in ASCII"),
+            ("<a><include href='\u{fc}.xml'/></a>", "<include href=\"??.xml\">: give the name"),
+            (
+                "<a><include href='b.xml'/></a>",
+                "b.xml: the scenario names it, but it cannot be read",
+            ),
+            ("<a><include href='sub'/></a>", "sub: it is no regular file"),
+            ("<a><vType emissionClass='PHEMlight/PC'/></a>", "reads tables"),
+            (
+                "<a><param key='device.ssm.file' value='s.xml'/></a>",
+                "parameter \"device.ssm.file\"",
+            ),
+            ("<a><param key='has.tripinfo.device' value='false'/></a>", "leaves vehicles out"),
+            (
+                "<!DOCTYPE a [<!ENTITY x SYSTEM 'b'>]><a>&x;</a>",
+                "a <!DOCTYPE> can draw other files in",
+            ),
+            ("<?xml version='1.0' encoding='UTF-7'?><a/>", "encoding \"utf-7\"; save it as UTF-8"),
+            ("<\0a\0/\0>\0", "it has null bytes; save it as UTF-8"),
+            ("<a><b></a>", "it is not XML that can be read"),
+        ] {
+            let e = with(&[("a.xml", text.as_bytes())]).unwrap_err();
+            assert!(e.contains(expected), "{e}");
+        }
+    }
+}
