@@ -158,7 +158,8 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
 
 /// Says how a sample has grown, and whether it says enough.
 pub(super) fn growth(data: &Report) -> Option<String> {
-    let standing = data.standing()?;
+    // What was asked for is of scores relative to the baseline.
+    let standing = data.standing().filter(|_| data.reference.is_baseline)?;
     let growth = data.manifest.identity.sample.growth.as_ref()?;
     let (until, looks) = (&growth.until, standing.looks);
     let outcome = match (standing.is_enough, standing.look < looks) {
@@ -176,7 +177,7 @@ pub(super) fn growth(data: &Report) -> Option<String> {
     };
     Some(format!(
         "The sample grows until {until}. After look {} of {looks}, with {}, {outcome}. Intervals are wider than from \
-         a single look, so that with 95% certainty none of the looks misled.",
+         a single look: each holds with 95% certainty over all looks together.",
         standing.look,
         format::count(data.points.len(), "point MDP"),
     ))

@@ -119,6 +119,9 @@ impl PlanFile {
         if own != size {
             return other(format!("its family has {own} point MDPs, this one {size}"));
         }
+        if self.sample.growth.is_some() {
+            return altered("whether it grows is said when it is run".to_owned());
+        }
         let mut total = 0.0;
         for draw in &self.sample.draws {
             if family.position(&draw.point).is_none() {
