@@ -10,12 +10,13 @@ use std::path::Path;
 use common::{run, stderr, stdout};
 use serde_json::{Value, json};
 use tsc_family::nn::archive::Archive;
+use tsc_family::run::checkpoint::FORMAT_VERSION;
 
 /// A model of a method as `run` writes it, with nothing in it.
 fn model(method: &str) -> Archive {
     let card = json!({
         "kind": "model",
-        "format_version": 1,
+        "format_version": FORMAT_VERSION,
         "method": method,
         "point": "quiet",
         "replicate": 0,

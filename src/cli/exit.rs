@@ -165,9 +165,11 @@ fn store(error: &StoreError) -> u8 {
         StoreError::Mismatch { .. } | StoreError::Version { .. } | StoreError::Locked { .. } => {
             MISMATCH
         }
-        StoreError::NotResults(_) | StoreError::Malformed { .. } | StoreError::Record { .. } => {
-            USAGE
-        }
+        StoreError::NotResults(_)
+        | StoreError::Malformed { .. }
+        | StoreError::Record { .. }
+        | StoreError::Records(_)
+        | StoreError::OtherManifest { .. } => USAGE,
         StoreError::Io(e) => file(e),
     }
 }

@@ -62,7 +62,7 @@ pub(super) fn print(layout: &Layout, data: &Report, json: bool, notes: bool) -> 
         line(text::table(data))?;
     }
     if notes {
-        for text in text::notes(data) {
+        for text in text::notes(data).into_iter().chain(text::growth(data)) {
             note(text);
         }
         paths.notes.into_iter().for_each(note);

@@ -3,6 +3,9 @@
 //! The file is a [safetensors](https://github.com/huggingface/safetensors) file, which every machine
 //! learning framework reads. The card is JSON under one key of its metadata: a single key, because
 //! the format's metadata is a map without an order, and equal content must give equal bytes.
+//!
+//! The card begins with a sha256 over the file as it is without it, so that a file that was damaged is refused: a flipped
+//! bit in a weight is a number like any other.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -14,9 +17,19 @@ use serde_json::Value;
 
 use crate::files::FileError;
 use crate::files::write_atomically;
+use crate::hash::sha256;
 
 /// Key of the card in the file's metadata.
 const CARD_KEY: &str = "tsc-family";
+
+/// What a card begins with in the file; the digits of the checksum and [`AFTER_CHECKSUM`] follow.
+const BEFORE_CHECKSUM: &str = "{\"sha256\":\"";
+
+/// What follows the digits of the checksum.
+const AFTER_CHECKSUM: &str = "\",";
+
+/// Digits of a checksum.
+const DIGITS: usize = 64;
 
 /// Why a model or a checkpoint cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -183,6 +196,12 @@ impl Archive {
     /// Returns the bytes of the file; equal archives give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let card = serde_json::to_string(&self.card).expect("a card is plain data");
+        let checksum = sha256(&self.with_card(card.clone()));
+        let rest = card.strip_prefix('{').unwrap_or(&card);
+        self.with_card(format!("{BEFORE_CHECKSUM}{checksum}{AFTER_CHECKSUM}{rest}"))
+    }
+
+    fn with_card(&self, card: String) -> Vec<u8> {
         let metadata = HashMap::from([(CARD_KEY.to_owned(), card)]);
         serialize(&self.tensors, Some(metadata)).expect("shapes fit their numbers")
     }
@@ -200,7 +219,7 @@ impl Archive {
     ///
     /// # Errors
     ///
-    /// [`ArchiveError::Foreign`] when it is truncated or not one of ours.
+    /// [`ArchiveError::Foreign`] when it is truncated, altered or not one of ours.
     pub fn read(path: &Path) -> Result<Self, ArchiveError> {
         let bytes = fs::read(path).map_err(FileError::at("read", path))?;
         Self::from_bytes(&bytes)
@@ -216,7 +235,11 @@ impl Archive {
             .as_ref()
             .and_then(|m| m.get(CARD_KEY))
             .ok_or("a safetensors file without a tsc-family card")?;
-        let card = serde_json::from_str(card).map_err(|e| format!("its card is damaged: {e}"))?;
+        let (checksum, card) = without_checksum(card).ok_or(
+            "it has no checksum: it is damaged, or of a version of tsc-family that wrote none",
+        )?;
+        let own = card;
+        let card = serde_json::from_str(&own).map_err(|e| format!("its card is damaged: {e}"))?;
         let mut tensors = BTreeMap::new();
         for (name, view) in file.iter() {
             let words = || view.data().as_chunks::<4>().0.iter();
@@ -228,8 +251,18 @@ impl Archive {
             };
             tensors.insert(name.to_owned(), tensor);
         }
-        Ok(Self { card, tensors })
+        let archive = Self { card, tensors };
+        if sha256(&archive.with_card(own)) != checksum {
+            return Err("it was altered or damaged: its checksum does not match".to_owned());
+        }
+        Ok(archive)
     }
+}
+
+/// Parts a card as it lies in the file into its checksum and the card without it.
+fn without_checksum(card: &str) -> Option<(&str, String)> {
+    let (checksum, rest) = card.strip_prefix(BEFORE_CHECKSUM)?.split_at_checked(DIGITS)?;
+    Some((checksum, format!("{{{}", rest.strip_prefix(AFTER_CHECKSUM)?)))
 }
 
 #[cfg(test)]
@@ -270,6 +303,29 @@ mod tests {
             let e = Archive::read(&path).unwrap_err().to_string();
             assert!(e.contains("m.safetensors: not a complete safetensors file"), "{length}: {e}");
         }
+    }
+
+    #[test]
+    fn a_file_with_any_bit_flipped_is_refused_or_the_same() {
+        let bytes = archive().to_bytes();
+        let mut refused = 0;
+        for bit in 0..8 * bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            match Archive::from_bytes(&damaged) {
+                Ok(read) => assert_eq!(read, archive(), "bit {bit}"),
+                Err(_) => refused += 1,
+            }
+        }
+        // Blanks that fill up the header may be other ones.
+        assert!(refused > 8 * bytes.len() * 9 / 10, "{refused} of {}", 8 * bytes.len());
+    }
+
+    #[test]
+    fn a_file_without_a_checksum_is_refused() {
+        let bytes = archive().with_card("{\"method\":\"idqn\"}".to_owned());
+        let e = Archive::from_bytes(&bytes).unwrap_err();
+        assert!(e.starts_with("it has no checksum"), "{e}");
     }
 
     #[test]

@@ -152,12 +152,11 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
         );
     }
     notes.extend(luck(data));
-    notes.extend(growth(data));
     notes
 }
 
-/// Says how a sample has grown, and whether it says enough.
-pub(super) fn growth(data: &Report) -> Option<String> {
+/// Says how a sample has grown, and whether it says enough; `None` where it does not grow.
+pub fn growth(data: &Report) -> Option<String> {
     // What was asked for is of scores relative to the baseline.
     let standing = data.standing().filter(|_| data.reference.is_baseline)?;
     let growth = data.manifest.identity.sample.growth.as_ref()?;

@@ -17,7 +17,7 @@ use crate::store::record::Row;
 use crate::store::{Layout, remove_checkpoint};
 
 /// Version of checkpoints and models; a change of their form raises it.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Wall time between two checkpoints, seconds: little is lost, and writing costs nothing beside it.
 pub const CHECKPOINT_EVERY_S: u64 = 60;
@@ -242,7 +242,9 @@ mod tests {
         other.stamp.git = "0000000".into();
         assert!(refusal(&other).contains("wrote it, and this is"));
         other.stamp.format_version = 9;
-        assert!(refusal(&other).contains("it has format version 1, not 9"));
+        assert!(
+            refusal(&other).contains(&format!("it has format version {FORMAT_VERSION}, not 9"))
+        );
     }
 
     #[test]

@@ -157,7 +157,7 @@ impl SavedModel {
             let writer: String = archive.get("tsc_family").unwrap_or_else(|_| "unknown".into());
             return Err(fail(format!(
                 "a model of format version {version}, but this tsc-family reads {FORMAT_VERSION}; \
-                 use version {writer}, which wrote it"
+                 train it again, or use the build of version {writer} that wrote it"
             )));
         }
         let own = archive.get(LEARNER).map_err(|e| fail(e.to_string()))?;

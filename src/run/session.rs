@@ -125,7 +125,7 @@ impl Session<'_> {
         interrupted: &AtomicBool,
         on_event: &mut dyn FnMut(Event),
     ) -> Result<(), RunError> {
-        Ok(executor.run(todo, interrupted, on_event)?)
+        executor.run(todo, interrupted, on_event)
     }
 }
 

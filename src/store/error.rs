@@ -48,6 +48,25 @@ pub enum StoreError {
         /// What does not match.
         reason: String,
     },
+    /// Several damaged records.
+    #[error(
+        "{} records are damaged; delete these files and run again, only their tasks are repeated:{}",
+        .0.len(),
+        .0.iter().map(|(path, reason)| format!("\n{}: {reason}", path.display())).collect::<String>()
+    )]
+    Records(Vec<(PathBuf, String)>),
+    /// A manifest that is not the one of the records beside it.
+    #[error(
+        "{}: it is not the manifest of the records beside it, which are whole ({records} of another one): it was altered \
+         or damaged, or they were copied here; restore it, and keep the records",
+        .path.display()
+    )]
+    OtherManifest {
+        /// The manifest.
+        path: PathBuf,
+        /// Records that carry the sha256 of another one.
+        records: usize,
+    },
     /// The directory belongs to another run.
     #[error(
         "{} holds another run: {difference}; give another --out, or repeat the first command ({command}) \

@@ -17,6 +17,9 @@ use crate::files::FileError;
 use crate::hash::hex;
 use crate::store::error::StoreError;
 
+/// Why a record is refused that is whole, and of another run.
+pub(super) const OTHER_MANIFEST: &str = "it belongs to another manifest";
+
 /// How a task ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -193,7 +196,7 @@ impl Record {
             return Err(fail(reason));
         }
         if s.manifest != manifest {
-            return Err(fail("it belongs to another manifest".into()));
+            return Err(fail(OTHER_MANIFEST.into()));
         }
         if (s.task, &s.method, &s.point, s.replicate, s.seed)
             != (task.task, &task.method, &task.point, task.replicate, task.seed)

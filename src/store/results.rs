@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::path::PathBuf;
 
 use rayon::prelude::*;
 
 use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
-use super::record::{Outcome, Record};
+use super::record::{OTHER_MANIFEST, Outcome, Record};
 use crate::files::FileError;
 use crate::hash::sha256;
 use crate::sample::Design;
@@ -52,13 +53,18 @@ impl Results {
         let plan = read_plan(layout, &manifest.identity)?;
         let sha256 = manifest.sha256();
         let mut records = BTreeMap::new();
+        let mut damaged = Vec::new();
         for part in plan.chunks(AT_ONCE) {
             let read = |task: &Task| Record::read(layout, task, &sha256);
             let read: Vec<_> = part.par_iter().map(read).collect();
             for (task, record) in part.iter().zip(read) {
-                records.extend(record?.map(|record| (task.task, record)));
+                match record {
+                    Err(StoreError::Record { path, reason }) => damaged.push((path, reason)),
+                    record => records.extend(record?.map(|record| (task.task, record))),
+                }
             }
         }
+        refuse(layout, records.len(), damaged)?;
         let design = read_design(layout, &manifest)?;
         Ok(Self { manifest, sha256, plan, records, design })
     }
@@ -94,6 +100,26 @@ impl Results {
     /// Returns the records of failed tasks.
     pub fn failed(&self) -> impl Iterator<Item = &Record> {
         self.records.values().filter(|r| r.summary.outcome == Outcome::Failed)
+    }
+}
+
+/// Refuses damaged records, all at once; the manifest, where it is what is damaged.
+fn refuse(
+    layout: &Layout,
+    sound: usize,
+    mut damaged: Vec<(PathBuf, String)>,
+) -> Result<(), StoreError> {
+    let of_another = damaged.iter().filter(|(_, reason)| reason == OTHER_MANIFEST).count();
+    if of_another > 0 && sound == 0 {
+        return Err(StoreError::OtherManifest { path: layout.manifest(), records: of_another });
+    }
+    match damaged.pop() {
+        None => Ok(()),
+        Some((path, reason)) if damaged.is_empty() => Err(StoreError::Record { path, reason }),
+        Some(last) => {
+            damaged.push(last);
+            Err(StoreError::Records(damaged))
+        }
     }
 }
 
