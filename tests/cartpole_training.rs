@@ -4,7 +4,6 @@
 use tsc_family::cartpole::dynamics::{Context, Dynamics, Variant};
 use tsc_family::cartpole::environment::{CartPole, GYMNASIUM_START};
 use tsc_family::cartpole::settings::Scenario;
-use tsc_family::hash::sha256;
 use tsc_family::nn::archive::Archive;
 use tsc_family::rl::environment::play;
 use tsc_family::rl::sb3::Trainer;
@@ -38,7 +37,7 @@ fn tuned() -> Scenario {
 fn learned(trainer: &dyn Trainer) -> String {
     let mut archive = Archive::default();
     trainer.learned("", &mut archive);
-    sha256(&archive.to_bytes())
+    archive.checksum()
 }
 
 #[test]

@@ -157,3 +157,17 @@ fn another_rule_is_another_run() {
         "{said}"
     );
 }
+
+#[test]
+fn what_was_evaluated_stands_for_all_intersections_when_a_run_stops_early() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = "run --budget 12 --looks 4,12 --until-half-width 5 --methods max-pressure --eval-seeds 2 \
+                --set demand.horizon_s=300 --out r -q";
+    let output = command(&args.split_whitespace().collect::<Vec<_>>(), dir.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut table = csv::Reader::from_path(dir.path().join("r/report/intersections.csv")).unwrap();
+    let at = table.headers().unwrap().iter().position(|name| name == "basis").unwrap();
+    let basis: Vec<String> = table.records().map(|row| row.unwrap()[at].to_owned()).collect();
+    assert_eq!(basis.len(), 282);
+    assert!(!basis.iter().any(|basis| basis == "none"), "{basis:?}");
+}

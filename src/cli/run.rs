@@ -171,7 +171,7 @@ fn work(
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
     let executor = session.local(program, jobs);
     let mut done: Option<usize> = None;
-    while let Some(results) = looks::next(session, done, args)? {
+    while let Some(results) = looks::next((session, request.problem), done, args)? {
         let left = work_on(args, request, (session, &executor), &results, jobs, &interrupted)?;
         if left > 0 {
             if !args.quiet {

@@ -28,6 +28,9 @@ const BEFORE_CHECKSUM: &str = "{\"sha256\":\"";
 /// What follows the digits of the checksum.
 const AFTER_CHECKSUM: &str = "\",";
 
+/// What follows them where the card is empty.
+const AFTER_ALL: &str = "\"}";
+
 /// Digits of a checksum.
 const DIGITS: usize = 64;
 
@@ -195,10 +198,21 @@ impl Archive {
 
     /// Returns the bytes of the file; equal archives give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let card = serde_json::to_string(&self.card).expect("a card is plain data");
-        let checksum = sha256(&self.with_card(card.clone()));
-        let rest = card.strip_prefix('{').unwrap_or(&card);
-        self.with_card(format!("{BEFORE_CHECKSUM}{checksum}{AFTER_CHECKSUM}{rest}"))
+        let (card, checksum) = (self.card_as_json(), self.checksum());
+        let rest = match card.strip_prefix('{') {
+            Some(rest) if !self.card.is_empty() => format!("{AFTER_CHECKSUM}{rest}"),
+            _ => AFTER_ALL.to_owned(),
+        };
+        self.with_card(format!("{BEFORE_CHECKSUM}{checksum}{rest}"))
+    }
+
+    /// Returns the sha256 of the file as it is without its checksum.
+    pub fn checksum(&self) -> String {
+        sha256(&self.with_card(self.card_as_json()))
+    }
+
+    fn card_as_json(&self) -> String {
+        serde_json::to_string(&self.card).expect("a card is plain data")
     }
 
     fn with_card(&self, card: String) -> Vec<u8> {
@@ -262,7 +276,12 @@ impl Archive {
 /// Parts a card as it lies in the file into its checksum and the card without it.
 fn without_checksum(card: &str) -> Option<(&str, String)> {
     let (checksum, rest) = card.strip_prefix(BEFORE_CHECKSUM)?.split_at_checked(DIGITS)?;
-    Some((checksum, format!("{{{}", rest.strip_prefix(AFTER_CHECKSUM)?)))
+    let without = match rest.strip_prefix(AFTER_CHECKSUM) {
+        Some(rest) => format!("{{{rest}"),
+        None if rest == AFTER_ALL => "{}".to_owned(),
+        None => return None,
+    };
+    Some((checksum, without))
 }
 
 #[cfg(test)]
@@ -319,6 +338,13 @@ mod tests {
         }
         // Blanks that fill up the header may be other ones.
         assert!(refused > 8 * bytes.len() * 9 / 10, "{refused} of {}", 8 * bytes.len());
+    }
+
+    #[test]
+    fn an_archive_without_a_card_reads_back() {
+        let mut archive = Archive::default();
+        archive.put_f32("w", &[1], &[2.0]);
+        assert_eq!(Archive::from_bytes(&archive.to_bytes()), Ok(archive));
     }
 
     #[test]

@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
-use super::domain::Domain;
+use super::domain::{Domain, Problem};
 use super::error::RunError;
 use super::executor::{Event, Executor, Inline, Local};
 use super::plan::{Draft, Request, complete, establish};
 use crate::files::FileError;
-use crate::sample::stands;
+use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{Manifest, Provenance, Task};
@@ -59,10 +59,11 @@ pub fn open<'a>(
     let version = env!("CARGO_PKG_VERSION").to_owned();
     let lock = RunLock::take(&layout, &Holder { pid: std::process::id(), version, started })?;
     let manifest = establish(&layout, manifest, &tasks, draft.design.as_ref())?;
-    let stands = stands(request.problem.family(), &draft.sample);
-    request.problem.write_for_reports(&layout, &stands).map_err(RunError::Prepare)?;
-    tidy_up(&layout)?;
-    Ok(Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock })
+    let session =
+        Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock };
+    session.stand_in(request.problem, &draft.sample)?;
+    tidy_up(&session.layout)?;
+    Ok(session)
 }
 
 impl Session<'_> {
@@ -77,6 +78,17 @@ impl Session<'_> {
             fs::remove_file(&path).map_err(FileError::at("remove", &path))?;
         }
         Ok(())
+    }
+
+    /// Writes for reports which point MDPs of a sample stand for those that are not in it; of a sample that grows, this is
+    /// to be repeated at every look.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the directory cannot be written.
+    pub fn stand_in(&self, problem: &dyn Problem, sample: &SamplePlan) -> Result<(), RunError> {
+        let stands = stands(problem.family(), sample);
+        problem.write_for_reports(&self.layout, &stands).map_err(RunError::Prepare)
     }
 
     /// Reads what there is so far; of a sample that grows, the last look that is complete.

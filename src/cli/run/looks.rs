@@ -7,6 +7,7 @@ use crate::analysis::{Analysis, Standing};
 use crate::cli::output::{line, note};
 use crate::cli::refused::Refused;
 use crate::domains;
+use crate::run::domain::Problem;
 use crate::run::plan::Draft;
 use crate::run::session::Session;
 use crate::sample::Sampling;
@@ -54,7 +55,7 @@ pub(super) fn grow(
 ///
 /// * `done` — number of tasks of the results that this command has worked on; `None` at first.
 pub(super) fn next(
-    session: &Session<'_>,
+    (session, problem): (&Session<'_>, &dyn Problem),
     done: Option<usize>,
     args: &RunArgs,
 ) -> anyhow::Result<Option<Results>> {
@@ -72,6 +73,7 @@ pub(super) fn next(
     if now.missing().next().is_some() {
         return Ok(Some(now).filter(is_new));
     }
+    session.stand_in(problem, &now.manifest.identity.sample)?;
     let sections = domains::sections(&session.layout, &now)?;
     let analysis = Analysis::new(&now, sections.measures());
     let Some(standing) = analysis.standing() else { return Ok(None) };
