@@ -61,7 +61,7 @@ pub struct SamplePlan {
     pub seed: u64,
     /// The choice, in the order of the family.
     pub draws: Vec<Draw>,
-    /// sha256 of the [`Design`] that the sample was spread over; empty where none was.
+    /// sha256 of the `Design` that the sample was spread over; empty where none was.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub design: String,
     /// Whether that has scores of cheap methods, which estimates then use.

@@ -52,7 +52,7 @@ const ADDITIONS: usize = 20_000_000;
 ///
 /// All values of both are looked at, in one pass over what is sorted; shares are summed in the order of the point MDPs
 /// only where those of the pass leave open which threshold it is. Where profiles are furthest apart at so many thresholds
-/// that this would be more than [`ADDITIONS`], it is the last ones where the first is ahead, the first ones where it is behind.
+/// that this would be more than `ADDITIONS`, it is the last ones where the first is ahead, the first ones where it is behind.
 pub fn extremes(
     a: &[(f64, f64)],
     b: &[(f64, f64)],
