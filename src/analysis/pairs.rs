@@ -13,8 +13,8 @@ use super::points::PointSummary;
 use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
 use crate::sample::{Design, Measure};
-use crate::stats::improvement::{differences, placements};
-use crate::stats::{Direction, Dominance, PointObjectives, Verdict};
+use crate::stats::improvement::{self, placements};
+use crate::stats::{Dominance, PointObjectives, Verdict};
 
 /// Two methods compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,10 +98,7 @@ fn pair(
     let shared = shared(evidence.points, a, b);
     let ahead = |(point, x, y): &OnPoint<'_>| PointObjectives {
         weight: point.weight,
-        method: match direction {
-            Direction::Lower => differences(&y.method, &x.method),
-            Direction::Higher => differences(&x.method, &y.method),
-        },
+        method: improvement::ahead(&x.method, &y.method, direction),
         ..(*x).clone()
     };
     let wins = |(point, x, y): &OnPoint<'_>| PointObjectives {

@@ -45,6 +45,13 @@ pub fn inclusion(importance: &[f64], budget: usize) -> Vec<f64> {
     }
 }
 
+/// Returns the weights of drawn point MDPs: importance by probability, summing to 1.
+pub(super) fn weights(importance: &[f64], probabilities: &[f64], drawn: &[usize]) -> Vec<f64> {
+    let expanded = |i: &usize| importance[*i] / probabilities[*i];
+    let total: f64 = drawn.iter().map(expanded).sum();
+    drawn.iter().map(|i| expanded(i) / total).collect()
+}
+
 /// Draws a sample with these probabilities, spread over the coordinates; positions in order.
 ///
 /// # Arguments

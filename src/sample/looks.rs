@@ -15,7 +15,7 @@
 //! little narrower; it is not known for few point MDPs with skewed scores.
 
 use super::Design;
-use super::balanced::{inclusion, pivotal};
+use super::balanced::{inclusion, pivotal, weights};
 use super::plan::{Draw, Look, SampleError, SamplePlan, Sampling};
 use crate::seed::derive;
 
@@ -76,14 +76,15 @@ pub fn looks(
         let at: Vec<Vec<f64>> = rows.iter().map(|i| coordinates[*i].clone()).collect();
         let seed = derive(plan.seed, &["sample", "look", &budget.to_string()]);
         rows = pivotal(&stays, &at, seed).into_iter().map(|k| rows[k]).collect();
-        let total: f64 = rows.iter().map(|i| importance[*i] / now[*i]).sum();
-        let draw = |i: &usize| Draw {
+        let draw = |(i, weight): (&usize, f64)| Draw {
             point: design.points[*i].point.clone(),
-            weight: importance[*i] / now[*i] / total,
+            weight,
             count: 1,
             inclusion: Some(now[*i]),
         };
-        looks.push(Look { budget: *budget, draws: rows.iter().map(draw).collect() });
+        let weights = weights(&importance, &now, &rows);
+        let draws = rows.iter().zip(weights).map(draw).collect();
+        looks.push(Look { budget: *budget, draws });
         later = now;
     }
     looks.reverse();

@@ -75,11 +75,9 @@ pub fn choose_over(
         Sampling::Balanced => {
             let pi = balanced::inclusion(&importance, budget);
             let drawn = balanced::pivotal(&pi, &design.coordinates(), seed);
-            let total: f64 = drawn.iter().map(|i| importance[*i] / pi[*i]).sum();
-            let weighed = drawn.iter().map(|i| (*i, importance[*i] / pi[*i] / total, 1));
-            let weighed = weighed.collect();
+            let weights = balanced::weights(&importance, &pi, &drawn);
             probabilities = Some(pi);
-            weighed
+            drawn.into_iter().zip(weights).map(|(i, weight)| (i, weight, 1)).collect()
         }
     };
     let draw = |(i, weight, count): random::Chosen| Draw {

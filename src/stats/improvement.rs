@@ -73,6 +73,15 @@ pub fn placements(x: &[Vec<f64>], y: &[Vec<f64>], direction: Direction) -> Vec<V
     combined(&own, &other, |own, other| own + other - whole)
 }
 
+/// Returns by how much `x` is better than `y` per training and seed, paired as [`placements`] are; negative where it is
+/// worse.
+pub fn ahead(x: &[Vec<f64>], y: &[Vec<f64>], direction: Direction) -> Vec<Vec<f64>> {
+    match direction {
+        Direction::Lower => differences(y, x),
+        Direction::Higher => differences(x, y),
+    }
+}
+
 /// Returns the differences `x - y` per training and seed, paired as [`placements`] are.
 pub fn differences(x: &[Vec<f64>], y: &[Vec<f64>]) -> Vec<Vec<f64>> {
     combined(x, y, |x, y| x - y)

@@ -11,7 +11,7 @@ use super::manifest::{Manifest, Task, read_plan};
 use super::record::{OTHER_MANIFEST, Outcome, Record};
 use crate::files::FileError;
 use crate::hash::sha256;
-use crate::sample::Design;
+use crate::sample::{Design, Look};
 use crate::store::error::StoreError;
 
 /// Records that are read at once, by as many threads as there are processors.
@@ -71,10 +71,11 @@ impl Results {
 
     /// Returns the last look that is complete, the first where none is; everything, where the sample does not grow.
     pub fn so_far(self) -> Self {
-        let looks = self.manifest.identity.sample.growth.as_ref().map_or(0, |g| g.looks.len());
-        let complete = (0..looks).rev().filter_map(|look| self.at_look(look));
-        let complete = complete.into_iter().find(|results| results.missing().next().is_none());
-        complete.or_else(|| self.at_look(0)).unwrap_or(self)
+        let Some(growth) = &self.manifest.identity.sample.growth else { return self };
+        let missing: BTreeSet<&str> = self.missing().map(|task| task.point.as_str()).collect();
+        let is_complete = |look: &Look| !look.draws.iter().any(|d| missing.contains(&*d.point));
+        let last = growth.looks.iter().rposition(is_complete).unwrap_or(0);
+        self.at_look(last).unwrap_or(self)
     }
 
     /// Returns the tasks and records that a look has, counted from 0; `None` for a look that the sample has not.

@@ -59,7 +59,7 @@ pub fn study(
     let assisted: Vec<Setting<'_>> = recorded
         .methods
         .iter()
-        .map(|m| Setting::new(recorded, recorded.design_for(&m.name)))
+        .map(|m| Setting::new(recorded, recorded.design_for(&[m.name.as_str()])))
         .collect();
     let mut cells = Vec::new();
     for kind in &plan.kinds {

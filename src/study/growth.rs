@@ -10,9 +10,9 @@ use super::recorded::{Recorded, RecordedMethod};
 use super::{Kind, StudyPlan};
 use crate::analysis::estimator::Estimate;
 use crate::sample::looks::looks;
-use crate::sample::{Design, Growth, Measure, SamplePlan, Until};
+use crate::sample::{Design, Growth, SamplePlan, Until};
 use crate::seed::derive;
-use crate::stats::improvement::differences;
+use crate::stats::improvement::ahead;
 use crate::stats::quantile::{ALPHA, central};
 use crate::stats::{Direction, PointObjectives};
 
@@ -122,18 +122,12 @@ fn judged<'a>(recorded: &'a Recorded, until: &Until) -> Vec<Judged<'a>> {
 
 /// Returns what a run knows of the whole family: nothing of the methods that are judged.
 fn design(recorded: &Recorded, kind: Kind, judged: &[Judged<'_>]) -> Design {
-    let mut design = Design::of(&recorded.family);
-    let is_judged = |name: &str| {
-        let of = |j: &Judged<'_>| [Some(j.of.0), j.of.1].into_iter().flatten().collect::<Vec<_>>();
-        judged.iter().any(|j| of(j).into_iter().any(|m| j.methods[m].name == name))
-    };
-    if kind.is_assisted() {
-        let known =
-            |i: &crate::sample::Input| i.measure == Measure::Objective || !is_judged(&i.method);
-        let known = recorded.inputs.iter().filter(|(input, _)| known(input));
-        known.for_each(|(input, values)| design.add_input(input, values));
+    if !kind.is_assisted() {
+        return Design::of(&recorded.family);
     }
-    design
+    let positions = judged.iter().flat_map(Judged::positions);
+    let names: Vec<&str> = positions.map(|m| recorded.methods[m].name.as_str()).collect();
+    recorded.design_for(&names)
 }
 
 /// Returns one run, with alpha spent over its looks and without.
@@ -198,10 +192,7 @@ impl Judged<'_> {
         let objectives = |row: usize| -> PointObjectives {
             let Some(second) = second else { return one.objectives[row].clone() };
             let (a, b) = (&one.objectives[row], &self.methods[second].objectives[row]);
-            let method = match setting.recorded.direction {
-                Direction::Lower => differences(&b.method, &a.method),
-                Direction::Higher => differences(&a.method, &b.method),
-            };
+            let method = ahead(&a.method, &b.method, setting.recorded.direction);
             PointObjectives { method, ..a.clone() }
         };
         let name = if second.is_some() { "" } else { one.name.as_str() };

@@ -326,10 +326,11 @@ impl Recorded {
         self.family.points.iter().zip(&method.scores).map(|(p, s)| p.importance * s).sum()
     }
 
-    /// Returns what is known everywhere when a method is to be estimated: all inputs but its own.
-    pub fn design_for(&self, method: &str) -> Design {
+    /// Returns what is known everywhere when methods are to be estimated: all inputs but their own.
+    pub fn design_for(&self, methods: &[&str]) -> Design {
         let mut design = Design::of(&self.family);
-        let others = self.inputs.iter().filter(|(input, _)| input.method != method);
+        let others =
+            self.inputs.iter().filter(|(input, _)| !methods.contains(&input.method.as_str()));
         others.for_each(|(input, values)| design.add_input(input, values));
         design
     }
