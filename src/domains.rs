@@ -7,7 +7,7 @@ use crate::family::FamilyError;
 use crate::report::{Look, Plain, Report, Sections};
 use crate::run::domain::Domain;
 use crate::run::entry::Entry;
-use crate::settings::source::{domain_of, file_of, read_text};
+use crate::settings::source::{domain_of, file_of, read_scenario};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::results::Results;
@@ -49,7 +49,7 @@ pub fn entry_of(scenario: &str) -> Result<Option<&'static Entry>, FamilyError> {
     }
     let file = file_of(scenario);
     // What cannot be read has no domain: whoever reads the scenario says why.
-    let named = read_text(&file).ok().and_then(|text| domain_of(&text));
+    let named = read_scenario(&file).ok().and_then(|text| domain_of(&text));
     let Some(named) = named.filter(|named| named != Traffic::NAME) else { return Ok(None) };
     let entry = OTHERS.iter().find(|entry| entry.domain.name() == named);
     entry.map(Some).ok_or_else(|| {

@@ -1,13 +1,12 @@
 //! sha256 as lower-case hexadecimal digits, of bytes and of files.
 
 use std::fmt::Write;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::files::FileError;
+use crate::files::{self, FileError};
 
 /// Bytes that are read at a time: extracts of countries do not fit into memory twice.
 const BUFFER: usize = 1 << 16;
@@ -23,7 +22,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 ///
 /// [`FileError`] when it cannot be read.
 pub fn sha256_file(path: &Path) -> Result<String, FileError> {
-    let mut file = File::open(path).map_err(FileError::at("read", path))?;
+    let mut file = files::open(path)?;
     let mut hasher = Sha256::new();
     let mut buffer = [0; BUFFER];
     loop {

@@ -84,6 +84,18 @@ fn line_at(bytes: &[u8], byte: u8) -> u64 {
     1 + lines(&bytes[..at])
 }
 
+/// Returns a text whose lines end with `\r`, as on old machines, with `\n` in its place; `None` where none does. The
+/// reader would take all that follows a comment for the comment.
+pub(super) fn with_line_feeds(text: &str) -> Option<String> {
+    let bytes = text.as_bytes();
+    let is_alone = |at: usize| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
+    if !(0..bytes.len()).any(is_alone) {
+        return None;
+    }
+    let letters = text.char_indices();
+    Some(letters.map(|(at, letter)| if is_alone(at) { '\n' } else { letter }).collect())
+}
+
 /// Returns how many lines end in a text: with `\n`, `\r\n` or, as on old machines, `\r`.
 pub(super) fn lines(text: &[u8]) -> u64 {
     let ends = |(i, byte): (usize, &u8)| match byte {

@@ -21,6 +21,7 @@
 mod dialect;
 mod encoding;
 mod fault;
+pub mod file;
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -100,6 +101,9 @@ impl<'a> Sheet<'a> {
         let mut text: Cow<'a, str> = text.into();
         if text.trim_start().starts_with(['{', '[', '<']) {
             return Err(Fault::new(1, "holds JSON or XML, not a table; give a CSV file"));
+        }
+        if let Some(ended) = encoding::with_line_feeds(&text) {
+            text = Cow::Owned(ended);
         }
         let said = dialect::said(&text);
         if let Some((_, bytes)) = said {

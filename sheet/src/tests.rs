@@ -133,6 +133,23 @@ fn lines_are_those_of_the_file() {
 }
 
 #[test]
+fn lines_are_the_same_whatever_ends_them() {
+    let text = "# by hand\n\nsep,n\n1,\"a\nb\"\n# a note, with, commas\n , \n2,x\n\n3,y,z\n";
+    let expected = "10: 3 fields, but 2 columns; write numbers with a point (40.78, not 40,78) and put texts with \
+                    commas in quotes";
+    for end in ["\n", "\r\n", "\r"] {
+        let ended = text.replace('\n', end);
+        assert_eq!(error(&ended), expected, "{end:?}");
+        assert_eq!(lines_of(&ended.replace("3,y,z", "3,y")), [4, 8, 10], "{end:?}");
+        let said = "sep=;\nid;x\na;1\n".replace('\n', end);
+        assert_eq!(lines_of(&said), [3], "{end:?}");
+        let latin: Vec<u8> = [ended.as_bytes(), b"caf\xe9,1\n"].concat();
+        assert!(rows(&latin).unwrap_err().starts_with("11: not UTF-8"), "{end:?}");
+    }
+    assert_eq!(lines_of("id,n\r# k\r1,x\r"), [3], "no comment hides the rows behind it");
+}
+
+#[test]
 fn a_comment_that_may_be_a_row_is_refused() {
     let expected = |line: u64| format!("{line}: starts with # as a comment does, but has as many");
     assert!(error("id,n\n#12,x\n13,y\n").starts_with(&expected(2)));

@@ -12,7 +12,7 @@ use crate::run::entry::Entry;
 use crate::settings::named::Named;
 use crate::settings::overrides::Override;
 use crate::settings::setting::{self, Setting};
-use crate::settings::source::{file_of, read_text, unreadable};
+use crate::settings::source::{file_of, read_scenario, read_text, unreadable};
 
 /// The scenario that the program carries.
 const EMBEDDED: &str = include_str!("../../scenarios/cartpole.toml");
@@ -43,7 +43,7 @@ pub fn load(scenario: &str, overrides: &[Override]) -> Result<CartPoleProblem, F
     let path = file_of(scenario);
     let (text, file) = match embedded {
         true => (EMBEDDED.to_owned(), format!("{NAME}.toml (embedded)")),
-        false => (read_text(&path)?, path.display().to_string()),
+        false => (read_scenario(&path)?, path.display().to_string()),
     };
     let scenario = Scenario::read(&text, &file, overrides)?;
     let Some(table) = scenario.family.points.clone() else {

@@ -50,9 +50,6 @@ pub struct BuildNetworksArgs {
 }
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
-    if let Some(jobs) = args.jobs {
-        rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global()?;
-    }
     if let Some(extract) = &args.osm.osm {
         let to = (args.out.as_deref(), args.force);
         return osm::run(&args.osm, extract, to, args.scenario.settings(), args.quiet);

@@ -12,10 +12,11 @@ use super::effects::Use;
 use super::output::{Progress, line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
-use super::values::{at_least_one, parse_seed};
+use super::values::{from_one_to, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::run::model::SavedModel;
+use crate::store::extent;
 use crate::store::record::Row;
 use crate::traffic::content;
 use crate::traffic::contest::{Arena, Standing};
@@ -65,7 +66,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE", group = "place")]
     pub sumocfg: Option<PathBuf>,
     /// Evaluation episodes of each
-    #[arg(long, value_name = "K", default_value = "5", value_parser = at_least_one)]
+    #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<{ extent::MOST_EVALUATION_SEEDS }>)]
     pub eval_seeds: NonZeroU32,
     /// Seed from which those of the episodes are derived, as in `run`
     #[arg(long, default_value_t = 0, value_parser = parse_seed)]

@@ -55,6 +55,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             RunError::Trial(e) => trial(e),
             RunError::Prepare(e) => code(e.as_ref()),
             RunError::Sample(_)
+            | RunError::Extent(_)
             | RunError::Plan(_)
             | RunError::Method { .. }
             | RunError::NoTask { .. }
@@ -132,7 +133,10 @@ fn city(error: &CityError) -> u8 {
         CityError::Family(e) => family(e),
         CityError::Network(e) => network(e),
         CityError::Io(e) => file(e),
-        CityError::Input(OsmError::Unreadable { reason, .. }) => system(reason),
+        CityError::Input(OsmError::Unreadable { reason, .. }) => match reason.kind() {
+            ErrorKind::FileTooLarge => USAGE,
+            _ => system(reason),
+        },
         _ => USAGE,
     }
 }
@@ -175,7 +179,11 @@ fn store(error: &StoreError) -> u8 {
 }
 
 fn file(error: &FileError) -> u8 {
-    system(&error.reason)
+    match error.reason.kind() {
+        // Of one that is written, the machine allows no more.
+        ErrorKind::FileTooLarge if error.action == "read" => USAGE,
+        _ => system(&error.reason),
+    }
 }
 
 /// A file that is not there or may not be used is the user's to mend; a full disk is not usage.

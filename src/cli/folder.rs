@@ -43,6 +43,14 @@ pub(super) const CITY: Kind = Kind {
 pub(super) const DRAWINGS: Kind =
     Kind { what: "folder of drawings", own: |name| name.ends_with(".svg"), all: true };
 
+/// What `report` writes.
+pub(super) const REPORT: Kind =
+    Kind { what: "folder that report wrote", own: |name| name == "scores.csv", all: false };
+
+/// What `estimate` writes.
+pub(super) const ESTIMATE: Kind =
+    Kind { what: "folder that estimate wrote", own: |name| name == "errors.csv", all: false };
+
 /// What `sensitivity` writes.
 pub(super) const SENSITIVITY: Kind = Kind {
     what: "folder that sensitivity wrote",

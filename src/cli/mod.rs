@@ -14,6 +14,7 @@ mod list;
 mod monitor;
 mod osm;
 mod output;
+mod plain;
 mod plan;
 mod point;
 mod recorded;
@@ -27,9 +28,15 @@ mod shell;
 mod signals;
 mod study;
 mod subject;
+mod target;
+mod threads;
 mod until;
 mod values;
 mod worker;
+
+use std::num::NonZeroUsize;
+
+use plain::plain;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -100,6 +107,13 @@ pub fn complete() {
 ///
 /// Whatever made the command impossible; [`exit::code`] tells its exit code.
 pub fn run(cli: Cli) -> anyhow::Result<u8> {
+    let fewer = match &cli.command {
+        // They compute nothing at once.
+        Command::Worker(_) | Command::Doctor(_) | Command::Completions(_) | Command::Man => None,
+        Command::BuildNetworks(args) => threads::set_up(args.jobs.map(NonZeroUsize::get))?,
+        _ => threads::set_up(None)?,
+    };
+    fewer.into_iter().for_each(output::note);
     match cli.command {
         Command::List(args) => list::run(&args),
         Command::BuildNetworks(args) => build_networks::run(&args),
@@ -118,6 +132,27 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Man => shell::man(&Cli::command()),
     }
     .or_else(|error| if is_broken_pipe(&error) { Ok(exit::DONE) } else { Err(error) })
+}
+
+/// Reads the command line, or says what is wrong with it and ends the process.
+pub fn parse() -> Cli {
+    Cli::try_parse().unwrap_or_else(|e| {
+        let is_plain = std::env::args_os().all(|arg| {
+            let arg = arg.to_string_lossy();
+            plain(&arg) == arg
+        });
+        if is_plain {
+            e.exit();
+        }
+        // What was given is quoted.
+        output::note(e.render());
+        std::process::exit(e.exit_code())
+    })
+}
+
+/// Says why a command could not do its work.
+pub fn complain(error: &anyhow::Error) {
+    output::note(format_args!("error: {error:#}"));
 }
 
 /// Whether the reader of our standard output went away, as `head` does; no reason to complain.

@@ -141,6 +141,9 @@ impl<'d> Monitor<'d> {
                 self.latest = Some(task);
                 self.forecast.episode(task, work.episodes, now_s);
             }
+            Event::Fewer { workers, asked, reason } => {
+                self.say(&format!("{workers} of {asked} workers can run at a time: {reason}"));
+            }
             Event::Retry { task, reason } => {
                 let Some(work) = self.work.get_mut(&task) else { return };
                 work.episodes = 0;

@@ -6,6 +6,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use super::plain::plain;
+use super::threads::can_start;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Time between two plain progress lines.
@@ -17,13 +19,13 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 ///
 /// The operating system's, a closed pipe among them.
 pub(super) fn line(text: impl std::fmt::Display) -> std::io::Result<()> {
-    writeln!(std::io::stdout(), "{text}")
+    writeln!(std::io::stdout(), "{}", plain(&text.to_string()))
 }
 
 /// Writes one line to standard error, above a progress bar.
 pub(super) fn note(text: impl std::fmt::Display) {
     // Nothing can be done about a closed standard error.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", plain(&text.to_string()));
 }
 
 /// Progress on standard error: a bar on a terminal, a plain line now and then elsewhere.
@@ -55,7 +57,7 @@ impl Progress {
         let style = ProgressStyle::with_template(&template).expect("the template is valid");
         bar.set_style(style.progress_chars("=> "));
         bar.set_prefix(what.unwrap_or_default());
-        if terminal && !quiet {
+        if terminal && !quiet && can_start() {
             bar.enable_steady_tick(Duration::from_millis(500));
         }
         let plain = !quiet && !terminal;
@@ -72,7 +74,7 @@ impl Progress {
     /// Says how many units are done.
     pub(super) fn set(&mut self, done: u64, message: &str) {
         self.bar.set_position(done);
-        self.bar.set_message(message.to_owned());
+        self.bar.set_message(plain(message).replace('\n', " "));
         if self.plain && self.last_line.elapsed() >= PLAIN_INTERVAL {
             self.last_line = Instant::now();
             note(self.plain_line(done, message));
@@ -103,7 +105,7 @@ impl Progress {
         if self.plain {
             note(text);
         } else {
-            self.bar.println(text);
+            self.bar.println(plain(text));
         }
     }
 

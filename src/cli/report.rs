@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use super::folder::REPORT;
 use super::json::method_line;
 use super::output::{line, note};
+use super::target::Target;
 use crate::cli::exit;
 use crate::domains;
 use crate::report::{self, Report, text};
@@ -19,7 +21,8 @@ as SVG.
 
 Examples:
   tsc-family report results/slc
-  tsc-family report results/slc --against fixed-time")]
+  tsc-family report results/slc --against fixed-time
+  tsc-family report /media/cdrom/slc --out slc-report")]
 pub struct ReportArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
@@ -31,6 +34,9 @@ pub struct ReportArgs {
     /// signals a mean waiting above 20 s
     #[arg(long, value_name = "LIMIT")]
     pub failure: Option<Limit>,
+    /// Folder to write to, with --against to against-METHOD in it [default: DIR/report]
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
     /// Print JSON lines instead of the table: one per method
     #[arg(long)]
     pub json: bool,
@@ -38,6 +44,8 @@ pub struct ReportArgs {
 
 pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
+    let target = Target::new(layout.root(), layout.report(), args.out.as_ref());
+    target.check(&REPORT)?;
     let results = Results::load(&layout)?;
     let data = match &args.against {
         Some(method) => Report::against(&results, method, domains::sections(&layout, &results)?)?,
@@ -47,13 +55,13 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
         Some(limit) => data.failing(limit.clone())?,
         None => data,
     };
-    print(&layout, &data, args.json, true)?;
+    print(&target, &data, args.json, true)?;
     Ok(exit::DONE)
 }
 
 /// Writes a report and prints its table, or with `json` its methods; `notes` go to standard error.
-pub(super) fn print(layout: &Layout, data: &Report, json: bool, notes: bool) -> anyhow::Result<()> {
-    let paths = report::write(layout, data)?;
+pub(super) fn print(target: &Target, data: &Report, json: bool, notes: bool) -> anyhow::Result<()> {
+    let paths = report::write_to(&target.root, &target.folder, data)?;
     if json {
         for row in data.json_rows() {
             line(method_line(row))?;

@@ -5,7 +5,6 @@ mod looks;
 
 pub(super) use arguments::RunArgs;
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,6 +12,7 @@ use std::thread::available_parallelism;
 
 use anyhow::Context;
 use serde_json::json;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::estimate::{Effort, estimate};
 use super::folder::RESULTS;
@@ -22,11 +22,12 @@ use super::output::{Counted, line, note};
 use super::recorded::read;
 use super::report::print;
 use super::subject::Subject;
+use super::target::Target;
 use crate::analysis::check_name;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
-use crate::files::FileError;
+use crate::files::{self, limits};
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::executor::Executor;
@@ -105,7 +106,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
 fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>> {
     let family = subject.problem().family();
     if let Some(path) = &args.plan {
-        let text = fs::read_to_string(path).map_err(FileError::at("read", path))?;
+        let text = files::read_text(path, limits::DOCUMENT)?;
         let named = |e: PlanError| Refused(format!("{}: {e}", path.display()));
         let plan = PlanFile::parse(&text).map_err(named)?;
         plan.check(family).map_err(named)?;
@@ -167,8 +168,10 @@ fn work(
 ) -> anyhow::Result<u8> {
     let program = std::env::current_exe().context("cannot find this program")?;
     let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
+    // A flag needs no thread, which a limit may refuse.
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, Arc::clone(&interrupted))?;
+    }
     let executor = session.local(program, jobs);
     let mut done: Option<usize> = None;
     while let Some(results) = looks::next((session, request.problem), done, args)? {
@@ -230,7 +233,8 @@ fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
         if args.quiet {
             report::write(layout, data)?;
         } else {
-            print(layout, data, args.json, !args.json)?;
+            let target = Target::new(layout.root(), layout.report(), None);
+            print(&target, data, args.json, !args.json)?;
         }
     }
     let failed = results.failed().count();

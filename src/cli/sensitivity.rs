@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use super::folder::SENSITIVITY;
 use super::output::{Counted, line, note, quoted};
 use super::study::{budgets, kinds};
-use super::values::{at_least_one, parse_seed};
+use super::target::Target;
+use super::values::{MOST_REPEATS, from_one_to, parse_seed};
 use crate::analysis::Analysis;
 use crate::analysis::sensitivity::{Question, Sensitivity};
 use crate::cli::exit;
@@ -69,7 +70,7 @@ pub struct SensitivityArgs {
     #[arg(long, value_name = "N,...", value_delimiter = ',', requires = "cases")]
     pub budgets: Vec<NonZeroUsize>,
     /// Samples per case, budget and estimator
-    #[arg(long, value_name = "R", default_value = "100", value_parser = at_least_one, requires = "cases")]
+    #[arg(long, value_name = "R", default_value = "100", value_parser = from_one_to::<MOST_REPEATS>, requires = "cases")]
     pub repeats: NonZeroU32,
     /// Estimators for the cases
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, requires = "cases",
@@ -100,10 +101,9 @@ fn parse_odds(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
-    if let Some(out) = &args.out {
-        SENSITIVITY.check(out, "--out", None)?;
-    }
     let layout = Layout::new(&args.results);
+    let target = Target::new(layout.root(), folder(&layout), args.out.as_ref());
+    target.check(&SENSITIVITY)?;
     let results = Results::load(&layout)?;
     let report = domains::report(&layout, &results)?;
     let identity = &results.manifest.identity;
@@ -137,8 +137,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
     };
     let command = command(args);
     let shown = SensitivityReport { data: &data, report: &report, cases: &cases, command };
-    let out = args.out.clone().unwrap_or_else(|| folder(&layout));
-    let page = shown.write(&out)?;
+    let page = shown.write(&target.folder)?;
     if args.json {
         shown.json().into_iter().try_for_each(line)?;
     } else {

@@ -5,7 +5,6 @@ mod look;
 mod text;
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use self::look::look;
@@ -17,7 +16,7 @@ use super::point::unknown_point;
 use super::scenario::ScenarioArg;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::files::FileError;
+use crate::files::{make_folder, write_atomically};
 use crate::traffic::env::warnings;
 use crate::traffic::environment::generated_world;
 use crate::traffic::settings::SignalSettings;
@@ -89,11 +88,11 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
         }
     }
     if let Some(folder) = &args.svg {
-        fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
+        make_folder(folder)?;
         for number in 0..look.signals.len() {
             let path = folder.join(file_name(number, &look.scene.signals[number].id));
             let drawing = drawing::svg(&look, number);
-            fs::write(&path, drawing).map_err(FileError::at("write", &path))?;
+            write_atomically(&path, drawing.as_bytes())?;
         }
         note(format!("drawings: {} in {}", look.signals.len(), folder.display()));
     }

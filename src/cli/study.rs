@@ -7,10 +7,12 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use serde_json::json;
 
+use super::folder::ESTIMATE;
 use super::output::{Counted, line, note};
 use super::recorded::read;
+use super::target::Target;
 use super::until::UntilArgs;
-use super::values::{at_least_one, parse_seed};
+use super::values::{MOST_REPEATS, from_one_to, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::report::study::{StudyReport, write};
@@ -59,7 +61,7 @@ pub struct EstimateArgs {
     #[command(flatten)]
     pub until: UntilArgs,
     /// Samples per budget and estimator
-    #[arg(long, value_name = "R", default_value = "500", value_parser = at_least_one)]
+    #[arg(long, value_name = "R", default_value = "500", value_parser = from_one_to::<MOST_REPEATS>)]
     pub repeats: NonZeroU32,
     /// Estimators
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, default_values_t = Kind::ALL)]
@@ -79,6 +81,8 @@ pub struct EstimateArgs {
 }
 
 pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
+    let target = Target::new(&args.dir, args.dir.join("estimate"), args.out.as_ref());
+    target.check(&ESTIMATE)?;
     let (mut recorded, analysis) = read(&args.dir)?;
     let kinds = kinds(&args.estimators);
     if let Some(dir) = &args.assist {
@@ -132,8 +136,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         stopping: until.as_ref().zip(stopped.as_deref()),
         analysis: &analysis,
     };
-    let out = args.out.clone().unwrap_or_else(|| args.dir.join("estimate"));
-    let page = write(&out, &report)?;
+    let page = write(&target.folder, &report)?;
     if args.json {
         for cell in &cells {
             line(json_line(cell))?;

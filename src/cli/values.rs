@@ -62,6 +62,12 @@ impl ValueEnum for Detail {
     }
 }
 
+/// Most workers or threads of a machine.
+const MOST_WORKERS: usize = 1024;
+
+/// Most samples per budget and estimator: the error of what comes of them is far below what anybody reads.
+pub(super) const MOST_REPEATS: u32 = 100_000;
+
 /// Number of point MDPs: `None` is `all`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget(pub Option<usize>);
@@ -79,8 +85,15 @@ pub(super) fn at_least_one(text: &str) -> Result<NonZeroU32, String> {
     text.parse().map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
 }
 
+/// Reads a number from 1 to `MOST`.
+pub(super) fn from_one_to<const MOST: u32>(text: &str) -> Result<NonZeroU32, String> {
+    let number = text.parse().ok().filter(|number: &NonZeroU32| number.get() <= MOST);
+    number.ok_or_else(|| format!("expected a whole number from 1 to {MOST}"))
+}
+
 pub(super) fn at_least_one_worker(text: &str) -> Result<NonZeroUsize, String> {
-    text.parse().map_err(|_| "expected a whole number, 1 or more".to_owned())
+    let number = text.parse().ok().filter(|number: &NonZeroUsize| number.get() <= MOST_WORKERS);
+    number.ok_or_else(|| format!("expected a whole number from 1 to {MOST_WORKERS}"))
 }
 
 /// Reads a seed.

@@ -67,11 +67,17 @@ fn say(what: &WorkerLine) {
 
 /// Ends this process when standard input closes: its parent is gone.
 fn end_with_parent() {
-    std::thread::spawn(|| {
+    let watch = || {
         let mut buffer = [0; 64];
         while matches!(std::io::stdin().read(&mut buffer), Ok(n) if n > 0) {}
         // Not `exit`, which would run SUMO's destructors while the main thread simulates.
         let _ =
             rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
-    });
+    };
+    if std::thread::Builder::new().spawn(watch).is_err() {
+        // A limit allows no thread more; then the system ends this process, where it can.
+        #[cfg(target_os = "linux")]
+        let _ =
+            rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
+    }
 }

@@ -30,6 +30,9 @@ pub struct Kind<'a> {
 /// Columns that are no features, besides counts.
 const OTHERS: [&str; 2] = ["point", "importance"];
 
+/// Largest importance or feature: what is computed of a million of them is finite.
+const LARGEST: f64 = 1e12;
+
 /// Reads a table of point MDPs.
 ///
 /// # Errors
@@ -101,8 +104,11 @@ fn point(
     kind: &Kind<'_>,
 ) -> Result<PointMdp, String> {
     let number = |name: &str| match columns.number(row, name)? {
-        number if number >= 0.0 => Ok(number),
-        number => Err(format!("{name} = {number}: expected a number that is not negative")),
+        number if (0.0..=LARGEST).contains(&number) => Ok(number),
+        number if number < 0.0 => {
+            Err(format!("{name} = {number}: expected a number that is not negative"))
+        }
+        number => Err(format!("{name} = {number:e}: expected a number from 0 to {LARGEST}")),
     };
     let title = match columns.get("point") {
         Some(i) => title("point", row.text(i))?,

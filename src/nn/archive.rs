@@ -9,14 +9,12 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use safetensors::tensor::{Dtype, SafeTensors, View, serialize};
 use serde_json::Value;
 
-use crate::files::FileError;
-use crate::files::write_atomically;
+use crate::files::{self, FileError, limits, write_atomically};
 use crate::hash::sha256;
 
 /// Key of the card in the file's metadata.
@@ -235,7 +233,7 @@ impl Archive {
     ///
     /// [`ArchiveError::Foreign`] when it is truncated, altered or not one of ours.
     pub fn read(path: &Path) -> Result<Self, ArchiveError> {
-        let bytes = fs::read(path).map_err(FileError::at("read", path))?;
+        let bytes = files::read(path, limits::ARCHIVE)?;
         Self::from_bytes(&bytes)
             .map_err(|reason| ArchiveError::Foreign { path: path.into(), reason })
     }
@@ -286,6 +284,8 @@ fn without_checksum(card: &str) -> Option<(&str, String)> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn archive() -> Archive {

@@ -52,4 +52,4 @@ pub use plain::Plain;
 pub use sections::{About, Look, Metric, Part, Sections, Slot, Spot, Stakes, Table, Written};
 pub use whole::Report;
 pub use words::Words;
-pub use write::write;
+pub use write::{write, write_to};

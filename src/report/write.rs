@@ -1,12 +1,12 @@
 //! Writes the files of a report, each of them either complete or as it was before.
 
-use std::fs;
+use std::path::Path;
 
 use super::error::ReportError;
 use super::paths::ReportPaths;
 use super::whole::Report;
 use super::{compared, context, csv, curves, figures, html, profiles, ranks};
-use crate::files::{FileError, write_atomically};
+use crate::files::{make_folder_beneath, write_atomically};
 use crate::store::Layout;
 
 /// Writes a report: to `DIR/report/`, or, where scores are relative to another method than the baseline, to
@@ -16,11 +16,25 @@ use crate::store::Layout;
 ///
 /// [`ReportError::Io`] when the folder cannot be written or the disk is full.
 pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError> {
+    write_to(layout.root(), &layout.report(), data)
+}
+
+/// Writes a report to a folder, or, where scores are relative to another method than the baseline, to
+/// `against-METHOD/` in it.
+///
+/// # Arguments
+///
+/// * `root` — the folder itself or one above it, beneath which nothing is written through links.
+///
+/// # Errors
+///
+/// As [`write`].
+pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths, ReportError> {
     let folder = match data.reference.is_baseline {
-        true => layout.report(),
-        false => layout.report().join(format!("against-{}", data.reference.name)),
+        true => folder.to_path_buf(),
+        false => folder.join(format!("against-{}", data.reference.name)),
     };
-    fs::create_dir_all(&folder).map_err(FileError::at("create", &folder))?;
+    make_folder_beneath(root, &folder)?;
     let general = [
         figures::overall(data),
         ranks::ranks(data),
@@ -67,6 +81,8 @@ pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError>
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -127,7 +127,8 @@ impl Keeper {
         state.put(KIND, CHECKPOINT);
         let stamp = self.stamp.clone();
         state.put(TASK, Kept { stamp, rows: rows.to_vec(), wall_s, simulator_s });
-        replace(&self.path(), &self.layout.tmp(), &state.to_bytes())?;
+        let root = self.layout.root();
+        replace(root, &self.path(), &self.layout.tmp(), &state.to_bytes())?;
         self.last = Instant::now();
         Ok(())
     }

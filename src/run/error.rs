@@ -22,6 +22,9 @@ pub enum RunError {
     /// The plan is for something else.
     #[error("the plan: {0}")]
     Plan(#[from] PlanError),
+    /// More tasks or episodes than are taken.
+    #[error("{0}")]
+    Extent(String),
     /// The results directory cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),

@@ -111,7 +111,7 @@ pub(super) fn write(
 ) -> Result<(), FileError> {
     let own = std::mem::replace(&mut model.card, card);
     model.put(LEARNER, own);
-    replace(&layout.model(task.task), &layout.tmp(), &model.to_bytes())
+    replace(layout.root(), &layout.model(task.task), &layout.tmp(), &model.to_bytes())
 }
 
 /// A model as it lies on disk.

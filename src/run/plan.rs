@@ -12,7 +12,7 @@ use crate::sample::plan_file::PlanFile;
 use crate::sample::{Design, Growth, SampleError, SamplePlan, Sampling, Until, choose_over};
 use crate::seed;
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
-use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference};
+use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference, extent};
 
 /// What a run is asked to do.
 #[derive(Clone, Copy)]
@@ -130,6 +130,10 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
         }
     };
     let repeats = |m: &&&Method| request.replicates > 1 && m.training != Training::None;
+    let of_method = |m: &&Method| if repeats(&m) { u64::from(request.replicates) } else { 1 };
+    let per_point = methods.iter().map(of_method).sum();
+    extent::check(sample.draws.len(), per_point, request.evaluation_seeds as usize)
+        .map_err(RunError::Extent)?;
     let names = |m: &&Method| m.name.to_owned();
     let replicated = methods.iter().filter(repeats).map(names).collect();
     Ok(Draft { sample, methods: methods.iter().map(names).collect(), replicated, design })

@@ -12,7 +12,7 @@ use super::domain::{Domain, Problem};
 use super::error::RunError;
 use super::executor::{Event, Executor, Inline, Local};
 use super::plan::{Draft, Request, complete, establish};
-use crate::files::FileError;
+use crate::files::{FileError, beneath};
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
 use crate::store::lock::{Holder, RunLock};
@@ -55,7 +55,7 @@ pub fn open<'a>(
     let started = provenance.started.clone();
     let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
     let layout = Layout::new(out);
-    fs::create_dir_all(out).map_err(FileError::at("create", out))?;
+    layout.make()?;
     let version = env!("CARGO_PKG_VERSION").to_owned();
     let lock = RunLock::take(&layout, &Holder { pid: std::process::id(), version, started })?;
     let manifest = establish(&layout, manifest, &tasks, draft.design.as_ref())?;
@@ -75,6 +75,7 @@ impl Session<'_> {
     pub fn forget_failed(&self) -> Result<(), RunError> {
         for record in Results::load_all(&self.layout)?.failed() {
             let path = self.layout.record(record.summary.task);
+            beneath(self.layout.root(), &path)?;
             fs::remove_file(&path).map_err(FileError::at("remove", &path))?;
         }
         Ok(())

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Design, SamplePlan, Sampling};
 use crate::family::MdpFamily;
+use crate::files::numbers;
 
 /// Version of the file; a change of its form raises it.
 const VERSION: u32 = 1;
@@ -96,6 +97,7 @@ impl PlanFile {
             }
             None => return Err(PlanError::Malformed("it has no `tsc_family_plan`".to_owned())),
         }
+        numbers::check(&value).map_err(PlanError::Altered)?;
         serde_json::from_value(value).map_err(malformed)
     }
 
@@ -126,6 +128,9 @@ impl PlanFile {
         for draw in &self.sample.draws {
             if family.position(&draw.point).is_none() {
                 return other(format!("this one has no point MDP {}", draw.point));
+            }
+            if u64::from(draw.count) > size as u64 {
+                return altered(format!("{} was drawn {} times", draw.point, draw.count));
             }
             let usable = |x: f64| x.is_finite() && x > 0.0;
             if !usable(draw.weight) || draw.inclusion.is_some_and(|pi| !usable(pi) || pi > 1.0) {

@@ -6,7 +6,7 @@ use toml::Table;
 
 use crate::family::columns::at;
 use crate::family::error::FamilyError;
-use crate::files::FileError;
+use crate::files::{self, limits};
 
 /// Returns the file of a scenario: of a folder, the `scenario.toml` in it.
 pub fn file_of(scenario: &str) -> PathBuf {
@@ -14,13 +14,26 @@ pub fn file_of(scenario: &str) -> PathBuf {
     if path.is_dir() { path.join("scenario.toml") } else { path.to_path_buf() }
 }
 
-/// Returns the text of a file, whatever its encoding.
+/// Returns the text of a table, whatever its encoding.
 ///
 /// # Errors
 ///
 /// [`FamilyError`] when it cannot be read.
 pub fn read_text(path: &Path) -> Result<String, FamilyError> {
-    let bytes = std::fs::read(path).map_err(FileError::at("read", path))?;
+    read(path, limits::TABLE)
+}
+
+/// Returns the text of the file of a scenario, whatever its encoding.
+///
+/// # Errors
+///
+/// [`FamilyError`] when it cannot be read.
+pub fn read_scenario(path: &Path) -> Result<String, FamilyError> {
+    read(path, limits::SCENARIO)
+}
+
+fn read(path: &Path, most: u64) -> Result<String, FamilyError> {
+    let bytes = files::read(path, most)?;
     let text = sheet::decode(&bytes).map_err(|fault| at(&path.display().to_string(), fault))?;
     Ok(text.into_owned())
 }

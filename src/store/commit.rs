@@ -6,8 +6,7 @@ use std::path::Path;
 
 use super::Layout;
 use super::record::{Outcome, Record};
-use crate::files::FileError;
-use crate::files::readable;
+use crate::files::{FileError, beneath, make_folder_beneath, readable};
 
 impl Record {
     /// Writes the record so that it is either absent or complete, and never replaced: into `tmp/`,
@@ -33,7 +32,7 @@ impl Record {
         let folder = path.parent().expect("a record lies in a folder");
         let tmp = layout.tmp();
         for d in [folder, &tmp] {
-            fs::create_dir_all(d).map_err(FileError::at("create", d))?;
+            make_folder_beneath(layout.root(), d)?;
         }
         // A name that no other process has, on any host that shares the disk; the file is removed
         // when it is dropped, and is by then a second name of the record or of no use.
@@ -66,6 +65,7 @@ impl Record {
 /// [`FileError`] when it is there and cannot be removed.
 pub fn remove_checkpoint(layout: &Layout, task: usize) -> Result<(), FileError> {
     let path = layout.checkpoint(task);
+    beneath(layout.root(), &path)?;
     match fs::remove_file(&path) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
             Err(FileError::at("remove", &path)(e))

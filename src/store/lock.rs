@@ -1,6 +1,6 @@
 //! Keeps two runs from working on one directory.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
@@ -8,7 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use super::Layout;
 use crate::files::FileError;
+use crate::files::beneath::open_beneath;
 use crate::store::error::StoreError;
+
+/// Most bytes that are read of it.
+const HOLDER_BYTES: u64 = 4096;
 
 /// Who holds the lock, for people.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,13 +39,7 @@ impl RunLock {
     /// [`StoreError::Locked`] when another process has it.
     pub fn take(layout: &Layout, holder: &Holder) -> Result<Self, StoreError> {
         let path = layout.lock();
-        let mut file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&path)
-            .map_err(FileError::at("create", &path))?;
+        let mut file = open_beneath(layout.root(), &path, false)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
@@ -57,7 +55,12 @@ impl RunLock {
 
 fn describe(file: &mut File) -> String {
     let mut text = String::new();
-    match file.read_to_string(&mut text).ok().and_then(|_| serde_json::from_str(&text).ok()) {
+    match file
+        .take(HOLDER_BYTES)
+        .read_to_string(&mut text)
+        .ok()
+        .and_then(|_| serde_json::from_str(&text).ok())
+    {
         Some(Holder { pid, started, .. }) => format!("process {pid}, started {started}"),
         None => "unknown process".to_owned(),
     }

@@ -1,19 +1,21 @@
 //! The manifest and the plan: what a run is, written before anything runs.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Layout, SCHEMA_VERSION};
-use crate::files::FileError;
+use super::{Layout, SCHEMA_VERSION, extent};
+use crate::files::{self, FileError, limits};
 use crate::hash::sha256;
 use crate::sample::{Draw, Look, SamplePlan};
 use crate::seed;
 use crate::stats::Direction;
 use crate::store::error::StoreError;
+
+/// Most bytes of a line of a plan.
+const LINE_BYTES: u64 = 1 << 20;
 
 /// One task of a plan: a method on a point MDP, once.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -187,13 +189,8 @@ impl Manifest {
     /// [`StoreError::Malformed`] for anything else.
     pub fn read(layout: &Layout) -> Result<Self, StoreError> {
         let path = layout.manifest();
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                return Err(StoreError::NotResults(layout.root().to_path_buf()));
-            }
-            Err(e) => return Err(FileError::at("read", &path)(e).into()),
-        };
+        let text = files::if_present(files::read_text(&path, limits::DOCUMENT))?;
+        let text = text.ok_or_else(|| StoreError::NotResults(layout.root().to_path_buf()))?;
         let malformed = |reason: String| StoreError::Malformed { path: path.clone(), reason };
         let value: serde_json::Value =
             serde_json::from_str(&text).map_err(|e| malformed(e.to_string()))?;
@@ -205,6 +202,7 @@ impl Manifest {
                 expected: SCHEMA_VERSION,
             });
         }
+        files::numbers::check(&value).map_err(malformed)?;
         let manifest: Self = serde_json::from_value(value).map_err(|e| malformed(e.to_string()))?;
         manifest.identity.check().map_err(malformed)?;
         Ok(manifest)
@@ -215,6 +213,13 @@ impl Identity {
     /// Checks what no run writes otherwise: a manifest that was edited would bring reports to write what it does not
     /// say, or where they must not.
     fn check(&self) -> Result<(), String> {
+        extent::check_replicates(self.replicates)?;
+        let per_point = self.methods.iter().map(|m| u64::from(self.replicates_of(m))).sum();
+        extent::check(self.points.len(), per_point, self.evaluation_seeds.len())?;
+        let looks = self.sample.growth.iter().flat_map(|growth| &growth.looks);
+        for draws in looks.map(|look| &look.draws).chain([&self.sample.draws]) {
+            extent::check_draws(draws.iter().map(|d| d.count), self.sample.family_size)?;
+        }
         for point in &self.points {
             let (own, all) = (point.features.len(), self.features.len());
             if own != all {
@@ -222,6 +227,12 @@ impl Identity {
                     "point {} has {own} features of {all}; restore it",
                     point.point
                 ));
+            }
+        }
+        let names = self.points.iter().flat_map(|point| [&point.point, &point.title]);
+        for name in names.chain([&self.scenario]) {
+            if name.chars().any(char::is_control) {
+                return Err(format!("{name:?} has control characters; restore it"));
             }
         }
         let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
@@ -303,17 +314,26 @@ pub fn read_plan(layout: &Layout, identity: &Identity) -> Result<Vec<Task>, Stor
 }
 
 fn read_rows(path: &Path) -> Result<Vec<Task>, StoreError> {
-    let file = fs::File::open(path).map_err(FileError::at("read", path))?;
+    let file = files::open(path)?;
     let malformed = |line: usize, e: String| StoreError::Malformed {
         path: path.to_path_buf(),
         reason: format!("line {line}: {e}"),
     };
     let mut tasks = Vec::new();
-    for (i, line) in BufReader::new(file).lines().enumerate() {
-        let line = line.map_err(FileError::at("read", path))?;
-        let task: Task =
-            serde_json::from_str(&line).map_err(|e| malformed(i + 1, e.to_string()))?;
-        tasks.push(task);
+    let mut file = BufReader::new(file);
+    let mut line = Vec::new();
+    for number in 1.. {
+        line.clear();
+        let read = (&mut file).take(LINE_BYTES).read_until(b'\n', &mut line);
+        let read = read.map_err(FileError::at("read", path))?;
+        if read as u64 == LINE_BYTES {
+            return Err(malformed(number, format!("it has more than {LINE_BYTES} bytes")));
+        }
+        if read == 0 {
+            break;
+        }
+        let task = serde_json::from_slice(&line);
+        tasks.push(task.map_err(|e| malformed(number, e.to_string()))?);
     }
     Ok(tasks)
 }

@@ -18,6 +18,8 @@
 mod commit;
 pub mod difference;
 pub mod error;
+pub mod extent;
+mod links;
 pub mod lock;
 pub mod manifest;
 pub mod metrics;

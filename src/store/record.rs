@@ -4,7 +4,7 @@
 //! episode. Wall-clock values stand apart: the checksum and every comparison leave them out.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::io::ErrorKind;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -13,7 +13,7 @@ use super::manifest::Task;
 pub use super::metrics::Metrics;
 use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
-use crate::files::FileError;
+use crate::files::{self, limits};
 use crate::hash::hex;
 use crate::store::error::StoreError;
 
@@ -180,13 +180,13 @@ impl Record {
     /// [`StoreError::Record`] when it is truncated, altered, or of another task or manifest.
     pub fn read(layout: &Layout, task: &Task, manifest: &str) -> Result<Option<Self>, StoreError> {
         let path = layout.record(task.task);
-        let text = match fs::read_to_string(&path) {
+        let text = match files::read_text(&path, limits::RECORD) {
             Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) if e.kind() == std::io::ErrorKind::InvalidData => {
+            Err(e) if e.reason.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(e) if e.reason.kind() == ErrorKind::InvalidData => {
                 return Err(StoreError::Record { path, reason: "not UTF-8 text".into() });
             }
-            Err(e) => return Err(FileError::at("read", &path)(e).into()),
+            Err(e) => return Err(e.into()),
         };
         let fail = |reason: String| StoreError::Record { path: path.clone(), reason };
         let record = Self::parse(&text).map_err(&fail)?;
@@ -218,6 +218,9 @@ impl Record {
             return Err(format!("truncated: {} of {} rows", rows.len(), summary.rows));
         }
         let record = Self { summary, rows };
+        for metrics in record.rows.iter().map(|row| &row.metrics).chain([&record.summary.metrics]) {
+            files::numbers::check_all(metrics)?;
+        }
         if record.checksum() != record.summary.checksum {
             return Err("altered: the checksum does not match".into());
         }
@@ -265,6 +268,8 @@ pub fn mean_metrics(rows: &[Row]) -> Metrics {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn task() -> Task {

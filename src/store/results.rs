@@ -1,7 +1,6 @@
 //! Reads a results directory: whatever is there, exactly once per task, and what is missing.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::PathBuf;
 
 use rayon::prelude::*;
@@ -9,7 +8,7 @@ use rayon::prelude::*;
 use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
 use super::record::{OTHER_MANIFEST, Outcome, Record};
-use crate::files::FileError;
+use crate::files::{self, limits};
 use crate::hash::sha256;
 use crate::sample::{Design, Look};
 use crate::store::error::StoreError;
@@ -131,7 +130,7 @@ fn read_design(layout: &Layout, manifest: &Manifest) -> Result<Option<Design>, S
         return Ok(None);
     }
     let path = layout.design();
-    let bytes = fs::read(&path).map_err(FileError::at("read", &path))?;
+    let bytes = files::read(&path, limits::DOCUMENT)?;
     let malformed = |reason: String| StoreError::Malformed { path: path.clone(), reason };
     if sha256(&bytes) != *expected {
         let reason = "it is not what the sample of manifest.json was spread over; restore both, or start anew with \

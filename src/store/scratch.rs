@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use super::Layout;
-use crate::files::FileError;
+use crate::files::{self, FileError, beneath, make_folder_beneath};
 
 /// Name of the file that is locked.
 const LOCK: &str = ".lock";
@@ -29,7 +29,7 @@ impl Scratch {
     /// [`FileError`] when the results directory cannot be written.
     pub fn new(layout: &Layout, task: usize) -> Result<Self, FileError> {
         let tmp = layout.tmp();
-        fs::create_dir_all(&tmp).map_err(FileError::at("create", &tmp))?;
+        make_folder_beneath(layout.root(), &tmp)?;
         let folder = tempfile::Builder::new()
             .prefix(&format!("{task}."))
             .tempdir_in(&tmp)
@@ -53,6 +53,7 @@ impl Scratch {
 /// [`FileError`] when something cannot be removed.
 pub fn tidy_up(layout: &Layout) -> Result<(), FileError> {
     let tmp = layout.tmp();
+    beneath(layout.root(), &tmp)?;
     let Ok(entries) = fs::read_dir(&tmp) else { return Ok(()) };
     for entry in entries {
         let path = entry.map_err(FileError::at("read", &tmp))?.path();
@@ -75,7 +76,7 @@ pub fn tidy_up(layout: &Layout) -> Result<(), FileError> {
 /// Whether a process works in a folder, or has just made it and is about to lock it.
 fn is_in_use(folder: &Path) -> bool {
     let lock: PathBuf = folder.join(LOCK);
-    match File::open(&lock) {
+    match files::open(&lock) {
         Ok(file) => matches!(file.try_lock(), Err(TryLockError::WouldBlock)),
         Err(_) => !is_abandoned(folder),
     }

@@ -1,12 +1,11 @@
 //! Where a family's intersections are, all of them, and the streets around them: what maps and tables
 //! of a report show beside the records. It decides no record.
 
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::FileError;
+use crate::files::{self, limits};
 use crate::store::error::StoreError;
 use crate::store::manifest::PointRow;
 
@@ -79,15 +78,25 @@ impl Places {
     ///
     /// [`StoreError`] when it cannot be read or is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, StoreError> {
-        let text = match fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(FileError::at("read", path)(e).into()),
-        };
-        let places: Self = serde_json::from_str(&text).map_err(|e| StoreError::Malformed {
+        let text = files::if_present(files::read_text(path, limits::DOCUMENT))?;
+        let Some(text) = text else { return Ok(None) };
+        let malformed = |reason: String| StoreError::Malformed {
             path: path.to_path_buf(),
-            reason: format!("{e}; delete it, and the next `tsc-family run` writes it again"),
-        })?;
+            reason: format!("{reason}; delete it, and the next `tsc-family run` writes it again"),
+        };
+        let places: Self = serde_json::from_str(&text).map_err(|e| malformed(e.to_string()))?;
+        let on_earth =
+            |p: &MappedIntersection| p.latitude.abs() <= 90.0 && p.longitude.abs() <= 180.0;
+        if let Some(place) = places.intersections.iter().find(|place| !on_earth(place)) {
+            return Err(malformed(format!("intersection {} lies nowhere on earth", place.id)));
+        }
+        let all = places.streets.iter().flat_map(|streets| &streets.lines).flatten();
+        if all
+            .clone()
+            .any(|[longitude, latitude]| !(longitude.abs() <= 180.0 && latitude.abs() <= 90.0))
+        {
+            return Err(malformed("a street lies nowhere on earth".to_owned()));
+        }
         Ok(Some(places))
     }
 
@@ -107,6 +116,8 @@ impl Places {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -8,7 +8,6 @@ use super::format::{Format, HEAD_BYTES, agreed};
 use super::{Progress, read_gz, read_pbf, read_xml};
 use crate::OsmError;
 use crate::extract::Extract;
-use crate::file::regular;
 
 /// Reads what is needed of an extract: `.osm.pbf`, `.osm` or `.osm.gz`.
 ///
@@ -28,13 +27,17 @@ pub fn read(path: &Path, progress: Progress<'_>) -> Result<Extract, OsmError> {
         .map_err(OsmError::unreadable(path))?;
     match agreed(path, &head)? {
         Format::Pbf => read_pbf(path, &mut file, progress),
-        Format::Xml => read_xml(path, size, || File::open(path), progress),
-        Format::Gzip => read_gz(path, size, || File::open(path), progress),
+        Format::Xml => read_xml(path, size, || again(path), progress),
+        Format::Gzip => read_gz(path, size, || again(path), progress),
     }
+}
+
+/// Opens a file once more.
+fn again(path: &Path) -> std::io::Result<File> {
+    sheet::file::open(path).map(|(file, _)| file)
 }
 
 /// Opens a file that can be read twice and returns its size.
 fn open(path: &Path) -> Result<(File, u64), OsmError> {
-    let about = regular(path)?;
-    Ok((File::open(path).map_err(OsmError::unreadable(path))?, about.len()))
+    sheet::file::open(path).map_err(OsmError::unreadable(path))
 }

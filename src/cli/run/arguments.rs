@@ -5,8 +5,11 @@ use std::path::PathBuf;
 
 use crate::cli::scenario::ScenarioArg;
 use crate::cli::until::UntilArgs;
-use crate::cli::values::{Budget, at_least_one, at_least_one_worker, parse_budget, parse_seed};
+use crate::cli::values::{
+    Budget, at_least_one, at_least_one_worker, from_one_to, parse_budget, parse_seed,
+};
 use crate::sample::Sampling;
+use crate::store::extent::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 
 /// `tsc-family run`.
 #[derive(Debug, clap::Args)]
@@ -62,10 +65,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     pub episodes: Option<NonZeroU32>,
     /// Independent trainings on every point MDP, for methods that tune or learn
-    #[arg(long, value_name = "R", default_value = "1", value_parser = at_least_one)]
+    #[arg(long, value_name = "R", default_value = "1", value_parser = from_one_to::<MOST_REPLICATES>)]
     pub replicates: NonZeroU32,
     /// Evaluation episodes per task, the same for all methods
-    #[arg(long, value_name = "K", default_value = "5", value_parser = at_least_one)]
+    #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<MOST_EVALUATION_SEEDS>)]
     pub eval_seeds: NonZeroU32,
     /// Worker processes at the same time [default: one per processor]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]

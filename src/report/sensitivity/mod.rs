@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::ReportError;
-use crate::files::{FileError, write_atomically};
+use crate::files::{FileError, make_folder, write_atomically};
 use crate::store::Layout;
 
 /// Returns the folder that a sensitivity is written to, where no other is asked for.
@@ -44,7 +44,7 @@ impl SensitivityReport<'_> {
     ///
     /// [`ReportError::Io`] when the folder cannot be written or the disk is full.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, ReportError> {
-        fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
+        make_folder(folder)?;
         let figure = figure::draw(self);
         let page = page::page(self, &figure)?;
         for (name, text) in csv::tables(self) {

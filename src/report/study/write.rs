@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::whole::StudyReport;
 use super::{csv, figure, page, stopping};
-use crate::files::{FileError, write_atomically};
+use crate::files::{make_folder, write_atomically};
 use crate::report::error::ReportError;
 
 /// Writes `index.html`, `errors.csv` and `budget.svg`, and where runs that stop early were tried `stopping.csv`, into a folder; returns the page.
@@ -13,7 +13,7 @@ use crate::report::error::ReportError;
 ///
 /// [`ReportError`] when a file cannot be written.
 pub fn write(folder: &Path, report: &StudyReport<'_>) -> Result<PathBuf, ReportError> {
-    std::fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
+    make_folder(folder)?;
     let figure = figure::by_budget(report);
     write_atomically(&folder.join("budget.svg"), figure.svg.as_bytes())?;
     write_atomically(&folder.join("errors.csv"), csv::errors(report).as_bytes())?;

@@ -5,19 +5,22 @@
 //! where simulators give their reasons, goes to a log that is quoted when the worker fails. A failed task
 //! is tried once more, unless its input is at fault, then recorded as failed; the run goes on.
 
+use std::cell::RefCell;
 use std::ffi::OsStr;
-use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::io::{BufRead, BufReader, ErrorKind};
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::crew::{Crew, Member, Queue, with_way_out};
+use super::log::reason;
 use super::{Event, Executor};
-use crate::files::FileError;
+use crate::files::beneath::open_beneath;
+use crate::files::{FileError, make_folder_beneath};
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
 use crate::store::Layout;
@@ -26,9 +29,6 @@ use crate::store::record::{Record, Wall};
 
 /// Attempts at a task before it is recorded as failed.
 const ATTEMPTS: u32 = 2;
-
-/// Lines of a worker's log that a failure quotes.
-const QUOTED_LINES: usize = 6;
 
 /// How often a waiting thread looks whether it has been interrupted.
 const POLL: Duration = Duration::from_millis(5);
@@ -55,57 +55,108 @@ impl Executor for Local {
         interrupted: &AtomicBool,
         on_event: &mut dyn FnMut(Event),
     ) -> Result<(), RunError> {
-        let next = AtomicUsize::new(0);
+        let queue = Queue::new(tasks.len());
         let stop = AtomicBool::new(false);
+        let halt = || interrupted.load(Ordering::Relaxed) || stop.load(Ordering::Relaxed);
+        // A second round is for a task that was given back when all others had left.
+        while !queue.is_empty() && !halt() {
+            self.round(tasks, &queue, &halt, &stop, on_event)?;
+        }
+        Ok(())
+    }
+}
+
+impl Local {
+    /// Hires as many as the machine lets work at a time, and does tasks until none is left.
+    fn round(
+        &self,
+        tasks: &[Task],
+        queue: &Queue,
+        halt: &(dyn Fn() -> bool + Sync),
+        stop: &AtomicBool,
+        on_event: &mut dyn FnMut(Event),
+    ) -> Result<(), RunError> {
+        let crew = Crew::default();
         let (sender, receiver): (Sender<Event>, Receiver<Event>) = channel();
         thread::scope(|scope| {
-            let threads: Vec<_> = (0..self.jobs.min(tasks.len()))
-                .map(|_| {
-                    let sender = sender.clone();
-                    let (next, stop) = (&next, &stop);
-                    scope.spawn(move || -> Result<(), RunError> {
-                        loop {
-                            let halt = || {
-                                interrupted.load(Ordering::Relaxed) || stop.load(Ordering::Relaxed)
-                            };
-                            let index = next.fetch_add(1, Ordering::Relaxed);
-                            if index >= tasks.len() || halt() {
-                                return Ok(());
-                            }
-                            if let Err(e) = self.task(&tasks[index], &halt, &sender) {
-                                stop.store(true, Ordering::Relaxed);
-                                return Err(e);
-                            }
-                        }
-                    })
-                })
-                .collect();
+            let mut threads = Vec::new();
+            let asked = self.jobs.min(tasks.len());
+            let (mut no_more, mut dismissed) = (None, 0);
+            while threads.len() < asked && no_more.is_none() {
+                let (hired, is_hired) = channel();
+                let (member, sender) = (Member::new(&crew, hired), sender.clone());
+                let work = move || {
+                    let done = self.member(tasks, queue, &member, halt, &sender);
+                    if done.is_err() {
+                        stop.store(true, Ordering::Relaxed);
+                    }
+                    done
+                };
+                match thread::Builder::new().spawn_scoped(scope, work) {
+                    Ok(thread) => threads.push(thread),
+                    Err(e) => no_more = Some(e),
+                }
+                match is_hired.recv() {
+                    Ok(Ok(())) => {}
+                    Ok(Err(e)) => (no_more, dismissed) = (Some(e), 1),
+                    // Nothing was left to do, or the run stops.
+                    Err(_) => break,
+                }
+            }
             drop(sender);
+            if threads.is_empty() {
+                let reason = no_more.unwrap_or_else(|| ErrorKind::WouldBlock.into());
+                return Err(FileError::at("start", &self.program)(with_way_out(reason)).into());
+            }
+            if let Some(reason) = no_more {
+                let workers = threads.len() - dismissed;
+                on_event(Event::Fewer { workers, asked, reason: with_way_out(reason).to_string() });
+            }
             for event in receiver {
                 on_event(event);
             }
             threads.into_iter().try_for_each(|t| t.join().expect("a thread here does not panic"))
         })
     }
-}
 
-impl Local {
-    fn task(
+    /// Does one task after the other.
+    fn member(
         &self,
-        task: &Task,
+        tasks: &[Task],
+        queue: &Queue,
+        member: &Member<'_>,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
     ) -> Result<(), RunError> {
+        while let Some(position) = queue.take().filter(|_| !halt()) {
+            if !self.task(&tasks[position], member, halt, sender)? {
+                queue.give_back(position);
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Does a task; returns whether a worker could be started for it.
+    fn task(
+        &self,
+        task: &Task,
+        member: &Member<'_>,
+        halt: &dyn Fn() -> bool,
+        sender: &Sender<Event>,
+    ) -> Result<bool, RunError> {
         let start = Instant::now();
         for attempt in 1..=ATTEMPTS {
-            let (status, failure) = self.attempt(task, attempt, halt, sender)?;
+            let Some((status, failure)) = self.attempt(task, attempt, member, halt, sender)? else {
+                return Ok(false);
+            };
             if let Some(record) = Record::read(&self.layout, task, &self.manifest)? {
                 send(sender, Event::Finished(Box::new(record)));
-                return Ok(());
+                return Ok(true);
             }
             // A worker that ends just when the run stops was ended by it.
             if halt() {
-                return Ok(());
+                return Ok(true);
             }
             let fault = failure.as_ref().map(|f| f.fault);
             if let (Some(failure), Some(Fault::Machine | Fault::Simulator)) = (&failure, fault) {
@@ -126,22 +177,25 @@ impl Local {
             send(sender, Event::Finished(Box::new(record)));
             break;
         }
-        Ok(())
+        Ok(true)
     }
 
+    /// Has a worker try a task; `None` where none was started.
     fn attempt(
         &self,
         task: &Task,
         attempt: u32,
+        member: &Member<'_>,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
-    ) -> Result<(ExitStatus, Option<Failure>), RunError> {
+    ) -> Result<Option<(ExitStatus, Option<Failure>)>, RunError> {
         let log = self.layout.log(task.task);
         let folder = log.parent().expect("a log lies in a folder");
-        fs::create_dir_all(folder).map_err(FileError::at("create", folder))?;
-        let stderr = File::create(&log).map_err(FileError::at("create", &log))?;
+        make_folder_beneath(self.layout.root(), folder)?;
+        let stderr = open_beneath(self.layout.root(), &log, true)?;
         let prepared = Some(&self.prepared).filter(|folder| !folder.as_os_str().is_empty());
-        let mut child = Command::new(&self.program)
+        let mut command = Command::new(&self.program);
+        command
             .arg("worker")
             .arg(self.layout.root())
             .args(["--task", &task.task.to_string()])
@@ -153,31 +207,42 @@ impl Local {
             .stdout(Stdio::piped())
             .stderr(stderr)
             // A group of its own: Ctrl-C goes to this process only, which then ends its workers.
-            .process_group(0)
-            .spawn()
-            .map_err(FileError::at("start", &self.program))?;
-        let stdout = child.stdout.take().expect("the standard output is piped");
-        let reader = thread::spawn({
+            .process_group(0);
+        let command = RefCell::new(command);
+        let start = || {
+            let mut child = command.borrow_mut().spawn()?;
+            let stdout = child.stdout.take().expect("the standard output is piped");
             let (sender, task) = (sender.clone(), task.task);
-            move || {
-                let mut failure = None;
-                for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-                    match serde_json::from_str(&line) {
-                        Ok(WorkerLine::Progress(progress)) => {
-                            send(&sender, Event::Progress { task, progress });
-                        }
-                        Ok(WorkerLine::Failed(last)) => failure = Some(last),
-                        // A simulator may write there too.
-                        Ok(WorkerLine::Done) | Err(_) => {}
-                    }
+            match thread::Builder::new().spawn(move || listen(stdout, task, &sender)) {
+                Ok(reader) => Ok((child, reader)),
+                Err(e) => {
+                    // It may have ended by itself meanwhile.
+                    let _ = child.kill();
+                    child.wait()?;
+                    Err(e)
                 }
-                failure
             }
-        });
+        };
+        let started = member.start(halt, &start).map_err(FileError::at("start", &self.program))?;
+        let Some(((mut child, reader), _at_work)) = started else { return Ok(None) };
         let status = wait(&mut child, halt).map_err(FileError::at("wait for", &self.program))?;
         let failure = reader.join().expect("a thread here does not panic");
-        Ok((status, failure))
+        Ok(Some((status, failure)))
     }
+}
+
+/// Passes on what a worker says while it works, and returns what it says of its failure.
+fn listen(stdout: ChildStdout, task: usize, sender: &Sender<Event>) -> Option<Failure> {
+    let mut failure = None;
+    for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+        match serde_json::from_str(&line) {
+            Ok(WorkerLine::Progress(progress)) => send(sender, Event::Progress { task, progress }),
+            Ok(WorkerLine::Failed(last)) => failure = Some(last),
+            // A simulator may write there too.
+            Ok(WorkerLine::Done) | Err(_) => {}
+        }
+    }
+    failure
 }
 
 /// Waits for a worker, and ends it when the run is to stop.
@@ -200,24 +265,10 @@ fn send(sender: &Sender<Event>, event: Event) {
     let _ = sender.send(event);
 }
 
-fn reason(status: &ExitStatus, log: &Path) -> String {
-    let how = match (status.code(), status.signal()) {
-        (Some(code), _) => format!("the worker ended with exit code {code}"),
-        (None, Some(signal)) => format!("the worker was killed by signal {signal}"),
-        (None, None) => "the worker ended".to_owned(),
-    };
-    let quoted = last_lines(log, QUOTED_LINES);
-    if quoted.is_empty() { how } else { format!("{how}: {quoted}") }
-}
-
-fn last_lines(log: &Path, count: usize) -> String {
-    let text = fs::read(log).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
-    let lines: Vec<&str> = text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
-    lines[lines.len().saturating_sub(count)..].join(" | ")
-}
-
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::run::progress::Progress;
     use crate::store::record::Outcome;

@@ -5,8 +5,10 @@
 //! [`serve`](super::worker::serve) and its [lines](super::progress::WorkerLine): `tsc-family` for the methods that it
 //! has, a program of one's own for others.
 
+mod crew;
 pub mod inline;
 pub mod local;
+mod log;
 
 use std::sync::atomic::AtomicBool;
 
@@ -27,6 +29,15 @@ pub enum Event {
         task: usize,
         /// How far it is.
         progress: Progress,
+    },
+    /// The machine lets fewer workers run at a time than were asked for.
+    Fewer {
+        /// How many run.
+        workers: usize,
+        /// How many were asked for.
+        asked: usize,
+        /// Why, and the way out.
+        reason: String,
     },
     /// An attempt failed and the task is tried again.
     Retry {

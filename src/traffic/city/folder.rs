@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::CityError;
+use crate::files::{self, limits};
 use crate::hash::sha256_file;
 use crate::traffic::settings::Preset;
 
@@ -37,7 +38,7 @@ pub fn of_preset(name: &str, preset: Preset) -> String {
 
 /// Refuses to overwrite tables in a folder that were not derived, or that were edited since.
 pub(super) fn check(out: &Path) -> Result<(), CityError> {
-    let quality = std::fs::read(out.join(QUALITY_FILE)).unwrap_or_default();
+    let quality = files::read(&out.join(QUALITY_FILE), limits::DOCUMENT).unwrap_or_default();
     let quality: serde_json::Value = serde_json::from_slice(&quality).unwrap_or_default();
     for name in [APPROACHES_FILE, SCENARIO_FILE] {
         let path = out.join(name);

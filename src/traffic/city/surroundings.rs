@@ -2,8 +2,6 @@
 //! the names of the streets of every intersection, in `intersections.geojson`.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use geojson::{
@@ -13,8 +11,7 @@ use osm_signals::tags::Highway;
 
 use super::drawing::Drawing;
 use super::error::CityError;
-use crate::files::FileError;
-use crate::files::write_atomically;
+use crate::files::{self, limits, write_atomically};
 
 /// Name of the file of streets.
 pub const STREETS_FILE: &str = "streets.geojson";
@@ -126,11 +123,8 @@ pub fn read_names(folder: &Path) -> Result<BTreeMap<String, Named>, CityError> {
 }
 
 fn features(path: &Path) -> Result<Vec<Feature>, CityError> {
-    let text = match fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(e) => return Err(FileError::at("read", path)(e).into()),
-    };
+    let text = files::if_present(files::read_text(path, limits::DOCUMENT))?;
+    let Some(text) = text else { return Ok(Vec::new()) };
     let collection = text.parse::<GeoJson>().and_then(FeatureCollection::try_from);
     match collection {
         Ok(collection) => Ok(collection.features),
@@ -140,6 +134,8 @@ fn features(path: &Path) -> Result<Vec<Feature>, CityError> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::super::drawing::DrawnStreet;
     use super::*;
 

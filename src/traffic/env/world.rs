@@ -13,6 +13,9 @@ use crate::traffic::sim::sumocfg::SumoConfig;
 /// How far the steps of a second may be from a whole number.
 const STEPS_TOLERANCE: f64 = 1e-6;
 
+/// Most steps per second: SUMO counts milliseconds.
+const MOST_STEPS: f64 = 1000.0;
+
 /// Writes the vehicles of an episode, given its seed, into a route file.
 pub type RouteWriter = Box<dyn Fn(u64, &Path) -> Result<(), FileError>>;
 
@@ -74,7 +77,8 @@ impl World {
             return Err(fail("the end is not after the begin"));
         }
         let steps = 1.0 / settings.step_length_s;
-        if !(steps >= 1.0 - STEPS_TOLERANCE && (steps - steps.round()).abs() < STEPS_TOLERANCE) {
+        let divides = (steps - steps.round()).abs() < STEPS_TOLERANCE;
+        if !((1.0 - STEPS_TOLERANCE..=MOST_STEPS).contains(&steps) && divides) {
             return Err(fail(&format!(
                 "a step-length of {} s does not divide a second, at which signals are decided; give \
                  one such as 1, 0.5 or 0.1",

@@ -14,7 +14,7 @@ use crate::family::names::{check_id, safe_id};
 use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::settings::default_name::name_of;
 use crate::settings::overrides::{Override, overlay};
-use crate::settings::source::{file_of, read_text, unreadable};
+use crate::settings::source::{file_of, read_scenario, read_text, unreadable};
 use crate::settings::wording;
 use crate::suggest::did_you_mean;
 use crate::traffic::settings::check::check;
@@ -90,7 +90,7 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
         });
     }
     let path = file_of(name);
-    let text = read_text(&path)?;
+    let text = read_scenario(&path)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let table = |table: &str| read_text(&folder.join(table));
     from_text(&text, &path.display().to_string(), overrides, &table)

@@ -11,7 +11,6 @@
 //!   type, because SUMO 1.27 changed the defaults: delays differ by a quarter.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 
 use osm_signals::Turn;
@@ -21,10 +20,11 @@ use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
 
 use super::error::NetworkError;
+use super::extent::check_extent;
 use super::intersection::IntersectionSpec;
 use super::movements::{ArmMovement, incoming_edge, movements};
 use super::peak::peaked_s;
-use crate::files::FileError;
+use crate::files::{self, FileError, limits};
 use crate::seed;
 use crate::traffic::settings::{DemandSettings, TurnShares};
 use crate::units::SECONDS_PER_HOUR;
@@ -129,8 +129,7 @@ impl DemandSpec {
             }
         };
         let inflows = spec.arms.iter().map(|a| a.inflow_vph).enumerate();
-        let incoming = inflows.filter(|(i, _)| spec.arms[*i].lanes_in > 0);
-        let streams = incoming.map(stream).collect();
+        let streams = inflows.filter(|(i, _)| spec.arms[*i].lanes_in > 0).map(stream).collect();
         let DemandSettings { horizon_s, peak_hour_factor, .. } = *settings;
         Ok(Self { horizon_s, peak_hour_factor, streams })
     }
@@ -141,8 +140,9 @@ impl DemandSpec {
     ///
     /// [`FileError`] if it cannot be read or is not a demand.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let text = fs::read_to_string(path).map_err(FileError::at("read", path))?;
-        serde_json::from_str(&text).map_err(|e| FileError::at("parse", path)(e.into()))
+        let demand: Self = files::read_json(path, limits::NETWORK)?;
+        check_extent(path, demand.horizon_s, demand.streams.iter().map(|s| s.inflow_vph))?;
+        Ok(demand)
     }
 
     /// Returns the text of a `.demand.json`, which reads back as the same demand.
@@ -168,7 +168,7 @@ impl DemandSpec {
     /// [`FileError`] if the file cannot be written.
     pub fn write_routes(&self, seed: u64, path: &Path) -> Result<u32, FileError> {
         let vehicles = self.vehicles(seed);
-        fs::write(path, self.routes_xml(&vehicles)).map_err(FileError::at("write", path))?;
+        std::fs::write(path, self.routes_xml(&vehicles)).map_err(FileError::at("write", path))?;
         Ok(vehicles.len() as u32)
     }
 

@@ -4,14 +4,11 @@
 //! differs from its row is an error, never silently built again or used.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::files::FileError;
-use crate::files::write_atomically;
+use crate::files::{self, FileError, limits, write_atomically};
 use crate::hash::sha256;
 use crate::traffic::network::error::NetworkError;
 
@@ -97,11 +94,8 @@ impl Index {
     /// As [`Self::load`].
     pub fn load_if_present(folder: &Path) -> Result<Option<Self>, NetworkError> {
         let path = folder.join(INDEX_FILE);
-        let bytes = match fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(FileError::at("read", &path)(e).into()),
-        };
+        let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
+        let Some(bytes) = bytes else { return Ok(None) };
         let wrong = |reason: String| NetworkError::Index { path: path.clone(), reason };
         let mut rows = BTreeMap::new();
         for row in csv::Reader::from_reader(bytes.as_slice()).deserialize() {
@@ -153,12 +147,9 @@ impl Index {
         let mut hashes = BTreeMap::new();
         for (ending, expected) in FILE_ENDINGS.into_iter().zip(row.hashes()) {
             let path = file(&self.folder, point, ending);
-            let bytes = match fs::read(&path) {
-                Ok(bytes) => bytes,
-                Err(e) if e.kind() == io::ErrorKind::NotFound => {
-                    return Err(NetworkError::Altered { path, what: "was deleted" });
-                }
-                Err(e) => return Err(FileError::at("read", &path)(e).into()),
+            let bytes = files::if_present(files::read(&path, limits::NETWORK))?;
+            let Some(bytes) = bytes else {
+                return Err(NetworkError::Altered { path, what: "was deleted" });
             };
             if sha256(&bytes) != expected {
                 return Err(NetworkError::Altered { path, what: "was altered" });
@@ -198,6 +189,8 @@ pub fn file_name(point: &str, ending: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     /// A folder with the files of one point MDP, each holding its own ending.

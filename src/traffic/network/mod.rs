@@ -8,6 +8,7 @@
 pub mod build;
 pub mod demand;
 pub mod error;
+mod extent;
 pub mod index;
 pub mod intersection;
 pub mod lanes;

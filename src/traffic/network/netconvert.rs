@@ -12,8 +12,11 @@
 
 use std::env;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread;
+use std::time::Duration;
 
 use osm_signals::Turn;
 
@@ -40,6 +43,10 @@ const CORNERS_M: [f64; 5] = [4.0, 6.0, 8.0, 12.0, 16.0];
 
 /// Lines of netconvert's standard error that an error quotes.
 const QUOTED_LINES: usize = 3;
+
+/// Attempts to start netconvert where a limit on processes refuses it, and the time between two.
+const ATTEMPTS: u32 = 50;
+const AGAIN: Duration = Duration::from_millis(100);
 
 /// A netconvert that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -179,22 +186,38 @@ impl Netconvert {
     ) -> Result<String, NetworkError> {
         let fail =
             |message: String| NetworkError::Netconvert { point: spec.point.clone(), message };
-        let result = Command::new(&self.path)
+        let mut command = Command::new(&self.path);
+        command
             .current_dir(folder)
             .args(OPTIONS)
             .args(["--lefthand", if spec.side.is_right() { "false" } else { "true" }])
             .args(["-n", "p.nod.xml", "-e", "p.edg.xml", "-x", "p.con.xml", "-o", output])
             .args(["--tls.cycle.time", &whole(settings.default_cycle_s)])
             .args(["--tls.left-green.time", &whole(settings.default_left_green_s)])
-            .args(extra)
-            .output()
-            .map_err(|e| fail(e.to_string()))?;
+            .args(extra);
+        // One that does not start says nothing of the network.
+        let result = patiently(|| command.output()).map_err(FileError::at("start", &self.path))?;
         if !result.status.success() {
             return Err(fail(last_lines(&String::from_utf8_lossy(&result.stderr))));
         }
         let path = folder.join(output);
         Ok(fs::read_to_string(&path).map_err(FileError::at("read", &path))?)
     }
+}
+
+/// Starts a program, again for a while where a limit on processes refuses it: others may end.
+fn patiently<T>(mut start: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    for _ in 0..ATTEMPTS {
+        match start() {
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => thread::sleep(AGAIN),
+            result => return result,
+        }
+    }
+    start().map_err(|e| {
+        let way_out = "a limit on processes is reached; raise it (ulimit -u, the pids of the container or of the batch \
+                       system), or give fewer --jobs";
+        io::Error::new(e.kind(), format!("{e}: {way_out}"))
+    })
 }
 
 /// Returns the version that a netconvert prints.

@@ -8,7 +8,7 @@ use super::index::file;
 use super::intersection::IntersectionSpec;
 use super::net_file::NetFile;
 use super::plain::DEFAULT_PROGRAM;
-use crate::files::FileError;
+use crate::files::{self, FileError, limits};
 
 /// Returns the point MDPs with one green, by id, with the reason in words.
 ///
@@ -23,7 +23,7 @@ pub fn one_green(
         .par_iter()
         .map(|spec| {
             let path = file(folder, &spec.point, "net.xml");
-            let text = std::fs::read_to_string(&path).map_err(FileError::at("read", &path))?;
+            let text = files::read_text(&path, limits::NETWORK)?;
             // What a build has checked can be parsed.
             let one = NetFile::parse(&text).is_ok_and(|net| net.has_one_green(DEFAULT_PROGRAM));
             Ok(one.then(|| (spec.point.clone(), "a single green".to_owned())))

@@ -9,6 +9,12 @@ use crate::settings::{OutOfRange, all_within, default_name, shortest, within};
 /// How far shares that were rounded may be from 1 in total.
 const SHARES_SUM: f64 = 0.01;
 
+/// Largest share of a turn, which is divided by the sum of all.
+const LARGEST_SHARE: f64 = 1e6;
+
+/// Smallest sum that is divided by.
+const SMALLEST_SHARES: f64 = 1e-6;
+
 /// Checks the settings of a scenario.
 ///
 /// # Errors
@@ -47,9 +53,14 @@ pub fn check(scenario: &Scenario, file: &str) -> Result<(), FamilyError> {
         return fail("demand.peak_hour_factor", d.peak_hour_factor.to_string(), &expected);
     }
     let shares = [d.turn_shares.left, d.turn_shares.through, d.turn_shares.right];
-    if shares.iter().any(|s| !s.is_finite() || *s < 0.0) || shares.iter().sum::<f64>() <= 0.0 {
+    let in_range = shares.iter().all(|s| (0.0..=LARGEST_SHARE).contains(s));
+    if !in_range || shares.iter().sum::<f64>() < SMALLEST_SHARES {
         let value = format!("{shares:?}");
-        return fail("demand.turn_shares", value, "expected shares that are not negative");
+        let expected = format!(
+            "expected numbers from 0 to {LARGEST_SHARE}, {SMALLEST_SHARES} or more together; what counts is how they \
+             compare"
+        );
+        return fail("demand.turn_shares", value, &expected);
     }
     if let Some(shares) = f.inflows.map(InflowSources::to_array) {
         let sum: f64 = shares.iter().sum();
@@ -127,5 +138,16 @@ mod tests {
     fn negative_turn_shares_are_refused() {
         let toml = "demand.turn_shares = { left = -1.0, through = 1.0, right = 1.0 }";
         assert!(check(&scenario(toml), "t.toml").is_err());
+    }
+
+    #[test]
+    fn turn_shares_that_overflow_or_vanish_are_refused_with_their_range() {
+        for (left, right) in [("1e308", "1e308"), ("nan", "1"), ("inf", "1"), ("1e-309", "0")] {
+            let toml =
+                format!("demand.turn_shares = {{ left = {left}, through = 0.0, right = {right} }}");
+            let toml = toml.replace("= 1 }", "= 1.0 }").replace("= 0 }", "= 0.0 }");
+            let e = check(&scenario(&toml), "t.toml").unwrap_err().to_string();
+            assert!(e.contains("expected numbers from 0 to 1000000, 0.000001 or more"), "{e}");
+        }
     }
 }

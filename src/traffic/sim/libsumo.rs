@@ -11,6 +11,7 @@
 //!   `Process Error` here; whoever runs a worker keeps its standard error.
 
 mod api;
+mod unpacked;
 
 use std::collections::HashMap;
 use std::ffi::{CStr, CString};

@@ -8,10 +8,11 @@
 //!
 //! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use flate2::read::MultiGzDecoder;
 use quick_xml::events::{BytesStart, Event};
@@ -19,10 +20,16 @@ use quick_xml::{Reader, XmlVersion};
 
 use super::SimError;
 use super::sumocfg::SumoConfig;
-use crate::files::FileError;
+use crate::files::{self, FileError};
 
 /// First bytes of a compressed file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// Most bytes that are read of a file once it is unpacked.
+const UNPACKED: u64 = 1 << 34;
+
+/// Most bytes of an element or of the text between two.
+const ROOM: usize = 1 << 26;
 
 /// Stands for every byte that is not ASCII; no XML may have it.
 const OTHER: u8 = 0x1a;
@@ -62,28 +69,36 @@ pub fn sources(config: &SumoConfig) -> Result<Vec<(String, PathBuf)>, SimError> 
     Ok(all)
 }
 
-/// Returns a file that may be compressed, opened.
+/// Returns a file that may be compressed, opened; more than 16 GiB are not read of it.
 ///
 /// # Errors
 ///
-/// The system's.
-pub fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
+/// [`FileError`] when it cannot be read or is no regular file.
+pub fn open(path: &Path) -> Result<Box<dyn BufRead>, FileError> {
     let mut start = Vec::new();
-    File::open(path)?.take(GZIP.len() as u64).read_to_end(&mut start)?;
-    let file = File::open(path)?;
+    let mut file = files::open(path)?;
+    (&mut file)
+        .take(GZIP.len() as u64)
+        .read_to_end(&mut start)
+        .and_then(|_| file.rewind())
+        .map_err(FileError::at("read", path))?;
     Ok(if start == GZIP {
-        Box::new(BufReader::new(MultiGzDecoder::new(file)))
+        Box::new(BufReader::new(MultiGzDecoder::new(file).take(UNPACKED)))
     } else {
-        Box::new(BufReader::new(file))
+        Box::new(BufReader::new(file.take(UNPACKED)))
     })
 }
 
-/// Bytes with [`OTHER`] in place of what is not ASCII.
-struct Ascii(Box<dyn BufRead>);
+/// Bytes with [`OTHER`] in place of what is not ASCII, so many at most until the room is renewed.
+struct Ascii(Box<dyn BufRead>, Rc<Cell<usize>>);
 
 impl Read for Ascii {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.0.read(buffer)?;
+        let Some(room) = self.1.get().checked_sub(count) else {
+            return Err(io::Error::other("one element or text of more than 64 MiB; shorten it"));
+        };
+        self.1.set(room);
         if buffer[..count].contains(&0) {
             return Err(io::Error::other("it has null bytes; save it as UTF-8"));
         }
@@ -95,13 +110,12 @@ impl Read for Ascii {
 /// Returns the files that a file names.
 fn scan(path: &Path) -> Result<Vec<String>, SimError> {
     let fail = |reason: String| SimError::Config { path: path.to_path_buf(), reason };
-    match path.metadata() {
-        Ok(about) if about.is_file() => {}
-        Ok(_) => return Err(fail("it is no regular file; give one whose bytes stay".into())),
-        Err(_) => return Err(fail("the scenario names it, but it cannot be read; add it".into())),
+    if path.metadata().is_err() {
+        return Err(fail("the scenario names it, but it cannot be read; add it".into()));
     }
-    let opened = || open(path).map_err(FileError::at("read", path));
-    let mut reader = Reader::from_reader(BufReader::new(Ascii(opened()?)));
+    let opened = || open(path);
+    let room = Rc::new(Cell::new(ROOM));
+    let mut reader = Reader::from_reader(BufReader::new(Ascii(opened()?, Rc::clone(&room))));
     let (mut named, mut buffer) = (Vec::new(), Vec::new());
     loop {
         let result = match reader.read_event_into(&mut buffer) {
@@ -120,6 +134,7 @@ fn scan(path: &Path) -> Result<Vec<String>, SimError> {
             return Err(fail(format!("line {line}: {reason}")));
         }
         buffer.clear();
+        room.set(ROOM);
     }
 }
 
@@ -128,7 +143,11 @@ fn line(mut file: Box<dyn BufRead>, position: u64) -> usize {
     let mut buffer = Vec::new();
     // What cannot be read any more has no lines to count.
     let _ = file.by_ref().take(position).read_to_end(&mut buffer);
-    1 + buffer.iter().filter(|byte| **byte == b'\n').count()
+    let ends = |at: &usize| match buffer[*at] {
+        b'\r' => buffer.get(at + 1) != Some(&b'\n'),
+        byte => byte == b'\n',
+    };
+    1 + (0..buffer.len()).filter(ends).count()
 }
 
 fn encoding(name: &str) -> Result<(), String> {
@@ -279,7 +298,7 @@ mod tests {
                 "<a><include href='b.xml'/></a>",
                 "b.xml: the scenario names it, but it cannot be read",
             ),
-            ("<a><include href='sub'/></a>", "sub: it is no regular file"),
+            ("<a><include href='sub'/></a>", "sub: it is a folder; give a regular file"),
             ("<a><vType emissionClass='PHEMlight/PC'/></a>", "reads tables"),
             (
                 "<a><param key='device.ssm.file' value='s.xml'/></a>",

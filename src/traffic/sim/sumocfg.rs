@@ -9,7 +9,6 @@
 //!
 //! Source: SUMO 1.15, `OptionsLoader` and `string2time`, and what its `sumo` accepts.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use quick_xml::events::Event;
@@ -17,10 +16,13 @@ use quick_xml::{Reader, XmlVersion};
 
 use super::error::SimError;
 use super::options::{Kind, kind, long};
-use crate::files::FileError;
+use crate::files::{self, limits};
 
 /// Step length of a configuration that has none, seconds.
 const DEFAULT_STEP_LENGTH_S: f64 = 1.0;
+
+/// Latest time, seconds: 31 years.
+const LATEST_S: f64 = 1e9;
 
 /// Attributes that hold an option's value.
 const VALUE: [&str; 2] = ["value", "v"];
@@ -54,7 +56,7 @@ impl SumoConfig {
         if !config.is_file() {
             return Err(SimError::NoConfig(config.to_path_buf()));
         }
-        let text = fs::read_to_string(config).map_err(FileError::at("read", config))?;
+        let text = files::read_text(config, limits::NETWORK)?;
         let folder = config.parent().unwrap_or(Path::new(""));
         Self::parse(&text, folder)
             .map_err(|reason| SimError::Config { path: config.to_path_buf(), reason })
@@ -201,10 +203,14 @@ fn seconds(text: &str) -> Result<f64, String> {
         }
         _ => f64::NAN,
     };
-    if time_s.is_finite() {
+    if time_s.abs() <= LATEST_S {
         return Ok(time_s);
     }
-    Err(format!("{text:?} is not a time; give seconds, HH:MM:SS or D:HH:MM:SS"))
+    let way_out = "give seconds, HH:MM:SS or D:HH:MM:SS";
+    Err(match time_s.is_finite() {
+        true => format!("{text:?} is more than {LATEST_S} s; {way_out}"),
+        false => format!("{text:?} is not a time; {way_out}"),
+    })
 }
 
 #[cfg(test)]

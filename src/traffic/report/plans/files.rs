@@ -8,7 +8,7 @@ use super::program_xml::additional;
 use super::table;
 use super::task_plan::TaskPlan;
 use crate::analysis::Analysis;
-use crate::files::{FileError, write_atomically};
+use crate::files::{self, FileError, limits, write_atomically};
 use crate::hash::sha256;
 use crate::report::{csv, format};
 use crate::store::manifest::PointRow;
@@ -50,9 +50,13 @@ pub(in crate::traffic::report) fn write(
 ) -> Result<Written, FileError> {
     let Seen { data, shown } = seen;
     let plans = folder.join(FOLDER);
-    if plans.exists() {
-        fs::remove_dir_all(&plans).map_err(FileError::at("remove", &plans))?;
+    match fs::symlink_metadata(&plans) {
+        // Not what it points to.
+        Ok(about) if about.is_symlink() => fs::remove_file(&plans),
+        Ok(_) => fs::remove_dir_all(&plans),
+        Err(_) => Ok(()),
     }
+    .map_err(FileError::at("remove", &plans))?;
     let mut written = Written { table: folder.join(TABLE), ..Written::default() };
     let mut rows = Vec::new();
     let mut of_points: Vec<Vec<&TaskPlan>> = vec![Vec::new(); data.points.len()];
@@ -210,17 +214,16 @@ fn own_configuration(
         .chain(above.ancestors().map(|folder| folder.join(&config)))
         .find(|path| path.is_file());
     let config = found.ok_or_else(|| format!("{} is not here", config.display()))?;
-    let reading = |e: std::io::Error| format!("{}: {e}", config.display());
     let network = config.with_extension("net.xml");
     for file in [&config, &network] {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         if let Some(planned) = point.sha256.get(&*name) {
-            let bytes = fs::read(file).map_err(reading)?;
+            let bytes = files::read(file, limits::NETWORK).map_err(|e| e.to_string())?;
             if sha256(&bytes) != *planned {
                 return Err(format!("{} was altered since the run", file.display()));
             }
         }
     }
-    let text = fs::read_to_string(&config).map_err(reading)?;
+    let text = files::read_text(&config, limits::NETWORK).map_err(|e| e.to_string())?;
     Ok((config, text))
 }

@@ -10,7 +10,7 @@
 use std::error::Error;
 use std::ffi::{CStr, CString, c_char};
 use std::fmt;
-use std::io::{self, Write};
+use std::io;
 use std::ptr;
 use std::slice;
 use std::sync::OnceLock;
@@ -23,6 +23,7 @@ use libsumo_sys::{
 };
 use osm_signals::angle::normalise_degrees;
 
+use super::unpacked::unpacked;
 use crate::traffic::sim::topology::{StreetLane, Topology, Way};
 use crate::traffic::sim::{
     Direction, Lane, Link, Program, ProgramKind, ProgramPhase, SignalInfo, SimError, StepCounts,
@@ -289,17 +290,15 @@ impl Api {
     }
 }
 
-/// Writes the embedded shim to a file, loads it and deletes the file.
+/// Loads the embedded shim.
 fn load() -> io::Result<Shim> {
-    let mut file = tempfile::Builder::new().prefix("libtscsumo-").suffix(".so").tempfile()?;
-    file.write_all(SHIM)?;
-    let path = file.into_temp_path();
-    // SAFETY: the file is the shim that the declarations were generated from; loading it runs
-    // nothing but the static constructors of SUMO and of the libraries that SUMO needs.
-    unsafe { Shim::new(&path) }.map_err(|e| {
-        // The error itself says only that loading failed; its source names the missing library.
-        let reason = e.source().map_or_else(|| e.to_string(), ToString::to_string);
-        io::Error::other(reason)
+    unpacked(SHIM, |path| {
+        // SAFETY: the file is the shim that the declarations were generated from; loading it runs
+        // nothing but the static constructors of SUMO and of the libraries that SUMO needs.
+        unsafe { Shim::new(path) }.map_err(|e| {
+            // The error itself says only that loading failed; its source names the missing library.
+            e.source().map_or_else(|| e.to_string(), ToString::to_string)
+        })
     })
 }
 

@@ -1,0 +1,61 @@
+//! What goes to a terminal is text: nothing that somebody wrote into a name moves the cursor, rings, hides or turns
+//! around what stands beside it.
+//!
+//! Names of streets, ids, titles, reasons, logs and names of files come from anybody. Whatever acts on a terminal
+//! is written as `\u001b`, which is what it is in JSON as well, so that lines of JSON stay what they are.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// Returns a text in which nothing acts on a terminal but line ends and tabs.
+pub(super) fn plain(text: &str) -> Cow<'_, str> {
+    if !text.contains(acts) {
+        return Cow::Borrowed(text);
+    }
+    let mut safe = String::with_capacity(text.len() + 16);
+    let mut units = [0; 2];
+    for letter in text.chars() {
+        if acts(letter) {
+            for unit in letter.encode_utf16(&mut units) {
+                write!(safe, "\\u{unit:04x}").expect("writing to a string cannot fail");
+            }
+        } else {
+            safe.push(letter);
+        }
+    }
+    Cow::Owned(safe)
+}
+
+/// Whether a character is more than a sign on the screen: control characters, those that order or embed what is
+/// written from right to left, line and paragraph separators, and tags, which nobody sees.
+fn acts(letter: char) -> bool {
+    match letter {
+        '\n' | '\t' => false,
+        '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
+        '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{e0000}'..='\u{e007f}' => true,
+        other => other.is_control(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_acts_on_a_terminal_is_shown_and_every_script_stays() {
+        let text = "Łódź, Straße 5, 東京\tشارع\n👩‍🚒";
+        assert!(matches!(plain(text), Cow::Borrowed(same) if same == text));
+        assert_eq!(
+            plain("\u{1b}[2J\u{7}\rx\u{8}\u{7f}\u{9b}31m\u{202e}txt\u{2066}\u{e0041}\0"),
+            "\\u001b[2J\\u0007\\u000dx\\u0008\\u007f\\u009b31m\\u202etxt\\u2066\\udb40\\udc41\\u0000"
+        );
+    }
+
+    #[test]
+    fn a_line_of_json_is_still_the_same_value() {
+        let value = serde_json::json!({"name": "a\u{202e}b\u{9b}\u{e0041}\u{7f}"});
+        let line = plain(&value.to_string()).into_owned();
+        assert!(!line.contains(acts));
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&line).unwrap(), value);
+    }
+}

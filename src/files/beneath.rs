@@ -1,0 +1,153 @@
+//! Nothing is written out of a folder: links that lie within it are not followed.
+//!
+//! A results directory may come from a stranger, and a link in it (`logs/`, `done/000/`, `lock.json`) would
+//! lead what is written, replaced or tidied up to wherever the stranger liked. The folder itself may be a
+//! link, as people keep results on other disks; what is beneath it may not. Every folder on the way is looked
+//! at before it is used, and files that are opened for writing are opened with `O_NOFOLLOW`. That keeps out
+//! what lies there; it is no fence against a process that exchanges folders while we run, which
+//! could write by itself what it wants.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{Error, ErrorKind};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::OFlags;
+
+use super::FileError;
+
+/// Checks that no folder between a root and a path, and not the path itself, is a link.
+///
+/// # Errors
+///
+/// [`FileError`] naming the link, or saying that the path is not beneath the root.
+pub fn beneath(root: &Path, path: &Path) -> Result<(), FileError> {
+    for part in parts(root, path)? {
+        match fs::symlink_metadata(&part) {
+            Ok(about) if about.is_symlink() => return Err(refused(&part)),
+            // What is not there yet has nothing beneath it.
+            Err(_) => return Ok(()),
+            Ok(_) => {}
+        }
+    }
+    Ok(())
+}
+
+/// Makes a folder and those above it.
+///
+/// # Errors
+///
+/// [`FileError`] when one cannot be made.
+pub fn make_folder(folder: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(folder).map_err(FileError::at("create", folder))
+}
+
+/// Makes a folder beneath a root, and the folders between; see [`beneath`].
+///
+/// # Errors
+///
+/// [`FileError`] when one is a link or cannot be made.
+pub fn make_folder_beneath(root: &Path, folder: &Path) -> Result<(), FileError> {
+    beneath(root, folder)?;
+    make_folder(folder)
+}
+
+/// Opens a file beneath a root for writing, made where it is missing; see [`beneath`].
+///
+/// # Arguments
+///
+/// * `empty` — whether what is in it goes.
+///
+/// # Errors
+///
+/// [`FileError`] when it or a folder on the way is a link, or it is no regular file.
+pub fn open_beneath(root: &Path, path: &Path, empty: bool) -> Result<File, FileError> {
+    beneath(root, path)?;
+    // Without `NONBLOCK`, a pipe without a reader would block.
+    let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY).bits();
+    let failed = |e: Error| FileError::at("create", path)(e);
+    let flags = i32::try_from(flags).map_err(|_| failed(ErrorKind::Unsupported.into()))?;
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).custom_flags(flags);
+    let file = options.open(path).map_err(failed)?;
+    if !file.metadata().map_err(failed)?.is_file() {
+        let reason = "a pipe or device stands in its place; remove it";
+        return Err(failed(Error::new(ErrorKind::InvalidInput, reason)));
+    }
+    if empty {
+        file.set_len(0).map_err(failed)?;
+    }
+    Ok(file)
+}
+
+/// Returns a path and the folders between it and a root, from above.
+fn parts(root: &Path, path: &Path) -> Result<Vec<PathBuf>, FileError> {
+    let outside = || {
+        let reason = format!("it is not beneath {}", root.display());
+        FileError::at("write", path)(Error::new(ErrorKind::InvalidInput, reason))
+    };
+    let below = path.strip_prefix(root).map_err(|_| outside())?;
+    let mut parts = Vec::new();
+    let mut part = root.to_path_buf();
+    for name in below.components() {
+        match name {
+            std::path::Component::Normal(name) => part.push(name),
+            _ => return Err(outside()),
+        }
+        parts.push(part.clone());
+    }
+    Ok(parts)
+}
+
+fn refused(link: &Path) -> FileError {
+    let reason = "it is a link, which would lead what is written out of the folder; replace it by what it \
+                  points to, or remove it";
+    FileError::at("write", link)(Error::new(ErrorKind::InvalidInput, reason))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    fn links_beneath_a_folder_are_refused_and_the_folder_itself_may_be_one() {
+        let place = tempfile::tempdir().unwrap();
+        let [real, root, away] = ["real", "root", "away"].map(|name| place.path().join(name));
+        for folder in [&real, &away] {
+            fs::create_dir(folder).unwrap();
+        }
+        symlink(&real, &root).unwrap();
+        make_folder_beneath(&root, &root.join("done/000")).unwrap();
+        assert!(real.join("done/000").is_dir());
+        symlink(&away, root.join("logs")).unwrap();
+        symlink(away.join("new"), root.join("done/000/0.jsonl")).unwrap();
+        for (path, link) in
+            [("logs/000", "logs"), ("logs", "logs"), ("done/000/0.jsonl", "0.jsonl")]
+        {
+            let path = root.join(path);
+            let messages = [
+                make_folder_beneath(&root, &path).unwrap_err().to_string(),
+                open_beneath(&root, &path, true).unwrap_err().to_string(),
+            ];
+            for e in messages {
+                assert!(e.contains(&format!("{link}: it is a link")), "{e}");
+            }
+        }
+        assert_eq!(fs::read_dir(&away).unwrap().count(), 0);
+        for outside in [away.clone(), root.join("..").join("away")] {
+            let e = beneath(&root, &outside).unwrap_err().to_string();
+            assert!(e.contains("it is not beneath"), "{e}");
+        }
+    }
+
+    #[test]
+    fn a_pipe_in_place_of_a_file_is_refused_and_does_not_block() {
+        let root = tempfile::tempdir().unwrap();
+        let pipe = root.path().join("0.log");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let e = open_beneath(root.path(), &pipe, true).unwrap_err().to_string();
+        assert!(e.contains("0.log: a pipe or device stands in its place; remove it"), "{e}");
+    }
+}
