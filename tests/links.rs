@@ -104,6 +104,20 @@ fn pages_follow_no_link_out_of_the_results() {
 }
 
 #[test]
+fn networks_follow_no_link_out_of_their_folder() {
+    let stage = tempfile::tempdir().unwrap();
+    let [away, networks] = ["away", "networks"].map(|name| stage.path().join(name));
+    for folder in [&away, &networks] {
+        fs::create_dir(folder).unwrap();
+    }
+    symlink(&away, networks.join("quiet")).unwrap();
+    let output = run(stage.path(), "build-networks smoke --out networks --force --quiet");
+    assert!(!output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("networks/quiet: it is a link"), "{}", stderr(&output));
+    assert!(files(&away).is_empty());
+}
+
+#[test]
 fn files_are_replaced_and_not_written_through() {
     let stage = stage();
     let before = files(&stage.path().join("away"));

@@ -171,13 +171,12 @@ fn play(
     seeds: &[u64],
     done: &mut dyn FnMut(&Row),
 ) -> anyhow::Result<[Standing; 2]> {
-    use crate::files::FileError;
+    use crate::cli::scratch::Scratch;
     use crate::traffic::contest::contest;
     use crate::traffic::sim::libsumo::SumoSim;
 
     let sim = SumoSim::new()?;
-    let folder = std::env::temp_dir();
-    let scratch = tempfile::tempdir_in(&folder).map_err(FileError::at("create", &folder))?;
+    let scratch = Scratch::new(&std::env::temp_dir())?;
     Ok(contest(sim, model, scenario, arena, seeds, scratch.path(), done)?)
 }
 

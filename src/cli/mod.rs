@@ -23,6 +23,8 @@ mod report;
 mod routes;
 mod run;
 mod scenario;
+#[cfg(feature = "libsumo")]
+mod scratch;
 mod sensitivity;
 mod shell;
 mod signals;

@@ -38,7 +38,7 @@ use super::sites::City;
 use super::surroundings::write_streets;
 use super::table;
 use super::write::{write_family, write_geojson, write_matches};
-use crate::files::write_atomically;
+use crate::files::{beneath, write_atomically};
 use crate::hash::sha256;
 use crate::traffic::family::load::{LoadedScenario, from_text};
 use crate::traffic::network::build::{BuildOptions, BuildSummary, build_all};
@@ -177,6 +177,7 @@ fn with_networks(
         let loaded = from_text(&request.scenario(&input.config, known)?, &file, &[], &own)?;
         let specs = intersections(&loaded)?;
         let folder = request.out.join(networks_folder(loaded.scenario.preset));
+        beneath(&request.out, &folder)?;
         let force = request.force && built == 0;
         let summary = build(&loaded, &specs, &folder, force, events)?;
         built += summary.built;

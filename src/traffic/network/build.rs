@@ -23,7 +23,7 @@ use super::intersection::IntersectionSpec;
 use super::net_file::NetFile;
 use super::netconvert::Netconvert;
 use super::validate::validate;
-use crate::files::FileError;
+use crate::files::{FileError, make_folder_beneath};
 use crate::hash::sha256;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::settings::{Actions, DemandSettings, NetworkSettings, SignalSettings};
@@ -201,7 +201,7 @@ fn build_one(
         fs::write(path(ending), text).map_err(FileError::at("write", &path(ending)))?;
     }
     let folder = out.join(point);
-    fs::create_dir_all(&folder).map_err(FileError::at("create", &folder))?;
+    make_folder_beneath(out, &folder)?;
     let mut hashes = Vec::new();
     for ending in FILE_ENDINGS {
         let (from, to) = (path(ending), file(out, point, ending));
