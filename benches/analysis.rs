@@ -194,6 +194,6 @@ fn record(task: &Task, point: &PointRow, (method, seeds): (usize, usize), sha256
         Row { kind: RowKind::Evaluation, episode: episode as u32, seed, metrics }
     };
     let rows = (0..seeds).map(row).collect();
-    let wall = Wall { wall_s: 1.0, simulator_s: 0.9, attempts: 1 };
+    let wall = Wall { wall_s: 1.0, simulator_s: 0.9, attempts: 1, ..Wall::default() };
     Record::finished(task, sha256, TaskResult { rows, wall, ..TaskResult::default() })
 }

@@ -14,9 +14,9 @@ use tsc_family::traffic::environment::{environment, generated_world};
 use tsc_family::traffic::family::load::load_with;
 use tsc_family::traffic::network::build::{BuildOptions, build_all};
 use tsc_family::traffic::network::demand::DemandSpec;
-use tsc_family::traffic::network::index::file;
 use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec};
 use tsc_family::traffic::network::net_file::NetFile;
+use tsc_family::traffic::network_files::NetworkFiles;
 use tsc_family::traffic::settings::Scenario;
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
@@ -80,10 +80,10 @@ impl Place {
     fn new(spec: &IntersectionSpec, dawdles: bool, folder: &Path) -> Self {
         let scenario = scenario(spec.side);
         let networks = folder.join(spec.side.name());
-        build(spec, &networks);
-        let mut world = generated_world(&networks, "p").unwrap();
+        let files = build(spec, &networks);
+        let mut world = generated_world(&files).unwrap();
         assert_eq!(world.side, spec.side);
-        let demand = DemandSpec::read(&file(&networks, "p", "demand.json")).unwrap();
+        let demand = DemandSpec::read(&files.demand).unwrap();
         world.routes = Some(Box::new(move |seed, path| {
             demand.write_routes(seed, path)?;
             if !dawdles {
@@ -112,11 +112,12 @@ impl Trainer for Place {
     }
 }
 
-fn build(spec: &IntersectionSpec, networks: &Path) {
+fn build(spec: &IntersectionSpec, networks: &Path) -> NetworkFiles {
     let Scenario { network, demand, signal, .. } = scenario(spec.side);
     let options = BuildOptions { force: true, leave_out: false };
     let specs = [spec.clone()];
-    build_all(&specs, &network, &demand, &signal, networks, options, &|_| ()).unwrap();
+    let built = build_all(&specs, &network, &demand, &signal, networks, options, &|_| ()).unwrap();
+    built.files["p"].clone()
 }
 
 /// Episodes of a method on the evaluation seeds.
@@ -156,8 +157,7 @@ fn a_left_hand_network_is_the_mirror_image_with_true_directions() {
     for shape in [cross, crooked] {
         let nets = [DrivingSide::Right, DrivingSide::Left].map(|side| {
             let folder = tempfile::tempdir().unwrap();
-            build(&shape(side), folder.path());
-            fs::read_to_string(file(folder.path(), "p", "net.xml")).unwrap()
+            fs::read_to_string(build(&shape(side), folder.path()).net).unwrap()
         });
         assert!(!nets[0].contains("lefthand=\"true\"") && nets[1].contains("lefthand=\"true\""));
         let [right, left] = nets.each_ref().map(|net| directions(net));

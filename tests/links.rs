@@ -111,10 +111,17 @@ fn networks_follow_no_link_out_of_their_folder() {
         fs::create_dir(folder).unwrap();
     }
     symlink(&away, networks.join("quiet")).unwrap();
-    let output = run(stage.path(), "build-networks smoke --out networks --force --quiet");
+    symlink(&away, networks.join("by-hash")).unwrap();
+    let build = || run(stage.path(), "build-networks smoke --out networks --force --quiet");
+    let output = build();
     assert!(!output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains("networks/quiet: it is a link"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("networks/by-hash: it is a link"), "{}", stderr(&output));
     assert!(files(&away).is_empty());
+    // Links called like point MDPs are made here, so that another one is replaced and not followed.
+    fs::remove_file(networks.join("by-hash")).unwrap();
+    let output = build();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(files(&away).is_empty() && networks.join("quiet/quiet.net.xml").exists());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use osm_signals::DrivingSide;
@@ -221,7 +221,7 @@ fn two_builds_are_equal_byte_by_byte_and_leave_nothing_else_behind() {
     build(&shapes(), one.path(), false).unwrap();
     build(&shapes(), other.path(), false).unwrap();
     assert_eq!(files(one.path()), files(other.path()));
-    assert_eq!(fs::read_dir(one.path()).unwrap().count(), 9 + 1);
+    assert_eq!(fs::read_dir(one.path()).unwrap().count(), 9 + 2);
     assert_eq!(files(one.path()).len(), 9 * 4 + 1);
 }
 
@@ -249,7 +249,39 @@ fn networks_that_the_family_does_not_need_are_kept() {
     build(&[cross()], out.path(), false).unwrap();
     let summary = build(&[tee()], out.path(), false).unwrap();
     assert_eq!((summary.built, summary.other), (1, 1));
-    Index::load(out.path()).unwrap().verify("cross").unwrap();
+    let index = Index::load(out.path()).unwrap();
+    index.verify(index.rows().find(|row| row.point == "cross").unwrap()).unwrap();
+}
+
+/// The paths and bytes of all networks' files.
+fn networks(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
+    let entries = |folder: &Path| fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    let files = entries(&folder.join("by-hash")).flat_map(|network| entries(&network));
+    files.map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn a_build_with_other_settings_leaves_networks_as_they_are() {
+    let out = tempfile::tempdir().unwrap();
+    let build = |settings: &NetworkSettings, force| {
+        let (demand, signal) = (DemandSettings::default(), SignalSettings::default());
+        let options = BuildOptions { force, leave_out: false };
+        build_all(&[cross()], settings, &demand, &signal, out.path(), options, &|_| ()).unwrap()
+    };
+    let first = NetworkSettings::default();
+    let second = NetworkSettings { default_cycle_s: 30.0, ..first.clone() };
+    let shown = || fs::read_to_string(out.path().join("cross/cross.net.xml")).unwrap();
+    build(&first, false);
+    let (before, first_shown) = (networks(out.path()), shown());
+    assert_eq!(build(&second, false).built, 1);
+    let both = networks(out.path());
+    assert!(both.is_superset(&before) && both.len() == 8);
+    assert_ne!(shown(), first_shown);
+    // Back again: nothing is built, and people see the network that was asked for.
+    assert_eq!(build(&first, false).up_to_date, 1);
+    assert_eq!(shown(), first_shown);
+    build(&first, true);
+    assert_eq!(networks(out.path()), both);
 }
 
 #[test]
@@ -295,8 +327,8 @@ fn a_folder_that_cannot_be_created_is_named() {
 #[test]
 fn the_routes_of_a_point_are_those_of_seed_0() {
     let out = tempfile::tempdir().unwrap();
-    build(&[cross()], out.path(), false).unwrap();
-    let files = Index::load(out.path()).unwrap().verify("cross").unwrap();
+    let built = build(&[cross()], out.path(), false).unwrap();
+    let files = &built.files["cross"];
     let again = out.path().join("again.rou.xml");
     let vehicles = DemandSpec::read(&files.demand).unwrap().write_routes(0, &again).unwrap();
     assert_eq!(fs::read(&again).unwrap(), fs::read(&files.routes).unwrap());

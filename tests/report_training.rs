@@ -38,7 +38,7 @@ fn trained(task: &Task, score: f64, figure: &str) -> Ending {
     let mut rows: Vec<Row> = (0..EPISODES).map(training).collect();
     rows.extend(evaluations(&[score * unit, score * unit]));
     let best = [("resco_best_delay_s", unit), ("resco_last_ten_delay_s", 1.375 * unit)];
-    let wall = Wall { wall_s: 90.0, simulator_s: 80.0, attempts: 1 };
+    let wall = Wall { wall_s: 90.0, simulator_s: 80.0, attempts: 1, ..Wall::default() };
     Ok(TaskResult { rows, training: named(&best), wall, ..TaskResult::default() })
 }
 

@@ -62,8 +62,9 @@ impl Watch {
             DrivingSide::Right,
         );
         let options = BuildOptions { force: true, leave_out: false };
-        build_all(&[spec], network, demand, signal, &networks, options, &|_| ()).unwrap();
-        let mut world = generated_world(&networks, "p").unwrap();
+        let built =
+            build_all(&[spec], network, demand, signal, &networks, options, &|_| ()).unwrap();
+        let mut world = generated_world(&built.files["p"]).unwrap();
         let states = folder.join("states.xml");
         let event = format!(
             "<additional><timedEvent type=\"SaveTLSStates\" source=\"c\" dest=\"{}\"/></additional>",

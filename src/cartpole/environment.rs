@@ -5,6 +5,7 @@
 
 use super::dynamics::{Dynamics, State, fell};
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::pulse;
 use crate::rl::environment::{Environment, Step};
 use crate::rl::random::Generator;
 
@@ -54,6 +55,7 @@ impl Environment for CartPole {
     }
 
     fn step(&mut self, action: usize, observation: &mut [f32]) -> Step {
+        pulse::beat(1);
         self.state = self.dynamics.step(self.state, action == 1);
         self.steps += 1;
         self.observe(observation);

@@ -8,7 +8,7 @@ use super::effects::Use;
 use super::folder::NETWORKS;
 use super::osm;
 use super::osm::OsmArgs;
-use super::output::{Counted, line};
+use super::output::{Counted, line, note};
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit;
@@ -16,6 +16,8 @@ use crate::traffic::city::folder::{SCENARIO_FILE, networks_folder, of_preset};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
+use crate::traffic::network::prune::{Pruned, prune};
+use crate::traffic::network_files::NetworkFiles;
 use crate::traffic::problem::{self, networks};
 
 /// `tsc-family build-networks`.
@@ -38,6 +40,10 @@ pub struct BuildNetworksArgs {
     /// folder that holds other things
     #[arg(long)]
     pub force: bool,
+    /// Remove networks in the folder that were made with other settings or for other point MDPs; those that a
+    /// task simulates stay
+    #[arg(long, conflicts_with = "osm")]
+    pub prune: bool,
     /// Processors to use [default: all]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
@@ -73,6 +79,19 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
             start.elapsed().as_secs_f64()
         ))?;
     }
+    if args.prune {
+        let Pruned { removed, in_use, bytes } = prune(&out, &summary.files)?;
+        if !args.quiet {
+            let megabytes = bytes as f64 / 1e6;
+            let in_use = if in_use > 0 { format!(", {in_use} stay in use") } else { String::new() };
+            line(format!("{removed} networks removed, {megabytes:.1} MB{in_use}"))?;
+        }
+    } else if summary.other > 0 && !args.quiet {
+        note(format!(
+            "{} other networks are in the folder; --prune removes those that nobody simulates",
+            summary.other
+        ));
+    }
     Ok(exit::DONE)
 }
 
@@ -91,19 +110,19 @@ pub(super) fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf
     }
 }
 
-/// Builds the networks of some point MDPs where they are missing, with progress.
-pub(super) fn prepare(
+/// Returns the network of a point MDP, which is built if it is missing.
+///
+/// # Arguments
+///
+/// * `folder` — of the networks.
+pub(super) fn network(
     loaded: &LoadedScenario,
-    points: &BTreeSet<&str>,
+    point: &str,
     folder: &Path,
-    quiet: bool,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<NetworkFiles> {
     NETWORKS.check(folder, "--networks", None)?;
-    let done = Counted::new(points.len(), "networks", quiet);
-    let built = networks(loaded, points, folder, &|point| done.set(point));
-    done.finish();
-    built.map(drop)?;
-    Ok(())
+    let mut files = networks(loaded, &BTreeSet::from([point]), folder, &|_| ())?;
+    Ok(files.remove(point).expect("what is not built is an error"))
 }
 
 /// Builds the networks that are missing, with progress.

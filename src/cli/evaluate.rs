@@ -1,13 +1,12 @@
 //! `tsc-family evaluate`: a saved model and the baseline, side by side.
 
-use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use serde_json::json;
 
-use super::build_networks::{default_folder, prepare};
+use super::build_networks::{default_folder, network};
 use super::effects::Use;
 use super::output::{Progress, line, note};
 use super::point::unknown_point;
@@ -158,8 +157,8 @@ fn arena(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Arena> 
     let point = loaded.family.points[index].id.clone();
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
-    prepare(loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
-    let (world, content) = (generated_world(&networks, &point)?, content::of_point(loaded, index));
+    let world = generated_world(&network(loaded, &point, &networks)?)?;
+    let content = content::of_point(loaded, index);
     Ok(Arena { point, content, world, imported: false })
 }
 

@@ -32,6 +32,8 @@ pub const SOME_FAILED: u8 = 3;
 pub const NO_SUMO: u8 = 4;
 /// The results directory holds another run, or is in use by one.
 pub const MISMATCH: u8 = 5;
+/// The run is over, but some tasks have no record, for reasons of the machine; run the same command again.
+pub const INCOMPLETE: u8 = 6;
 /// Interrupted; run the same command again to continue.
 pub const INTERRUPTED: u8 = 130;
 
@@ -75,6 +77,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             TrafficError::DoubledPoint(_)
             | TrafficError::NoPoint { .. }
             | TrafficError::Altered { .. } => USAGE,
+            TrafficError::Disturbed(_) => UNEXPECTED,
             TrafficError::Io(e) => file(e),
         });
     }
@@ -146,7 +149,7 @@ fn trial(error: &TrialError) -> u8 {
         TrialError::Simulator(_) => NO_SUMO,
         TrialError::Input(_) | TrialError::Model(_) | TrialError::Diverged(_) => USAGE,
         TrialError::Machine(e) => code(e.as_ref()),
-        TrialError::Failed(_) => UNEXPECTED,
+        TrialError::Failed(_) | TrialError::Disturbed(_) => UNEXPECTED,
     }
 }
 

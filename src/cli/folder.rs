@@ -4,8 +4,12 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 
+use clap::ValueEnum;
+
 use crate::cli::refused::Refused;
 use crate::files::FileError;
+use crate::traffic::city::folder::networks_folder;
+use crate::traffic::settings::Preset;
 
 /// Files that are no one's work.
 const NOTHING: [&str; 3] = [".gitkeep", ".gitignore", ".DS_Store"];
@@ -35,7 +39,11 @@ pub(super) const NETWORKS: Kind =
 /// What `build-networks --osm` writes.
 pub(super) const CITY: Kind = Kind {
     what: "folder that build-networks --osm wrote",
-    own: |name| ["scenario.toml", "approaches.csv", "quality.json"].contains(&name),
+    // Networks are there first, and alone if it was interrupted.
+    own: |name| {
+        ["scenario.toml", "approaches.csv", "quality.json"].contains(&name)
+            || Preset::value_variants().iter().any(|preset| networks_folder(*preset) == name)
+    },
     all: false,
 };
 

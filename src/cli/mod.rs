@@ -2,6 +2,7 @@
 
 mod across;
 mod build_networks;
+mod check;
 mod doctor;
 mod effects;
 mod estimate;
@@ -60,7 +61,7 @@ Examples:
 
 Exit codes:
   0 done, 1 unexpected, 2 usage or input, 3 some tasks failed, 4 SUMO missing,
-  5 results of another run or in use, 130 interrupted";
+  5 results of another run or in use, 6 some tasks have no record, 130 interrupted";
 
 /// Subcommands.
 #[derive(Debug, Subcommand)]
@@ -81,6 +82,8 @@ pub enum Command {
     Signals(signals::SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(report::ReportArgs),
+    /// Say what is damaged in a results directory, and repair it
+    Check(check::CheckArgs),
     /// Say what estimators would miss at which budget, on results of a whole family
     Estimate(study::EstimateArgs),
     /// Rank methods over every combination of one point MDP from each of several families
@@ -125,6 +128,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Routes(args) => routes::run(&args),
         Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
+        Command::Check(args) => check::run(&args),
         Command::Estimate(args) => study::run(&args),
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),

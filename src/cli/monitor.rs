@@ -154,6 +154,25 @@ impl<'d> Monitor<'d> {
                 self.latest = self.latest.filter(|latest| *latest != task);
                 self.say(&text);
             }
+            Event::Undone { task, reason } => {
+                let Some(work) = self.work.get(&task) else { return };
+                self.forecast.finish(task, false, now_s);
+                let text = format!("task {task} ({}) is left undone: {reason}", work.name());
+                self.latest = self.latest.filter(|latest| *latest != task);
+                self.say(&text);
+                if self.json {
+                    let Task { method, point, replicate, .. } = &work.task;
+                    // A closed pipe shows at the summary; the tasks go on.
+                    let _ = line(json!({
+                        "event": "undone",
+                        "task": task,
+                        "method": method,
+                        "point": point,
+                        "replicate": replicate,
+                        "reason": reason,
+                    }));
+                }
+            }
             Event::Finished(record) => {
                 let well = record.summary.outcome == Outcome::Ok;
                 self.forecast.finish(record.summary.task, well, now_s);

@@ -1,9 +1,8 @@
 //! `tsc-family routes`: the vehicles of a recorded episode, for plain `sumo`.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::build_networks::{default_folder, prepare};
+use super::build_networks::{default_folder, network};
 use super::effects::Use;
 use super::output::{line, note, quoted};
 use super::point::unknown_point;
@@ -11,7 +10,6 @@ use super::scenario::ScenarioArg;
 use super::values::parse_seed;
 use crate::cli::exit;
 use crate::traffic::network::demand::DemandSpec;
-use crate::traffic::network::index::file;
 
 /// `tsc-family routes`.
 #[derive(Debug, clap::Args)]
@@ -50,11 +48,10 @@ pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
     let point = &loaded.family.points[index].id;
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
-    prepare(&loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
-    let demand = DemandSpec::read(&file(&networks, point, "demand.json"))?;
+    let files = network(&loaded, point, &networks)?;
+    let demand = DemandSpec::read(&files.demand)?;
     let vehicles = demand.write_routes(args.seed, &args.out)?;
-    let config = file(&networks, point, "sumocfg");
-    line(command(&config, args, loaded.scenario.simulation.time_to_teleport_s))?;
+    line(command(&files.sumocfg, args, loaded.scenario.simulation.time_to_teleport_s))?;
     note(format!("{vehicles} vehicles in {}", args.out.display()));
     Ok(exit::DONE)
 }

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
+use std::time::Duration;
 
 use anyhow::Context;
 use serde_json::json;
@@ -28,12 +29,14 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::files::{self, limits};
+use crate::pulse;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
-use crate::run::executor::Executor;
+use crate::run::executor::{Executor, Local};
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::{Session, open};
+use crate::run::watchdog::Watchdog;
 use crate::sample::plan_file::{PlanError, PlanFile};
 use crate::sample::{Design, Sampling, choose_over};
 use crate::store::Layout;
@@ -93,13 +96,34 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         "networks",
         args.quiet || args.json || !subject.builds(),
     );
-    let session = open(&request, &draft, &out, &|point| made.set(point));
+    let session = {
+        let _watchdog = prepared_in(Duration::from_secs(args.stall_timeout));
+        open(&request, &draft, &out, &|point| {
+            pulse::beat(1);
+            made.set(point);
+        })
+    };
     made.finish();
     let session = session?;
     if args.retry_failed {
         session.forget_failed()?;
     }
     work(args, &request, &session, jobs)
+}
+
+/// Watches over what is done before the first task, where SUMO loads scenarios in this process: one that hangs
+/// cannot be ended in another way than with the process, of which nothing is written yet.
+fn prepared_in(limit: Duration) -> Option<Watchdog> {
+    let hangs = move |_| {
+        let limit = limit.as_secs();
+        note(format!(
+            "error: no network was built or loaded for {limit} s: netconvert or SUMO hangs (a scenario may wait \
+             for somebody); nothing was written; --stall-timeout allows more time"
+        ));
+        std::process::exit(exit::UNEXPECTED.into());
+    };
+    // Where a limit allows no thread more, nobody watches.
+    Watchdog::start(limit, |_| {}, hangs).ok()
 }
 
 /// Returns the sample that a file says, or one that is spread over the scores of other results.
@@ -172,11 +196,12 @@ fn work(
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register(signal, Arc::clone(&interrupted))?;
     }
-    let executor = session.local(program, jobs);
+    let stall_timeout = Duration::from_secs(args.stall_timeout);
+    let executor = Local { stall_timeout, ..session.local(program, jobs) };
     let mut done: Option<usize> = None;
     while let Some(results) = looks::next((session, request.problem), done, args)? {
         let left = work_on(args, request, (session, &executor), &results, jobs, &interrupted)?;
-        if left > 0 {
+        if left > 0 && interrupted.load(Ordering::Relaxed) {
             if !args.quiet {
                 note(format!(
                     "interrupted with {left} tasks to do; run the same command to continue"
@@ -184,12 +209,27 @@ fn work(
             }
             return Ok(exit::INTERRUPTED);
         }
+        if left > 0 {
+            return incomplete(args, &session.layout, left);
+        }
         done = Some(results.plan.len());
     }
     summarise(args, &session.layout)
 }
 
-/// Does the tasks that results lack; returns how many an interruption left.
+/// Reports a run that some tasks are missing from.
+fn incomplete(args: &RunArgs, layout: &Layout, left: usize) -> anyhow::Result<u8> {
+    if let Err(e) = summarise(args, layout) {
+        note(format!("there is no report yet: {e}"));
+    }
+    note(format!(
+        "{left} tasks have no record, for reasons that are not their own (see above); run the same command \
+         again to do them"
+    ));
+    Ok(exit::INCOMPLETE)
+}
+
+/// Does the tasks that results lack; returns how many are left, because of an interruption or undone.
 fn work_on(
     args: &RunArgs,
     request: &Request<'_>,
@@ -215,7 +255,7 @@ fn work_on(
     let outcome = session.work(&todo, executor, interrupted, &mut |event| monitor.handle(event));
     monitor.close();
     outcome?;
-    Ok(if interrupted.load(Ordering::Relaxed) { todo.len() - monitor.finished() } else { 0 })
+    Ok(todo.len() - monitor.finished())
 }
 
 /// Reports the finished run.

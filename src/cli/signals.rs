@@ -4,11 +4,10 @@ mod drawing;
 mod look;
 mod text;
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use self::look::look;
-use super::build_networks::{default_folder, prepare};
+use super::build_networks::{default_folder, network};
 use super::effects::Use;
 use super::folder::DRAWINGS;
 use super::output::{line, note};
@@ -18,7 +17,6 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::files::{make_folder, write_atomically};
 use crate::traffic::env::warnings;
-use crate::traffic::environment::generated_world;
 use crate::traffic::settings::SignalSettings;
 use crate::traffic::sim::error::SimError;
 
@@ -74,8 +72,7 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
         let point = &loaded.family.points[index].id;
         let folder = || default_folder(&args.scenario.scenario, &loaded);
         let networks = args.networks.clone().unwrap_or_else(folder);
-        prepare(&loaded, &BTreeSet::from([point.as_str()]), &networks, true)?;
-        generated_world(&networks, point)?.config
+        network(&loaded, point, &networks)?.sumocfg
     } else {
         return Err(unknown_point(&args.place, &loaded, &args.scenario.scenario).into());
     };

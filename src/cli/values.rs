@@ -3,7 +3,7 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 
 use clap::ValueEnum;
-use clap::builder::PossibleValue;
+use clap::builder::{PossibleValue, RangedU64ValueParser};
 
 use crate::sample::Sampling;
 use crate::traffic::settings::{Detail, Preset};
@@ -94,6 +94,11 @@ pub(super) fn from_one_to<const MOST: u32>(text: &str) -> Result<NonZeroU32, Str
 pub(super) fn at_least_one_worker(text: &str) -> Result<NonZeroUsize, String> {
     let number = text.parse().ok().filter(|number: &NonZeroUsize| number.get() <= MOST_WORKERS);
     number.ok_or_else(|| format!("expected a whole number from 1 to {MOST_WORKERS}"))
+}
+
+/// Returns what reads a number of seconds.
+pub(super) fn at_least_a_second() -> RangedU64ValueParser {
+    RangedU64ValueParser::new().range(1..)
 }
 
 /// Reads a seed.

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::output::{line, note};
+use super::values::at_least_a_second;
 use crate::cli::exit;
 use crate::domains::domains;
 use crate::run::checkpoint::CHECKPOINT_EVERY_S;
-use crate::run::progress::{Failure, News, WorkerLine};
+use crate::run::progress::{Failure, Fault, News, WorkerLine};
+use crate::run::watchdog::{STALL_TIMEOUT_S, Watchdog, stalled};
 use crate::run::worker::{Errand, serve};
 
 /// `tsc-family worker`.
@@ -26,6 +28,9 @@ pub struct WorkerArgs {
     /// Which attempt at the task this is
     #[arg(long, default_value_t = 1)]
     pub attempt: u32,
+    /// Time without a step of the simulation after which the task is given up
+    #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
+    pub stall_timeout: u64,
     /// End when standard input closes
     #[arg(long)]
     pub watch_stdin: bool,
@@ -38,6 +43,14 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     if args.watch_stdin {
         end_with_parent();
     }
+    let limit = Duration::from_secs(args.stall_timeout);
+    let alive = |steps| say(&WorkerLine::Alive(steps));
+    let watchdog = Watchdog::start(limit, alive, move |steps| {
+        say(&WorkerLine::Failed(Failure { fault: Fault::Task, reason: stalled(limit, steps) }));
+        end();
+    });
+    // Where a limit allows no thread more, the task is done unwatched.
+    let _watchdog = watchdog.inspect_err(|e| note(format!("nobody watches this task: {e}"))).ok();
     let errand = Errand {
         task: args.task,
         prepared: args.prepared.clone(),
@@ -70,9 +83,7 @@ fn end_with_parent() {
     let watch = || {
         let mut buffer = [0; 64];
         while matches!(std::io::stdin().read(&mut buffer), Ok(n) if n > 0) {}
-        // Not `exit`, which would run SUMO's destructors while the main thread simulates.
-        let _ =
-            rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
+        end();
     };
     if std::thread::Builder::new().spawn(watch).is_err() {
         // A limit allows no thread more; then the system ends this process, where it can.
@@ -80,4 +91,9 @@ fn end_with_parent() {
         let _ =
             rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
     }
+}
+
+/// Ends this process at once: not by `exit`, which would run SUMO's destructors while the main thread simulates.
+fn end() {
+    let _ = rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
 }

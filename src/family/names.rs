@@ -2,8 +2,8 @@
 
 use crate::hash::sha256;
 
-/// Name of a file that lies beside the folders of point MDPs.
-const RESERVED: &str = "INDEX.csv";
+/// Names of what lies beside the folders of point MDPs.
+const RESERVED: [&str; 2] = ["INDEX.csv", "by-hash"];
 
 /// Most characters in the id of a point MDP.
 pub const MAX_ID: usize = 100;
@@ -64,8 +64,10 @@ pub fn safe_id(title: &str) -> String {
 /// What was expected, after what the id is of and the id itself.
 pub fn check_id(what: &str, id: &str) -> Result<(), String> {
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if id.eq_ignore_ascii_case(RESERVED) {
-        return Err(format!("{what} {id:?}: the index of networks is called so; choose another"));
+    if RESERVED.iter().any(|reserved| id.eq_ignore_ascii_case(reserved)) {
+        return Err(format!(
+            "{what} {id:?}: a part of every folder of networks is called so; choose another"
+        ));
     }
     if id.is_empty() || id.len() > MAX_ID || !id.chars().all(safe) || id.starts_with('.') {
         return Err(format!(

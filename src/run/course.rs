@@ -79,6 +79,7 @@ impl<'a> TaskCourse<'a> {
             wall_s: self.earlier.wall_s + self.start.elapsed().as_secs_f64(),
             simulator_s: self.earlier.simulator_s + simulator_s,
             attempts: self.attempt,
+            ..Wall::default()
         }
     }
 }

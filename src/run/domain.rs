@@ -5,7 +5,7 @@
 //! plan, executors, records, statistics and reports serve every domain.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
@@ -77,6 +77,16 @@ pub trait Domain: Sync {
     fn trial(&self, site: &Site<'_>, method: &str, seed: u64)
     -> Result<Box<dyn Trial>, TrialError>;
 
+    /// Returns the prepared files of a point MDP that are not as planned.
+    ///
+    /// # Arguments
+    ///
+    /// * `prepared` — folder of what [`Problem::prepare`] made.
+    fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {
+        let _ = (point, prepared);
+        Vec::new()
+    }
+
     /// Returns what the card of a model says beside what evaluation knows: the settings that it takes
     /// to set the method up again.
     ///
@@ -84,6 +94,17 @@ pub trait Domain: Sync {
     ///
     /// What is missing, in words.
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String>;
+}
+
+/// A prepared file that is not as planned.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Spoilt {
+    /// The file.
+    pub path: PathBuf,
+    /// Whether it is there at all.
+    pub is_there: bool,
+    /// Whether [`Problem::prepare`] makes it again.
+    pub is_made: bool,
 }
 
 /// Where a trial takes place.
@@ -144,6 +165,16 @@ pub trait Trial {
     /// Wall-clock time within the simulator so far, seconds.
     fn simulator_s(&self) -> f64 {
         0.0
+    }
+
+    /// Checks that what was read is still what was planned; asked for when the task is over, before anything of
+    /// it counts.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError::Machine`] when it is not, [`TrialError::Disturbed`] when it is again.
+    fn verify(&self) -> Result<(), TrialError> {
+        Ok(())
     }
 }
 

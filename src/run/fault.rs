@@ -25,6 +25,9 @@ pub enum TrialError {
     /// The machine is at fault, such as a full disk; other tasks would fail too.
     #[error(transparent)]
     Machine(Cause),
+    /// Something from outside came between; another attempt may end well, and there is no record of this one.
+    #[error(transparent)]
+    Disturbed(Cause),
     /// The episode failed.
     #[error(transparent)]
     Failed(Cause),

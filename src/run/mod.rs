@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows what is evaluated; see [`domain`] for the seam.
 
+pub mod audit;
 pub mod checkpoint;
 pub mod course;
 pub mod domain;
@@ -16,6 +17,7 @@ pub mod progress;
 pub mod session;
 #[cfg(test)]
 mod testing;
+pub mod watchdog;
 pub mod work;
 pub mod worker;
 

@@ -11,7 +11,9 @@ use crate::sample::looks::{halves, looks};
 use crate::sample::plan_file::PlanFile;
 use crate::sample::{Design, Growth, SampleError, SamplePlan, Sampling, Until, choose_over};
 use crate::seed;
-use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
+use crate::store::manifest::{
+    FeatureColumn, Identity, Manifest, PointRow, Provenance, Task, plan_text,
+};
 use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference, extent};
 
 /// What a run is asked to do.
@@ -227,12 +229,7 @@ pub fn establish(
             }
         };
     }
-    let mut plan = Vec::new();
-    for task in tasks {
-        serde_json::to_writer(&mut plan, task).expect("a task is plain data");
-        plan.push(b'\n');
-    }
-    write_atomically(&layout.plan(), &plan)?;
+    write_atomically(&layout.plan(), &plan_text(tasks))?;
     if let Some(design) = design {
         write_atomically(&layout.design(), &design.to_json())?;
     }

@@ -31,6 +31,8 @@ pub struct Progress {
 pub enum WorkerLine {
     /// After every episode.
     Progress(Progress),
+    /// Every now and then, with the steps of the simulation so far: the process works.
+    Alive(u64),
     /// The task has its record.
     Done,
     /// The task has none.
@@ -53,8 +55,11 @@ pub struct Failure {
 pub enum Fault {
     /// What the user gave: another attempt would end the same.
     Input,
-    /// The task's: it is tried again.
+    /// The task's: it is tried again, and fails for good if that ends the same.
     Task,
+    /// Something from outside came between, such as a signal: it is tried again, and left undone if that happens
+    /// once more.
+    Disturbed,
     /// The machine's: other tasks would fail too, so that the run stops.
     Machine,
     /// There is no simulator, so that the run stops.
@@ -70,6 +75,7 @@ impl Failure {
                 Fault::Machine
             }
             RunError::Trial(TrialError::Failed(_) | TrialError::Model(_)) => Fault::Task,
+            RunError::Trial(TrialError::Disturbed(_)) => Fault::Disturbed,
             _ => Fault::Input,
         };
         Self { fault, reason: error.to_string() }
@@ -94,7 +100,8 @@ mod tests {
     fn lines_read_back() {
         let failed = Failure { fault: Fault::Input, reason: "no such method".into() };
         let progress = Progress { episodes: 1, objective: 9.5 };
-        for line in [WorkerLine::Progress(progress), WorkerLine::Done, WorkerLine::Failed(failed)] {
+        let progress = WorkerLine::Progress(progress);
+        for line in [progress, WorkerLine::Alive(7), WorkerLine::Done, WorkerLine::Failed(failed)] {
             let text = serde_json::to_string(&line).unwrap();
             assert_eq!(serde_json::from_str::<WorkerLine>(&text).unwrap(), line, "{text}");
         }

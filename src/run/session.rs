@@ -7,11 +7,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
+use std::time::Duration;
 
 use super::domain::{Domain, Problem};
 use super::error::RunError;
 use super::executor::{Event, Executor, Inline, Local};
 use super::plan::{Draft, Request, complete, establish};
+use super::watchdog::STALL_TIMEOUT_S;
 use crate::files::{FileError, beneath};
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
@@ -56,14 +58,49 @@ pub fn open<'a>(
     let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
     let layout = Layout::new(out);
     layout.make()?;
-    let version = env!("CARGO_PKG_VERSION").to_owned();
-    let lock = RunLock::take(&layout, &Holder { pid: std::process::id(), version, started })?;
+    let lock = lock(&layout, started)?;
     let manifest = establish(&layout, manifest, &tasks, draft.design.as_ref())?;
     let session =
         Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock };
     session.stand_in(request.problem, &draft.sample)?;
     tidy_up(&session.layout)?;
     Ok(session)
+}
+
+/// Opens a run that was begun before, without its scenario: what it is stands in its manifest.
+///
+/// # Arguments
+///
+/// * `domains` — those that it may be of.
+/// * `prepared` — folder of what was prepared; it is not looked at.
+///
+/// # Errors
+///
+/// [`RunError`] when the folder holds no run, is in use, or is of none of the domains.
+pub fn reopen<'a>(
+    domains: &[&'a dyn Domain],
+    layout: &Layout,
+    prepared: PathBuf,
+) -> Result<Session<'a>, RunError> {
+    let manifest = Manifest::read(layout)?;
+    let domain = domains.iter().find(|d| d.name() == manifest.identity.domain);
+    let domain = *domain.ok_or_else(|| RunError::Domain {
+        path: layout.manifest(),
+        domain: manifest.identity.domain.clone(),
+    })?;
+    let lock = lock(layout, now())?;
+    Ok(Session { domain, layout: layout.clone(), manifest, prepared, _lock: lock })
+}
+
+/// Takes the lock of a results directory.
+fn lock(layout: &Layout, started: String) -> Result<RunLock, RunError> {
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    Ok(RunLock::take(layout, &Holder { pid: std::process::id(), version, started })?)
+}
+
+/// Returns the time, ISO 8601, UTC, to the second.
+fn now() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 impl Session<'_> {
@@ -119,6 +156,7 @@ impl Session<'_> {
             program,
             prepared: self.prepared.clone(),
             jobs,
+            stall_timeout: Duration::from_secs(STALL_TIMEOUT_S),
         }
     }
 
@@ -175,8 +213,7 @@ fn provenance(prepared: &str) -> Provenance {
             std::env::consts::OS,
             std::env::consts::ARCH
         ),
-        // ISO 8601, UTC, to the second.
-        started: jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
+        started: now(),
         networks: prepared.to_owned(),
     }
 }

@@ -313,6 +313,16 @@ pub fn read_plan(layout: &Layout, identity: &Identity) -> Result<Vec<Task>, Stor
     Ok(plan)
 }
 
+/// Returns the text of a plan.
+pub fn plan_text(tasks: &[Task]) -> Vec<u8> {
+    let mut text = Vec::new();
+    for task in tasks {
+        serde_json::to_writer(&mut text, task).expect("a task is plain data");
+        text.push(b'\n');
+    }
+    text
+}
+
 fn read_rows(path: &Path) -> Result<Vec<Task>, StoreError> {
     let file = files::open(path)?;
     let malformed = |line: usize, e: String| StoreError::Malformed {

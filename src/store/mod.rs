@@ -11,10 +11,12 @@
 //! DIR/places.json                 where the intersections of the family are, for maps and tables
 //! DIR/lock.json                   held while a local run goes on
 //! DIR/report/                     what `tsc-family report` writes
+//! DIR/damaged/                    what `tsc-family check --repair` has set aside
 //! ```
 //!
 //! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
 
+pub mod audit;
 mod commit;
 pub mod difference;
 pub mod error;
@@ -81,6 +83,11 @@ impl Layout {
     /// `tmp/`: files that are not complete yet, on the same file system.
     pub fn tmp(&self) -> PathBuf {
         self.root.join("tmp")
+    }
+
+    /// `damaged/`: what `tsc-family check --repair` has set aside.
+    pub fn damaged(&self) -> PathBuf {
+        self.root.join("damaged")
     }
 
     /// The record of a task.

@@ -14,7 +14,7 @@ pub use super::metrics::Metrics;
 use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
 use crate::files::{self, limits};
-use crate::hash::hex;
+use crate::hash::{hex, sha256};
 use crate::store::error::StoreError;
 
 /// Why a record is refused that is whole, and of another run.
@@ -55,7 +55,7 @@ pub struct Row {
 }
 
 /// Time a task took; not part of the result.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
     /// Wall-clock time of the task, seconds.
@@ -64,6 +64,19 @@ pub struct Wall {
     pub simulator_s: f64,
     /// Attempts, 1 unless the first failed.
     pub attempts: u32,
+    /// sha256 over the record's checksum and the other values here; empty before a record is made of them, and in
+    /// records from before it was kept.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub checksum: String,
+}
+
+impl Wall {
+    /// Returns the checksum of the values beside a record with this checksum.
+    fn sum(&self, record: &str) -> String {
+        let bare = Self { checksum: String::new(), ..self.clone() };
+        let text = serde_json::to_string(&bare).expect("plain data");
+        sha256(format!("{record} {text}").as_bytes())
+    }
 }
 
 /// First line of a record.
@@ -157,6 +170,7 @@ impl Record {
     fn sealed(mut self) -> Self {
         self.summary.rows = self.rows.len();
         self.summary.checksum = self.checksum();
+        self.summary.wall.checksum = self.summary.wall.sum(&self.summary.checksum);
         self
     }
 
@@ -223,6 +237,10 @@ impl Record {
         }
         if record.checksum() != record.summary.checksum {
             return Err("altered: the checksum does not match".into());
+        }
+        let Summary { checksum, wall, .. } = &record.summary;
+        if !wall.checksum.is_empty() && wall.checksum != wall.sum(checksum) {
+            return Err("altered: the checksum of its wall-clock values does not match".into());
         }
         Ok(record)
     }
@@ -316,6 +334,37 @@ mod tests {
         fs::write(&path, text.replace("20.1", "2.1")).unwrap();
         let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
         assert!(e.contains("altered"), "{e}");
+    }
+
+    #[test]
+    fn a_flipped_bit_of_a_record_is_refused_or_changes_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.25).commit(&layout).unwrap();
+        let path = layout.record(7);
+        let bytes = fs::read(&path).unwrap();
+        for bit in 0..8 * bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            fs::write(&path, &flipped).unwrap();
+            match Record::read(&layout, &task(), "abc") {
+                Err(StoreError::Record { .. }) => {}
+                read => assert_eq!(read.unwrap().unwrap(), record(1.25), "bit {bit}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_from_before_wall_clock_values_had_a_checksum_is_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        let path = layout.record(7);
+        let text = fs::read_to_string(&path).unwrap();
+        let own = format!(",\"checksum\":\"{}\"}}}}", record(1.0).summary.wall.checksum);
+        assert!(text.contains(&own), "{text}");
+        fs::write(&path, text.replace(&own, "}}")).unwrap();
+        assert_eq!(Record::read(&layout, &task(), "abc").unwrap().unwrap().rows.len(), 2);
     }
 
     #[test]

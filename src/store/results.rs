@@ -124,7 +124,10 @@ fn refuse(
 }
 
 /// Reads `design.json`, which must be what the manifest's sample was spread over.
-fn read_design(layout: &Layout, manifest: &Manifest) -> Result<Option<Design>, StoreError> {
+pub(super) fn read_design(
+    layout: &Layout,
+    manifest: &Manifest,
+) -> Result<Option<Design>, StoreError> {
     let expected = &manifest.identity.sample.design;
     if expected.is_empty() {
         return Ok(None);

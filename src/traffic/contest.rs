@@ -7,6 +7,7 @@ use super::controllers::create;
 use super::env::World;
 use super::environment::environment;
 use super::error::TrafficError;
+use super::held::Held;
 use super::model::SignalModel;
 use super::settings::Scenario;
 use super::sim::Sim;
@@ -74,7 +75,7 @@ pub fn contest<S: Sim>(
     let untuned = create(baseline::METHOD.name, scenario, arena.imported, card.seed)?;
     let controller = model.controller(scenario, arena.imported)?;
     let env = environment(sim, arena.world, scenario, scratch);
-    let mut trial = SignalTrial { env, controller };
+    let mut trial = SignalTrial { env, controller, held: Held::default() };
     // The model first: if it does not fit, nobody waits for the baseline.
     let rows = held_out(&mut trial, seeds, done).map_err(|e| model.explain(e, &arena.point))?;
     trial.controller = untuned;

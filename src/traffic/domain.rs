@@ -1,5 +1,7 @@
 //! Traffic signals as a domain of evaluation.
 
+use std::path::Path;
+
 use serde_json::{Map, Value, json};
 
 use super::control::Controller;
@@ -7,19 +9,23 @@ use super::control::baseline;
 use super::control::registry::METHODS;
 use super::controllers::create;
 use super::env::World;
-use super::environment::{GENERATED, environment, planned_world};
+use super::environment::{environment, planned_world};
 use super::error::TrafficError;
+use super::held::Held;
+use super::network_files::{GENERATED, NetworkFiles};
 use super::settings::Scenario;
 use super::settings::failure::failure;
 use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
-use super::trial::{DELAY, SignalTrial, of_network, of_sim};
+use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
+use crate::hash::sha256_file;
 use crate::run::RunError;
-use crate::run::domain::{Domain, Objective, Site, Trial};
+use crate::run::domain::{Domain, Objective, Site, Spoilt, Trial};
 use crate::run::fault::TrialError;
 use crate::run::method::{Method, find};
 use crate::stats::{Direction, Limit};
+use crate::store::manifest::PointRow;
 
 /// Makes a controller; the seed is of everything random in it.
 pub type Create = Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>;
@@ -78,7 +84,7 @@ impl Traffic {
     fn in_world<S: Sim + 'static>(
         &self,
         sim: S,
-        world: World,
+        (world, held): (World, Held),
         scenario: &Scenario,
         site: &Site<'_>,
         method: &str,
@@ -88,7 +94,7 @@ impl Traffic {
         let controller = self.controller(method, scenario, imported, seed);
         let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
         let env = environment(sim, world, scenario, site.scratch);
-        Ok(Box::new(SignalTrial { env, controller }))
+        Ok(Box::new(SignalTrial { env, controller, held }))
     }
 }
 
@@ -127,10 +133,7 @@ impl Domain for Traffic {
         let world = planned_world(site.point, site.prepared).map_err(|e| match e {
             TrafficError::Network(e) => of_network(e),
             TrafficError::Sim(e) => of_sim(e),
-            altered @ (TrafficError::Altered { .. } | TrafficError::Io(_)) => {
-                TrialError::Machine(altered.into())
-            }
-            other => TrialError::Input(other.into()),
+            other => of_files(other),
         })?;
         #[cfg(feature = "libsumo")]
         return self.in_world(
@@ -147,6 +150,22 @@ impl Domain for Traffic {
             let reason = "built without the feature `libsumo`".to_owned();
             Err(of_sim(super::sim::SimError::Unavailable(reason)))
         }
+    }
+
+    fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {
+        let is_made = point.environment == GENERATED;
+        let folder = if is_made {
+            NetworkFiles::new(prepared, &point.point, point.sha256.clone()).folder
+        } else {
+            Path::new(&point.environment).parent().unwrap_or(Path::new("")).to_path_buf()
+        };
+        let as_planned =
+            |path: &Path, sha256: &str| sha256_file(path).is_ok_and(|found| found == sha256);
+        let files = point.sha256.iter().map(|(name, sha256)| (folder.join(name), sha256));
+        files
+            .filter(|(path, sha256)| !as_planned(path, sha256))
+            .map(|(path, _)| Spoilt { is_there: path.exists(), path, is_made })
+            .collect()
     }
 
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {

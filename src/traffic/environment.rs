@@ -4,20 +4,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::error::TrafficError;
+use super::held::Held;
+use super::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
 use crate::hash::sha256_file;
 use crate::store::manifest::PointRow;
 use crate::traffic::env::world::TurnShare;
 use crate::traffic::env::{SignalEnv, World};
 use crate::traffic::network::demand::DemandSpec;
-use crate::traffic::network::index::{FILE_ENDINGS, file, file_name};
 use crate::traffic::settings::Scenario;
 use crate::traffic::sim::Sim;
 use crate::traffic::sim::error::SimError;
 use crate::traffic::sim::sources::sources;
 use crate::traffic::sim::sumocfg::SumoConfig;
-
-/// Environment of a point MDP whose network lies in the folder of networks.
-pub const GENERATED: &str = "network";
 
 /// Returns the environment of a world with a scenario's settings; `scratch` is a folder for the
 /// files of the running episode.
@@ -31,14 +29,14 @@ pub fn environment<S: Sim>(
     SignalEnv::new(sim, world, signal, simulation, scratch.to_path_buf())
 }
 
-/// Returns the world of a point MDP whose network lies in the folder of networks.
+/// Returns the world of a generated network.
 ///
 /// # Errors
 ///
 /// [`TrafficError`] when a file is missing or cannot be understood.
-pub fn generated_world(networks: &Path, point: &str) -> Result<World, TrafficError> {
-    let demand = DemandSpec::read(&file(networks, point, "demand.json"))?;
-    let mut world = World::from_sumocfg(&file(networks, point, "sumocfg"))?;
+pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
+    let demand = DemandSpec::read(&files.demand)?;
+    let mut world = World::from_sumocfg(&files.sumocfg)?;
     world.turn_shares = demand
         .streams
         .iter()
@@ -54,30 +52,35 @@ pub fn generated_world(networks: &Path, point: &str) -> Result<World, TrafficErr
     Ok(world)
 }
 
-/// Returns the world of a planned point MDP after checking that its files are those of the plan.
+/// Returns the world of a planned point MDP after checking that its files are those of the plan, and holds
+/// on to them.
 ///
 /// # Errors
 ///
 /// [`TrafficError::Altered`] when they are not, and whatever makes them unreadable.
-pub fn planned_world(point: &PointRow, networks: &Path) -> Result<World, TrafficError> {
+pub fn planned_world(point: &PointRow, networks: &Path) -> Result<(World, Held), TrafficError> {
+    let mut held = Held::default();
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
-        let world = World::from_sumocfg(&config)?;
         let folder = config.parent().unwrap_or(Path::new(""));
         // Files with the bytes of the plan name the files that they named then.
         for (name, sha256) in &point.sha256 {
-            check(&folder.join(name), Some(sha256))?;
+            held.add(&folder.join(name), Some(sha256))?;
         }
         for (name, file) in SumoConfig::read(&config)?.files {
-            check(&file, point.sha256.get(&name))?;
+            if !point.sha256.contains_key(&name) {
+                held.add(&file, None)?;
+            }
         }
-        return Ok(world);
+        return Ok((World::from_sumocfg(&config)?, held));
     }
+    let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
+    held.keep(&files.folder);
     for ending in FILE_ENDINGS {
-        let sha256 = point.sha256.get(&file_name(&point.point, ending));
-        check(&file(networks, &point.point, ending), sha256)?;
+        let name = file_name(&point.point, ending);
+        held.add(&files.folder.join(&name), point.sha256.get(&name))?;
     }
-    generated_world(networks, &point.point)
+    Ok((generated_world(&files)?, held))
 }
 
 /// Returns a SUMO configuration and every file that it or one of them names: name as seen from its
@@ -103,35 +106,27 @@ pub fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, TrafficE
     scenario_files(config)?.into_iter().map(hash).collect()
 }
 
-fn check(path: &Path, sha256: Option<&String>) -> Result<(), TrafficError> {
-    let altered = |what| Err(TrafficError::Altered { path: path.to_path_buf(), what });
-    if !path.exists() {
-        return altered("was deleted");
-    }
-    if Some(&sha256_file(path)?) != sha256 {
-        return altered("was altered");
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
 
     use super::*;
+    use crate::hash::sha256;
 
     #[test]
     fn a_file_whose_hash_the_plan_lacks_is_refused() {
         let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("p")).unwrap();
         let json = r#"{"point":"p","importance":1.0,"instances":1,"features":[],"environment":"network","sha256":{}}"#;
         let mut point: PointRow = serde_json::from_str(json).unwrap();
         for ending in FILE_ENDINGS {
-            let path = file(folder.path(), "p", ending);
-            fs::write(&path, ending).unwrap();
-            point.sha256.insert(file_name("p", ending), sha256_file(&path).unwrap());
+            point.sha256.insert(file_name("p", ending), sha256(ending.as_bytes()));
         }
         point.sha256.remove("p.demand.json");
+        let files = NetworkFiles::new(folder.path(), "p", point.sha256.clone());
+        fs::create_dir_all(&files.folder).unwrap();
+        for ending in FILE_ENDINGS {
+            fs::write(files.folder.join(file_name("p", ending)), ending).unwrap();
+        }
         let e = planned_world(&point, folder.path()).unwrap_err();
         assert!(
             matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))

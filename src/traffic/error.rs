@@ -49,6 +49,12 @@ pub enum TrafficError {
         /// `was deleted` or `was altered`.
         what: &'static str,
     },
+    /// A file that was written while it was in use.
+    #[error(
+        "{}: the file was written while it was simulated, and is as planned again; nothing that came of it counts",
+        .0.display()
+    )]
+    Disturbed(PathBuf),
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),

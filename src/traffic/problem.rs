@@ -8,13 +8,13 @@ use serde_json::Value;
 use super::content;
 use super::effort::effort;
 use super::env::World;
-use super::environment::{GENERATED, hash_scenario};
+use super::environment::hash_scenario;
 use super::error::TrafficError;
 use super::family::load::LoadedScenario;
 use super::network::build::{BuildOptions, BuildSummary, build_all};
 use super::network::error::NetworkError;
-use super::network::index::Index;
 use super::network::intersection::{IntersectionSpec, intersections};
+use super::network_files::{GENERATED, NetworkFiles};
 use super::simulator::{check, version};
 use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::run::domain::{Effort, Prepared, PreparedPoint, Problem};
@@ -70,8 +70,8 @@ impl SignalProblem {
         chosen: &BTreeSet<&str>,
         done: &(dyn Fn(&str) + Sync),
     ) -> Result<BTreeMap<String, PreparedPoint>, TrafficError> {
-        let hashes = networks(&self.loaded, chosen, &self.networks, done)?;
-        let point = |(id, sha256): (String, BTreeMap<String, String>)| {
+        let networks = networks(&self.loaded, chosen, &self.networks, done)?;
+        let point = |(id, files): (String, NetworkFiles)| {
             let index = self.family.position(&id).expect("networks are of point MDPs");
             let place = |m: &usize| {
                 let intersection = &self.loaded.intersections[*m];
@@ -80,12 +80,12 @@ impl SignalProblem {
             let made = PreparedPoint {
                 environment: GENERATED.to_owned(),
                 content: content::of_point(&self.loaded, index),
-                sha256,
+                sha256: files.sha256,
                 places: self.loaded.members[index].iter().map(place).collect(),
             };
             (id, made)
         };
-        Ok(hashes.into_iter().map(point).collect())
+        Ok(networks.into_iter().map(point).collect())
     }
 
     fn own(&self) -> Result<BTreeMap<String, PreparedPoint>, TrafficError> {
@@ -141,8 +141,8 @@ impl Problem for SignalProblem {
     }
 }
 
-/// Builds the networks of some point MDPs where they are missing, checks them all, and returns the
-/// sha256 of their files by point MDP and file name.
+/// Builds the networks of some point MDPs where they are missing, checks them all, and returns their files
+/// by point MDP.
 ///
 /// # Arguments
 ///
@@ -156,16 +156,10 @@ pub fn networks(
     points: &BTreeSet<&str>,
     folder: &Path,
     done: &(dyn Fn(&str) + Sync),
-) -> Result<BTreeMap<String, BTreeMap<String, String>>, NetworkError> {
+) -> Result<BTreeMap<String, NetworkFiles>, NetworkError> {
     let mut specs = intersections(loaded)?;
     specs.retain(|s| points.contains(s.point.as_str()));
-    build(loaded, &specs, folder, BuildOptions::default(), done)?;
-    let index = Index::load(folder)?;
-    let mut hashes = BTreeMap::new();
-    for spec in &specs {
-        hashes.insert(spec.point.clone(), index.verify(&spec.point)?.sha256);
-    }
-    Ok(hashes)
+    Ok(build(loaded, &specs, folder, BuildOptions::default(), done)?.files)
 }
 
 /// Builds the networks of intersections with a scenario's settings.

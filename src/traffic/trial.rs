@@ -6,6 +6,8 @@ use super::control::{ControlError, Controller, EpisodeOutcome, Trainer};
 use super::env::SignalEnv;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use super::env::signal_env::Running;
+use super::error::TrafficError;
+use super::held::Held;
 use super::network::error::NetworkError;
 use super::program::{ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
@@ -27,11 +29,13 @@ pub struct SignalTrial<S> {
     pub env: SignalEnv<S>,
     /// The method.
     pub controller: Box<dyn Controller>,
+    /// What is read while it goes on.
+    pub held: Held,
 }
 
 impl<S: Sim> Trial for SignalTrial<S> {
     fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
-        let mut school = School { env: &mut self.env, course };
+        let mut school = School { env: &mut self.env, course, held: &self.held };
         self.controller.train(&mut school).map_err(of_control)
     }
 
@@ -66,12 +70,17 @@ impl<S: Sim> Trial for SignalTrial<S> {
     fn simulator_s(&self) -> f64 {
         self.env.simulator_time().as_secs_f64()
     }
+
+    fn verify(&self) -> Result<(), TrialError> {
+        self.held.verify().map_err(of_files)
+    }
 }
 
 /// Where a controller trains: the signals, and the task that keeps what comes of it.
 struct School<'a, S> {
     env: &'a mut SignalEnv<S>,
     course: &'a mut dyn Course,
+    held: &'a Held,
 }
 
 impl<S: Sim> Trainer for School<'_, S> {
@@ -107,6 +116,8 @@ impl<S: Sim> Trainer for School<'_, S> {
     }
 
     fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
+        // What was learned from files of something else is not kept.
+        self.held.verify().map_err(|e| ControlError::Episode(e.into()))?;
         let simulator_s = self.env.simulator_time().as_secs_f64();
         Ok(self.course.checkpoint(state, simulator_s)?)
     }
@@ -119,9 +130,16 @@ pub(super) fn of_control(error: ControlError) -> TrialError {
         ControlError::Model(e) => TrialError::Model(e),
         ControlError::Checkpoint(e) => TrialError::Machine(e.into()),
         // A training episode fails for reasons of the simulation, not of what was given.
-        ControlError::Episode(ref e) => match e.downcast_ref() {
-            Some(EpisodeError::Sim(SimError::Io(_))) => TrialError::Machine(error.into()),
-            _ => TrialError::Failed(error.into()),
+        ControlError::Episode(e) => match e.downcast::<TrafficError>() {
+            Ok(e) => of_files(*e),
+            Err(e) => {
+                let is_machine = matches!(
+                    e.downcast_ref(),
+                    Some(EpisodeError::Sim(SimError::Io(_) | SimError::CutOff(_)))
+                );
+                let error = ControlError::Episode(e).into();
+                if is_machine { TrialError::Machine(error) } else { TrialError::Failed(error) }
+            }
         },
         _ => TrialError::Input(error.into()),
     }
@@ -131,7 +149,7 @@ pub(super) fn of_control(error: ControlError) -> TrialError {
 pub(super) fn of_sim(error: SimError) -> TrialError {
     match error {
         SimError::Unavailable(_) => TrialError::Simulator(error.into()),
-        SimError::Io(_) => TrialError::Machine(error.into()),
+        SimError::Io(_) | SimError::CutOff(_) => TrialError::Machine(error.into()),
         SimError::NoSignals(_)
         | SimError::Signal { .. }
         | SimError::NoVehicles(_)
@@ -139,6 +157,15 @@ pub(super) fn of_sim(error: SimError) -> TrialError {
         | SimError::NoConfig(_)
         | SimError::Missing(_) => TrialError::Input(error.into()),
         _ => TrialError::Failed(error.into()),
+    }
+}
+
+/// Returns what follows from files that cannot be used: altered ones would spoil other tasks too.
+pub(super) fn of_files(error: TrafficError) -> TrialError {
+    match error {
+        TrafficError::Altered { .. } | TrafficError::Io(_) => TrialError::Machine(error.into()),
+        TrafficError::Disturbed(_) => TrialError::Disturbed(error.into()),
+        other => TrialError::Input(other.into()),
     }
 }
 
@@ -278,7 +305,7 @@ mod tests {
     fn a_training_row_has_the_figures_of_the_learner_that_are_numbers() {
         let dir = tempfile::tempdir().unwrap();
         let env = env(vec![(0.0, 0), (1.0, 1)], dir.path());
-        let mut trial = SignalTrial { env, controller: Box::new(Learner) };
+        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
         let metrics = &rows.0[0].metrics;
@@ -304,7 +331,7 @@ mod tests {
             Ok(())
         });
         let env = env_of(minute(Some(routes)), vec![(1.0, 0)], dir.path());
-        let mut trial = SignalTrial { env, controller: Box::new(Learner) };
+        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
         trial.episode(7).unwrap();
@@ -316,7 +343,7 @@ mod tests {
     fn an_episode_without_vehicles_is_an_error_and_no_delay_of_0() {
         let dir = tempfile::tempdir().unwrap();
         let env = env(vec![], dir.path());
-        let mut trial = SignalTrial { env, controller: Box::new(Learner) };
+        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
         let e = trial.episode(7).unwrap_err();
         assert!(matches!(e, TrialError::Input(_)));
         assert!(e.to_string().starts_with("no vehicle is to depart in the episode of seed 7, so"));
@@ -327,6 +354,7 @@ mod tests {
         let file = || FileError::at("write", Path::new("x"))(std::io::Error::other("full"));
         let episode = |e| of_control(ControlError::Episode(Box::new(EpisodeError::Sim(e))));
         assert!(matches!(episode(SimError::Io(file())), TrialError::Machine(_)));
+        assert!(matches!(episode(SimError::CutOff("t.xml".into())), TrialError::Machine(_)));
         assert!(matches!(of_control(ControlError::Checkpoint(file())), TrialError::Machine(_)));
         assert!(matches!(episode(SimError::NotRunning), TrialError::Failed(_)));
     }

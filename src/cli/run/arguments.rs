@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use crate::cli::scenario::ScenarioArg;
 use crate::cli::until::UntilArgs;
 use crate::cli::values::{
-    Budget, at_least_one, at_least_one_worker, from_one_to, parse_budget, parse_seed,
+    Budget, at_least_a_second, at_least_one, at_least_one_worker, from_one_to, parse_budget,
+    parse_seed,
 };
+use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::sample::Sampling;
 use crate::store::extent::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 
@@ -73,6 +75,9 @@ pub struct RunArgs {
     /// Worker processes at the same time [default: one per processor]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
+    /// Time without a step of the simulation after which a task is given up
+    #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
+    pub stall_timeout: u64,
     /// Results directory [default: results/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

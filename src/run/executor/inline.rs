@@ -1,7 +1,7 @@
 //! Tasks one after the other in this process: for tests, debugging, and methods that exist only here.
 //!
 //! A simulator that ends the process takes the run with it, and nothing is tried twice; workers are
-//! safer. An interruption is noticed between two tasks.
+//! safer. An interruption is noticed between two tasks, and nothing is noticed that hangs.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,15 +42,15 @@ impl Executor for Inline<'_> {
             if interrupted.load(Ordering::Relaxed) {
                 break;
             }
-            let record = self.task(task, on_event)?;
-            on_event(Event::Finished(Box::new(record)));
+            let event = self.task(task, on_event)?;
+            on_event(event);
         }
         Ok(())
     }
 }
 
 impl Inline<'_> {
-    fn task(&self, task: &Task, on_event: &mut dyn FnMut(Event)) -> Result<Record, RunError> {
+    fn task(&self, task: &Task, on_event: &mut dyn FnMut(Event)) -> Result<Event, RunError> {
         let scratch = Scratch::new(self.layout, task.task)?;
         let workplace = Workplace {
             layout: self.layout.clone(),
@@ -66,17 +66,19 @@ impl Inline<'_> {
             }
         };
         let error = match do_task(self.domain, self.manifest, task, &workplace, &mut news) {
-            Ok(record) => return Ok(record),
+            Ok(record) => return Ok(Event::Finished(Box::new(record))),
             Err(error) => error,
         };
         let Failure { fault, reason } = Failure::of(&error);
-        if matches!(fault, Fault::Machine | Fault::Simulator) {
-            return Err(error);
+        match fault {
+            Fault::Machine | Fault::Simulator => return Err(error),
+            Fault::Disturbed => return Ok(Event::Undone { task: task.task, reason }),
+            Fault::Input | Fault::Task => {}
         }
         let wall_s = start.elapsed().as_secs_f64();
-        let wall = Wall { wall_s, simulator_s: 0.0, attempts: 1 };
+        let wall = Wall { wall_s, attempts: 1, ..Wall::default() };
         let record = Record::failed(task, &self.manifest.sha256(), reason, wall);
         record.commit(self.layout)?;
-        Ok(record)
+        Ok(Event::Finished(Box::new(record)))
     }
 }

@@ -3,7 +3,8 @@
 //! A worker is a program's subcommand `worker DIR --task K`. It reads the plan and commits one record;
 //! nothing else passes between the two but [`WorkerLine`]s on its standard output. Its standard error,
 //! where simulators give their reasons, goes to a log that is quoted when the worker fails. A failed task
-//! is tried once more, unless its input is at fault, then recorded as failed; the run goes on.
+//! is tried once more, unless its input is at fault, then recorded as failed; one that was disturbed from outside
+//! is tried once more, then left undone; the run goes on. The machine's fault ends the run.
 
 use std::cell::RefCell;
 use std::ffi::OsStr;
@@ -11,24 +12,29 @@ use std::io::{BufRead, BufReader, ErrorKind};
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::crew::{Crew, Member, Queue, with_way_out};
-use super::log::reason;
+use super::verdict::verdict;
 use super::{Event, Executor};
 use crate::files::beneath::open_beneath;
 use crate::files::{FileError, make_folder_beneath};
+use crate::machine;
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
 use crate::store::Layout;
 use crate::store::manifest::Task;
 use crate::store::record::{Record, Wall};
 
-/// Attempts at a task before it is recorded as failed.
+/// Attempts at a task that fail before it is recorded as failed, and that are disturbed before it is left undone.
 const ATTEMPTS: u32 = 2;
+
+/// Times the stall timeout after which a worker that says nothing is ended.
+const SILENCE: u32 = 2;
 
 /// How often a waiting thread looks whether it has been interrupted.
 const POLL: Duration = Duration::from_millis(5);
@@ -46,6 +52,8 @@ pub struct Local {
     pub prepared: PathBuf,
     /// Workers at the same time.
     pub jobs: usize,
+    /// Time without a step of the simulation after which a task is given up.
+    pub stall_timeout: Duration,
 }
 
 impl Executor for Local {
@@ -146,8 +154,9 @@ impl Local {
         sender: &Sender<Event>,
     ) -> Result<bool, RunError> {
         let start = Instant::now();
-        for attempt in 1..=ATTEMPTS {
-            let Some((status, failure)) = self.attempt(task, attempt, member, halt, sender)? else {
+        let (mut failed, mut disturbed) = (0, 0);
+        for attempt in 1.. {
+            let Some(failure) = self.attempt(task, attempt, member, halt, sender)? else {
                 return Ok(false);
             };
             if let Some(record) = Record::read(&self.layout, task, &self.manifest)? {
@@ -158,20 +167,37 @@ impl Local {
             if halt() {
                 return Ok(true);
             }
-            let fault = failure.as_ref().map(|f| f.fault);
-            if let (Some(failure), Some(Fault::Machine | Fault::Simulator)) = (&failure, fault) {
-                let (reason, no_simulator) =
-                    (failure.reason.clone(), failure.fault == Fault::Simulator);
-                return Err(RunError::Stopped { reason, no_simulator });
-            }
-            let reason = reason(&status, &self.layout.log(task.task));
-            // What is wrong with the input is still wrong at the next attempt.
-            if attempt < ATTEMPTS && fault != Some(Fault::Input) {
+            let Failure { fault, reason } = match (failure.fault, self.has_room()) {
+                // It may have failed because it could not write, and not have said so.
+                (Fault::Task, Err(e)) => Failure { fault: Fault::Machine, reason: e.to_string() },
+                _ => failure,
+            };
+            let is_last = match fault {
+                Fault::Machine | Fault::Simulator => {
+                    let no_simulator = fault == Fault::Simulator;
+                    return Err(RunError::Stopped { reason, no_simulator });
+                }
+                // What is wrong with the input is still wrong at the next attempt.
+                Fault::Input => true,
+                Fault::Task => {
+                    failed += 1;
+                    failed == ATTEMPTS
+                }
+                Fault::Disturbed => {
+                    disturbed += 1;
+                    disturbed == ATTEMPTS
+                }
+            };
+            if !is_last {
                 send(sender, Event::Retry { task: task.task, reason });
                 continue;
             }
+            if fault == Fault::Disturbed {
+                send(sender, Event::Undone { task: task.task, reason });
+                break;
+            }
             let wall_s = start.elapsed().as_secs_f64();
-            let wall = Wall { wall_s, simulator_s: 0.0, attempts: attempt };
+            let wall = Wall { wall_s, attempts: attempt, ..Wall::default() };
             let record = Record::failed(task, &self.manifest, reason, wall);
             record.commit(&self.layout)?;
             send(sender, Event::Finished(Box::new(record)));
@@ -180,7 +206,14 @@ impl Local {
         Ok(true)
     }
 
-    /// Has a worker try a task; `None` where none was started.
+    /// Checks that the results directory can be written.
+    fn has_room(&self) -> Result<(), FileError> {
+        let tmp = self.layout.tmp();
+        make_folder_beneath(self.layout.root(), &tmp)?;
+        machine::probe(&tmp)
+    }
+
+    /// Has a worker try a task, and returns why it left no record, if it did not; `None` where none was started.
     fn attempt(
         &self,
         task: &Task,
@@ -188,7 +221,7 @@ impl Local {
         member: &Member<'_>,
         halt: &dyn Fn() -> bool,
         sender: &Sender<Event>,
-    ) -> Result<Option<(ExitStatus, Option<Failure>)>, RunError> {
+    ) -> Result<Option<Failure>, RunError> {
         let log = self.layout.log(task.task);
         let folder = log.parent().expect("a log lies in a folder");
         make_folder_beneath(self.layout.root(), folder)?;
@@ -201,6 +234,7 @@ impl Local {
             .args(["--task", &task.task.to_string()])
             .args(prepared.iter().flat_map(|folder| [OsStr::new("--prepared"), folder.as_os_str()]))
             .args(["--attempt", &attempt.to_string()])
+            .args(["--stall-timeout", &self.stall_timeout.as_secs().max(1).to_string()])
             .arg("--watch-stdin")
             // The pipe closes when this process ends, however it ends, and the worker with it.
             .stdin(Stdio::piped())
@@ -209,11 +243,12 @@ impl Local {
             // A group of its own: Ctrl-C goes to this process only, which then ends its workers.
             .process_group(0);
         let command = RefCell::new(command);
+        let lines = Arc::new(AtomicU64::new(0));
         let start = || {
             let mut child = command.borrow_mut().spawn()?;
             let stdout = child.stdout.take().expect("the standard output is piped");
-            let (sender, task) = (sender.clone(), task.task);
-            match thread::Builder::new().spawn(move || listen(stdout, task, &sender)) {
+            let (sender, task, lines) = (sender.clone(), task.task, Arc::clone(&lines));
+            match thread::Builder::new().spawn(move || listen(stdout, task, &sender, &lines)) {
                 Ok(reader) => Ok((child, reader)),
                 Err(e) => {
                     // It may have ended by itself meanwhile.
@@ -225,36 +260,66 @@ impl Local {
         };
         let started = member.start(halt, &start).map_err(FileError::at("start", &self.program))?;
         let Some(((mut child, reader), _at_work)) = started else { return Ok(None) };
-        let status = wait(&mut child, halt).map_err(FileError::at("wait for", &self.program))?;
+        // The worker itself says when it stands still; this is for one that cannot.
+        let patience = SILENCE * self.stall_timeout;
+        let ended = wait(&mut child, patience, &lines, halt);
+        let ended = ended.map_err(FileError::at("wait for", &self.program))?;
         let failure = reader.join().expect("a thread here does not panic");
-        Ok(Some((status, failure)))
+        Ok(Some(match ended {
+            Some(status) => verdict(status, failure, &log),
+            None => {
+                let silent_s = patience.as_secs_f64();
+                let reason = format!("the worker did not answer for {silent_s} s and was ended");
+                Failure { fault: Fault::Disturbed, reason }
+            }
+        }))
     }
 }
 
-/// Passes on what a worker says while it works, and returns what it says of its failure.
-fn listen(stdout: ChildStdout, task: usize, sender: &Sender<Event>) -> Option<Failure> {
+/// Passes on what a worker says while it works, counts its lines, and returns what it says of its failure.
+fn listen(
+    stdout: ChildStdout,
+    task: usize,
+    sender: &Sender<Event>,
+    lines: &AtomicU64,
+) -> Option<Failure> {
     let mut failure = None;
     for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+        lines.fetch_add(1, Ordering::Relaxed);
         match serde_json::from_str(&line) {
             Ok(WorkerLine::Progress(progress)) => send(sender, Event::Progress { task, progress }),
             Ok(WorkerLine::Failed(last)) => failure = Some(last),
             // A simulator may write there too.
-            Ok(WorkerLine::Done) | Err(_) => {}
+            Ok(WorkerLine::Alive(_) | WorkerLine::Done) | Err(_) => {}
         }
     }
     failure
 }
 
-/// Waits for a worker, and ends it when the run is to stop.
-fn wait(child: &mut Child, halt: &dyn Fn() -> bool) -> std::io::Result<ExitStatus> {
+/// Waits for a worker, and ends it when the run is to stop or when nothing is heard of it; returns nothing in the last
+/// case.
+///
+/// Silence is counted in naps and not by the clock, so that it does not count when this process was stopped itself.
+fn wait(
+    child: &mut Child,
+    patience: Duration,
+    lines: &AtomicU64,
+    halt: &dyn Fn() -> bool,
+) -> std::io::Result<Option<ExitStatus>> {
+    let (mut heard, mut silent) = (0, Duration::ZERO);
     loop {
         if let Some(status) = child.try_wait()? {
-            return Ok(status);
+            return Ok(Some(status));
         }
-        if halt() {
+        let now = lines.load(Ordering::Relaxed);
+        silent = if now == heard { silent + POLL } else { Duration::ZERO };
+        heard = now;
+        let is_silent = silent >= patience;
+        if is_silent || halt() {
             // It may have ended by itself meanwhile.
             let _ = child.kill();
-            return child.wait();
+            let status = child.wait()?;
+            return Ok(Some(status).filter(|_| !is_silent));
         }
         thread::sleep(POLL);
     }
@@ -266,112 +331,4 @@ fn send(sender: &Sender<Event>, event: Event) {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::*;
-    use crate::run::progress::Progress;
-    use crate::store::record::Outcome;
-
-    fn task() -> Task {
-        Task { task: 0, method: "m".into(), point: "p".into(), replicate: 0, seed: 1 }
-    }
-
-    /// Workers which workers are a shell script.
-    fn local(dir: &Path, script: &str) -> Local {
-        let program = dir.join("worker.sh");
-        // Another process writes it: a descriptor that is open for writing here could be inherited by
-        // the worker of another test, and a file that is open for writing cannot be started.
-        let status = Command::new("sh")
-            .args(["-c", "printf '#!/bin/sh\\n%s\\n' \"$1\" > \"$0\" && chmod +x \"$0\""])
-            .arg(&program)
-            .arg(script)
-            .status()
-            .unwrap();
-        assert!(status.success());
-        Local {
-            layout: Layout::new(dir),
-            manifest: "abc".into(),
-            program,
-            prepared: "prepared".into(),
-            jobs: 2,
-        }
-    }
-
-    /// A script of a worker that says whose fault its end is.
-    fn says(fault: Fault, reason: &str) -> String {
-        let line = WorkerLine::Failed(Failure { fault, reason: reason.to_owned() });
-        format!("echo '{}'; exit 1", serde_json::to_string(&line).unwrap())
-    }
-
-    fn events(local: &Local, interrupted: &AtomicBool) -> Vec<Event> {
-        let mut events = Vec::new();
-        local.run(&[task()], interrupted, &mut |e| events.push(e)).unwrap();
-        events
-    }
-
-    #[test]
-    fn a_worker_that_fails_twice_becomes_a_failed_record_with_its_reason() {
-        let dir = tempfile::tempdir().unwrap();
-        let local = local(dir.path(), "echo 'Error: no such edge' >&2; exit 7");
-        let events = events(&local, &AtomicBool::new(false));
-        assert!(matches!(&events[0], Event::Retry { task: 0, .. }));
-        let Event::Finished(record) = &events[1] else { panic!("{events:?}") };
-        assert_eq!(record.summary.outcome, Outcome::Failed);
-        assert_eq!(
-            record.summary.reason.as_deref(),
-            Some("the worker ended with exit code 7: Error: no such edge")
-        );
-        assert_eq!(record.summary.wall.attempts, 2);
-    }
-
-    #[test]
-    fn a_worker_whose_input_is_wrong_is_not_tried_again() {
-        let dir = tempfile::tempdir().unwrap();
-        let script = says(Fault::Input, "no such method");
-        let events = events(&local(dir.path(), &script), &AtomicBool::new(false));
-        let [Event::Finished(record)] = events.as_slice() else { panic!("{events:?}") };
-        assert_eq!(record.summary.outcome, Outcome::Failed);
-        assert_eq!(record.summary.wall.attempts, 1);
-    }
-
-    #[test]
-    fn a_full_disk_stops_the_run_and_leaves_no_record() {
-        let dir = tempfile::tempdir().unwrap();
-        let script = says(Fault::Machine, "cannot write x: no space");
-        let local = local(dir.path(), &script);
-        let e = local.run(&[task()], &AtomicBool::new(false), &mut |_| {}).unwrap_err();
-        assert!(e.to_string().starts_with("cannot write x: no space; nothing is lost"), "{e}");
-        assert!(!local.layout.record(0).exists());
-    }
-
-    #[test]
-    fn a_killed_worker_is_tried_again() {
-        let dir = tempfile::tempdir().unwrap();
-        let script = "if [ -e \"$2/again\" ]; then exit 9; fi; touch \"$2/again\"; kill -9 $$";
-        let local = local(dir.path(), script);
-        let events = events(&local, &AtomicBool::new(false));
-        let Event::Retry { reason, .. } = &events[0] else { panic!("{events:?}") };
-        assert_eq!(reason, "the worker was killed by signal 9");
-    }
-
-    #[test]
-    fn an_interrupted_run_leaves_no_record() {
-        let dir = tempfile::tempdir().unwrap();
-        let local = local(
-            dir.path(),
-            "echo '{\"progress\":{\"episodes\":1,\"objective\":9.5}}'; exec sleep 60",
-        );
-        let interrupted = AtomicBool::new(false);
-        let start = Instant::now();
-        local
-            .run(&[task()], &interrupted, &mut |event| {
-                let Event::Progress { task: 0, progress } = event else { panic!("{event:?}") };
-                assert_eq!(progress, Progress { episodes: 1, objective: 9.5 });
-                interrupted.store(true, Ordering::Relaxed);
-            })
-            .unwrap();
-        assert!(start.elapsed() < Duration::from_secs(30));
-        assert!(!local.layout.record(0).exists());
-    }
-}
+mod tests;

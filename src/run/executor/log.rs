@@ -1,9 +1,7 @@
-//! What the log of a worker says of its end.
+//! The end of a worker's log, which a failure quotes.
 
 use std::io::{Read, Seek, SeekFrom};
-use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::ExitStatus;
 
 use crate::files;
 
@@ -13,15 +11,9 @@ const QUOTED_LINES: usize = 6;
 /// Bytes at the end of a log in which they are looked for; a simulator may have filled it.
 const LOOKED_AT: u64 = 1 << 16;
 
-/// Returns why a worker ended, with the last lines of its log.
-pub(super) fn reason(status: &ExitStatus, log: &Path) -> String {
-    let how = match (status.code(), status.signal()) {
-        (Some(code), _) => format!("the worker ended with exit code {code}"),
-        (None, Some(signal)) => format!("the worker was killed by signal {signal}"),
-        (None, None) => "the worker ended".to_owned(),
-    };
-    let quoted = last_lines(&end(log), QUOTED_LINES);
-    if quoted.is_empty() { how } else { format!("{how}: {quoted}") }
+/// Returns the last lines of a worker's log.
+pub(super) fn quoted(log: &Path) -> String {
+    last_lines(&end(log), QUOTED_LINES)
 }
 
 /// Returns the end of a log; nothing of one that cannot be read.
@@ -50,12 +42,7 @@ mod tests {
         let log = folder.path().join("0.log");
         let noise = "step\n".repeat(100_000);
         std::fs::write(&log, format!("{noise}Error: no edge\n\n quitting \n")).unwrap();
-        let status = ExitStatus::from_raw(7 << 8);
-        assert_eq!(
-            reason(&status, &log),
-            "the worker ended with exit code 7: step | step | step | step | Error: no edge | quitting"
-        );
-        let killed = ExitStatus::from_raw(9);
-        assert_eq!(reason(&killed, folder.path()), "the worker was killed by signal 9");
+        assert_eq!(quoted(&log), "step | step | step | step | Error: no edge | quitting");
+        assert_eq!(quoted(folder.path()), "");
     }
 }

@@ -1,14 +1,16 @@
 //! Who does the tasks of a plan: this process, or workers.
 //!
 //! An [`Executor`] of one's own goes to [`Session::work`](super::session::Session::work). A worker is any program that
-//! answers `PROGRAM worker DIR --task K [--prepared DIR] [--attempt N] [--watch-stdin]` with
-//! [`serve`](super::worker::serve) and its [lines](super::progress::WorkerLine): `tsc-family` for the methods that it
-//! has, a program of one's own for others.
+//! answers `PROGRAM worker DIR --task K [--prepared DIR] [--attempt N] [--stall-timeout S] [--watch-stdin]` with
+//! [`serve`](super::worker::serve) and its [lines](super::progress::WorkerLine), one at least every S seconds (see
+//! [`Watchdog`](super::watchdog::Watchdog)): `tsc-family` for the methods that it has, a program of one's own for
+//! others.
 
 mod crew;
 pub mod inline;
 pub mod local;
 mod log;
+mod verdict;
 
 use std::sync::atomic::AtomicBool;
 
@@ -46,14 +48,21 @@ pub enum Event {
         /// Why.
         reason: String,
     },
+    /// A task has no record for reasons that are not its own, and is not tried again now.
+    Undone {
+        /// The task.
+        task: usize,
+        /// Why.
+        reason: String,
+    },
     /// A task has its record, successful or failed.
     Finished(Box<Record>),
 }
 
 /// Does tasks of a plan, in any order; each leaves a record in the results directory.
 pub trait Executor {
-    /// Does all tasks and reports events as they happen; returns early, without a record for the
-    /// tasks in progress, when `interrupted` becomes true.
+    /// Does all tasks and reports events as they happen, each ending in a record or as [`Event::Undone`]; returns
+    /// early, without a record for the tasks in progress, when `interrupted` becomes true.
     ///
     /// # Errors
     ///

@@ -190,7 +190,7 @@ fn with_networks(
             continue;
         }
         if loaded.scenario.family.detail == Detail::PerApproach {
-            let one_green = members(&loaded, &one_green(&folder, &specs)?);
+            let one_green = members(&loaded, &one_green(&summary.files)?);
             if city.leave_out_one_green(&one_green.into_keys().collect()) > 0 {
                 continue;
             }

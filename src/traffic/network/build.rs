@@ -1,14 +1,16 @@
 //! Builds the networks of a family into a folder, in parallel, and only those that are missing.
 //!
-//! A point MDP's files are made and checked in a temporary folder and moved into place one by one.
-//! Its row leaves the index before and enters it after, at the latest a second later, so that an
-//! interrupted build leaves files that the index does not list, which the next build makes again.
+//! A network is made and checked in a temporary folder and moved as a whole to where its hash says
+//! ([`NetworkFiles`]); one that is there is never written again, so that a build with other settings
+//! changes nothing for those who simulate meanwhile. For people, a link called like the point MDP leads to
+//! the one that was asked for last. Rows of the index are written at the latest a second later; an
+//! interrupted build leaves networks that it does not list, which the next build makes again.
 //!
 //! A network is up to date if its files are as the index says and the hash of intersection and
 //! settings is the same. The version of netconvert is not part of that: networks that another one
 //! built stay as they are, and the index says which.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::Path;
 use std::sync::Mutex;
@@ -18,14 +20,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::demand::DemandSpec;
-use super::index::{FILE_ENDINGS, Index, IndexRow, file, file_name};
+use super::index::{Index, IndexRow};
 use super::intersection::IntersectionSpec;
+use super::link::link;
 use super::net_file::NetFile;
 use super::netconvert::Netconvert;
 use super::validate::validate;
 use crate::files::{FileError, make_folder_beneath};
 use crate::hash::sha256;
 use crate::traffic::network::error::NetworkError;
+use crate::traffic::network_files::{FILE_ENDINGS, NetworkFiles, TEMPORARY, file_name};
 use crate::traffic::settings::{Actions, DemandSettings, NetworkSettings, SignalSettings};
 
 /// Number of the rules by which networks are made; a change to them raises it, and all networks
@@ -39,8 +43,11 @@ const ROUTES_SEED: u64 = 0;
 /// that much.
 const INDEX_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Start of the name of temporary folders.
-const TEMPORARY: &str = ".building-";
+/// Folder within a temporary one that becomes the network's.
+const MADE: &str = "made";
+
+/// Where a network that is not as it was goes before one that is takes its place.
+const SPOILT: &str = "spoilt";
 
 /// Age after which a temporary folder is what a killed build left behind, seconds.
 const ABANDONED_S: u64 = 3600;
@@ -52,12 +59,14 @@ pub struct BuildSummary {
     pub built: usize,
     /// Point MDPs whose network was up to date.
     pub up_to_date: usize,
-    /// Point MDPs in the folder that the family does not need; they are kept.
+    /// Networks in the folder that the family does not need with these settings; they are kept.
     pub other: usize,
     /// Version of the netconvert that built; `None` if nothing was to build.
     pub netconvert: Option<String>,
     /// Point MDPs without a sound network and why, by id; only with [`BuildOptions::leave_out`].
     pub failed: Vec<(String, String)>,
+    /// Where the networks are that were built or were up to date, by id.
+    pub files: BTreeMap<String, NetworkFiles>,
 }
 
 /// How to build.
@@ -92,31 +101,35 @@ pub fn build_all(
     // Another build of the same folder waits until this one is done.
     let folder = File::open(out).map_err(FileError::at("open", out))?;
     folder.lock().map_err(FileError::at("lock", out))?;
-    let mut index = match Index::load_if_present(out) {
+    let index = match Index::load_if_present(out) {
         Err(NetworkError::Index { .. }) if options.force => Index::empty(out),
         index => index?.unwrap_or_else(|| Index::empty(out)),
     };
     let mut missing = Vec::new();
+    let mut files = BTreeMap::new();
+    let mut wanted = BTreeSet::new();
     for spec in specs {
         let spec_sha256 = spec_hash(spec, network, demand, signal);
-        let same = index.row(&spec.point).is_some_and(|row| row.spec_sha256 == spec_sha256);
-        if index.row(&spec.point).is_some() && !options.force {
-            index.verify(&spec.point)?;
-        }
-        if options.force || !same {
-            missing.push((spec, spec_sha256));
+        wanted.insert((spec.point.as_str(), spec_sha256.clone()));
+        // One that is gone as a whole, because somebody made room, is no damage.
+        let is_there = |row: &&IndexRow| out.join(&row.folder).exists();
+        let row = index.row(&spec.point, &spec_sha256).filter(|_| !options.force);
+        match row.filter(is_there) {
+            Some(row) => drop(files.insert(spec.point.clone(), index.verify(row)?)),
+            None => missing.push((spec, spec_sha256)),
         }
     }
-    let points: BTreeSet<&str> = specs.iter().map(|s| s.point.as_str()).collect();
-    let wanted = |row: &&IndexRow| points.contains(row.point.as_str());
+    let is_other =
+        |row: &&IndexRow| !wanted.contains(&(row.point.as_str(), row.spec_sha256.clone()));
     let mut summary = BuildSummary {
         built: missing.len(),
-        up_to_date: specs.len() - missing.len(),
-        other: index.rows().filter(|row| !wanted(row)).count(),
-        netconvert: None,
-        failed: Vec::new(),
+        up_to_date: files.len(),
+        other: index.rows().filter(is_other).count(),
+        ..BuildSummary::default()
     };
     if missing.is_empty() {
+        show(out, &files)?;
+        summary.files = files;
         return Ok(summary);
     }
     let netconvert = Netconvert::find().inspect_err(|_| {
@@ -124,12 +137,11 @@ pub fn build_all(
         let _ = fs::remove_dir(out);
     })?;
     remove_abandoned(out);
-    for (spec, _) in &missing {
-        index.remove(&spec.point);
-    }
+    // A folder that is being built into is one of networks from the beginning.
     index.write()?;
     let index = Mutex::new((index, Instant::now()));
     let failed = Mutex::new(Vec::new());
+    let files = Mutex::new(files);
     let done = missing.par_iter().try_for_each(|(spec, spec_sha256)| {
         let mut row = match build_one(spec, network, demand, signal, &netconvert, out) {
             Err(e) if options.leave_out && is_of_the_intersection(&e) => {
@@ -140,6 +152,8 @@ pub fn build_all(
             row => row?,
         };
         row.spec_sha256.clone_from(spec_sha256);
+        let built = NetworkFiles::new(out, &row.point, row.sha256());
+        files.lock().expect("no thread panics with the files").insert(row.point.clone(), built);
         let mut index = index.lock().expect("no thread panics with the index");
         index.0.insert(row);
         // Writing all rows after every network would take longer than building many thousands.
@@ -153,11 +167,18 @@ pub fn build_all(
     });
     index.into_inner().expect("no thread panics with the index").0.write()?;
     done?;
+    summary.files = files.into_inner().expect("no thread panics with the files");
+    show(out, &summary.files)?;
     summary.netconvert = Some(netconvert.version().to_owned());
     summary.failed = failed.into_inner().expect("no thread panics with the list");
     summary.failed.sort();
     summary.built -= summary.failed.len();
     Ok(summary)
+}
+
+/// Lets the links that are called like point MDPs lead to their networks.
+fn show(out: &Path, files: &BTreeMap<String, NetworkFiles>) -> Result<(), NetworkError> {
+    Ok(files.iter().try_for_each(|(point, files)| link(out, point, &files.folder))?)
 }
 
 /// Returns whether an error is about one intersection, so that others can still be built.
@@ -190,7 +211,9 @@ fn build_one(
     validate(spec, &net, network.exit_length_m)?;
     let vehicles = DemandSpec::from_intersection(spec, demand)?;
 
-    let path = |ending| temporary.path().join(file_name(point, ending));
+    let made = temporary.path().join(MADE);
+    fs::create_dir(&made).map_err(FileError::at("create", &made))?;
+    let path = |ending| made.join(file_name(point, ending));
     vehicles.write_routes(ROUTES_SEED, &path("rou.xml"))?;
     let texts = [
         ("net.xml", built.text),
@@ -200,18 +223,14 @@ fn build_one(
     for (ending, text) in texts {
         fs::write(path(ending), text).map_err(FileError::at("write", &path(ending)))?;
     }
-    let folder = out.join(point);
-    make_folder_beneath(out, &folder)?;
     let mut hashes = Vec::new();
     for ending in FILE_ENDINGS {
-        let (from, to) = (path(ending), file(out, point, ending));
-        let bytes = fs::read(&from).map_err(FileError::at("read", &from))?;
+        let bytes = fs::read(path(ending)).map_err(FileError::at("read", &path(ending)))?;
         hashes.push(sha256(&bytes));
-        fs::rename(&from, &to).map_err(FileError::at("write", &to))?;
     }
     let [net_sha256, routes_sha256, demand_sha256, sumocfg_sha256] =
         hashes.try_into().expect("one hash per ending");
-    Ok(IndexRow {
+    let mut row = IndexRow {
         point: point.clone(),
         netconvert: netconvert.version().to_owned(),
         arms: spec.arms.len(),
@@ -222,7 +241,30 @@ fn build_one(
         routes_sha256,
         demand_sha256,
         sumocfg_sha256,
-    })
+        folder: String::new(),
+    };
+    row.folder = row.place();
+    settle(temporary.path(), &row, out)?;
+    Ok(row)
+}
+
+/// Moves a network that was made to where its hash says; one that is there already stays, unless it is not
+/// as it was.
+fn settle(temporary: &Path, row: &IndexRow, out: &Path) -> Result<(), NetworkError> {
+    let made = temporary.join(MADE);
+    let folder = out.join(&row.folder);
+    let parent = folder.parent().expect("a network's folder lies in another");
+    make_folder_beneath(out, parent)?;
+    let Err(first) = fs::rename(&made, &folder) else { return Ok(()) };
+    if !folder.exists() {
+        return Err(FileError::at("write", &folder)(first).into());
+    }
+    if Index::empty(out).verify(row).is_ok() {
+        return Ok(());
+    }
+    let spoilt = temporary.join(SPOILT);
+    fs::rename(&folder, &spoilt).map_err(FileError::at("replace", &folder))?;
+    Ok(fs::rename(&made, &folder).map_err(FileError::at("write", &folder))?)
 }
 
 /// Removes temporary folders of builds that were killed; what cannot be removed does no harm.

@@ -25,6 +25,14 @@ pub enum NetworkError {
         /// The last lines of its standard error.
         message: String,
     },
+    /// netconvert came to no end of its own.
+    #[error("{point}: {reason}; this says nothing of the intersection, run the same command again")]
+    Disturbed {
+        /// The point MDP.
+        point: String,
+        /// What happened.
+        reason: String,
+    },
     /// An intersection that cannot exist.
     #[error("{point}: {reason}")]
     Intersection {

@@ -1,6 +1,6 @@
 //! `INDEX.csv`: what lies in a folder of networks, so that altered files are noticed.
 //!
-//! One row per point MDP with the hash of what it was built from and of every file. A file that
+//! One row per network with the hash of what it was built from and of every file. A file that
 //! differs from its row is an error, never silently built again or used.
 
 use std::collections::BTreeMap;
@@ -11,15 +11,16 @@ use serde::{Deserialize, Serialize};
 use crate::files::{self, FileError, limits, write_atomically};
 use crate::hash::sha256;
 use crate::traffic::network::error::NetworkError;
+use crate::traffic::network_files::{BY_HASH, FILE_ENDINGS, NetworkFiles, address, file_name};
 
 /// Name of the index within its folder.
 pub const INDEX_FILE: &str = "INDEX.csv";
 
-/// One point MDP of the index.
+/// One network of the index.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IndexRow {
-    /// Id of the point MDP, which is also the name of its folder.
+    /// Id of the point MDP.
     pub point: String,
     /// Version of the netconvert that built it.
     pub netconvert: String,
@@ -39,6 +40,10 @@ pub struct IndexRow {
     pub demand_sha256: String,
     /// Hash of the `.sumocfg`.
     pub sumocfg_sha256: String,
+    /// Where the files lie, seen from the index; empty in the indices of versions that kept one network per
+    /// point MDP.
+    #[serde(default)]
+    pub folder: String,
 }
 
 impl IndexRow {
@@ -46,31 +51,26 @@ impl IndexRow {
     fn hashes(&self) -> [&str; 4] {
         [&self.net_sha256, &self.routes_sha256, &self.demand_sha256, &self.sumocfg_sha256]
     }
-}
 
-/// Endings of a point MDP's files; each is called after the point MDP.
-pub const FILE_ENDINGS: [&str; 4] = ["net.xml", "rou.xml", "demand.json", "sumocfg"];
+    /// Returns the hashes by file name.
+    pub fn sha256(&self) -> BTreeMap<String, String> {
+        let named =
+            |(ending, hash): (&str, &str)| (file_name(&self.point, ending), hash.to_owned());
+        FILE_ENDINGS.into_iter().zip(self.hashes()).map(named).collect()
+    }
 
-/// The files of a point MDP, known to be as built.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NetworkFiles {
-    /// SUMO's road network with both signal programs.
-    pub net: PathBuf,
-    /// Vehicles of seed 0, for plain `sumo` and `sumo-gui`.
-    pub routes: PathBuf,
-    /// Demand from which the vehicles of any seed are drawn.
-    pub demand: PathBuf,
-    /// Configuration for plain `sumo` and `sumo-gui`.
-    pub sumocfg: PathBuf,
-    /// Hash of each by file name.
-    pub sha256: BTreeMap<String, String>,
+    /// Returns where the files lie, seen from the index.
+    pub fn place(&self) -> String {
+        format!("{BY_HASH}/{}", address(&self.sha256()))
+    }
 }
 
 /// The index of a folder of networks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Index {
     folder: PathBuf,
-    rows: BTreeMap<String, IndexRow>,
+    /// By point MDP and hash of what the network was built from.
+    rows: BTreeMap<(String, String), IndexRow>,
 }
 
 impl Index {
@@ -100,9 +100,16 @@ impl Index {
         let mut rows = BTreeMap::new();
         for row in csv::Reader::from_reader(bytes.as_slice()).deserialize() {
             let row: IndexRow = row.map_err(|e| wrong(e.to_string()))?;
+            if row.folder.is_empty() {
+                // Built by a version that kept its files elsewhere: it is built again.
+                continue;
+            }
             let point = row.point.clone();
-            if rows.insert(point.clone(), row).is_some() {
-                return Err(wrong(format!("point {point} stands twice in the table")));
+            if row.folder != row.place() {
+                return Err(wrong(format!("the row of {point} is not as it was written")));
+            }
+            if rows.insert(key(&point, &row.spec_sha256), row).is_some() {
+                return Err(wrong(format!("a network of {point} stands twice in the table")));
             }
         }
         Ok(Some(Self { folder: folder.to_path_buf(), rows }))
@@ -118,47 +125,39 @@ impl Index {
         self.rows.values()
     }
 
-    /// Returns the row of a point MDP.
-    pub fn row(&self, point: &str) -> Option<&IndexRow> {
-        self.rows.get(point)
+    /// Returns the network of a point MDP that was built from what has this hash.
+    pub fn row(&self, point: &str, spec_sha256: &str) -> Option<&IndexRow> {
+        self.rows.get(&key(point, spec_sha256))
     }
 
     /// Adds or replaces a row.
     pub fn insert(&mut self, row: IndexRow) {
-        self.rows.insert(row.point.clone(), row);
+        self.rows.insert(key(&row.point, &row.spec_sha256), row);
     }
 
-    /// Removes the row of a point MDP and returns whether there was one.
-    pub fn remove(&mut self, point: &str) -> bool {
-        self.rows.remove(point).is_some()
+    /// Keeps only some rows.
+    pub fn retain(&mut self, mut keep: impl FnMut(&IndexRow) -> bool) {
+        self.rows.retain(|_, row| keep(row));
     }
 
-    /// Returns the files of a point MDP after comparing each with its hash.
+    /// Returns the files of a row after comparing each with its hash.
     ///
     /// # Errors
     ///
-    /// [`NetworkError::Altered`] for the first file that was deleted or altered,
-    /// [`NetworkError::Index`] if the point MDP is not listed.
-    pub fn verify(&self, point: &str) -> Result<NetworkFiles, NetworkError> {
-        let row = self.row(point).ok_or_else(|| NetworkError::Index {
-            path: self.folder.join(INDEX_FILE),
-            reason: format!("point {point} is not listed"),
-        })?;
-        let mut hashes = BTreeMap::new();
-        for (ending, expected) in FILE_ENDINGS.into_iter().zip(row.hashes()) {
-            let path = file(&self.folder, point, ending);
+    /// [`NetworkError::Altered`] for the first file that was deleted or altered.
+    pub fn verify(&self, row: &IndexRow) -> Result<NetworkFiles, NetworkError> {
+        let network = NetworkFiles::new(&self.folder, &row.point, row.sha256());
+        for (name, expected) in &network.sha256 {
+            let path = network.folder.join(name);
             let bytes = files::if_present(files::read(&path, limits::NETWORK))?;
             let Some(bytes) = bytes else {
                 return Err(NetworkError::Altered { path, what: "was deleted" });
             };
-            if sha256(&bytes) != expected {
+            if sha256(&bytes) != *expected {
                 return Err(NetworkError::Altered { path, what: "was altered" });
             }
-            hashes.insert(file_name(point, ending), expected.to_owned());
         }
-        let [net, routes, demand, sumocfg] =
-            FILE_ENDINGS.map(|ending| file(&self.folder, point, ending));
-        Ok(NetworkFiles { net, routes, demand, sumocfg, sha256: hashes })
+        Ok(network)
     }
 
     /// Writes the index; readers see the old one or the new one, never half of it.
@@ -177,14 +176,8 @@ impl Index {
     }
 }
 
-/// Returns the path of one of a point MDP's files.
-pub fn file(folder: &Path, point: &str, ending: &str) -> PathBuf {
-    folder.join(point).join(file_name(point, ending))
-}
-
-/// Returns the name of one of a point MDP's files.
-pub fn file_name(point: &str, ending: &str) -> String {
-    format!("{point}.{ending}")
+fn key(point: &str, spec_sha256: &str) -> (String, String) {
+    (point.to_owned(), spec_sha256.to_owned())
 }
 
 #[cfg(test)]
@@ -193,17 +186,12 @@ mod tests {
 
     use super::*;
 
-    /// A folder with the files of one point MDP, each holding its own ending.
+    /// A folder with the files of one network, each holding its own ending.
     fn folder() -> (tempfile::TempDir, Index) {
         let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("p")).unwrap();
-        for ending in FILE_ENDINGS {
-            fs::write(file(folder.path(), "p", ending), ending).unwrap();
-        }
         let [net_sha256, routes_sha256, demand_sha256, sumocfg_sha256] =
             FILE_ENDINGS.map(|ending| sha256(ending.as_bytes()));
-        let mut index = Index::empty(folder.path());
-        index.insert(IndexRow {
+        let mut row = IndexRow {
             point: "p".into(),
             netconvert: "1.15.0".into(),
             arms: 4,
@@ -214,8 +202,21 @@ mod tests {
             routes_sha256,
             demand_sha256,
             sumocfg_sha256,
-        });
+            folder: String::new(),
+        };
+        row.folder = row.place();
+        let files = NetworkFiles::new(folder.path(), "p", row.sha256());
+        fs::create_dir_all(&files.folder).unwrap();
+        for ending in FILE_ENDINGS {
+            fs::write(files.folder.join(file_name("p", ending)), ending).unwrap();
+        }
+        let mut index = Index::empty(folder.path());
+        index.insert(row);
         (folder, index)
+    }
+
+    fn verified(index: &Index) -> Result<NetworkFiles, NetworkError> {
+        index.verify(index.row("p", "s").unwrap())
     }
 
     #[test]
@@ -228,34 +229,64 @@ mod tests {
     #[test]
     fn files_as_built_are_returned_with_their_hashes() {
         let (folder, index) = folder();
-        let files = index.verify("p").unwrap();
-        assert_eq!(files.demand, folder.path().join("p/p.demand.json"));
+        let files = verified(&index).unwrap();
+        assert!(files.demand.starts_with(folder.path().join("by-hash")));
         assert_eq!(files.sha256["p.sumocfg"], sha256(b"sumocfg"));
     }
 
     #[test]
     fn an_altered_file_is_named() {
-        let (folder, index) = folder();
-        fs::write(file(folder.path(), "p", "sumocfg"), "other").unwrap();
-        let e = index.verify("p").unwrap_err();
+        let (_folder, index) = folder();
+        fs::write(verified(&index).unwrap().sumocfg, "other").unwrap();
+        let e = verified(&index).unwrap_err();
         assert!(
             matches!(&e, NetworkError::Altered { path, what: "was altered" }
-            if path.ends_with("p/p.sumocfg")),
+            if path.ends_with("p.sumocfg")),
             "{e}"
         );
     }
 
     #[test]
     fn a_deleted_file_is_named() {
-        let (folder, index) = folder();
-        fs::remove_file(file(folder.path(), "p", "net.xml")).unwrap();
-        let e = index.verify("p").unwrap_err();
+        let (_folder, index) = folder();
+        fs::remove_file(verified(&index).unwrap().net).unwrap();
+        let e = verified(&index).unwrap_err();
         assert!(matches!(e, NetworkError::Altered { what: "was deleted", .. }), "{e}");
     }
 
     #[test]
-    fn a_point_that_is_not_listed_is_an_error() {
-        assert!(folder().1.verify("q").unwrap_err().to_string().contains("point q is not listed"));
+    fn two_networks_of_a_point_mdp_stand_side_by_side() {
+        let (folder, mut index) = folder();
+        let mut other = index.row("p", "s").unwrap().clone();
+        (other.spec_sha256, other.net_sha256) = ("t".into(), sha256(b"other"));
+        other.folder = other.place();
+        assert_ne!(other.folder, index.row("p", "s").unwrap().folder);
+        index.insert(other);
+        index.write().unwrap();
+        assert_eq!(Index::load(folder.path()).unwrap().rows().count(), 2);
+        verified(&index).unwrap();
+    }
+
+    #[test]
+    fn a_row_whose_hashes_are_not_those_of_its_folder_is_refused() {
+        let (folder, mut index) = folder();
+        let mut row = index.row("p", "s").unwrap().clone();
+        row.net_sha256 = sha256(b"other");
+        index.insert(row);
+        index.write().unwrap();
+        let e = Index::load(folder.path()).unwrap_err().to_string();
+        assert!(e.contains("the row of p is not as it was written"), "{e}");
+    }
+
+    #[test]
+    fn rows_of_versions_that_kept_one_network_per_point_mdp_are_passed_over() {
+        let (folder, index) = folder();
+        index.write().unwrap();
+        let path = folder.path().join(INDEX_FILE);
+        let text = fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = text.lines().map(|line| line.rsplit_once(',').unwrap().0).collect();
+        fs::write(&path, lines.join("\n")).unwrap();
+        assert_eq!(Index::load(folder.path()).unwrap().rows().count(), 0);
     }
 
     #[test]

@@ -74,12 +74,17 @@ impl NetFile {
         let mut reader = Reader::from_str(text);
         let (mut edge, mut at_signal) = (String::new(), false);
         let mut pending = Vec::new();
+        let mut complete = false;
         loop {
             let event = reader
                 .read_event()
                 .map_err(|e| format!("not well-formed at byte {}: {e}", reader.error_position()))?;
             let tag = match &event {
                 Event::Eof => break,
+                Event::End(tag) if tag.name().as_ref() == "net" => {
+                    complete = true;
+                    continue;
+                }
                 Event::Start(tag) | Event::Empty(tag) => Tag::read(tag)?,
                 _ => continue,
             };
@@ -118,6 +123,9 @@ impl NetFile {
                 "connection" => net.connection(&tag, &mut pending)?,
                 _ => {}
             }
+        }
+        if !complete {
+            return Err("cut off: it ends before `</net>`".to_owned());
         }
         for (mut link, via) in pending {
             link.request = net.request_of(&via).ok_or_else(|| {
@@ -270,6 +278,8 @@ mod tests {
     #[test]
     fn truncated_xml_is_an_error() {
         assert!(NetFile::parse("<net><edge id=\"a").is_err());
+        let cut = NET.trim_end().strip_suffix("</net>").unwrap();
+        assert_eq!(NetFile::parse(cut).unwrap_err(), "cut off: it ends before `</net>`");
     }
 
     #[test]

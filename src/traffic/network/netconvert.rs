@@ -12,10 +12,8 @@
 
 use std::env;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::thread;
 use std::time::Duration;
 
 use osm_signals::Turn;
@@ -27,6 +25,7 @@ use super::net_file::NetFile;
 use super::phases::{Conflicts, Lights, PHASES_PROGRAM, Relation, phases, program};
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
+use super::subprocess::{Ended, finish, last_lines};
 use crate::files::FileError;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::settings::{NetworkSettings, SignalSettings};
@@ -41,12 +40,8 @@ const FIRST_PROGRAM: &str = "0";
 /// opposing left turns overlap in so narrow a junction, a wider one gives them room.
 const CORNERS_M: [f64; 5] = [4.0, 6.0, 8.0, 12.0, 16.0];
 
-/// Lines of netconvert's standard error that an error quotes.
-const QUOTED_LINES: usize = 3;
-
-/// Attempts to start netconvert where a limit on processes refuses it, and the time between two.
-const ATTEMPTS: u32 = 50;
-const AGAIN: Duration = Duration::from_millis(100);
+/// Longest time that a netconvert may take; a network of one intersection takes a tenth of a second.
+const LIMIT: Duration = Duration::from_secs(300);
 
 /// A netconvert that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -184,8 +179,7 @@ impl Netconvert {
         extra: &[&str],
         output: &str,
     ) -> Result<String, NetworkError> {
-        let fail =
-            |message: String| NetworkError::Netconvert { point: spec.point.clone(), message };
+        let point = spec.point.clone();
         let mut command = Command::new(&self.path);
         command
             .current_dir(folder)
@@ -195,29 +189,20 @@ impl Netconvert {
             .args(["--tls.cycle.time", &whole(settings.default_cycle_s)])
             .args(["--tls.left-green.time", &whole(settings.default_left_green_s)])
             .args(extra);
-        // One that does not start says nothing of the network.
-        let result = patiently(|| command.output()).map_err(FileError::at("start", &self.path))?;
-        if !result.status.success() {
-            return Err(fail(last_lines(&String::from_utf8_lossy(&result.stderr))));
+        match finish(command, LIMIT).map_err(FileError::at("run", &self.path))? {
+            Ended::Well => {}
+            Ended::Refused(message) => return Err(NetworkError::Netconvert { point, message }),
+            Ended::Disturbed(reason) => return Err(NetworkError::Disturbed { point, reason }),
         }
         let path = folder.join(output);
-        Ok(fs::read_to_string(&path).map_err(FileError::at("read", &path))?)
-    }
-}
-
-/// Starts a program, again for a while where a limit on processes refuses it: others may end.
-fn patiently<T>(mut start: impl FnMut() -> io::Result<T>) -> io::Result<T> {
-    for _ in 0..ATTEMPTS {
-        match start() {
-            Err(e) if e.kind() == io::ErrorKind::WouldBlock => thread::sleep(AGAIN),
-            result => return result,
+        let text = fs::read_to_string(&path).map_err(FileError::at("read", &path))?;
+        if !text.trim_end().ends_with("</net>") {
+            // It says nothing when it cannot write, and ends well.
+            let reason = "netconvert could not write all of the network; is the disk full?".into();
+            return Err(NetworkError::Disturbed { point, reason });
         }
+        Ok(text)
     }
-    start().map_err(|e| {
-        let way_out = "a limit on processes is reached; raise it (ulimit -u, the pids of the container or of the batch \
-                       system), or give fewer --jobs";
-        io::Error::new(e.kind(), format!("{e}: {way_out}"))
-    })
 }
 
 /// Returns the version that a netconvert prints.
@@ -288,18 +273,6 @@ fn whole(seconds: f64) -> String {
     format!("{seconds:.0}")
 }
 
-fn last_lines(stderr: &str) -> String {
-    let said: Vec<_> = stderr
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty() && !line.contains("SUMO_HOME is not set"))
-        .collect();
-    match said.len() {
-        0 => "it said nothing".to_owned(),
-        n => said[n.saturating_sub(QUOTED_LINES)..].join("; "),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::movements::shapes::cross;
@@ -318,12 +291,6 @@ mod tests {
         std::fs::write(folder.path().join("netconvert"), "").unwrap();
         let e = Netconvert::find_in(None, Some(folder.path().into())).unwrap_err().to_string();
         assert!(e.contains("SUMO_HOME is not set, PATH; "), "{e}");
-    }
-
-    #[test]
-    fn the_end_of_standard_error_is_quoted_without_the_remark_on_sumo_home() {
-        let stderr = "Warning: SUMO_HOME is not set\nError: a\n\nError: b\nQuitting.\n";
-        assert_eq!(last_lines(stderr), "Error: a; Error: b; Quitting.");
     }
 
     #[test]

@@ -69,6 +69,9 @@ pub enum SimError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A file of SUMO's that has no end. SUMO says nothing when it cannot write, and goes on.
+    #[error("{}: SUMO could not write all of it; is the disk full?", .0.display())]
+    CutOff(PathBuf),
     /// An episode whose delay is undefined.
     #[error(
         "no vehicle is to depart in the episode of seed {0}, so that it has no delay; let more \

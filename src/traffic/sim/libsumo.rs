@@ -28,6 +28,7 @@ use super::trace::Tracing;
 use super::{
     Program, ProgramKind, Scene, Sim, SimError, Snapshot, StartOptions, StepCounts, VehicleState,
 };
+use crate::pulse;
 
 pub use libsumo_sys::{INCLUDE_DIR, KIND, LIBRARY};
 
@@ -183,6 +184,7 @@ impl Sim for SumoSim {
         }
         self.running = true;
         let scene = self.api.start(&argv).and_then(|()| self.describe(options));
+        pulse::beat(1);
         if scene.is_err() {
             // The first error is the one that explains.
             let _ = self.close();
@@ -191,6 +193,7 @@ impl Sim for SumoSim {
     }
 
     fn step(&mut self, steps: u32) -> Result<StepCounts, SimError> {
+        pulse::beat(steps);
         self.api.step(steps)
     }
 

@@ -36,7 +36,7 @@ pub struct TripTotals {
 ///
 /// # Errors
 ///
-/// [`SimError::Tripinfo`] when the file is not complete XML or lacks an attribute.
+/// [`SimError::CutOff`] when the file has no end, [`SimError::Tripinfo`] when it is not XML or lacks an attribute.
 pub fn read(path: &Path) -> Result<TripTotals, SimError> {
     let file = File::open(path).map_err(FileError::at("read", path))?;
     let mut reader = Reader::from_reader(BufReader::new(file));
@@ -45,7 +45,15 @@ pub fn read(path: &Path) -> Result<TripTotals, SimError> {
     let mut complete = false;
     let mut buffer = Vec::new();
     loop {
-        let event = reader.read_event_into(&mut buffer).map_err(|e| fail(e.to_string()))?;
+        let event = reader.read_event_into(&mut buffer).map_err(|e| match e {
+            // The end of the file within a tag.
+            quick_xml::Error::Syntax(_) => SimError::CutOff(path.to_path_buf()),
+            quick_xml::Error::Io(e) => {
+                FileError { action: "read", path: path.into(), reason: std::io::Error::other(e) }
+                    .into()
+            }
+            e => fail(e.to_string()),
+        })?;
         match event {
             Event::Start(e) | Event::Empty(e) if e.name().as_ref() == "tripinfo" => {
                 add(&mut totals, &e).map_err(&fail)?;
@@ -57,7 +65,7 @@ pub fn read(path: &Path) -> Result<TripTotals, SimError> {
         }
         buffer.clear();
     }
-    if complete { Ok(totals) } else { Err(fail("the file ends before `</tripinfos>`".into())) }
+    if complete { Ok(totals) } else { Err(SimError::CutOff(path.to_path_buf())) }
 }
 
 fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<(), String> {
@@ -116,9 +124,20 @@ mod tests {
     }
 
     #[test]
-    fn a_truncated_file_is_refused() {
-        let e = parse("<tripinfos>\n<tripinfo id=\"a\" depart=\"1\"").unwrap_err().to_string();
-        assert!(!e.is_empty());
-        assert!(parse("<tripinfos>\n").is_err());
+    fn a_file_is_cut_off_wherever_it_ends_too_early() {
+        let text = "<?xml version=\"1.0\"?>\n\n<!-- by SUMO -->\n<tripinfos a=\"1\">\n    <tripinfo id=\"a\" \
+                    depart=\"1.00\" arrival=\"3\" departDelay=\"0\" waitingTime=\"0\" timeLoss=\"1\"/>\n</tripinfos>\n";
+        assert_eq!(parse(text).unwrap().vehicles, 1);
+        for length in 0..text.len() - 1 {
+            let e = parse(&text[..length]).unwrap_err();
+            assert!(matches!(e, SimError::CutOff(_)), "{length}: {e}");
+        }
+    }
+
+    #[test]
+    fn a_row_that_is_no_row_of_sumo_s_is_refused() {
+        for text in ["<tripinfos><tripinfo id=\"a\"/></tripinfos>", "<tripinfos></x></tripinfos>"] {
+            assert!(matches!(parse(text), Err(SimError::Tripinfo { .. })), "{text}");
+        }
     }
 }

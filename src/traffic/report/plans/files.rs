@@ -12,6 +12,7 @@ use crate::files::{self, FileError, limits, write_atomically};
 use crate::hash::sha256;
 use crate::report::{csv, format};
 use crate::store::manifest::PointRow;
+use crate::traffic::network_files::{GENERATED, NetworkFiles, file_name};
 use crate::traffic::report::shown::Seen;
 
 /// The method whose plans are tuned.
@@ -19,9 +20,6 @@ const TUNED: &str = "fixed-time";
 
 /// Name of the table in the report's folder.
 pub(in crate::traffic::report) const TABLE: &str = "plans.csv";
-
-/// Environment of a point MDP whose network lies in the networks folder.
-const GENERATED: &str = "network";
 
 /// Name of the folder within the report.
 const FOLDER: &str = "plans";
@@ -202,18 +200,21 @@ fn own_configuration(
     point: &PointRow,
     plans: &Path,
 ) -> Result<(PathBuf, String), String> {
-    let config = match point.environment.as_str() {
-        GENERATED => {
-            let networks = Path::new(&data.manifest.provenance.networks);
-            networks.join(&point.point).join(format!("{}.sumocfg", point.point))
-        }
-        environment => PathBuf::from(environment),
+    let networks = Path::new(&data.manifest.provenance.networks);
+    let configs = match point.environment.as_str() {
+        // The second is where earlier versions had it.
+        GENERATED => vec![
+            NetworkFiles::new(networks, &point.point, point.sha256.clone()).sumocfg,
+            networks.join(&point.point).join(file_name(&point.point, "sumocfg")),
+        ],
+        environment => vec![PathBuf::from(environment)],
     };
     let above = fs::canonicalize(plans.parent().unwrap_or(plans)).unwrap_or_default();
-    let found = std::iter::once(config.clone())
-        .chain(above.ancestors().map(|folder| folder.join(&config)))
-        .find(|path| path.is_file());
-    let config = found.ok_or_else(|| format!("{} is not here", config.display()))?;
+    let folders = || std::iter::once(Path::new("")).chain(above.ancestors());
+    let found = (configs.iter())
+        .find_map(|config| folders().map(|f| f.join(config)).find(|path| path.is_file()));
+    let config =
+        found.ok_or_else(|| format!("{} is not here", configs[configs.len() - 1].display()))?;
     let network = config.with_extension("net.xml");
     for file in [&config, &network] {
         let name = file.file_name().unwrap_or_default().to_string_lossy();

@@ -1,0 +1,282 @@
+//! `tsc-family check`: what is damaged in a results directory, and its repair.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread::available_parallelism;
+
+use anyhow::Context;
+use serde_json::json;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use super::output::{line, note};
+use super::values::at_least_one_worker;
+use crate::cli::exit;
+use crate::cli::refused::Refused;
+use crate::domains::domains;
+use crate::files::{FileError, beneath, make_folder_beneath, write_atomically};
+use crate::run::audit::{Beside, audit_beside};
+use crate::run::executor::Event;
+use crate::run::session::reopen;
+use crate::store::Layout;
+use crate::store::audit::{Audit, Damage, Remedy};
+use crate::store::manifest::{Manifest, Task, plan_text};
+
+/// `tsc-family check`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Exit codes: 0 all is sound and every task has its record, 6 all is sound but some have none, 2 something
+is damaged.
+
+Examples:
+  tsc-family check results/slc
+  tsc-family check results/slc --repair")]
+pub struct CheckArgs {
+    /// Results directory that `run` wrote
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Set damaged files aside, in DIR/damaged, and do their tasks again, and no others
+    #[arg(long)]
+    pub repair: bool,
+    /// Folder of the networks or whatever was prepared, in which --repair may remove what is damaged [default: where
+    /// the run had it]
+    #[arg(long, value_name = "DIR")]
+    pub networks: Option<PathBuf>,
+    /// Worker processes at the same time [default: one per processor]
+    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker, requires = "repair")]
+    pub jobs: Option<NonZeroUsize>,
+    /// Print JSON lines: one per damaged file, then one of the whole
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A results directory that was looked at.
+struct Looked {
+    audit: Audit,
+    beside: Beside,
+    prepared: PathBuf,
+}
+
+pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
+    let layout = Layout::new(&args.dir);
+    let mut looked = look(&layout, args.networks.as_deref())?;
+    say(&looked, &layout, args)?;
+    if args.repair && !looked.audit.damage.is_empty() {
+        repair(&layout, &looked, args)?;
+        looked = look(&layout, args.networks.as_deref())?;
+        say(&looked, &layout, args)?;
+    }
+    Ok(match (looked.audit.damage.is_empty(), looked.audit.missing()) {
+        (false, _) => exit::USAGE,
+        (true, 0) => exit::DONE,
+        (true, _) => exit::INCOMPLETE,
+    })
+}
+
+fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
+    let mut audit = Audit::of(layout)?;
+    let (mut beside, mut prepared) = (Beside::default(), PathBuf::new());
+    if let Some(Manifest { identity, provenance }) = &audit.manifest {
+        prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
+        let domain = domains().into_iter().find(|domain| domain.name() == identity.domain);
+        let unknown = || {
+            Refused(format!(
+                "it is of domain {:?}, which this tsc-family does not have",
+                identity.domain
+            ))
+        };
+        beside = audit_beside(domain.ok_or_else(unknown)?, layout, &prepared, &mut audit)?;
+    }
+    Ok(Looked { audit, beside, prepared })
+}
+
+fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()> {
+    let Looked { audit, beside, .. } = looked;
+    let command = audit.manifest.as_ref().map(|m| m.provenance.command.as_str());
+    for damage in &audit.damage {
+        let what = advice(damage, command);
+        if args.json {
+            let Damage { path, reason, .. } = damage;
+            line(json!({"event": "damage", "path": path, "reason": reason, "remedy": what}))?;
+        } else {
+            line(format!("{}: {}; {what}", damage.path.display(), damage.reason))?;
+        }
+    }
+    let (tasks, done, missing) = (audit.tasks.len(), audit.done.len(), audit.missing());
+    if args.json {
+        line(json!({
+            "event": "check",
+            "damaged": audit.damage.len(),
+            "tasks": tasks,
+            "done": done,
+            "failed": audit.failed,
+            "missing": missing,
+            "models": beside.models,
+            "no_models": beside.no_models,
+            "checkpoints": beside.checkpoints,
+            "prepared": beside.prepared,
+            "unprepared": beside.unprepared,
+            "strays": audit.strays,
+        }))?;
+        return Ok(());
+    }
+    if audit.manifest.is_none() {
+        return Ok(());
+    }
+    let mut parts = vec![format!("{done} of {tasks} records are sound")];
+    let counted = [
+        (audit.failed, "of failed tasks"),
+        (missing, "tasks have none"),
+        (beside.models, "models are sound"),
+        (beside.no_models, "models are not here"),
+        (beside.checkpoints, "checkpoints"),
+        (beside.prepared, "point MDPs have their files"),
+        (beside.unprepared, "point MDPs have none here (they are made again)"),
+    ];
+    parts.extend(counted.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
+    line(format!("{}: {}", layout.root().display(), parts.join(", ")))?;
+    if let Some(first) = audit.strays.first() {
+        let others = audit.strays.len() - 1;
+        let more = if others > 0 { format!(" and {others} more") } else { String::new() };
+        note(format!("{}{more}: of no task of this run; nothing reads it", first.display()));
+    }
+    if !audit.damage.is_empty() && !args.repair {
+        let (damaged, repeated) = (audit.damage.len(), audit.to_repeat().len());
+        note(format!(
+            "{damaged} files are damaged; --repair sets them aside and does {repeated} tasks again"
+        ));
+    }
+    Ok(())
+}
+
+/// Returns what to do with a damaged file, in words.
+fn advice(damage: &Damage, command: Option<&str>) -> String {
+    match damage.remedy {
+        Remedy::Repeat(task) => format!("task {task} can be done again, to the same record"),
+        Remedy::Discard => "without it, the training starts from the beginning".to_owned(),
+        Remedy::Rewrite => "it follows from the manifest".to_owned(),
+        Remedy::Rebuild => {
+            let command = command.unwrap_or_default();
+            format!(
+                "--repair with --networks DIR removes it, and the command of the run builds it again ({command})"
+            )
+        }
+        Remedy::Restore => "restore it from a copy".to_owned(),
+    }
+}
+
+/// Sets damaged files aside and does their tasks again.
+fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<()> {
+    let Looked { audit, beside, prepared } = looked;
+    let Some(manifest) = &audit.manifest else {
+        return Err(Refused(
+            "without its manifest nothing can be repaired; restore it from a copy".to_owned(),
+        )
+        .into());
+    };
+    let repeated = audit.to_repeat();
+    let (own, there) = (env!("CARGO_PKG_VERSION"), &manifest.identity.tsc_family);
+    if !repeated.is_empty() && own != there {
+        let reason = format!(
+            "tsc-family {there} did the tasks, and this is {own}; repair with that version"
+        );
+        return Err(Refused(reason).into());
+    }
+    let domains = domains();
+    let session = reopen(&domains, layout, prepared.clone())?;
+    for damage in &audit.damage {
+        match damage.remedy {
+            Remedy::Repeat(_) | Remedy::Discard => set_aside(layout, &damage.path)?,
+            // A network is whole or gone; nobody misses one that can be built again. Where it is, a manifest may have
+            // from a stranger.
+            Remedy::Rebuild if args.networks.is_some() => remove_folder_of(&damage.path)?,
+            Remedy::Rebuild => {}
+            Remedy::Rewrite => {
+                set_aside(layout, &damage.path)?;
+                write_atomically(&damage.path, &plan_text(&audit.tasks))?;
+            }
+            Remedy::Restore => {}
+        }
+    }
+    // A model is of no use without its record, and a record without its model.
+    for task in &repeated {
+        for path in [layout.record(*task), layout.model(*task)] {
+            if path.exists() {
+                set_aside(layout, &path)?;
+            }
+        }
+    }
+    if layout.damaged().is_dir() {
+        note(format!("damaged files are in {}", layout.damaged().display()));
+    }
+    if repeated.is_empty() {
+        return Ok(());
+    }
+    let networks =
+        beside.unprepared > 0 || audit.damage.iter().any(|d| d.remedy == Remedy::Rebuild);
+    if networks {
+        let command = &manifest.provenance.command;
+        note(format!(
+            "{} tasks are to do again, but their networks are not here: run the command of the run ({command}), \
+             which builds them, or say with --networks where they are",
+            repeated.len()
+        ));
+        return Ok(());
+    }
+    let todo: Vec<Task> =
+        audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
+    let interrupted = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, Arc::clone(&interrupted))?;
+    }
+    let jobs =
+        args.jobs.map_or_else(|| available_parallelism().map_or(1, |j| j.get()), NonZeroUsize::get);
+    let program = std::env::current_exe().context("cannot find this program")?;
+    let mut done: BTreeSet<usize> = BTreeSet::new();
+    session.work(&todo, &session.local(program, jobs), &interrupted, &mut |event| match event {
+        Event::Finished(record) => {
+            done.insert(record.summary.task);
+            note(format!(
+                "task {} is done again ({} of {})",
+                record.summary.task,
+                done.len(),
+                todo.len()
+            ));
+        }
+        Event::Retry { task, reason } => {
+            note(format!("task {task} failed and is tried again: {reason}"))
+        }
+        Event::Undone { task, reason } => note(format!("task {task} is left undone: {reason}")),
+        Event::Fewer { workers, asked, reason } => {
+            note(format!("{workers} of {asked} workers: {reason}"))
+        }
+        Event::Progress { .. } => {}
+    })?;
+    Ok(())
+}
+
+/// Removes the folder that a file lies in.
+fn remove_folder_of(path: &Path) -> Result<(), FileError> {
+    let folder = path.parent().expect("a file lies in a folder");
+    match fs::remove_dir_all(folder) {
+        // It went with another file of it.
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        removed => removed.map_err(FileError::at("remove", folder)),
+    }
+}
+
+/// Moves a damaged file out of the way, to where nothing reads it.
+fn set_aside(layout: &Layout, path: &Path) -> Result<(), FileError> {
+    let name = path.strip_prefix(layout.root()).expect("it lies in the results directory");
+    let to = layout.damaged().join(name);
+    beneath(layout.root(), path)?;
+    make_folder_beneath(layout.root(), to.parent().expect("it lies in a folder"))?;
+    match fs::rename(path, &to) {
+        // It was missing, or went with another one.
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        moved => moved.map_err(FileError::at("set aside", path)),
+    }
+}

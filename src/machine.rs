@@ -1,0 +1,67 @@
+//! How a program that failed shows that the machine is at fault, or somebody else, and not what it was given.
+
+use std::io::Write;
+use std::path::Path;
+
+use crate::files::FileError;
+
+/// What programs say when the machine is at fault, in the words of the C library.
+const SAID: [&str; 6] = [
+    "No space left on device",
+    "Disk quota exceeded",
+    "Input/output error",
+    "Read-only file system",
+    "Too many open files",
+    "File too large",
+];
+
+/// Signals that a process sends itself by an error of its own: illegal instruction, trap, abort, arithmetic, segments.
+const OWN_SIGNALS: [i32; 5] = [4, 5, 6, 8, 11];
+
+/// Bytes that show whether there is room to write.
+const PROBE: usize = 1 << 16;
+
+/// Returns whether a program that failed says that the machine is at fault.
+pub fn is_at_fault(said: &str) -> bool {
+    SAID.iter().any(|text| said.contains(text))
+}
+
+/// Returns whether a process that was ended by a signal was ended from outside.
+pub fn is_from_outside(signal: i32) -> bool {
+    !OWN_SIGNALS.contains(&signal)
+}
+
+/// Checks that a folder can be written, because programs that could not write do not always say so.
+///
+/// # Errors
+///
+/// [`FileError`] when it cannot.
+pub fn probe(folder: &Path) -> Result<(), FileError> {
+    let mut file = tempfile::tempfile_in(folder).map_err(FileError::at("write", folder))?;
+    file.write_all(&[1; PROBE])
+        .and_then(|()| file.sync_all())
+        .map_err(FileError::at("write", folder))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_can_be_written_passes_and_others_do_not() {
+        let folder = tempfile::tempdir().unwrap();
+        probe(folder.path()).unwrap();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        let e = probe(&folder.path().join("missing")).unwrap_err().to_string();
+        assert!(e.starts_with("cannot write ") && e.contains("missing: "), "{e}");
+    }
+
+    #[test]
+    fn the_words_of_the_c_library_are_known() {
+        for code in [28, 122, 5, 30, 24, 27] {
+            let said = std::io::Error::from_raw_os_error(code).to_string();
+            assert!(is_at_fault(&format!("Error: {said}.")), "{said}");
+        }
+        assert!(!is_at_fault("Error: No such file or directory"));
+    }
+}

@@ -1,0 +1,188 @@
+//! Reads everything in a results directory and says what is damaged, all at once.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::Layout;
+use super::manifest::{Manifest, Task, read_plan};
+use super::record::{OTHER_MANIFEST, Outcome, Record};
+use super::results::read_design;
+use crate::files::FileError;
+use crate::store::error::StoreError;
+
+/// Records that are read at once, by as many threads as there are processors.
+const AT_ONCE: usize = 4096;
+
+/// A file that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub reason: String,
+    /// What to do.
+    pub remedy: Remedy,
+}
+
+/// What to do with a damaged file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Remedy {
+    /// Without it, this task is done again, to the same record.
+    Repeat(usize),
+    /// Nothing but time is lost without it.
+    Discard,
+    /// It follows from the manifest.
+    Rewrite,
+    /// The command that began the run builds it again, once it is gone.
+    Rebuild,
+    /// It can only come from a copy.
+    Restore,
+}
+
+/// What is in a results directory.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Audit {
+    /// What the run is; `None` where that cannot be read, or is not of the records.
+    pub manifest: Option<Manifest>,
+    /// All tasks, as the manifest has them.
+    pub tasks: Vec<Task>,
+    /// Tasks with a sound record.
+    pub done: BTreeSet<usize>,
+    /// How many of them failed.
+    pub failed: usize,
+    /// What is damaged.
+    pub damage: Vec<Damage>,
+    /// Files that belong to no task.
+    pub strays: Vec<PathBuf>,
+}
+
+impl Audit {
+    /// Reads the manifest, the plan, the design of the sample and all records.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::NotResults`] and [`StoreError::Version`] where there is nothing to audit, [`StoreError::Io`]
+    /// where the disk is at fault.
+    pub fn of(layout: &Layout) -> Result<Self, StoreError> {
+        let mut audit = Self::default();
+        let manifest = match Manifest::read(layout) {
+            Err(StoreError::Malformed { path, reason }) => {
+                audit.add(path, reason, Remedy::Restore);
+                return Ok(audit);
+            }
+            manifest => manifest?,
+        };
+        audit.tasks = manifest.identity.tasks();
+        audit.records(layout, &manifest.sha256())?;
+        if audit.damage.iter().any(|damage| damage.path == layout.manifest()) {
+            // What it says of the other files says nothing of them.
+            audit.tasks.clear();
+            return Ok(audit);
+        }
+        match read_plan(layout, &manifest.identity).map(drop) {
+            Err(StoreError::Malformed { path, reason }) => audit.add(path, reason, Remedy::Rewrite),
+            Err(StoreError::Io(e)) if e.reason.kind() == std::io::ErrorKind::NotFound => {
+                audit.add(e.path, "it is missing".to_owned(), Remedy::Rewrite);
+            }
+            read => read?,
+        }
+        match read_design(layout, &manifest).map(drop) {
+            Err(StoreError::Malformed { path, reason }) => audit.add(path, reason, Remedy::Restore),
+            Err(StoreError::Io(e)) if e.reason.kind() == std::io::ErrorKind::NotFound => {
+                audit.add(e.path, "it is missing".to_owned(), Remedy::Restore);
+            }
+            read => read?,
+        }
+        for folder in ["done", "models", "ckpt", "logs"] {
+            audit.strays(&layout.root().join(folder))?;
+        }
+        audit.manifest = Some(manifest);
+        Ok(audit)
+    }
+
+    /// Adds a damaged file.
+    pub fn add(&mut self, path: PathBuf, reason: String, remedy: Remedy) {
+        self.damage.push(Damage { path, reason, remedy });
+    }
+
+    /// Returns the tasks that damaged files leave to do again, once these are gone.
+    pub fn to_repeat(&self) -> BTreeSet<usize> {
+        let task = |damage: &Damage| match damage.remedy {
+            Remedy::Repeat(task) => Some(task),
+            _ => None,
+        };
+        self.damage.iter().filter_map(task).collect()
+    }
+
+    /// Returns how many tasks have no record, not even a damaged one.
+    pub fn missing(&self) -> usize {
+        let touched = self.to_repeat().union(&self.done).count();
+        self.tasks.len() - touched
+    }
+
+    fn records(&mut self, layout: &Layout, sha256: &str) -> Result<(), StoreError> {
+        let mut of_another = 0;
+        let mut damage = BTreeMap::new();
+        for part in self.tasks.chunks(AT_ONCE) {
+            let read = |task: &Task| Record::read(layout, task, sha256);
+            let read: Vec<_> = part.par_iter().map(read).collect();
+            for (task, record) in part.iter().zip(read) {
+                match record {
+                    Err(StoreError::Record { path, reason }) => {
+                        of_another += usize::from(reason == OTHER_MANIFEST);
+                        damage.insert(task.task, (path, reason));
+                    }
+                    record => {
+                        let Some(record) = record? else { continue };
+                        self.done.insert(task.task);
+                        self.failed += usize::from(record.summary.outcome == Outcome::Failed);
+                    }
+                }
+            }
+        }
+        if of_another > 0 && self.done.is_empty() {
+            let reason = format!(
+                "it is not the manifest of the records beside it, {of_another} of which are whole and of another one"
+            );
+            self.add(layout.manifest(), reason, Remedy::Restore);
+            return Ok(());
+        }
+        for (task, (path, reason)) in damage {
+            self.add(path, reason, Remedy::Repeat(task));
+        }
+        Ok(())
+    }
+
+    /// Finds what lies in a folder of numbered files and belongs to no task.
+    fn strays(&mut self, folder: &Path) -> Result<(), FileError> {
+        for part in entries(folder)? {
+            if !part.is_dir() {
+                self.strays.push(part);
+                continue;
+            }
+            for path in entries(&part)? {
+                let task = path.file_stem().and_then(OsStr::to_str).and_then(|s| s.parse().ok());
+                if task.is_none_or(|task: usize| task >= self.tasks.len()) {
+                    self.strays.push(path);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns what lies in a folder, in order; nothing where there is none.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let entries = fs::read_dir(folder).map_err(FileError::at("read", folder))?;
+    let paths = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();
+    let mut paths = paths.map_err(FileError::at("read", folder))?;
+    paths.sort();
+    Ok(paths)
+}
