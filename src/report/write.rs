@@ -28,7 +28,7 @@ pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError>
 ///
 /// # Errors
 ///
-/// As [`write`].
+/// As [`write()`].
 pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths, ReportError> {
     let folder = match data.reference.is_baseline {
         true => folder.to_path_buf(),
