@@ -5,7 +5,7 @@
 //! the format's metadata is a map without an order, and equal content must give equal bytes.
 //!
 //! The card begins with a sha256 over the file as it is without it, so that a file that was damaged is refused: a flipped
-//! bit in a weight is a number like any other.
+//! bit in a weight is a number like any other. Models of the first version have none, and are read all the same.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -28,6 +28,12 @@ const AFTER_CHECKSUM: &str = "\",";
 
 /// What follows them where the card is empty.
 const AFTER_ALL: &str = "\"}";
+
+/// Where a model's card says of which version it is.
+const VERSION_KEY: &str = "format_version";
+
+/// The version of models that had no checksum.
+const WITHOUT_CHECKSUM: u32 = 1;
 
 /// Digits of a checksum.
 const DIGITS: usize = 64;
@@ -247,11 +253,15 @@ impl Archive {
             .as_ref()
             .and_then(|m| m.get(CARD_KEY))
             .ok_or("a safetensors file without a tsc-family card")?;
-        let (checksum, card) = without_checksum(card).ok_or(
-            "it has no checksum: it is damaged, or of a version of tsc-family that wrote none",
-        )?;
-        let own = card;
-        let card = serde_json::from_str(&own).map_err(|e| format!("its card is damaged: {e}"))?;
+        let (checksum, own) = match without_checksum(card) {
+            Some((checksum, own)) => (Some(checksum), own),
+            None => (None, card.clone()),
+        };
+        let card: serde_json::Map<String, Value> =
+            serde_json::from_str(&own).map_err(|e| format!("its card is damaged: {e}"))?;
+        if checksum.is_none() && card.get(VERSION_KEY) != Some(&WITHOUT_CHECKSUM.into()) {
+            return Err("it has no checksum: it is damaged".to_owned());
+        }
         let mut tensors = BTreeMap::new();
         for (name, view) in file.iter() {
             let words = || view.data().as_chunks::<4>().0.iter();
@@ -264,7 +274,7 @@ impl Archive {
             tensors.insert(name.to_owned(), tensor);
         }
         let archive = Self { card, tensors };
-        if sha256(&archive.with_card(own)) != checksum {
+        if checksum.is_some_and(|checksum| sha256(&archive.with_card(own)) != checksum) {
             return Err("it was altered or damaged: its checksum does not match".to_owned());
         }
         Ok(archive)
@@ -352,6 +362,10 @@ mod tests {
         let bytes = archive().with_card("{\"method\":\"idqn\"}".to_owned());
         let e = Archive::from_bytes(&bytes).unwrap_err();
         assert!(e.starts_with("it has no checksum"), "{e}");
+        let card = |version| format!("{{\"format_version\":{version}}}");
+        assert!(Archive::from_bytes(&archive().with_card(card(2))).is_err());
+        let of_a_version_without = Archive::from_bytes(&archive().with_card(card(1))).unwrap();
+        assert_eq!(of_a_version_without.tensors, archive().tensors);
     }
 
     #[test]

@@ -23,6 +23,9 @@ use crate::store::record::{Record, RowKind};
 /// Value of `kind` on a model's card.
 pub const MODEL: &str = "model";
 
+/// Versions of models that are read; the first differs from the second by a checksum only.
+const READABLE: [u32; 2] = [1, FORMAT_VERSION];
+
 /// What a model's file says of it, whatever the domain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelCard {
@@ -153,10 +156,10 @@ impl SavedModel {
             _ => return Err(fail(format!("not a model; {advice}"))),
         }
         let version: u32 = archive.get("format_version").map_err(|e| fail(e.to_string()))?;
-        if version != FORMAT_VERSION {
+        if !READABLE.contains(&version) {
             let writer: String = archive.get("tsc_family").unwrap_or_else(|_| "unknown".into());
             return Err(fail(format!(
-                "a model of format version {version}, but this tsc-family reads {FORMAT_VERSION}; \
+                "a model of format version {version}, but this tsc-family reads up to {FORMAT_VERSION}; \
                  train it again, or use the build of version {writer} that wrote it"
             )));
         }
