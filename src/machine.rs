@@ -1,6 +1,6 @@
 //! How a program that failed shows that the machine is at fault, or somebody else, and not what it was given.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
 use crate::files::FileError;
@@ -18,12 +18,21 @@ const SAID: [&str; 6] = [
 /// Signals that a process sends itself by an error of its own: illegal instruction, trap, abort, arithmetic, segments.
 const OWN_SIGNALS: [i32; 5] = [4, 5, 6, 8, 11];
 
+/// What to say where a limit on processes and threads refuses one.
+pub const LIMIT: &str = "a limit on processes and threads is reached; raise it (ulimit -u, the pids of the container or \
+                         of the batch system), or end other programs";
+
 /// Bytes that show whether there is room to write.
 const PROBE: usize = 1 << 16;
 
 /// Returns whether a program that failed says that the machine is at fault.
 pub fn is_at_fault(said: &str) -> bool {
     SAID.iter().any(|text| said.contains(text))
+}
+
+/// Returns why no process or thread can be started, and what to do.
+pub fn with_way_out(reason: io::Error) -> io::Error {
+    io::Error::new(reason.kind(), format!("{reason}: {LIMIT}"))
 }
 
 /// Returns whether a process that was ended by a signal was ended from outside.

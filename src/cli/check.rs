@@ -4,14 +4,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use anyhow::Context;
 use serde_json::json;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use super::interrupt::interrupted;
 use super::output::{line, note};
 use super::values::at_least_one_worker;
 use crate::cli::exit;
@@ -19,6 +17,7 @@ use crate::cli::refused::Refused;
 use crate::domains::domains;
 use crate::files::{FileError, beneath, make_folder_beneath, write_atomically};
 use crate::run::audit::{Beside, audit_beside};
+use crate::run::domain::domain_of;
 use crate::run::executor::Event;
 use crate::run::session::reopen;
 use crate::store::Layout;
@@ -81,14 +80,8 @@ fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
     let (mut beside, mut prepared) = (Beside::default(), PathBuf::new());
     if let Some(Manifest { identity, provenance }) = &audit.manifest {
         prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
-        let domain = domains().into_iter().find(|domain| domain.name() == identity.domain);
-        let unknown = || {
-            Refused(format!(
-                "it is of domain {:?}, which this tsc-family does not have",
-                identity.domain
-            ))
-        };
-        beside = audit_beside(domain.ok_or_else(unknown)?, layout, &prepared, &mut audit)?;
+        let domain = domain_of(&domains(), layout, identity)?;
+        beside = audit_beside(domain, layout, &prepared, &mut audit)?;
     }
     Ok(Looked { audit, beside, prepared })
 }
@@ -228,10 +221,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     }
     let todo: Vec<Task> =
         audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
-    let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register(signal, Arc::clone(&interrupted))?;
-    }
+    let interrupted = interrupted()?;
     let jobs =
         args.jobs.map_or_else(|| available_parallelism().map_or(1, |j| j.get()), NonZeroUsize::get);
     let program = std::env::current_exe().context("cannot find this program")?;

@@ -10,6 +10,7 @@ mod evaluate;
 pub mod exit;
 mod folder;
 mod forecast;
+mod interrupt;
 mod json;
 mod list;
 mod monitor;

@@ -6,17 +6,16 @@ mod looks;
 pub(super) use arguments::RunArgs;
 
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
 use anyhow::Context;
 use serde_json::json;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::estimate::{Effort, estimate};
 use super::folder::RESULTS;
+use super::interrupt::interrupted;
 use super::json::merge;
 use super::monitor::Monitor;
 use super::output::{Counted, line, note};
@@ -191,11 +190,7 @@ fn work(
     jobs: usize,
 ) -> anyhow::Result<u8> {
     let program = std::env::current_exe().context("cannot find this program")?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    // A flag needs no thread, which a limit may refuse.
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register(signal, Arc::clone(&interrupted))?;
-    }
+    let interrupted = interrupted()?;
     let stall_timeout = Duration::from_secs(args.stall_timeout);
     let executor = Local { stall_timeout, ..session.local(program, jobs) };
     let mut done: Option<usize> = None;

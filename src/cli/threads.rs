@@ -9,6 +9,8 @@ use std::thread::{self, JoinHandle, available_parallelism};
 
 use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
+use crate::machine::LIMIT;
+
 /// Variable that gives the pool's size where no option does.
 const NUMBER: &str = "RAYON_NUM_THREADS";
 
@@ -40,11 +42,7 @@ pub(super) fn set_up(jobs: Option<usize>) -> anyhow::Result<Option<String>> {
             // One that waits for nothing ends without a word.
             let _ = thread.join();
         }
-        fewer = Some(format!(
-            "{} of {asked} threads can be used: a limit on processes and threads is reached; raise it (ulimit \
-             -u, the pids of the container or of the batch system), or end other programs",
-            kept.max(1)
-        ));
+        fewer = Some(format!("{} of {asked} threads can be used: {LIMIT}", kept.max(1)));
     }
     if waiting.is_empty() {
         ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
+use super::error::RunError;
 use super::fault::{Cause, TrialError};
 use super::method::Method;
 use crate::family::MdpFamily;
@@ -16,7 +17,7 @@ use crate::files::FileError;
 use crate::nn::archive::Archive;
 use crate::stats::{Direction, Limit};
 use crate::store::Layout;
-use crate::store::manifest::PointRow;
+use crate::store::manifest::{Identity, PointRow};
 use crate::store::opaque::Opaque;
 use crate::store::record::{Metrics, Row};
 
@@ -94,6 +95,25 @@ pub trait Domain: Sync {
     ///
     /// What is missing, in words.
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String>;
+}
+
+/// Returns the domain of a manifest.
+///
+/// # Arguments
+///
+/// * `domains` — those that it may be of.
+///
+/// # Errors
+///
+/// [`RunError::Domain`] when it is of none of them.
+pub fn domain_of<'a>(
+    domains: &[&'a dyn Domain],
+    layout: &Layout,
+    identity: &Identity,
+) -> Result<&'a dyn Domain, RunError> {
+    let domain = domains.iter().find(|domain| domain.name() == identity.domain).copied();
+    let unknown = || RunError::Domain { path: layout.manifest(), domain: identity.domain.clone() };
+    domain.ok_or_else(unknown)
 }
 
 /// A prepared file that is not as planned.

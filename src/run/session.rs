@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use super::domain::{Domain, Problem};
+use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::{Event, Executor, Inline, Local};
 use super::plan::{Draft, Request, complete, establish};
@@ -83,11 +83,7 @@ pub fn reopen<'a>(
     prepared: PathBuf,
 ) -> Result<Session<'a>, RunError> {
     let manifest = Manifest::read(layout)?;
-    let domain = domains.iter().find(|d| d.name() == manifest.identity.domain);
-    let domain = *domain.ok_or_else(|| RunError::Domain {
-        path: layout.manifest(),
-        domain: manifest.identity.domain.clone(),
-    })?;
+    let domain = domain_of(domains, layout, &manifest.identity)?;
     let lock = lock(layout, now())?;
     Ok(Session { domain, layout: layout.clone(), manifest, prepared, _lock: lock })
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::domain::Domain;
+use super::domain::{Domain, domain_of};
 use super::error::RunError;
 use super::progress::News;
 use super::work::{Workplace, do_task};
@@ -42,11 +42,7 @@ pub fn serve(
 ) -> Result<Record, RunError> {
     let layout = Layout::new(dir);
     let manifest = Manifest::read(&layout)?;
-    let domain = domains.iter().find(|d| d.name() == manifest.identity.domain);
-    let domain = *domain.ok_or_else(|| RunError::Domain {
-        path: layout.manifest(),
-        domain: manifest.identity.domain.clone(),
-    })?;
+    let domain = domain_of(domains, &layout, &manifest.identity)?;
     let plan = read_plan(&layout, &manifest.identity)?;
     let task = plan.get(errand.task).ok_or_else(|| RunError::NoTask {
         path: dir.to_path_buf(),

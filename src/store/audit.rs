@@ -1,21 +1,16 @@
 //! Reads everything in a results directory and says what is damaged, all at once.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
-
 use super::Layout;
 use super::manifest::{Manifest, Task, read_plan};
-use super::record::{OTHER_MANIFEST, Outcome, Record};
-use super::results::read_design;
+use super::record::Outcome;
+use super::results::{Damaged, all_of_another, read_design, read_records};
 use crate::files::FileError;
 use crate::store::error::StoreError;
-
-/// Records that are read at once, by as many threads as there are processors.
-const AT_ONCE: usize = 4096;
 
 /// A file that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -125,33 +120,19 @@ impl Audit {
     }
 
     fn records(&mut self, layout: &Layout, sha256: &str) -> Result<(), StoreError> {
-        let mut of_another = 0;
-        let mut damage = BTreeMap::new();
-        for part in self.tasks.chunks(AT_ONCE) {
-            let read = |task: &Task| Record::read(layout, task, sha256);
-            let read: Vec<_> = part.par_iter().map(read).collect();
-            for (task, record) in part.iter().zip(read) {
-                match record {
-                    Err(StoreError::Record { path, reason }) => {
-                        of_another += usize::from(reason == OTHER_MANIFEST);
-                        damage.insert(task.task, (path, reason));
-                    }
-                    record => {
-                        let Some(record) = record? else { continue };
-                        self.done.insert(task.task);
-                        self.failed += usize::from(record.summary.outcome == Outcome::Failed);
-                    }
-                }
-            }
-        }
-        if of_another > 0 && self.done.is_empty() {
+        let (done, failed) = (&mut self.done, &mut self.failed);
+        let damaged = read_records(layout, &self.tasks, sha256, &mut |task, record| {
+            done.insert(task);
+            *failed += usize::from(record.summary.outcome == Outcome::Failed);
+        })?;
+        if let Some(of_another) = all_of_another(self.done.len(), &damaged) {
             let reason = format!(
                 "it is not the manifest of the records beside it, {of_another} of which are whole and of another one"
             );
             self.add(layout.manifest(), reason, Remedy::Restore);
             return Ok(());
         }
-        for (task, (path, reason)) in damage {
+        for Damaged { task, path, reason } in damaged {
             self.add(path, reason, Remedy::Repeat(task));
         }
         Ok(())

@@ -52,17 +52,9 @@ impl Results {
         let plan = read_plan(layout, &manifest.identity)?;
         let sha256 = manifest.sha256();
         let mut records = BTreeMap::new();
-        let mut damaged = Vec::new();
-        for part in plan.chunks(AT_ONCE) {
-            let read = |task: &Task| Record::read(layout, task, &sha256);
-            let read: Vec<_> = part.par_iter().map(read).collect();
-            for (task, record) in part.iter().zip(read) {
-                match record {
-                    Err(StoreError::Record { path, reason }) => damaged.push((path, reason)),
-                    record => records.extend(record?.map(|record| (task.task, record))),
-                }
-            }
-        }
+        let damaged = read_records(layout, &plan, &sha256, &mut |task, record| {
+            records.insert(task, record);
+        })?;
         refuse(layout, records.len(), damaged)?;
         let design = read_design(layout, &manifest)?;
         Ok(Self { manifest, sha256, plan, records, design })
@@ -103,16 +95,52 @@ impl Results {
     }
 }
 
-/// Refuses damaged records, all at once; the manifest, where it is what is damaged.
-fn refuse(
+/// A record that cannot be used.
+pub(super) struct Damaged {
+    pub(super) task: usize,
+    pub(super) path: PathBuf,
+    pub(super) reason: String,
+}
+
+/// Reads the records of tasks, hands those that are sound to `sound`, and returns the damaged ones in order.
+///
+/// # Errors
+///
+/// [`StoreError::Io`] when one cannot be read.
+pub(super) fn read_records(
     layout: &Layout,
-    sound: usize,
-    mut damaged: Vec<(PathBuf, String)>,
-) -> Result<(), StoreError> {
-    let of_another = damaged.iter().filter(|(_, reason)| reason == OTHER_MANIFEST).count();
-    if of_another > 0 && sound == 0 {
-        return Err(StoreError::OtherManifest { path: layout.manifest(), records: of_another });
+    tasks: &[Task],
+    sha256: &str,
+    sound: &mut dyn FnMut(usize, Record),
+) -> Result<Vec<Damaged>, StoreError> {
+    let mut damaged = Vec::new();
+    for part in tasks.chunks(AT_ONCE) {
+        let read: Vec<_> = part.par_iter().map(|task| Record::read(layout, task, sha256)).collect();
+        for (&Task { task, .. }, record) in part.iter().zip(read) {
+            match record {
+                Err(StoreError::Record { path, reason }) => {
+                    damaged.push(Damaged { task, path, reason })
+                }
+                record => record?.into_iter().for_each(|record| sound(task, record)),
+            }
+        }
     }
+    Ok(damaged)
+}
+
+/// Returns how many whole records are of another manifest, where that shows that the manifest is what is damaged: none is
+/// of this one.
+pub(super) fn all_of_another(sound: usize, damaged: &[Damaged]) -> Option<usize> {
+    let of_another = damaged.iter().filter(|record| record.reason == OTHER_MANIFEST).count();
+    Some(of_another).filter(|of_another| *of_another > 0 && sound == 0)
+}
+
+/// Refuses damaged records, all at once; the manifest, where it is what is damaged.
+fn refuse(layout: &Layout, sound: usize, damaged: Vec<Damaged>) -> Result<(), StoreError> {
+    if let Some(records) = all_of_another(sound, &damaged) {
+        return Err(StoreError::OtherManifest { path: layout.manifest(), records });
+    }
+    let mut damaged: Vec<_> = damaged.into_iter().map(|d| (d.path, d.reason)).collect();
     match damaged.pop() {
         None => Ok(()),
         Some((path, reason)) if damaged.is_empty() => Err(StoreError::Record { path, reason }),

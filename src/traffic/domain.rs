@@ -9,10 +9,10 @@ use super::control::baseline;
 use super::control::registry::METHODS;
 use super::controllers::create;
 use super::env::World;
-use super::environment::{environment, planned_world};
+use super::environment::{environment, folder_of, planned_world};
 use super::error::TrafficError;
 use super::held::Held;
-use super::network_files::{GENERATED, NetworkFiles};
+use super::network_files::GENERATED;
 use super::settings::Scenario;
 use super::settings::failure::failure;
 use super::sim::Sim;
@@ -153,12 +153,7 @@ impl Domain for Traffic {
     }
 
     fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {
-        let is_made = point.environment == GENERATED;
-        let folder = if is_made {
-            NetworkFiles::new(prepared, &point.point, point.sha256.clone()).folder
-        } else {
-            Path::new(&point.environment).parent().unwrap_or(Path::new("")).to_path_buf()
-        };
+        let (is_made, folder) = (point.environment == GENERATED, folder_of(point, prepared));
         let as_planned =
             |path: &Path, sha256: &str| sha256_file(path).is_ok_and(|found| found == sha256);
         let files = point.sha256.iter().map(|(name, sha256)| (folder.join(name), sha256));

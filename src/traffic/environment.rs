@@ -52,6 +52,14 @@ pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
     Ok(world)
 }
 
+/// Returns the folder that the planned files of a point MDP lie in.
+pub fn folder_of(point: &PointRow, networks: &Path) -> PathBuf {
+    if point.environment == GENERATED {
+        return NetworkFiles::new(networks, &point.point, point.sha256.clone()).folder;
+    }
+    Path::new(&point.environment).parent().unwrap_or(Path::new("")).to_path_buf()
+}
+
 /// Returns the world of a planned point MDP after checking that its files are those of the plan, and holds
 /// on to them.
 ///
@@ -62,7 +70,7 @@ pub fn planned_world(point: &PointRow, networks: &Path) -> Result<(World, Held),
     let mut held = Held::default();
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
-        let folder = config.parent().unwrap_or(Path::new(""));
+        let folder = folder_of(point, networks);
         // Files with the bytes of the plan name the files that they named then.
         for (name, sha256) in &point.sha256 {
             held.add(&folder.join(name), Some(sha256))?;

@@ -51,10 +51,11 @@ impl Held {
     pub fn add(&mut self, path: &Path, sha256: Option<&String>) -> Result<(), TrafficError> {
         // Before it is read: what is written in between shows in the next stamp.
         let stamp = stamp(path)?.ok_or_else(|| altered(path, "was deleted"))?;
-        let sha256 =
-            sha256.filter(|planned| sha256_file(path).is_ok_and(|found| found == **planned));
-        let sha256 = sha256.ok_or_else(|| altered(path, "was altered"))?.clone();
-        self.files.push(HeldFile { path: path.to_path_buf(), sha256, stamp });
+        let found = sha256_file(path)?;
+        if sha256 != Some(&found) {
+            return Err(altered(path, "was altered"));
+        }
+        self.files.push(HeldFile { path: path.to_path_buf(), sha256: found, stamp });
         Ok(())
     }
 

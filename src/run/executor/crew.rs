@@ -13,6 +13,8 @@ use std::sync::mpsc::Sender;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::machine::with_way_out;
+
 /// How long a crew of which nobody works waits for the machine.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -140,13 +142,6 @@ impl<'a> Member<'a> {
 /// Whether nothing more may be started for now.
 fn is_scarce(reason: &io::Error) -> bool {
     matches!(reason.kind(), ErrorKind::WouldBlock | ErrorKind::OutOfMemory)
-}
-
-/// Returns why nothing can be started, and what to do.
-pub(super) fn with_way_out(reason: io::Error) -> io::Error {
-    let way_out = "a limit on processes and threads is reached; raise it (ulimit -u, the pids of the container or \
-                   of the batch system), or end other programs";
-    io::Error::new(reason.kind(), format!("{reason}: {way_out}"))
 }
 
 #[cfg(test)]

@@ -18,12 +18,12 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::crew::{Crew, Member, Queue, with_way_out};
+use super::crew::{Crew, Member, Queue};
 use super::verdict::verdict;
 use super::{Event, Executor};
 use crate::files::beneath::open_beneath;
 use crate::files::{FileError, make_folder_beneath};
-use crate::machine;
+use crate::machine::{self, with_way_out};
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
 use crate::store::Layout;

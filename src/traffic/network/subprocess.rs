@@ -91,11 +91,7 @@ fn patiently<T>(mut start: impl FnMut() -> io::Result<T>) -> io::Result<T> {
             result => return result,
         }
     }
-    start().map_err(|e| {
-        let way_out = "a limit on processes is reached; raise it (ulimit -u, the pids of the container or of the batch \
-                       system), or give fewer --jobs";
-        io::Error::new(e.kind(), format!("{e}: {way_out}"))
-    })
+    start().map_err(machine::with_way_out)
 }
 
 /// Returns the end of what it said.
