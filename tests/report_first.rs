@@ -117,3 +117,38 @@ fn a_sample_without_a_list_of_its_family_says_that_it_does_not_know() {
     manifest.identity.sample.sampling = Sampling::KMeans;
     insta::assert_snapshot!(first_page(dir.path(), &manifest));
 }
+
+#[test]
+fn a_first_place_that_rests_on_few_point_mdps_names_them() {
+    let delays_s = |method: &str, busy: bool| match (method, busy) {
+        ("baseline", false) => [20.0, 22.0],
+        ("baseline", true) => [90.0, 96.0],
+        ("max-pressure", false) => [12.0, 13.0],
+        ("max-pressure", true) => [60.0, 66.0],
+        // Better but for one training that failed.
+        (_, false) => [10.0, 11.0],
+        (_, true) => [900.0, 910.0],
+    };
+    let said = |importance: f64| {
+        let dir = tempfile::tempdir().unwrap();
+        let mut manifest = city();
+        for (point, importance) in [(0, 1.0 - importance), (1, importance)] {
+            manifest.identity.points[point].importance = importance;
+            manifest.identity.sample.draws[point].weight = importance;
+        }
+        let layout = made_up::write_results(dir.path(), &manifest, |task| {
+            let rows = evaluations(&delays_s(&task.method, task.point == "busy"));
+            Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+        });
+        let notes = report::text::notes(&reported(&layout));
+        let page = page_of(&layout);
+        let sentence = notes.into_iter().find(|n| n.contains(" rests on "));
+        if let Some(sentence) = &sentence {
+            assert!(page.contains(sentence), "{page}");
+        }
+        sentence
+    };
+    insta::assert_snapshot!(said(0.04).unwrap());
+    // A fifth of the importance is not few, and a hundredth does not turn the order.
+    assert_eq!((said(0.2), said(0.01)), (None, None));
+}

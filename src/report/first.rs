@@ -7,7 +7,7 @@ use super::sections::About;
 use super::sure::certain;
 use super::whole::Report;
 use super::words::{Words, limit_in_words};
-use super::{format, text};
+use super::{format, rests, text};
 use crate::analysis::{Extent, MethodSummary, PointSummary};
 use crate::sample::Design;
 use crate::stats::score::weighted_mean;
@@ -157,6 +157,7 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
             (false, _) => "may be chance: which of the two is better is open".to_owned(),
         };
         sentences.push(format!("Its lead on the next, {}, {verdict}.", lead.runner_up));
+        sentences.extend(rests::sentence(data));
     }
     if let Some(common) = &data.common {
         let order: Vec<String> = (common.methods.iter())

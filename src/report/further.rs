@@ -133,7 +133,7 @@ fn two_sides(data: &Report, m: &MethodSummary) -> Option<String> {
                 format::percent(1.0 - ratio)
             )
         }
-        _ => ": few point MDPs decide".to_owned(),
+        _ => format!(": {}", deciders(data, m)),
     };
     Some(format!(
         "Summaries of {} disagree: better than {} by {}, worse by {}{more}.",
@@ -142,6 +142,21 @@ fn two_sides(data: &Report, m: &MethodSummary) -> Option<String> {
         better.join(", "),
         worse.join(", "),
     ))
+}
+
+/// Says on how much of the family it is that a score lies beyond 1, which summaries do not agree on.
+fn deciders(data: &Report, m: &MethodSummary) -> String {
+    let direction = data.direction();
+    let is_worse = m.overall.is_some_and(|score| direction.is_worse(score, 1.0));
+    let extent = data.extent(|p| {
+        let score = p.results[m.index].as_ref().and_then(|r| r.score);
+        score.is_some_and(|score| match is_worse {
+            true => direction.is_worse(score, 1.0),
+            false => direction.is_worse(1.0, score),
+        })
+    });
+    let much = extent.in_words(&data.words.instance, format::percent);
+    format!("what decides is {much} where it is {}", if is_worse { "worse" } else { "better" })
 }
 
 /// Says the order by the ratio of means where it is another one than that by score.

@@ -31,6 +31,7 @@ mod plain_table;
 mod profiles;
 mod provenance;
 mod ranks;
+mod rests;
 mod scale;
 mod sections;
 pub mod sensitivity;

@@ -3,7 +3,7 @@
 use super::divisor::baseline_in_full;
 use super::plain_table::plain_table;
 use super::whole::Report;
-use super::{format, further};
+use super::{format, further, rests};
 use crate::analysis::MethodSummary;
 
 /// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
@@ -79,6 +79,7 @@ fn row(data: &Report, m: &MethodSummary, points: usize) -> Vec<String> {
 pub fn notes(data: &Report) -> Vec<String> {
     let mut notes = warnings(data);
     notes.extend(further::disagreements(data));
+    notes.extend(rests::sentence(data));
     notes
 }
 

@@ -46,26 +46,55 @@ impl StudyReport<'_> {
         }
         for kind in &self.plan.kinds {
             let off = self.off(*kind);
-            if !off.is_empty() {
-                let names: Vec<&str> = off.into_iter().collect();
+            let coverage = |c: &&&Cell| c.coverage.unwrap_or(1.0);
+            let least = off.iter().min_by(|a, b| coverage(a).total_cmp(&coverage(b)));
+            if let Some(cell) = least {
+                let names: BTreeSet<&str> = off.iter().map(|c| c.method.as_str()).collect();
+                let names: Vec<&str> = names.into_iter().collect();
                 notes.push(format!(
-                    "{}: intervals hold the overall performance in less than 92% of samples for {}.",
+                    "{}: intervals hold the overall performance in less than 92% of samples for {}; least for {} at N = {}, {}.",
                     kind.title(),
-                    names.join(", ")
+                    names.join(", "),
+                    cell.method,
+                    cell.budget,
+                    format::percent(cell.coverage.unwrap_or(1.0)),
                 ));
             }
         }
+        notes.extend(self.against_representatives());
         if self.plan.kinds.contains(&Kind::M4) {
             notes.push(self.inputs());
         }
         notes
     }
 
-    /// Returns the methods of which an estimator's intervals cover too little at some budget.
-    fn off(&self, kind: Kind) -> BTreeSet<&str> {
+    /// Returns the cells in which an estimator's intervals cover too little.
+    fn off(&self, kind: Kind) -> Vec<&Cell> {
         let cells = self.cells.iter().filter(|c| c.kind == kind);
-        let low = cells.filter(|c| c.coverage.is_some_and(|share| share < *RIGHT.start()));
-        low.map(|c| c.method.as_str()).collect()
+        cells.filter(|c| c.coverage.is_some_and(|share| share < *RIGHT.start())).collect()
+    }
+
+    /// Says how large errors are in proportion to those of k-means, in the worst case over methods; `None` without both.
+    fn against_representatives(&self) -> Option<String> {
+        let ratio = |c: &Cell| {
+            let m3 =
+                self.cells_of(Kind::M3, &c.method).into_iter().find(|o| o.budget == c.budget)?;
+            (m3.error > 0.0).then(|| c.error / m3.error)
+        };
+        let worst = |kind: Kind, budget: usize| {
+            let cells = self.cells.iter().filter(|c| c.kind == kind && c.budget == budget);
+            cells.filter_map(ratio).max_by(f64::total_cmp)
+        };
+        let others = self.plan.kinds.iter().filter(|k| **k != Kind::M3);
+        let said: Vec<String> = others
+            .filter_map(|kind| {
+                let at = |n: &usize| Some(format!("{:.2} at N = {n}", worst(*kind, *n)?));
+                let all: Vec<String> = self.plan.budgets.iter().filter_map(at).collect();
+                (!all.is_empty()).then(|| format!("{} {}", kind.title(), all.join(", ")))
+            })
+            .collect();
+        let what = "Error in proportion to that of M3, k-means, for the method where it is largest";
+        (!said.is_empty()).then(|| format!("{what}: {}.", said.join("; ")))
     }
 
     /// Says what M4 knows.
