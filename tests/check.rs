@@ -16,8 +16,12 @@ const LEARN: &str = "run smoke --methods idqn,max-pressure --episodes 2 --eval-s
 
 /// A folder with the results of a learner and of a method without training.
 fn results() -> tempfile::TempDir {
+    results_of(LEARN)
+}
+
+fn results_of(command: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    succeed(folder.path(), LEARN);
+    succeed(folder.path(), command);
     folder
 }
 
@@ -146,6 +150,74 @@ fn what_can_only_come_from_a_copy_is_named_and_not_repaired() {
     assert_eq!(check(folder.path(), "").0, Some(0));
     fs::remove_file(manifest).unwrap();
     assert_eq!(check(folder.path(), "").0, Some(2));
+}
+
+#[test]
+fn the_same_command_writes_what_a_run_began_with_again_and_keeps_the_records() {
+    let folder = results_of(&format!("{LEARN} --budget 2"));
+    let out = folder.path().join("out");
+    let read = |name: &str| fs::read(out.join(name)).unwrap();
+    let (manifest, design, before) =
+        (read("manifest.json"), read("design.json"), content(folder.path()));
+    let identity = |manifest: &[u8]| {
+        let manifest: serde_json::Value = serde_json::from_slice(manifest).unwrap();
+        manifest["identity"].clone()
+    };
+    // Of another run: what lies beside it shows that this one is meant.
+    let text = String::from_utf8(manifest.clone()).unwrap();
+    let other = text.replacen("\"base_seed\": 0", "\"base_seed\": 1", 1);
+    fs::write(out.join("manifest.json"), other).unwrap();
+    let output = run(folder.path(), &format!("{LEARN} --budget 2"));
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("it is not the manifest of the records beside it"), "{said}");
+    assert!(said.contains("move it away and repeat the command that began the run"), "{said}");
+    fs::remove_file(out.join("manifest.json")).unwrap();
+    succeed(folder.path(), &format!("{LEARN} --budget 2"));
+    assert_eq!(identity(&read("manifest.json")), identity(&manifest));
+    for damage in [Some(&b"{"[..]), None] {
+        fs::remove_file(out.join("design.json")).unwrap();
+        if let Some(bytes) = damage {
+            fs::write(out.join("design.json"), bytes).unwrap();
+            let output = run(folder.path(), &format!("{LEARN} --budget 2"));
+            let said = stderr(&output);
+            assert!(said.contains("design.json: it is not what the sample"), "{said}");
+            assert!(said.contains("or move it away and repeat the command"), "{said}");
+            let (code, said, _) = check(folder.path(), "--repair");
+            assert_eq!(code, Some(2), "it needs the scenario: {said}");
+            fs::remove_file(out.join("design.json")).unwrap();
+        } else {
+            let (_, said, _) = check(folder.path(), "");
+            assert!(said.contains("design.json: it is missing; restore it from a copy"), "{said}");
+        }
+        fs::remove_file(out.join("plan.jsonl")).unwrap();
+        succeed(folder.path(), &format!("{LEARN} --budget 2"));
+        assert_eq!(read("design.json"), design);
+    }
+    assert_eq!(content(folder.path()), before);
+    assert_eq!(check(folder.path(), "").0, Some(0));
+}
+
+#[test]
+fn places_in_which_a_digit_is_another_are_refused_and_written_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = "run salt-lake-city --methods max-pressure --budget 1 --eval-seeds 1 --quiet \
+               --set demand.horizon_s=60 --out out";
+    succeed(folder.path(), run);
+    let path = folder.path().join("out/places.json");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replacen("\"latitude\":40.", "\"latitude\":41.", 1)).unwrap();
+    let output = common::run(folder.path(), "report out");
+    assert_eq!(output.status.code(), Some(2));
+    let said = "out/places.json: altered: the checksum does not match; delete it, and the next";
+    assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    let (code, said, _) = check(folder.path(), "");
+    assert_eq!(code, Some(2));
+    let expected = "out/places.json: altered: the checksum does not match; the command of the run writes it again\n";
+    assert!(said.starts_with(expected), "{said}");
+    assert_eq!(check(folder.path(), "--repair").0, Some(0));
+    succeed(folder.path(), run);
+    assert_eq!(fs::read_to_string(&path).unwrap(), text);
 }
 
 #[test]

@@ -140,7 +140,7 @@ fn every_shape_builds_and_is_sound() {
     let summary =
         build_all(&shapes(), &network, &demand, &signal, out.path(), options, &progress).unwrap();
     assert_eq!((summary.built, done.lock().unwrap().len()), (9, 9));
-    let index = Index::load(out.path()).unwrap();
+    let index = Index::load_if_present(out.path()).unwrap().unwrap();
     let phases: Vec<_> = index.rows().map(|r| (r.point.as_str(), r.arms, r.phases)).collect();
     let expected = [
         ("crooked-five", 5, 3),
@@ -249,7 +249,7 @@ fn networks_that_the_family_does_not_need_are_kept() {
     build(&[cross()], out.path(), false).unwrap();
     let summary = build(&[tee()], out.path(), false).unwrap();
     assert_eq!((summary.built, summary.other), (1, 1));
-    let index = Index::load(out.path()).unwrap();
+    let index = Index::load_if_present(out.path()).unwrap().unwrap();
     index.verify(index.rows().find(|row| row.point == "cross").unwrap()).unwrap();
 }
 
@@ -313,7 +313,7 @@ fn an_impossible_intersection_leaves_no_files() {
     bad.arms.iter_mut().for_each(|arm| arm.lanes_out = 0);
     let e = build(&[bad], out.path(), false).unwrap_err();
     assert!(matches!(e, NetworkError::Intersection { .. }), "{e}");
-    let index = Index::load(out.path()).unwrap();
+    let index = Index::load_if_present(out.path()).unwrap().unwrap();
     assert_eq!((files(out.path()).len(), index.rows().count()), (1, 0));
 }
 

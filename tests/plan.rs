@@ -190,5 +190,8 @@ fn a_method_that_follows_a_cheap_one_is_estimated_nearly_exactly_from_a_few() {
     // A design that is not the sample's is refused.
     fs::write(layout.design(), b"{}").unwrap();
     let e = Results::load(&layout).unwrap_err().to_string();
-    assert!(e.contains("design.json") && e.contains("restore both"), "{e}");
+    assert!(
+        e.contains("design.json") && e.contains("restore it from a copy, or move it away"),
+        "{e}"
+    );
 }

@@ -20,9 +20,10 @@ use crate::run::audit::{Beside, audit_beside};
 use crate::run::domain::domain_of;
 use crate::run::executor::Event;
 use crate::run::session::reopen;
-use crate::store::Layout;
 use crate::store::audit::{Audit, Damage, Remedy};
 use crate::store::manifest::{Manifest, Task, plan_text};
+use crate::store::{Layout, StoreError};
+use crate::traffic::places::{self, Places};
 
 /// `tsc-family check`.
 #[derive(Debug, clap::Args)]
@@ -82,6 +83,10 @@ fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
         prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
         let domain = domain_of(&domains(), layout, identity)?;
         beside = audit_beside(domain, layout, &prepared, &mut audit)?;
+        match Places::read(&layout.root().join(places::FILE)).map(drop) {
+            Err(StoreError::Renewable { path, reason }) => audit.add(path, reason, Remedy::Renew),
+            read => read?,
+        }
     }
     Ok(Looked { audit, beside, prepared })
 }
@@ -150,6 +155,7 @@ fn advice(damage: &Damage, command: Option<&str>) -> String {
     match damage.remedy {
         Remedy::Repeat(task) => format!("task {task} can be done again, to the same record"),
         Remedy::Discard => "without it, the training starts from the beginning".to_owned(),
+        Remedy::Renew => "the command of the run writes it again".to_owned(),
         Remedy::Rewrite => "it follows from the manifest".to_owned(),
         Remedy::Rebuild => {
             let command = command.unwrap_or_default();
@@ -158,6 +164,13 @@ fn advice(damage: &Damage, command: Option<&str>) -> String {
             )
         }
         Remedy::Restore => "restore it from a copy".to_owned(),
+        Remedy::Begin => {
+            let command = command.map(|command| format!(" ({command})")).unwrap_or_default();
+            format!(
+                "restore it from a copy, or move it away and repeat the command that began the run{command}, which \
+                 writes it again and keeps the records"
+            )
+        }
     }
 }
 
@@ -166,7 +179,9 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     let Looked { audit, beside, prepared } = looked;
     let Some(manifest) = &audit.manifest else {
         return Err(Refused(
-            "without its manifest nothing can be repaired; restore it from a copy".to_owned(),
+            "without its manifest nothing can be repaired; restore it from a copy, or move it away and repeat the \
+             command that began the run"
+                .to_owned(),
         )
         .into());
     };
@@ -182,16 +197,18 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     let session = reopen(&domains, layout, prepared.clone())?;
     for damage in &audit.damage {
         match damage.remedy {
-            Remedy::Repeat(_) | Remedy::Discard => set_aside(layout, &damage.path)?,
+            Remedy::Repeat(_) | Remedy::Discard | Remedy::Renew => {
+                set_aside(layout, &damage.path)?;
+            }
             // A network is whole or gone; nobody misses one that can be built again. Where it is, a manifest may have
             // from a stranger.
-            Remedy::Rebuild if args.networks.is_some() => remove_folder_of(&damage.path)?,
+            Remedy::Rebuild if args.networks.is_some() => remove_folder_of(prepared, &damage.path)?,
             Remedy::Rebuild => {}
             Remedy::Rewrite => {
                 set_aside(layout, &damage.path)?;
                 write_atomically(&damage.path, &plan_text(&audit.tasks))?;
             }
-            Remedy::Restore => {}
+            Remedy::Restore | Remedy::Begin => {}
         }
     }
     // A model is of no use without its record, and a record without its model.
@@ -248,9 +265,10 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     Ok(())
 }
 
-/// Removes the folder that a file lies in.
-fn remove_folder_of(path: &Path) -> Result<(), FileError> {
+/// Removes the folder beneath another that a file lies in.
+fn remove_folder_of(networks: &Path, path: &Path) -> Result<(), FileError> {
     let folder = path.parent().expect("a file lies in a folder");
+    beneath(networks, folder)?;
     match fs::remove_dir_all(folder) {
         // It went with another file of it.
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),

@@ -173,6 +173,10 @@ fn store(error: &StoreError) -> u8 {
             MISMATCH
         }
         StoreError::NotResults(_)
+        | StoreError::Manifest { .. }
+        | StoreError::Plan { .. }
+        | StoreError::Design { .. }
+        | StoreError::Renewable { .. }
         | StoreError::Malformed { .. }
         | StoreError::Record { .. }
         | StoreError::Records(_)

@@ -9,6 +9,7 @@ use clap::ValueEnum;
 use crate::cli::refused::Refused;
 use crate::files::FileError;
 use crate::traffic::city::folder::networks_folder;
+use crate::traffic::network_files::BY_HASH;
 use crate::traffic::settings::Preset;
 
 /// Files that are no one's work.
@@ -33,8 +34,11 @@ pub(super) const RESULTS: Kind = Kind {
 };
 
 /// What `build-networks` writes.
-pub(super) const NETWORKS: Kind =
-    Kind { what: "folder of networks", own: |name| name == "INDEX.csv", all: false };
+pub(super) const NETWORKS: Kind = Kind {
+    what: "folder of networks",
+    own: |name| ["INDEX.csv", BY_HASH].contains(&name),
+    all: false,
+};
 
 /// What `build-networks --osm` writes.
 pub(super) const CITY: Kind = Kind {
@@ -139,6 +143,7 @@ mod tests {
         assert_eq!(check(&[".gitkeep"], &RESULTS, Some(false)), None);
         assert_eq!(check(&["manifest.json", "notes.md"], &RESULTS, Some(false)), None);
         assert_eq!(check(&["INDEX.csv"], &NETWORKS, Some(false)), None);
+        assert_eq!(check(&["by-hash", "busy"], &NETWORKS, None), None, "its index was lost");
         assert_eq!(check(&["00-a.svg", "01-b.svg"], &DRAWINGS, Some(false)), None);
         assert!(check(&["00-a.svg", "x.txt"], &DRAWINGS, Some(false)).unwrap().contains("x.txt"));
     }

@@ -22,6 +22,9 @@ pub struct WorkerArgs {
     /// Row of the plan
     #[arg(long, value_name = "K")]
     pub task: usize,
+    /// sha256 of the manifest as the run has it: another one is damaged or exchanged
+    #[arg(long, value_name = "SHA256")]
+    pub manifest: Option<String>,
     /// Folder of the networks or whatever was prepared [default: the manifest's]
     #[arg(long, value_name = "DIR")]
     pub prepared: Option<PathBuf>,
@@ -53,6 +56,7 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     let _watchdog = watchdog.inspect_err(|e| note(format!("nobody watches this task: {e}"))).ok();
     let errand = Errand {
         task: args.task,
+        manifest: args.manifest.clone(),
         prepared: args.prepared.clone(),
         attempt: args.attempt,
         checkpoint_every: Duration::from_secs(args.checkpoint_every_s),

@@ -244,7 +244,12 @@ impl Archive {
             .map_err(|reason| ArchiveError::Foreign { path: path.into(), reason })
     }
 
-    fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+    /// Returns what the bytes of a file hold.
+    ///
+    /// # Errors
+    ///
+    /// Why they are no file of ours, or not as it was written.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let broken = |e| format!("not a complete safetensors file ({e})");
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(broken)?;
         let file = SafeTensors::deserialize(bytes).map_err(broken)?;

@@ -117,6 +117,9 @@ pub(super) fn write(
     replace(layout.root(), &layout.model(task.task), &layout.tmp(), &model.to_bytes())
 }
 
+/// The way out of a file that is no model.
+const ADVICE: &str = "give a file of the folder models/ of a results directory";
+
 /// A model as it lies on disk.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedModel {
@@ -139,21 +142,30 @@ impl SavedModel {
     /// no model.
     pub fn read(path: &Path) -> Result<Self, RunError> {
         let fail = |reason: String| RunError::Model { path: path.to_path_buf(), reason };
-        let advice = "give a file of the folder models/ of a results directory";
-        let mut archive = Archive::read(path).map_err(|e| match e {
+        let archive = Archive::read(path).map_err(|e| match e {
             ArchiveError::Io(e) if e.reason.kind() == ErrorKind::NotFound => {
-                fail(format!("does not exist; {advice}"))
+                fail(format!("does not exist; {ADVICE}"))
             }
             ArchiveError::Io(e) => RunError::Io(e),
-            ArchiveError::Foreign { reason, .. } => fail(format!("{reason}; {advice}")),
+            ArchiveError::Foreign { reason, .. } => fail(format!("{reason}; {ADVICE}")),
             other => fail(other.to_string()),
         })?;
+        Self::of(path, archive)
+    }
+
+    /// Returns the model that an archive is; the path is for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Model`] when it is no model.
+    pub fn of(path: &Path, mut archive: Archive) -> Result<Self, RunError> {
+        let fail = |reason: String| RunError::Model { path: path.to_path_buf(), reason };
         match archive.get::<String>(KIND) {
             Ok(kind) if kind == MODEL => {}
             Ok(kind) if kind == CHECKPOINT => {
-                return Err(fail(format!("a checkpoint of a training, not a model; {advice}")));
+                return Err(fail(format!("a checkpoint of a training, not a model; {ADVICE}")));
             }
-            _ => return Err(fail(format!("not a model; {advice}"))),
+            _ => return Err(fail(format!("not a model; {ADVICE}"))),
         }
         let version: u32 = archive.get("format_version").map_err(|e| fail(e.to_string()))?;
         if !READABLE.contains(&version) {

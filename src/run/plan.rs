@@ -1,6 +1,7 @@
 //! What a run consists of, decided completely before the first task.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use super::domain::{Domain, Prepared, Problem};
 use super::error::RunError;
@@ -14,6 +15,7 @@ use crate::seed;
 use crate::store::manifest::{
     FeatureColumn, Identity, Manifest, PointRow, Provenance, Task, plan_text,
 };
+use crate::store::results::sound_records;
 use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference, extent};
 
 /// What a run is asked to do.
@@ -222,21 +224,44 @@ pub fn establish(
     if layout.manifest().exists() {
         let existing = Manifest::read(layout)?;
         return match difference::between(&existing.identity, &manifest.identity) {
-            None => Ok(existing),
+            None => {
+                write_plan(layout, tasks, design, true)?;
+                Ok(existing)
+            }
             Some(difference) => {
+                // Records of this very run: then what is of another one is the manifest beside them.
+                let records = sound_records(layout, tasks, &manifest.sha256())?;
+                if records > 0 {
+                    return Err(StoreError::OtherManifest { path: layout.manifest(), records });
+                }
                 let (path, command) = (layout.root().to_path_buf(), existing.provenance.command);
                 Err(StoreError::Mismatch { path, difference, command })
             }
         };
     }
-    write_atomically(&layout.plan(), &plan_text(tasks))?;
-    if let Some(design) = design {
-        write_atomically(&layout.design(), &design.to_json())?;
-    }
+    write_plan(layout, tasks, design, false)?;
     let mut json = serde_json::to_vec_pretty(&manifest).expect("a manifest is plain data");
     json.push(b'\n');
     write_atomically(&layout.manifest(), &json)?;
     Ok(manifest)
+}
+
+/// Writes the plan, and what the sample was spread over; `missing`: only what is not there any more.
+fn write_plan(
+    layout: &Layout,
+    tasks: &[Task],
+    design: Option<&Design>,
+    missing: bool,
+) -> Result<(), StoreError> {
+    let write = |path: PathBuf, text: &dyn Fn() -> Vec<u8>| match missing && path.exists() {
+        true => Ok(()),
+        false => write_atomically(&path, &text()),
+    };
+    write(layout.plan(), &|| plan_text(tasks))?;
+    if let Some(design) = design {
+        write(layout.design(), &|| design.to_json())?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

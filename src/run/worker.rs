@@ -7,16 +7,18 @@ use super::domain::{Domain, domain_of};
 use super::error::RunError;
 use super::progress::News;
 use super::work::{Workplace, do_task};
-use crate::store::Layout;
 use crate::store::manifest::{Manifest, read_plan};
 use crate::store::record::Record;
 use crate::store::scratch::Scratch;
+use crate::store::{Layout, StoreError};
 
 /// Which task, and how.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Errand {
     /// Row of the plan.
     pub task: usize,
+    /// sha256 of the manifest as the run has it; `None` where nobody knows.
+    pub manifest: Option<String>,
     /// Folder of what was prepared; `None` for the manifest's.
     pub prepared: Option<PathBuf>,
     /// Which attempt at the task this is, from 1.
@@ -42,6 +44,10 @@ pub fn serve(
 ) -> Result<Record, RunError> {
     let layout = Layout::new(dir);
     let manifest = Manifest::read(&layout)?;
+    if errand.manifest.as_ref().is_some_and(|sha256| *sha256 != manifest.sha256()) {
+        let reason = "it is another one than when the run began".to_owned();
+        return Err(StoreError::Manifest { path: layout.manifest(), reason }.into());
+    }
     let domain = domain_of(domains, &layout, &manifest.identity)?;
     let plan = read_plan(&layout, &manifest.identity)?;
     let task = plan.get(errand.task).ok_or_else(|| RunError::NoTask {
@@ -59,4 +65,33 @@ pub fn serve(
         checkpoint_every: errand.checkpoint_every,
     };
     do_task(domain, &manifest, task, &workplace, news)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::plan::establish;
+    use crate::run::progress::{Failure, Fault};
+    use crate::run::testing::{Counting, Toy, planned};
+
+    #[test]
+    fn a_manifest_that_is_exchanged_while_a_run_goes_on_fails_no_task() {
+        let dir = tempfile::tempdir().unwrap();
+        let (manifest, tasks) = planned(2);
+        let layout = Layout::new(dir.path());
+        layout.make().unwrap();
+        let manifest = establish(&layout, manifest, &tasks, None).unwrap();
+        let serve = |manifest: Option<String>| {
+            let every = Duration::from_secs(60);
+            let prepared = Some("prepared".into());
+            let errand =
+                Errand { task: 0, manifest, prepared, attempt: 1, checkpoint_every: every };
+            serve(&[&Toy { learner: Counting::of(1) }], dir.path(), &errand, &mut |_| {})
+        };
+        let e = serve(Some("another".to_owned())).unwrap_err();
+        assert_eq!(Failure::of(&e).fault, Fault::Machine);
+        assert!(e.to_string().contains("manifest.json: it is another one than when the run began"));
+        assert!(!layout.record(0).exists());
+        serve(Some(manifest.sha256())).unwrap();
+    }
 }

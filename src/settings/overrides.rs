@@ -8,6 +8,9 @@ use super::named::Named;
 use super::wording::explain;
 use crate::family::error::FamilyError;
 
+/// Most parts of a dotted name; settings have three.
+const MOST_PARTS: usize = 16;
+
 /// A setting by its dotted name, such as `demand.horizon_s`, and its new value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Override {
@@ -101,6 +104,9 @@ impl FromStr for Override {
             .split_once('=')
             .ok_or("expected KEY=VALUE, such as demand.horizon_s=600".to_owned())?;
         let path: Vec<String> = key.split('.').map(|part| part.trim().to_owned()).collect();
+        if path.len() > MOST_PARTS {
+            return Err(format!("the key before `=` has more than {MOST_PARTS} parts"));
+        }
         if path.iter().any(String::is_empty) {
             return Err("the key before `=` has an empty part; expected one such as \
                         demand.horizon_s"

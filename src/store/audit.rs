@@ -30,10 +30,14 @@ pub enum Remedy {
     Repeat(usize),
     /// Nothing but time is lost without it.
     Discard,
+    /// The command that began the run writes it again.
+    Renew,
     /// It follows from the manifest.
     Rewrite,
     /// The command that began the run builds it again, once it is gone.
     Rebuild,
+    /// It comes from a copy, or from the command that began the run once it is away.
+    Begin,
     /// It can only come from a copy.
     Restore,
 }
@@ -65,8 +69,8 @@ impl Audit {
     pub fn of(layout: &Layout) -> Result<Self, StoreError> {
         let mut audit = Self::default();
         let manifest = match Manifest::read(layout) {
-            Err(StoreError::Malformed { path, reason }) => {
-                audit.add(path, reason, Remedy::Restore);
+            Err(StoreError::Manifest { path, reason }) => {
+                audit.add(path, reason, Remedy::Begin);
                 return Ok(audit);
             }
             manifest => manifest?,
@@ -79,17 +83,11 @@ impl Audit {
             return Ok(audit);
         }
         match read_plan(layout, &manifest.identity).map(drop) {
-            Err(StoreError::Malformed { path, reason }) => audit.add(path, reason, Remedy::Rewrite),
-            Err(StoreError::Io(e)) if e.reason.kind() == std::io::ErrorKind::NotFound => {
-                audit.add(e.path, "it is missing".to_owned(), Remedy::Rewrite);
-            }
+            Err(StoreError::Plan { path, reason }) => audit.add(path, reason, Remedy::Rewrite),
             read => read?,
         }
         match read_design(layout, &manifest).map(drop) {
-            Err(StoreError::Malformed { path, reason }) => audit.add(path, reason, Remedy::Restore),
-            Err(StoreError::Io(e)) if e.reason.kind() == std::io::ErrorKind::NotFound => {
-                audit.add(e.path, "it is missing".to_owned(), Remedy::Restore);
-            }
+            Err(StoreError::Design { path, reason }) => audit.add(path, reason, Remedy::Begin),
             read => read?,
         }
         for folder in ["done", "models", "ckpt", "logs"] {
@@ -129,7 +127,7 @@ impl Audit {
             let reason = format!(
                 "it is not the manifest of the records beside it, {of_another} of which are whole and of another one"
             );
-            self.add(layout.manifest(), reason, Remedy::Restore);
+            self.add(layout.manifest(), reason, Remedy::Begin);
             return Ok(());
         }
         for Damaged { task, path, reason } in damaged {

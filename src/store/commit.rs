@@ -47,13 +47,7 @@ impl Record {
     }
 
     fn write_to(&self, file: &mut File) -> std::io::Result<()> {
-        let mut text = serde_json::to_vec(&self.summary)?;
-        text.push(b'\n');
-        for row in &self.rows {
-            serde_json::to_writer(&mut text, row)?;
-            text.push(b'\n');
-        }
-        file.write_all(&text)?;
+        file.write_all(self.to_text().as_bytes())?;
         file.sync_all()
     }
 }

@@ -18,16 +18,63 @@ pub enum StoreError {
     /// Written by a version with other files.
     #[error(
         "{}: schema version {found}, but this tsc-family reads {expected}; use the version that \
-         wrote it or give another --out",
+         wrote it, restore it from a copy where it is damaged, or give another --out",
         .path.display()
     )]
     Version {
         /// The manifest.
         path: PathBuf,
         /// Version found.
-        found: String,
+        found: u64,
         /// Version understood.
         expected: u32,
+    },
+    /// A manifest that is damaged.
+    #[error(
+        "{}: {reason}; restore it from a copy, or move it away and repeat the command that began the run, which \
+         writes it again and keeps the records",
+        .path.display()
+    )]
+    Manifest {
+        /// The manifest.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A plan that is damaged or of another manifest.
+    #[error(
+        "{}: {reason}; `tsc-family check {} --repair` writes it again, as it follows from manifest.json",
+        .path.display(),
+        .path.parent().unwrap_or(.path).display()
+    )]
+    Plan {
+        /// The plan.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A file that every run writes anew is damaged.
+    #[error(
+        "{}: {reason}; delete it, and the next `tsc-family run` writes it again",
+        .path.display()
+    )]
+    Renewable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// What the sample was spread over is damaged, or of another manifest.
+    #[error(
+        "{}: {reason}; restore it from a copy, or move it away and repeat the command that began the run, which \
+         writes it again",
+        .path.display()
+    )]
+    Design {
+        /// The design.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
     },
     /// A file that does not parse.
     #[error("{}: {reason}", .path.display())]
@@ -58,7 +105,8 @@ pub enum StoreError {
     /// A manifest that is not the one of the records beside it.
     #[error(
         "{}: it is not the manifest of the records beside it, which are whole ({records} of another one): it was altered \
-         or damaged, or they were copied here; restore it, and keep the records",
+         or damaged, or they were copied here; restore it from a copy, or move it away and repeat the command that \
+         began the run, which writes it again; keep the records",
         .path.display()
     )]
     OtherManifest {

@@ -185,22 +185,34 @@ impl Manifest {
     ///
     /// # Errors
     ///
-    /// [`StoreError::NotResults`] when there is none, [`StoreError::Version`] for another schema,
-    /// [`StoreError::Malformed`] for anything else.
+    /// [`StoreError::NotResults`] when there is none, nor a plan beside it, [`StoreError::Version`] for another schema,
+    /// [`StoreError::Manifest`] for anything else.
     pub fn read(layout: &Layout) -> Result<Self, StoreError> {
         let path = layout.manifest();
-        let text = files::if_present(files::read_text(&path, limits::DOCUMENT))?;
-        let text = text.ok_or_else(|| StoreError::NotResults(layout.root().to_path_buf()))?;
-        let malformed = |reason: String| StoreError::Malformed { path: path.clone(), reason };
+        let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
+        let bytes = bytes.ok_or_else(|| match layout.plan().exists() {
+            true => StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() },
+            false => StoreError::NotResults(layout.root().to_path_buf()),
+        })?;
+        Self::parse(&bytes, &path)
+    }
+
+    /// Returns the manifest that bytes are; the path is for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Version`] for another schema, [`StoreError::Manifest`] for anything else.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
+        let path = path.to_path_buf();
+        let malformed = |reason: String| StoreError::Manifest { path: path.clone(), reason };
         let value: serde_json::Value =
-            serde_json::from_str(&text).map_err(|e| malformed(e.to_string()))?;
+            serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
         let version = value.pointer("/identity/schema_version").and_then(|v| v.as_u64());
-        if version != Some(u64::from(SCHEMA_VERSION)) {
-            return Err(StoreError::Version {
-                path,
-                found: version.map_or("none".into(), |v| v.to_string()),
-                expected: SCHEMA_VERSION,
-            });
+        let Some(found) = version else {
+            return Err(malformed("it has no schema version".to_owned()));
+        };
+        if found != u64::from(SCHEMA_VERSION) {
+            return Err(StoreError::Version { path, found, expected: SCHEMA_VERSION });
         }
         files::numbers::check(&value).map_err(malformed)?;
         let manifest: Self = serde_json::from_value(value).map_err(|e| malformed(e.to_string()))?;
@@ -223,22 +235,25 @@ impl Identity {
         for point in &self.points {
             let (own, all) = (point.features.len(), self.features.len());
             if own != all {
-                return Err(format!(
-                    "point {} has {own} features of {all}; restore it",
-                    point.point
-                ));
+                return Err(format!("point {} has {own} features of {all}", point.point));
             }
         }
         let names = self.points.iter().flat_map(|point| [&point.point, &point.title]);
         for name in names.chain([&self.scenario]) {
             if name.chars().any(char::is_control) {
-                return Err(format!("{name:?} has control characters; restore it"));
+                return Err(format!("{name:?} has control characters"));
+            }
+        }
+        // Files are called after them.
+        for PointRow { point, .. } in &self.points {
+            if point.is_empty() || point.starts_with('.') || point.contains('/') {
+                return Err(format!("a point MDP cannot be called {point:?}"));
             }
         }
         let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         for method in &self.methods {
             if method.is_empty() || method.starts_with('.') || !method.chars().all(safe) {
-                return Err(format!("a method cannot be called {method:?}; restore it"));
+                return Err(format!("a method cannot be called {method:?}"));
             }
         }
         let points = self.points.iter().map(|point| point.point.as_str());
@@ -251,7 +266,7 @@ impl Identity {
                 pair[0].budget < pair[1].budget && pair[0].draws.iter().all(has)
             };
             if !whole || !growth.looks.windows(2).all(within) {
-                return Err("its looks do not lead to its sample; restore it".to_owned());
+                return Err("its looks do not lead to its sample".to_owned());
             }
         }
         for (what, doubled) in [
@@ -259,7 +274,7 @@ impl Identity {
             ("method", doubled(self.methods.iter().map(String::as_str))),
         ] {
             if let Some(name) = doubled {
-                return Err(format!("{what} {name} is there twice; restore it"));
+                return Err(format!("{what} {name} is there twice"));
             }
         }
         Ok(())
@@ -301,14 +316,13 @@ fn doubled<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
 ///
 /// # Errors
 ///
-/// [`StoreError::Malformed`] when a row is not a task or the plan is another one.
+/// [`StoreError::Plan`] when a row is not a task or the plan is another one.
 pub fn read_plan(layout: &Layout, identity: &Identity) -> Result<Vec<Task>, StoreError> {
     let path = &layout.plan();
     let plan = read_rows(path)?;
     if plan != identity.tasks() {
-        let reason = "it is not the plan of manifest.json; restore both, or start anew with another \
-                      --out";
-        return Err(StoreError::Malformed { path: path.clone(), reason: reason.to_owned() });
+        let reason = "it is not the plan of manifest.json".to_owned();
+        return Err(StoreError::Plan { path: path.clone(), reason });
     }
     Ok(plan)
 }
@@ -324,13 +338,21 @@ pub fn plan_text(tasks: &[Task]) -> Vec<u8> {
 }
 
 fn read_rows(path: &Path) -> Result<Vec<Task>, StoreError> {
-    let file = files::open(path)?;
-    let malformed = |line: usize, e: String| StoreError::Malformed {
-        path: path.to_path_buf(),
-        reason: format!("line {line}: {e}"),
-    };
+    let reason = "it is missing".to_owned();
+    let file = files::if_present(files::open(path))?;
+    let file = file.ok_or_else(|| StoreError::Plan { path: path.to_path_buf(), reason })?;
+    parse_rows(BufReader::new(file), path)
+}
+
+/// Returns the tasks of a plan; the path is for messages.
+///
+/// # Errors
+///
+/// [`StoreError::Plan`] when a row is not a task, [`StoreError::Io`] when it cannot be read.
+pub fn parse_rows(mut file: impl BufRead, path: &Path) -> Result<Vec<Task>, StoreError> {
+    let damaged = |reason: String| StoreError::Plan { path: path.to_path_buf(), reason };
+    let malformed = |line: usize, e: String| damaged(format!("line {line}: {e}"));
     let mut tasks = Vec::new();
-    let mut file = BufReader::new(file);
     let mut line = Vec::new();
     for number in 1.. {
         line.clear();

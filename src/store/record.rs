@@ -220,7 +220,19 @@ impl Record {
         Ok(Some(record))
     }
 
-    fn parse(text: &str) -> Result<Self, String> {
+    /// Returns the text of the record's file.
+    pub fn to_text(&self) -> String {
+        let line = |json: serde_json::Result<String>| json.expect("a record is plain data") + "\n";
+        let rows = self.rows.iter().map(|row| line(serde_json::to_string(row)));
+        std::iter::once(line(serde_json::to_string(&self.summary))).chain(rows).collect()
+    }
+
+    /// Returns the record that a text is, whosever it is.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, in words.
+    pub fn parse(text: &str) -> Result<Self, String> {
         let mut lines = text.lines();
         let first = lines.next().ok_or("empty file")?;
         let summary: Summary = serde_json::from_str(first).map_err(|e| format!("line 1: {e}"))?;

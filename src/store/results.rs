@@ -128,6 +128,17 @@ pub(super) fn read_records(
     Ok(damaged)
 }
 
+/// Returns how many tasks have a sound record of a manifest.
+///
+/// # Errors
+///
+/// [`StoreError::Io`] when one cannot be read.
+pub fn sound_records(layout: &Layout, tasks: &[Task], sha256: &str) -> Result<usize, StoreError> {
+    let mut sound = 0;
+    read_records(layout, tasks, sha256, &mut |_, _| sound += 1)?;
+    Ok(sound)
+}
+
 /// Returns how many whole records are of another manifest, where that shows that the manifest is what is damaged: none is
 /// of this one.
 pub(super) fn all_of_another(sound: usize, damaged: &[Damaged]) -> Option<usize> {
@@ -161,11 +172,11 @@ pub(super) fn read_design(
         return Ok(None);
     }
     let path = layout.design();
-    let bytes = files::read(&path, limits::DOCUMENT)?;
-    let malformed = |reason: String| StoreError::Malformed { path: path.clone(), reason };
+    let malformed = |reason: String| StoreError::Design { path: path.clone(), reason };
+    let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
+    let bytes = bytes.ok_or_else(|| malformed("it is missing".to_owned()))?;
     if sha256(&bytes) != *expected {
-        let reason = "it is not what the sample of manifest.json was spread over; restore both, or start anew with \
-                      another --out";
+        let reason = "it is not what the sample of manifest.json was spread over";
         return Err(malformed(reason.to_owned()));
     }
     serde_json::from_slice(&bytes).map(Some).map_err(|e| malformed(e.to_string()))

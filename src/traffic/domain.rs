@@ -157,6 +157,8 @@ impl Domain for Traffic {
         let as_planned =
             |path: &Path, sha256: &str| sha256_file(path).is_ok_and(|found| found == sha256);
         let files = point.sha256.iter().map(|(name, sha256)| (folder.join(name), sha256));
+        // What is made lies in one folder; a manifest may come from a stranger, and what is spoilt may be removed.
+        let files = files.filter(|(path, _)| !is_made || path.parent() == Some(folder.as_path()));
         files
             .filter(|(path, sha256)| !as_planned(path, sha256))
             .map(|(path, _)| Spoilt { is_there: path.exists(), path, is_made })

@@ -33,8 +33,15 @@ pub fn environment<S: Sim>(
 ///
 /// # Errors
 ///
-/// [`TrafficError`] when a file is missing or cannot be understood.
+/// [`TrafficError`] when a file is missing or cannot be understood, or would have SUMO read or write any other.
 pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
+    // Networks may come from a stranger, with an index or a manifest that has their hashes.
+    for (_, file) in sources(&SumoConfig::read(&files.sumocfg)?)? {
+        if file != files.net && file != files.routes {
+            let reason = format!("it names {}, which is no file of the network", file.display());
+            return Err(SimError::Config { path: files.sumocfg.clone(), reason }.into());
+        }
+    }
     let demand = DemandSpec::read(&files.demand)?;
     let mut world = World::from_sumocfg(&files.sumocfg)?;
     world.turn_shares = demand
@@ -71,11 +78,11 @@ pub fn planned_world(point: &PointRow, networks: &Path) -> Result<(World, Held),
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
         let folder = folder_of(point, networks);
-        // Files with the bytes of the plan name the files that they named then.
         for (name, sha256) in &point.sha256 {
             held.add(&folder.join(name), Some(sha256))?;
         }
-        for (name, file) in SumoConfig::read(&config)?.files {
+        // Whoever planned has looked at what SUMO would read and write; but the plan may be a stranger's.
+        for (name, file) in sources(&SumoConfig::read(&config)?)? {
             if !point.sha256.contains_key(&name) {
                 held.add(&file, None)?;
             }

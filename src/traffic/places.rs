@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::files::{self, limits};
+use crate::hash::sha256;
 use crate::store::error::StoreError;
 use crate::store::manifest::PointRow;
 
@@ -52,6 +53,18 @@ pub struct Places {
     pub streets: Vec<StreetsOfRank>,
 }
 
+/// A file of places.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Kept {
+    intersections: Vec<MappedIntersection>,
+    #[serde(default)]
+    streets: Vec<StreetsOfRank>,
+    /// Of the rest; versions before had none.
+    #[serde(default)]
+    sha256: Option<String>,
+}
+
 impl Places {
     /// Returns what a manifest says of places, for results from before they were kept: those of the
     /// simulated point MDPs, without names.
@@ -78,13 +91,24 @@ impl Places {
     ///
     /// [`StoreError`] when it cannot be read or is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, StoreError> {
-        let text = files::if_present(files::read_text(path, limits::DOCUMENT))?;
-        let Some(text) = text else { return Ok(None) };
-        let malformed = |reason: String| StoreError::Malformed {
-            path: path.to_path_buf(),
-            reason: format!("{reason}; delete it, and the next `tsc-family run` writes it again"),
-        };
-        let places: Self = serde_json::from_str(&text).map_err(|e| malformed(e.to_string()))?;
+        let bytes = files::if_present(files::read(path, limits::DOCUMENT))?;
+        let Some(bytes) = bytes else { return Ok(None) };
+        Self::parse(&bytes, path).map(Some)
+    }
+
+    /// Returns the places that bytes are; the path is for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Renewable`] when they are damaged.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
+        let malformed = |reason: String| StoreError::Renewable { path: path.to_path_buf(), reason };
+        let Kept { intersections, streets, sha256 } =
+            serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        let places = Self { intersections, streets };
+        if sha256.is_some_and(|expected| expected != places.sha256()) {
+            return Err(malformed("altered: the checksum does not match".to_owned()));
+        }
         let on_earth =
             |p: &MappedIntersection| p.latitude.abs() <= 90.0 && p.longitude.abs() <= 180.0;
         if let Some(place) = places.intersections.iter().find(|place| !on_earth(place)) {
@@ -97,17 +121,28 @@ impl Places {
         {
             return Err(malformed("a street lies nowhere on earth".to_owned()));
         }
-        Ok(Some(places))
+        Ok(places)
     }
 
-    /// Returns the text of a file of places, an intersection per line.
+    /// Returns the text of a file of places, an intersection per line, with its checksum at the end.
     pub fn to_json(&self) -> String {
+        let content = self.content();
+        format!("{content},\n\"sha256\":\"{}\"}}\n", sha256(content.as_bytes()))
+    }
+
+    /// Returns the checksum of what is in it, however it was written.
+    fn sha256(&self) -> String {
+        sha256(self.content().as_bytes())
+    }
+
+    /// Returns the text of a file of places, but its end.
+    fn content(&self) -> String {
         let line = |value: serde_json::Result<String>| value.expect("places are plain data");
         let rows = |rows: Vec<String>| rows.join(",\n");
         let intersections = self.intersections.iter().map(|p| line(serde_json::to_string(p)));
         let streets = self.streets.iter().map(|s| line(serde_json::to_string(s)));
         format!(
-            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]}}\n",
+            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]",
             rows(intersections.collect()),
             rows(streets.collect())
         )
@@ -137,9 +172,16 @@ mod tests {
         let path = dir.path().join("places.json");
         assert_eq!(Places::read(&path).unwrap(), None);
         fs::write(&path, places.to_json()).unwrap();
-        assert_eq!(Places::read(&path).unwrap(), Some(places));
+        assert_eq!(Places::read(&path).unwrap().as_ref(), Some(&places));
         fs::write(&path, "{").unwrap();
         let e = Places::read(&path).unwrap_err().to_string();
         assert!(e.contains("places.json") && e.contains("delete it"), "{e}");
+        // One digit of where it is, and of versions without checksum.
+        let moved = places.to_json().replace("-111.5", "-111.4");
+        fs::write(&path, &moved).unwrap();
+        let e = Places::read(&path).unwrap_err().to_string();
+        assert!(e.contains("altered: the checksum does not match; delete it"), "{e}");
+        fs::write(&path, format!("{}}}", moved.split_once(",\n\"sha256").unwrap().0)).unwrap();
+        assert!(Places::read(&path).unwrap().is_some());
     }
 }

@@ -233,6 +233,7 @@ impl Local {
             .arg(self.layout.root())
             .args(["--task", &task.task.to_string()])
             .args(prepared.iter().flat_map(|folder| [OsStr::new("--prepared"), folder.as_os_str()]))
+            .args(["--manifest", &self.manifest])
             .args(["--attempt", &attempt.to_string()])
             .args(["--stall-timeout", &self.stall_timeout.as_secs().max(1).to_string()])
             .arg("--watch-stdin")

@@ -20,11 +20,10 @@ use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
 
 use super::error::NetworkError;
-use super::extent::check_extent;
 use super::intersection::IntersectionSpec;
 use super::movements::{ArmMovement, incoming_edge, movements};
 use super::peak::peaked_s;
-use crate::files::{self, FileError, limits};
+use crate::files::FileError;
 use crate::seed;
 use crate::traffic::settings::{DemandSettings, TurnShares};
 use crate::units::SECONDS_PER_HOUR;
@@ -134,17 +133,6 @@ impl DemandSpec {
         Ok(Self { horizon_s, peak_hour_factor, streams })
     }
 
-    /// Reads a `.demand.json`.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] if it cannot be read or is not a demand.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        let demand: Self = files::read_json(path, limits::NETWORK)?;
-        check_extent(path, demand.horizon_s, demand.streams.iter().map(|s| s.inflow_vph))?;
-        Ok(demand)
-    }
-
     /// Returns the text of a `.demand.json`, which reads back as the same demand.
     pub fn to_json(&self) -> String {
         let text = serde_json::to_string_pretty(self);
@@ -195,7 +183,8 @@ impl DemandSpec {
         }
     }
 
-    fn routes_xml(&self, vehicles: &[Vehicle]) -> String {
+    /// Returns vehicles as the text of a SUMO route file.
+    pub fn routes_xml(&self, vehicles: &[Vehicle]) -> String {
         let mut text = format!("<routes>\n{VEHICLE_TYPE}");
         for stream in &self.streams {
             for RouteShare { to, .. } in &stream.routes {

@@ -62,7 +62,7 @@ pub enum NetworkError {
         what: &'static str,
     },
     /// The index itself is wrong.
-    #[error("{}: {reason}; repeat the `build-networks` command with --force", .path.display())]
+    #[error("{}: {reason}; delete it and repeat the command, which builds the networks again", .path.display())]
     Index {
         /// The index.
         path: PathBuf,

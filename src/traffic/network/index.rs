@@ -74,31 +74,27 @@ pub struct Index {
 }
 
 impl Index {
-    /// Reads the index of a folder.
-    ///
-    /// # Errors
-    ///
-    /// [`NetworkError::Index`] if it is missing or malformed, [`NetworkError::Io`] if it cannot be
-    /// read.
-    pub fn load(folder: &Path) -> Result<Self, NetworkError> {
-        Self::load_if_present(folder)?.ok_or_else(|| NetworkError::Index {
-            path: folder.join(INDEX_FILE),
-            reason: "does not exist".to_owned(),
-        })
-    }
-
     /// Reads the index of a folder, or returns `None` if it has none.
     ///
     /// # Errors
     ///
-    /// As [`Self::load`].
+    /// [`NetworkError::Index`] if it is malformed, [`NetworkError::Io`] if it cannot be read.
     pub fn load_if_present(folder: &Path) -> Result<Option<Self>, NetworkError> {
         let path = folder.join(INDEX_FILE);
         let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
-        let Some(bytes) = bytes else { return Ok(None) };
+        bytes.map(|bytes| Self::parse(&bytes, folder)).transpose()
+    }
+
+    /// Returns the index that bytes are, of a folder.
+    ///
+    /// # Errors
+    ///
+    /// [`NetworkError::Index`] if they are none.
+    pub fn parse(bytes: &[u8], folder: &Path) -> Result<Self, NetworkError> {
+        let path = folder.join(INDEX_FILE);
         let wrong = |reason: String| NetworkError::Index { path: path.clone(), reason };
         let mut rows = BTreeMap::new();
-        for row in csv::Reader::from_reader(bytes.as_slice()).deserialize() {
+        for row in csv::Reader::from_reader(bytes).deserialize() {
             let row: IndexRow = row.map_err(|e| wrong(e.to_string()))?;
             if row.folder.is_empty() {
                 // Built by a version that kept its files elsewhere: it is built again.
@@ -112,7 +108,7 @@ impl Index {
                 return Err(wrong(format!("a network of {point} stands twice in the table")));
             }
         }
-        Ok(Some(Self { folder: folder.to_path_buf(), rows }))
+        Ok(Self { folder: folder.to_path_buf(), rows })
     }
 
     /// Returns the index of a folder without networks.
@@ -166,13 +162,16 @@ impl Index {
     ///
     /// [`FileError`] if the folder cannot be written.
     pub fn write(&self) -> Result<(), FileError> {
-        let path = self.folder.join(INDEX_FILE);
+        write_atomically(&self.folder.join(INDEX_FILE), &self.to_csv())
+    }
+
+    /// Returns the bytes of the table.
+    pub fn to_csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         for row in self.rows.values() {
             writer.serialize(row).expect("a row is plain data");
         }
-        let table = writer.into_inner().expect("memory takes every row");
-        write_atomically(&path, &table)
+        writer.into_inner().expect("memory takes every row")
     }
 }
 
@@ -223,7 +222,7 @@ mod tests {
     fn a_written_index_reads_back() {
         let (folder, index) = folder();
         index.write().unwrap();
-        assert_eq!(Index::load(folder.path()).unwrap(), index);
+        assert_eq!(Index::load_if_present(folder.path()).unwrap().unwrap(), index);
     }
 
     #[test]
@@ -263,7 +262,7 @@ mod tests {
         assert_ne!(other.folder, index.row("p", "s").unwrap().folder);
         index.insert(other);
         index.write().unwrap();
-        assert_eq!(Index::load(folder.path()).unwrap().rows().count(), 2);
+        assert_eq!(Index::load_if_present(folder.path()).unwrap().unwrap().rows().count(), 2);
         verified(&index).unwrap();
     }
 
@@ -274,7 +273,7 @@ mod tests {
         row.net_sha256 = sha256(b"other");
         index.insert(row);
         index.write().unwrap();
-        let e = Index::load(folder.path()).unwrap_err().to_string();
+        let e = Index::load_if_present(folder.path()).unwrap_err().to_string();
         assert!(e.contains("the row of p is not as it was written"), "{e}");
     }
 
@@ -286,22 +285,15 @@ mod tests {
         let text = fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().map(|line| line.rsplit_once(',').unwrap().0).collect();
         fs::write(&path, lines.join("\n")).unwrap();
-        assert_eq!(Index::load(folder.path()).unwrap().rows().count(), 0);
-    }
-
-    #[test]
-    fn a_missing_index_says_what_to_do() {
-        let folder = tempfile::tempdir().unwrap();
-        let e = Index::load(folder.path()).unwrap_err().to_string();
-        assert!(e.ends_with(
-            "INDEX.csv: does not exist; repeat the `build-networks` command with --force"
-        ));
+        assert_eq!(Index::load_if_present(folder.path()).unwrap().unwrap().rows().count(), 0);
     }
 
     #[test]
     fn an_index_with_an_unknown_column_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join(INDEX_FILE), "point,x\np,1\n").unwrap();
-        assert!(matches!(Index::load(folder.path()), Err(NetworkError::Index { .. })));
+        let e = Index::load_if_present(folder.path()).unwrap_err().to_string();
+        assert!(e.contains("INDEX.csv: ") && e.contains("unknown field `x`"), "{e}");
+        assert!(e.ends_with("delete it and repeat the command, which builds the networks again"));
     }
 }

@@ -58,6 +58,11 @@ pub(super) fn finish(mut command: Command, limit: Duration) -> io::Result<Ended>
             Ended::Disturbed(format!("netconvert was killed by signal {signal}"))
         }
         (false, _) if machine::is_at_fault(&said) => Ended::Disturbed(last_lines(&said)),
+        (false, Some(signal)) => Ended::Refused(format!(
+            "it crashed by signal {signal} ({}); run the same command again, and where it crashes again, take \
+             another version of SUMO",
+            last_lines(&said)
+        )),
         (false, _) => Ended::Refused(last_lines(&said)),
     })
 }
@@ -126,7 +131,11 @@ mod tests {
         assert_eq!(ended(&format!("echo '{full}' >&2; exit 1"), 60_000), disturbed(full));
         let refused = Ended::Refused("Error: no".to_owned());
         assert_eq!(ended("echo 'Error: no' >&2; exit 1", 60_000), refused);
-        assert_eq!(ended("kill -SEGV $$", 60_000), Ended::Refused("it said nothing".to_owned()));
+        let Ended::Refused(crash) = ended("kill -SEGV $$", 60_000) else { panic!("it crashed") };
+        assert!(
+            crash.starts_with("it crashed by signal 11 (it said nothing); run the same"),
+            "{crash}"
+        );
         assert_eq!(ended("head -c 1000000 /dev/zero >&2", 60_000), Ended::Well);
     }
 

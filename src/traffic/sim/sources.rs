@@ -58,7 +58,11 @@ pub fn sources(config: &SumoConfig) -> Result<Vec<(String, PathBuf)>, SimError> 
     let mut next = 0;
     while let Some((name, path)) = all.get(next).cloned() {
         next += 1;
-        for named in scan(&path)? {
+        if path.metadata().is_err() {
+            let reason = "the scenario names it, but it cannot be read; add it".to_owned();
+            return Err(SimError::Config { path, reason });
+        }
+        for named in scan(&path, &|| open(&path))? {
             let file = path.parent().unwrap_or(Path::new("")).join(&named);
             if known.insert(file.clone()) {
                 let name = Path::new(&name).parent().unwrap_or(Path::new("")).join(named);
@@ -107,13 +111,21 @@ impl Read for Ascii {
     }
 }
 
-/// Returns the files that a file names.
-fn scan(path: &Path) -> Result<Vec<String>, SimError> {
+/// Returns the files that a file names, as they are written there.
+///
+/// # Arguments
+///
+/// * `path` — for messages.
+/// * `opened` — its content, from the beginning.
+///
+/// # Errors
+///
+/// [`SimError::Config`] naming the line when something else is read or written.
+pub fn scan(
+    path: &Path,
+    opened: &dyn Fn() -> Result<Box<dyn BufRead>, FileError>,
+) -> Result<Vec<String>, SimError> {
     let fail = |reason: String| SimError::Config { path: path.to_path_buf(), reason };
-    if path.metadata().is_err() {
-        return Err(fail("the scenario names it, but it cannot be read; add it".into()));
-    }
-    let opened = || open(path);
     let room = Rc::new(Cell::new(ROOM));
     let mut reader = Reader::from_reader(BufReader::new(Ascii(opened()?, Rc::clone(&room))));
     let (mut named, mut buffer) = (Vec::new(), Vec::new());

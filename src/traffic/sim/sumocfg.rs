@@ -72,7 +72,12 @@ impl SumoConfig {
         &self.options
     }
 
-    fn parse(text: &str, folder: &Path) -> Result<Self, String> {
+    /// Returns what is read of the text of a configuration in a folder.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, in words.
+    pub fn parse(text: &str, folder: &Path) -> Result<Self, String> {
         let mut settings = Self {
             begin_s: 0.0,
             end_s: None,

@@ -1,7 +1,7 @@
 //! Reads SUMO's tripinfo output: one row per vehicle, unfinished and never inserted ones included.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use quick_xml::Reader;
@@ -39,7 +39,16 @@ pub struct TripTotals {
 /// [`SimError::CutOff`] when the file has no end, [`SimError::Tripinfo`] when it is not XML or lacks an attribute.
 pub fn read(path: &Path) -> Result<TripTotals, SimError> {
     let file = File::open(path).map_err(FileError::at("read", path))?;
-    let mut reader = Reader::from_reader(BufReader::new(file));
+    parse(BufReader::new(file), path)
+}
+
+/// Returns what a tripinfo file holds; the path is for messages.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn parse(file: impl BufRead, path: &Path) -> Result<TripTotals, SimError> {
+    let mut reader = Reader::from_reader(file);
     let fail = |reason: String| SimError::Tripinfo { path: path.to_path_buf(), reason };
     let mut totals = TripTotals::default();
     let mut complete = false;
@@ -103,7 +112,7 @@ fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    fn parse(text: &str) -> Result<TripTotals, SimError> {
+    fn parsed(text: &str) -> Result<TripTotals, SimError> {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
         read(file.path())
@@ -111,7 +120,7 @@ mod tests {
 
     #[test]
     fn unfinished_and_never_inserted_vehicles_count() {
-        let totals = parse(
+        let totals = parsed(
             r#"<tripinfos>
             <tripinfo id="a" depart="1.00" arrival="30.00" departDelay="2.00" waitingTime="3.00" timeLoss="10.00"/>
             <tripinfo id="b" depart="5.00" arrival="-1.00" departDelay="0.00" waitingTime="9.00" timeLoss="20.00"/>
@@ -127,9 +136,9 @@ mod tests {
     fn a_file_is_cut_off_wherever_it_ends_too_early() {
         let text = "<?xml version=\"1.0\"?>\n\n<!-- by SUMO -->\n<tripinfos a=\"1\">\n    <tripinfo id=\"a\" \
                     depart=\"1.00\" arrival=\"3\" departDelay=\"0\" waitingTime=\"0\" timeLoss=\"1\"/>\n</tripinfos>\n";
-        assert_eq!(parse(text).unwrap().vehicles, 1);
+        assert_eq!(parsed(text).unwrap().vehicles, 1);
         for length in 0..text.len() - 1 {
-            let e = parse(&text[..length]).unwrap_err();
+            let e = parsed(&text[..length]).unwrap_err();
             assert!(matches!(e, SimError::CutOff(_)), "{length}: {e}");
         }
     }
@@ -137,7 +146,7 @@ mod tests {
     #[test]
     fn a_row_that_is_no_row_of_sumo_s_is_refused() {
         for text in ["<tripinfos><tripinfo id=\"a\"/></tripinfos>", "<tripinfos></x></tripinfos>"] {
-            assert!(matches!(parse(text), Err(SimError::Tripinfo { .. })), "{text}");
+            assert!(matches!(parsed(text), Err(SimError::Tripinfo { .. })), "{text}");
         }
     }
 }

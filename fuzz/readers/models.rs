@@ -1,0 +1,25 @@
+//! Readers of models and checkpoints.
+
+use std::path::Path;
+
+use tsc_family::nn::archive::Archive;
+use tsc_family::run::model::SavedModel;
+use tsc_family::traffic::family::load::load;
+use tsc_family::traffic::model::SignalModel;
+
+/// A safetensors file: it reads back, and as a model it makes a controller or is refused.
+///
+/// Seeds of the first format have no checksum, which would keep the fuzzer out.
+pub(crate) fn archive(bytes: &[u8]) {
+    let Ok(archive) = Archive::from_bytes(bytes) else { return };
+    let written = archive.to_bytes();
+    let read = Archive::from_bytes(&written).expect("it was written");
+    // Not the archives: NaN is not equal to itself.
+    assert_eq!(read.to_bytes(), written);
+    let path = Path::new("fuzz.safetensors");
+    let Ok(model) = SavedModel::of(path, archive).and_then(SignalModel::new) else { return };
+    let scenario = load("smoke").expect("it is embedded").scenario;
+    if let Ok(scenario) = model.scenario(&scenario, &[]) {
+        let _ = model.controller(&scenario, false);
+    }
+}

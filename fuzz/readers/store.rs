@@ -1,0 +1,83 @@
+//! Readers of results directories.
+
+use std::path::Path;
+
+use tsc_family::sample::Design;
+use tsc_family::sample::plan_file::PlanFile;
+use tsc_family::store::manifest::{Manifest, Task, parse_rows, plan_text};
+use tsc_family::store::record::{Record, Row, TaskResult, Wall};
+use tsc_family::traffic::family::load::load;
+use tsc_family::traffic::places::Places;
+
+/// Most tasks that are listed here.
+const FEW_TASKS: usize = 10_000;
+
+/// A record, and rows under a summary that fits them, as its checksum would keep the fuzzer out.
+pub(crate) fn record(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Ok(record) = Record::parse(text) {
+        assert_eq!(Record::parse(&record.to_text()).expect("it was written"), record);
+    }
+    let rows: Vec<Row> = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    let finite = |row: &Row| row.metrics.values().all(|value| value.abs() < 1e100);
+    if !rows.is_empty() && rows.iter().all(finite) {
+        let task = Task { task: 0, method: "m".into(), point: "p".into(), replicate: 0, seed: 1 };
+        let result = TaskResult { rows, wall: Wall::default(), ..TaskResult::default() };
+        let record = Record::finished(&task, "sha256", result);
+        assert_eq!(Record::parse(&record.to_text()).expect("it was sealed"), record);
+    }
+}
+
+/// A manifest, and the tasks that follow from it.
+pub(crate) fn manifest(bytes: &[u8]) {
+    let path = Path::new("manifest.json");
+    let Ok(manifest) = Manifest::parse(bytes, path) else { return };
+    let json = serde_json::to_vec(&manifest).expect("a manifest is plain data");
+    let read = Manifest::parse(&json, path).expect("it was written");
+    assert_eq!((read.sha256(), &read), (manifest.sha256(), &manifest));
+    let identity = &manifest.identity;
+    let most = identity.points.len() * identity.methods.len() * identity.replicates as usize;
+    if most <= FEW_TASKS {
+        let tasks = identity.tasks();
+        let text = plan_text(&tasks);
+        assert_eq!(parse_rows(text.as_slice(), path).expect("it was written"), tasks);
+        for task in &tasks {
+            assert!(!task.point.contains('/') && !task.method.contains('/'), "{task:?}");
+        }
+    }
+}
+
+/// The tasks of a run.
+pub(crate) fn plan(bytes: &[u8]) {
+    let path = Path::new("plan.jsonl");
+    if let Ok(tasks) = parse_rows(bytes, path) {
+        let text = plan_text(&tasks);
+        assert_eq!(parse_rows(text.as_slice(), path).expect("it was written"), tasks);
+    }
+}
+
+/// A sample that `plan` wrote, and what it was spread over.
+pub(crate) fn sample(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Ok(plan) = PlanFile::parse(text) {
+        let written = plan.to_json();
+        let written = std::str::from_utf8(&written).expect("JSON is text");
+        assert_eq!(PlanFile::parse(written).expect("it was written"), plan);
+        let family = load("smoke").expect("it is embedded").family;
+        // Whether it is one for this family.
+        let _ = plan.check(&family);
+    }
+    if let Ok(design) = serde_json::from_str::<Design>(text) {
+        let read: Design = serde_json::from_slice(&design.to_json()).expect("it was written");
+        assert_eq!(read, design);
+    }
+}
+
+/// Where the intersections are.
+pub(crate) fn places(bytes: &[u8]) {
+    let path = Path::new("places.json");
+    if let Ok(places) = Places::parse(bytes, path) {
+        let read = Places::parse(places.to_json().as_bytes(), path).expect("it was written");
+        assert_eq!(read, places);
+    }
+}

@@ -1,0 +1,94 @@
+//! Readers of what SUMO reads and writes, and of folders of networks.
+
+use std::io::{BufRead, Cursor};
+use std::path::Path;
+
+use tsc_family::files::FileError;
+use tsc_family::traffic::network::demand::DemandSpec;
+use tsc_family::traffic::network::index::Index;
+use tsc_family::traffic::network::net_file::NetFile;
+use tsc_family::traffic::sim::sources::scan;
+use tsc_family::traffic::sim::sumocfg::SumoConfig;
+use tsc_family::traffic::sim::tripinfo;
+
+/// Most vehicles that are drawn here.
+const FEW_VEHICLES: f64 = 1000.0;
+
+/// A SUMO configuration.
+pub(crate) fn sumocfg(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let Ok(config) = SumoConfig::parse(text, Path::new("city")) else { return };
+    assert!(config.networks().count() > 0, "a configuration without a network is an error");
+    assert!(config.begin_s.is_finite() && config.end_s.is_none_or(f64::is_finite));
+    for (option, value) in config.options() {
+        // What SUMO is never to be given.
+        for word in ["output", "remote", "save", "state", "script", "log"] {
+            assert!(!option.starts_with(word) && !option.ends_with("-output"), "{option}={value}");
+        }
+        assert!(!value.contains("${"), "{option}={value}");
+    }
+}
+
+/// A file that a scenario names: which others it names, or why it is refused.
+pub(crate) fn sources(bytes: &[u8]) {
+    named(bytes);
+}
+
+fn named(bytes: &[u8]) -> Option<Vec<String>> {
+    let owned = bytes.to_vec();
+    let opened =
+        || -> Result<Box<dyn BufRead>, FileError> { Ok(Box::new(Cursor::new(owned.clone()))) };
+    let names = scan(Path::new("fuzz.xml"), &opened).ok()?;
+    assert!(names.iter().all(|name| !name.is_empty() && name.is_ascii()), "{names:?}");
+    Some(names)
+}
+
+/// A network that netconvert wrote.
+pub(crate) fn net(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let Ok(net) = NetFile::parse(text) else { return };
+    for (_, program, _) in net.programs.iter().take(20) {
+        net.has_one_green(program);
+    }
+    for a in net.links.iter().take(20) {
+        for b in net.links.iter().take(20) {
+            assert_eq!(net.meet(a, b), net.meet(b, a));
+            net.yields(a, b);
+        }
+    }
+}
+
+/// What SUMO says of the vehicles of an episode.
+pub(crate) fn tripinfo(bytes: &[u8]) {
+    if let Ok(totals) = tripinfo::parse(bytes, Path::new("tripinfo.xml")) {
+        assert_eq!(totals.vehicles, totals.arrived + totals.running + totals.undeparted);
+    }
+}
+
+/// The demand of a network: it reads back, and what is written for SUMO names no file.
+pub(crate) fn demand(bytes: &[u8]) {
+    let path = Path::new("fuzz.demand.json");
+    let Ok(demand) = DemandSpec::parse(bytes, path) else { return };
+    assert_eq!(
+        DemandSpec::parse(demand.to_json().as_bytes(), path).expect("it was written"),
+        demand
+    );
+    let inflow_vph: f64 = demand.streams.iter().map(|stream| stream.inflow_vph).sum();
+    if inflow_vph * demand.horizon_s / 3600.0 <= FEW_VEHICLES {
+        let vehicles = demand.vehicles(1);
+        assert!(vehicles.iter().all(|v| f64::from(v.depart_s) <= demand.horizon_s), "{demand:?}");
+        let names = named(demand.routes_xml(&vehicles).as_bytes());
+        assert_eq!(names, Some(Vec::new()), "what SUMO reads names a file: {demand:?}");
+    }
+}
+
+/// The index of a folder of networks.
+pub(crate) fn index(bytes: &[u8]) {
+    let folder = Path::new("networks");
+    let Ok(index) = Index::parse(bytes, folder) else { return };
+    for row in index.rows() {
+        let place = Path::new(&row.folder);
+        assert!(place.starts_with("by-hash") && place.components().count() == 2, "{row:?}");
+    }
+    assert_eq!(Index::parse(&index.to_csv(), folder).expect("it was written"), index);
+}

@@ -1,0 +1,83 @@
+//! Readers of scenarios: the TOML, what replaces its settings, the tables that it names.
+
+use tsc_family::family::MdpFamily;
+use tsc_family::family::error::FamilyError;
+use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::family::load::{LoadedScenario, from_text};
+use tsc_family::traffic::settings::Scenario;
+
+/// Scenarios of each kind of table.
+const POINTS: &str = "name = \"fuzz\"\n[family]\npoints = \"table.csv\"\n";
+const APPROACHES: &str = "name = \"fuzz\"\n[family]\napproaches = \"table.csv\"\n";
+const PER_APPROACH: &str = "detail = \"per-approach\"\n";
+
+/// Tables that are in order.
+const POINT_TABLE: &str = include_str!("../seeds/points/smoke");
+const APPROACH_TABLE: &str = include_str!("../seeds/approaches/two");
+
+fn loaded(text: &str, overrides: &[Override], table: &str) -> Result<LoadedScenario, FamilyError> {
+    from_text(text, "fuzz.toml", overrides, &|_| Ok(table.to_owned()))
+}
+
+/// What every family is.
+fn sound(family: &MdpFamily) {
+    assert!(!family.points.is_empty(), "a family without point MDPs is an error");
+    let sum: f64 = family.points.iter().map(|p| p.importance).sum();
+    assert!((sum - 1.0).abs() < 1e-3, "importance sums to {sum}");
+    for point in &family.points {
+        assert!(point.importance >= 0.0 && point.features.iter().all(|x| x.is_finite()));
+        assert!(!point.id.contains(['/', '\0']) && point.id != "..", "{} is no name", point.id);
+        assert_eq!(point.features.len(), family.features.len());
+    }
+}
+
+/// A table of point MDPs, in any encoding that is read.
+pub(crate) fn points(bytes: &[u8]) {
+    let Ok(text) = sheet::decode(bytes) else { return };
+    if let Ok(loaded) = loaded(POINTS, &[], &text) {
+        sound(&loaded.family);
+    }
+}
+
+/// A table of approaches, for both kinds of families.
+pub(crate) fn approaches(bytes: &[u8]) {
+    let Ok(text) = sheet::decode(bytes) else { return };
+    for scenario in [APPROACHES.to_owned(), format!("{APPROACHES}{PER_APPROACH}")] {
+        if let Ok(loaded) = loaded(&scenario, &[], &text) {
+            sound(&loaded.family);
+            let members: usize = loaded.members.iter().map(Vec::len).sum();
+            assert_eq!(members, loaded.intersections.len(), "every intersection counts once");
+        }
+    }
+}
+
+/// A scenario.
+pub(crate) fn scenario(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    for table in [POINT_TABLE, APPROACH_TABLE] {
+        if let Ok(loaded) = loaded(text, &[], table) {
+            reads_back(&loaded.scenario);
+            sound(&loaded.family);
+        }
+    }
+}
+
+/// Settings of the command line, one per line.
+pub(crate) fn set(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let overrides: Vec<Override> = text.lines().filter_map(|line| line.parse().ok()).collect();
+    for setting in &overrides {
+        setting.keys();
+    }
+    if let Ok(loaded) = loaded(POINTS, &overrides, POINT_TABLE) {
+        reads_back(&loaded.scenario);
+        sound(&loaded.family);
+    }
+}
+
+/// Checks that settings are the same once they were written, as they are in manifests.
+fn reads_back(scenario: &Scenario) {
+    let json = serde_json::to_string(scenario).expect("settings are plain data");
+    let read: Scenario = serde_json::from_str(&json).expect("they were written");
+    assert_eq!(&read, scenario);
+}
