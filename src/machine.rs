@@ -22,6 +22,13 @@ const OWN_SIGNALS: [i32; 5] = [4, 5, 6, 8, 11];
 pub const LIMIT: &str = "a limit on processes and threads is reached; raise it (ulimit -u, the pids of the container or \
                          of the batch system), or end other programs";
 
+/// What to say where a limit on open files refuses one.
+const FILES: &str =
+    "a limit on open files is reached; raise it (ulimit -n), then run the same command again";
+
+/// The system's numbers of errors where no file more can be opened: of a process, of the machine.
+const NO_FILES: [i32; 2] = [24, 23];
+
 /// Bytes that show whether there is room to write.
 const PROBE: usize = 1 << 16;
 
@@ -32,7 +39,13 @@ pub fn is_at_fault(said: &str) -> bool {
 
 /// Returns why no process or thread can be started, and what to do.
 pub fn with_way_out(reason: io::Error) -> io::Error {
-    io::Error::new(reason.kind(), format!("{reason}: {LIMIT}"))
+    let way_out = if lacks_files(&reason) { FILES } else { LIMIT };
+    io::Error::new(reason.kind(), format!("{reason}: {way_out}"))
+}
+
+/// Returns whether no file more can be opened.
+pub fn lacks_files(reason: &io::Error) -> bool {
+    reason.raw_os_error().is_some_and(|code| NO_FILES.contains(&code))
 }
 
 /// Returns whether a process that was ended by a signal was ended from outside.
@@ -63,6 +76,13 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
         let e = probe(&folder.path().join("missing")).unwrap_err().to_string();
         assert!(e.starts_with("cannot write ") && e.contains("missing: "), "{e}");
+    }
+
+    #[test]
+    fn a_limit_on_files_is_told_from_one_on_processes() {
+        let said = |code| with_way_out(io::Error::from_raw_os_error(code)).to_string();
+        assert!(said(24).ends_with("raise it (ulimit -n), then run the same command again"));
+        assert!(said(11).contains("raise it (ulimit -u"), "{}", said(11));
     }
 
     #[test]

@@ -26,6 +26,8 @@ WAYS = [
     (r"restore", "restore"),
     (r"remove it\b", "delete"),
     (r"same command|run again|is the disk full|No space left|repeat the first command|try again|is in use by|raise it", "again"),
+    # The system's words for a limit say what is used up, as those for a disk do.
+    (r"Too many open files|Cannot allocate memory|File too large", "again"),
     (r"--retry-failed", "retry"),
     (r"install SUMO", "again"),
 ]

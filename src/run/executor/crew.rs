@@ -13,7 +13,7 @@ use std::sync::mpsc::Sender;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::machine::with_way_out;
+use crate::machine::{lacks_files, with_way_out};
 
 /// How long a crew of which nobody works waits for the machine.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -107,6 +107,7 @@ impl<'a> Member<'a> {
                     self.say(Ok(()));
                     return Ok(Some((started, at_work)));
                 }
+                Err(reason) if lacks_files(&reason) => return Err(with_way_out(reason)),
                 Err(reason) if !is_scarce(&reason) => return Err(reason),
                 Err(reason) => reason,
             };
