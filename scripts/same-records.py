@@ -50,6 +50,8 @@ def model(data):
     for value in card.values():
         if isinstance(value, dict):
             value.pop("git", None)
+            # Of the file as a whole, and so of the build.
+            value.pop("sha256", None)
     card.pop("git", None)
     # The rest of the header and the tensors, whose places in the file the header gives.
     header["__metadata__"] = {key: json.dumps(value) for key, value in card.items()}
