@@ -3,12 +3,12 @@
 use serde_json::{Map, Value};
 
 use super::dynamics::{Context, Dynamics};
-use super::environment::CartPole;
+use super::environment::{CartPole, HORIZON};
 use super::family::NAME;
 use super::settings::Scenario;
-use super::trial::{NORMALISED_RETURN, PoleTrial};
+use super::trial::{NORMALISED_RETURN, PoleTrial, ROW_STEPS};
 use super::{dqn, ppo};
-use crate::run::domain::{Domain, Objective, Site, Trial};
+use crate::run::domain::{Domain, Effort, EffortOf, Objective, Site, Trial};
 use crate::run::fault::TrialError;
 use crate::run::method::Method;
 use crate::stats::{Direction, Limit, Side};
@@ -18,6 +18,9 @@ const METHODS: [Method; 2] = [ppo::METHOD, dqn::METHOD];
 
 /// Normalised return below which a point MDP is not solved: the pole falls within 25 of 500 steps.
 const UNSOLVED: f64 = 0.05;
+
+/// Processor time of a step of evaluation, seconds; measured, see `benches/README.md`.
+const STEP_S: f64 = 5e-7;
 
 /// Carts and poles, judged by the share of the best return.
 #[derive(Debug, Clone, Copy, Default)]
@@ -63,8 +66,7 @@ impl Domain for CartPoles {
         seed: u64,
     ) -> Result<Box<dyn Trial>, TrialError> {
         let input = |message: String| TrialError::Input(message.into());
-        let scenario: Scenario = serde_json::from_value(site.settings.clone())
-            .map_err(|e| input(format!("manifest.json: settings: {e}")))?;
+        let scenario = scenario_of(site.settings).map_err(input)?;
         let context: Context = site.point.environment.parse().map_err(|e: String| {
             input(format!("manifest.json: environment of {}: {e}", site.point.point))
         })?;
@@ -73,6 +75,22 @@ impl Domain for CartPoles {
         let trial = PoleTrial::new(environment, &scenario, method, seed);
         let trial = trial.ok_or_else(|| input(format!("there is no method {method:?}")))?;
         Ok(Box::new(trial))
+    }
+
+    fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String> {
+        let Scenario { ppo, dqn, .. } = scenario_of(settings)?;
+        Ok(Box::new(move |method, _| {
+            let (steps, work) = match method.name == dqn::METHOD.name {
+                true => (dqn.total_steps, dqn.work() / dqn::Config::default().work()),
+                false => (ppo.total_steps, ppo.work() / ppo::Config::default().work()),
+            };
+            Effort {
+                training: u32::try_from(steps.div_ceil(ROW_STEPS)).unwrap_or(u32::MAX),
+                training_s: ROW_STEPS as f64 * method.decision_s * work,
+                evaluation_s: f64::from(HORIZON) * STEP_S,
+                is_informed: true,
+            }
+        }))
     }
 
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {
@@ -85,5 +103,34 @@ impl Domain for CartPoles {
             card.insert(name.to_owned(), value);
         }
         Ok(card)
+    }
+}
+
+/// Returns the scenario of a manifest's settings.
+fn scenario_of(settings: &Value) -> Result<Scenario, String> {
+    serde_json::from_value(settings.clone()).map_err(|e| format!("manifest.json: settings: {e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn effort(preset: &str, method: &Method) -> Effort {
+        let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
+        let settings = serde_json::to_value(scenario).unwrap();
+        CartPoles.efforts(&settings).unwrap()(method, &|_| None)
+    }
+
+    #[test]
+    fn the_effort_of_a_training_is_about_what_was_measured() {
+        // Processor time of whole trainings, benches/cartpole.rs.
+        let cases = [("sb3", 0, 0.52), ("sb3", 1, 0.33), ("tuned", 0, 0.9), ("tuned", 1, 6.0)];
+        for (preset, method, measured) in cases {
+            let method = [ppo::METHOD, dqn::METHOD][method];
+            let effort = effort(preset, &method);
+            let expected = f64::from(effort.training) * effort.training_s;
+            let ratio = expected / measured;
+            assert!((0.5..2.0).contains(&ratio), "{preset} {}: {expected} s", method.name);
+        }
     }
 }

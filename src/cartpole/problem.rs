@@ -5,22 +5,15 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use super::dynamics::Variant;
-use super::environment::HORIZON;
 use super::family::{self, ContextError};
 use super::settings::Scenario;
-use super::trial::ROW_STEPS;
-use super::{dqn, ppo};
 use crate::family::MdpFamily;
 use crate::hash::sha256;
-use crate::run::domain::{Effort, Prepared, PreparedPoint, Problem};
+use crate::run::domain::{Prepared, PreparedPoint, Problem};
 use crate::run::fault::Cause;
-use crate::run::method::Method;
 
 /// What stands in manifests for a simulator.
 const SIMULATOR: &str = "CartPole with the equations of gymnasium 1.4.0";
-
-/// Processor time of a step of evaluation, seconds; measured, see `benches/README.md`.
-const STEP_S: f64 = 5e-7;
 
 /// A scenario of carts and poles.
 #[derive(Debug, Clone)]
@@ -79,20 +72,6 @@ impl Problem for CartPoleProblem {
             done(&point.id);
         }
         Ok(prepared)
-    }
-
-    fn effort(&self, method: &Method, _: &str) -> Effort {
-        let Scenario { ppo, dqn, .. } = &self.scenario;
-        let (steps, work) = match method.name == dqn::METHOD.name {
-            true => (dqn.total_steps, dqn.work() / dqn::Config::default().work()),
-            false => (ppo.total_steps, ppo.work() / ppo::Config::default().work()),
-        };
-        Effort {
-            training: u32::try_from(steps.div_ceil(ROW_STEPS)).unwrap_or(u32::MAX),
-            training_s: ROW_STEPS as f64 * method.decision_s * work,
-            evaluation_s: f64::from(HORIZON) * STEP_S,
-            is_informed: true,
-        }
     }
 }
 
@@ -156,18 +135,5 @@ mod tests {
         let problem = CartPoleProblem::new(Scenario::default(), Some(family)).unwrap();
         let same = problem.prepare(&BTreeSet::from(["strong"]), &|_| {}).unwrap();
         assert_eq!(same.points["strong"], *made);
-    }
-
-    #[test]
-    fn the_effort_of_a_training_is_about_what_was_measured() {
-        // Processor time of whole trainings, benches/cartpole.rs.
-        let cases = [("sb3", 0, 0.52), ("sb3", 1, 0.33), ("tuned", 0, 0.9), ("tuned", 1, 6.0)];
-        for (preset, method, measured) in cases {
-            let method = [ppo::METHOD, dqn::METHOD][method];
-            let effort = problem(preset).effort(&method, "");
-            let expected = f64::from(effort.training) * effort.training_s;
-            let ratio = expected / measured;
-            assert!((0.5..2.0).contains(&ratio), "{preset} {}: {expected} s", method.name);
-        }
     }
 }

@@ -126,7 +126,7 @@ mod tests {
     use super::super::dynamics::{Context, Dynamics, Variant};
     use super::super::environment::CARL_START;
     use super::*;
-    use crate::files::FileError;
+    use crate::run::fault::CheckpointError;
 
     /// Keeps rows and checkpoints of a training.
     #[derive(Default)]
@@ -146,7 +146,11 @@ mod tests {
         fn saved(&mut self) -> Option<Archive> {
             self.saved.take()
         }
-        fn checkpoint(&mut self, state: &dyn Fn() -> Archive, _: f64) -> Result<(), FileError> {
+        fn checkpoint(
+            &mut self,
+            state: &dyn Fn() -> Archive,
+            _: f64,
+        ) -> Result<(), CheckpointError> {
             self.states.push(state());
             Ok(())
         }

@@ -1,14 +1,10 @@
 //! How much work a run is, in words.
 
-mod effort;
-
-pub(super) use effort::Effort;
-#[cfg(test)]
-pub(super) use effort::testing;
-
 use std::fmt::Write;
 
 use super::forecast::{Forecast, Job, range};
+use crate::run::effort::Efforts;
+use crate::run::error::RunError;
 use crate::run::plan::{Draft, Request};
 
 /// Returns the plan in words, for so many workers on so many processors.
@@ -17,7 +13,7 @@ pub(super) fn estimate(
     draft: &Draft,
     jobs: usize,
     processors: usize,
-) -> String {
+) -> Result<String, RunError> {
     let sample = &draft.sample;
     let replicates = |method: &String| match draft.replicated.contains(method) {
         true => u64::from(request.replicates),
@@ -35,9 +31,10 @@ pub(super) fn estimate(
     );
     let mut episodes = 0;
     let mut all = Vec::new();
+    let (efforts, family) = (Efforts::of_request(request)?, request.problem.family());
     for draw in &sample.draws {
         for method in &draft.methods {
-            let effort = Effort::of(request, method, &draw.point);
+            let effort = efforts.in_family(method, family, &draw.point)?;
             episodes += replicates(method) * u64::from(effort.episodes());
             for _ in 0..replicates(method) {
                 let (task, method, point) = (all.len(), method.clone(), draw.point.clone());
@@ -53,5 +50,5 @@ pub(super) fn estimate(
         write!(text, ", about {time} with {jobs} workers")
             .expect("writing to a string cannot fail");
     }
-    text
+    Ok(text)
 }

@@ -34,6 +34,8 @@ pub const NO_SUMO: u8 = 4;
 pub const MISMATCH: u8 = 5;
 /// The run is over, but some tasks have no record, for reasons of the machine; run the same command again.
 pub const INCOMPLETE: u8 = 6;
+/// Stopped by a signal at a checkpoint; the same task goes on from there. A batch system is to queue it again.
+pub const STOPPED: u8 = 75;
 /// Interrupted; run the same command again to continue.
 pub const INTERRUPTED: u8 = 130;
 
@@ -149,6 +151,7 @@ fn trial(error: &TrialError) -> u8 {
         TrialError::Simulator(_) => NO_SUMO,
         TrialError::Input(_) | TrialError::Model(_) | TrialError::Diverged(_) => USAGE,
         TrialError::Machine(e) => code(e.as_ref()),
+        TrialError::Stopped => STOPPED,
         TrialError::Failed(_) | TrialError::Disturbed(_) => UNEXPECTED,
     }
 }

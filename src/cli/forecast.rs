@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use super::estimate::Effort;
+use crate::run::effort::TaskEffort;
 
 /// Processor time of starting a worker and of loading its network, seconds.
 const SECONDS_PER_TASK: f64 = 0.2;
@@ -38,7 +38,7 @@ pub(super) struct Job {
     /// Id of the point MDP.
     pub(super) point: String,
     /// What it is expected to cost.
-    pub(super) effort: Effort,
+    pub(super) effort: TaskEffort,
 }
 
 impl Job {
@@ -214,7 +214,7 @@ pub(super) fn range([low, high]: [Duration; 2]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::estimate::testing::effort;
+    use crate::run::effort::testing::effort;
 
     fn job(task: usize, method: &str, point: &str, seconds: f64) -> Job {
         let effort = effort((0, 0.0), (1, seconds - SECONDS_PER_TASK));

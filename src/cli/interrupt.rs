@@ -1,11 +1,19 @@
 //! Whether somebody wants this process to stop.
+//!
+//! INT, TERM and HUP come from people and systems; TERM also when a batch system takes a machine back, USR1 when it
+//! was asked to warn of a limit of time.
 
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use signal_hook::flag::register;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::flag::{register, register_conditional_default};
+
+use crate::run::stop::Stop;
+
+/// Signals that ask to stop.
+const SIGNALS: [i32; 4] = [SIGHUP, SIGINT, SIGTERM, SIGUSR1];
 
 /// Returns a flag that signals to stop set from now on. A flag needs no thread, which a limit may refuse.
 ///
@@ -14,8 +22,23 @@ use signal_hook::flag::register;
 /// When the signals cannot be heard.
 pub(super) fn interrupted() -> io::Result<Arc<AtomicBool>> {
     let flag = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
+    for signal in SIGNALS {
         register(signal, Arc::clone(&flag))?;
     }
     Ok(flag)
+}
+
+/// Returns what says from now on whether signals ask a task to stop. They end the process while there is nothing that
+/// it would keep.
+///
+/// # Errors
+///
+/// When the signals cannot be heard.
+pub(super) fn stop() -> io::Result<Stop> {
+    let stop = Stop::default();
+    for signal in SIGNALS {
+        register_conditional_default(signal, stop.at_once())?;
+        register(signal, stop.asked())?;
+    }
+    Ok(stop)
 }

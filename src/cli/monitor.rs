@@ -6,10 +6,10 @@ use std::time::Instant;
 
 use serde_json::json;
 
-use super::estimate::Effort;
 use super::forecast::{Forecast, Job, range};
 use super::output::{Progress, line, note};
 use crate::run::domain::{Domain, Objective};
+use crate::run::effort::TaskEffort;
 use crate::run::executor::Event;
 use crate::run::method::{Training, find};
 use crate::store::manifest::Task;
@@ -25,7 +25,7 @@ const UNITS: u64 = 1000;
 /// A task to do and how far it is.
 struct Work {
     task: Task,
-    effort: Effort,
+    effort: TaskEffort,
     episodes: u32,
     /// The objective in the last episodes.
     recent: VecDeque<f64>,
@@ -84,14 +84,14 @@ impl<'d> Monitor<'d> {
     /// * `records` — what earlier runs have done.
     /// * `jobs` — workers at the same time.
     pub(super) fn new<'a>(
-        todo: impl IntoIterator<Item = (Task, Effort)>,
+        todo: impl IntoIterator<Item = (Task, TaskEffort)>,
         domain: &'d dyn Domain,
         records: impl IntoIterator<Item = &'a Record>,
         jobs: usize,
         json: bool,
         quiet: bool,
     ) -> Self {
-        let todo: Vec<(Task, Effort)> = todo.into_iter().collect();
+        let todo: Vec<(Task, TaskEffort)> = todo.into_iter().collect();
         let all = todo.iter().map(|(task, effort)| {
             let (method, point) = (task.method.clone(), task.point.clone());
             Job { task: task.task, method, point, effort: *effort }
@@ -269,8 +269,8 @@ impl<'d> Monitor<'d> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::estimate::testing::effort;
     use crate::domains::domains;
+    use crate::run::effort::testing::effort;
     use crate::run::progress::Progress as Episodes;
     use crate::store::record::{TaskResult, Wall};
 

@@ -4,7 +4,6 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 
-use super::estimate::Effort;
 use super::forecast::{Forecast, Job, range};
 use super::output::{line, note, quoted};
 use super::recorded::read;
@@ -15,6 +14,7 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::family::MdpFamily;
 use crate::files::write_atomically;
+use crate::run::effort::Efforts;
 use crate::run::plan::{Request, draft};
 use crate::sample::plan_file::{Expected, PlanFile};
 use crate::sample::{Design, SamplePlan, Sampling, choose_over};
@@ -190,13 +190,12 @@ impl Maker<'_> {
             Request::new(self.subject.domain(), self.subject.problem(), &self.args.methods);
         let methods = draft(&request)?.methods;
         let cells = sample.draws.iter().flat_map(|d| methods.iter().map(move |m| (d, m)));
-        let job = |(task, (draw, method)): (usize, (&crate::sample::Draw, &String))| Job {
-            task,
-            method: method.clone(),
-            point: draw.point.clone(),
-            effort: Effort::of(&request, method, &draw.point),
+        let (efforts, family) = (Efforts::of_request(&request)?, request.problem.family());
+        let job = |(task, (draw, method)): (usize, (&crate::sample::Draw, &String))| {
+            let effort = efforts.in_family(method, family, &draw.point)?;
+            Ok(Job { task, method: method.clone(), point: draw.point.clone(), effort })
         };
-        Ok(cells.enumerate().map(job).collect())
+        cells.enumerate().map(job).collect()
     }
 
     fn forecast(&self, sample: &SamplePlan) -> anyhow::Result<Option<Forecast>> {

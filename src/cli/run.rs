@@ -13,7 +13,7 @@ use std::time::Duration;
 use anyhow::Context;
 use serde_json::json;
 
-use super::estimate::{Effort, estimate};
+use super::estimate::estimate;
 use super::folder::RESULTS;
 use super::interrupt::interrupted;
 use super::json::merge;
@@ -31,6 +31,8 @@ use crate::files::{self, limits};
 use crate::pulse;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
+use crate::run::effort::Efforts;
+use crate::run::error::RunError;
 use crate::run::executor::{Executor, Local};
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, Request, draft};
@@ -79,7 +81,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
                 line(value)?;
             }
         } else {
-            line(estimate(&request, &draft, jobs, processors))?;
+            line(estimate(&request, &draft, jobs, processors)?)?;
         }
         if !args.quiet {
             subject.warn()?;
@@ -238,9 +240,10 @@ fn work_on(
     if talk && todo.len() < results.plan.len() {
         note(format!("{} of {} tasks are already done", results.records.len(), results.plan.len()));
     }
-    let effort = |t: &Task| Effort::of(request, &t.method, &t.point);
+    let (efforts, family) = (Efforts::of_request(request)?, request.problem.family());
+    let effort = |t: &Task| Ok((t.clone(), efforts.in_family(&t.method, family, &t.point)?));
     let mut monitor = Monitor::new(
-        todo.iter().map(|t| (t.clone(), effort(t))),
+        todo.iter().map(effort).collect::<Result<Vec<_>, RunError>>()?,
         request.domain,
         results.records.values(),
         jobs,

@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::interrupt::stop;
 use super::output::{line, note};
 use super::values::at_least_a_second;
 use crate::cli::exit;
@@ -60,6 +61,7 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
         prepared: args.prepared.clone(),
         attempt: args.attempt,
         checkpoint_every: Duration::from_secs(args.checkpoint_every_s),
+        stop: stop()?,
     };
     let mut news = |news: News| match news {
         News::Episode(progress) => say(&WorkerLine::Progress(progress)),

@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use super::checkpoint::Keeper;
 use super::domain::{Course, Trial};
-use super::fault::TrialError;
+use super::fault::{CheckpointError, TrialError};
 use super::progress::{News, Progress};
+use super::stop::Stop;
 use crate::files::FileError;
 use crate::nn::archive::Archive;
 use crate::seed;
@@ -19,6 +20,7 @@ pub(super) struct TaskCourse<'a> {
     /// Name of the metric that progress shows.
     objective: &'a str,
     keeper: Keeper,
+    stop: Stop,
     news: &'a mut dyn FnMut(News),
     start: Instant,
     attempt: u32,
@@ -35,11 +37,12 @@ impl<'a> TaskCourse<'a> {
         objective: &'a str,
         attempt: u32,
         keeper: Keeper,
+        stop: Stop,
         news: &'a mut dyn FnMut(News),
     ) -> Self {
         let (start, earlier) = (Instant::now(), Wall::default());
         let rows = Vec::new();
-        Self { task, objective, keeper, news, start, attempt, earlier, resumed: false, rows }
+        Self { task, objective, keeper, stop, news, start, attempt, earlier, resumed: false, rows }
     }
 
     /// Removes a checkpoint that the method could not use, so that another attempt starts from the
@@ -62,6 +65,7 @@ impl<'a> TaskCourse<'a> {
         trial: &mut dyn Trial,
         seeds: &[u64],
     ) -> Result<(), TrialError> {
+        self.stop.keeps(false);
         let (before, objective) = (self.rows.len(), self.objective);
         let news = &mut *self.news;
         let mut done = 0;
@@ -97,6 +101,7 @@ impl Course for TaskCourse<'_> {
     }
 
     fn saved(&mut self) -> Option<Archive> {
+        self.stop.keeps(true);
         match self.keeper.restore() {
             Ok(None) => None,
             Ok(Some((state, kept))) => {
@@ -121,12 +126,13 @@ impl Course for TaskCourse<'_> {
         &mut self,
         state: &dyn Fn() -> Archive,
         simulator_s: f64,
-    ) -> Result<(), FileError> {
-        if self.keeper.is_due() {
+    ) -> Result<(), CheckpointError> {
+        let stops = self.stop.is_asked();
+        if stops || self.keeper.is_due() {
             let wall = self.wall(simulator_s);
             self.keeper.keep(state(), &self.rows, wall.wall_s, wall.simulator_s)?;
         }
-        Ok(())
+        if stops { Err(CheckpointError::Stopped) } else { Ok(()) }
     }
 }
 
@@ -176,7 +182,7 @@ mod tests {
         let task = tasks.iter().find(|t| t.method == "learner").unwrap();
         let keeper = Keeper::new(&Layout::new(dir.path()), "", task, Duration::MAX);
         let mut news = |_| {};
-        let mut course = TaskCourse::new(task, "score", 1, keeper, &mut news);
+        let mut course = TaskCourse::new(task, "score", 1, keeper, Stop::default(), &mut news);
         let mut trial = Counting::of(2);
         trial.train(&mut course).unwrap();
         let point = manifest.identity.points.iter().find(|p| p.point == task.point).unwrap();

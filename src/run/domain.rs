@@ -10,10 +10,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 
 use super::error::RunError;
-use super::fault::{Cause, TrialError};
+use super::fault::{Cause, CheckpointError, TrialError};
 use super::method::Method;
 use crate::family::MdpFamily;
-use crate::files::FileError;
 use crate::nn::archive::Archive;
 use crate::stats::{Direction, Limit};
 use crate::store::Layout;
@@ -87,6 +86,17 @@ pub trait Domain: Sync {
         let _ = (point, prepared);
         Vec::new()
     }
+
+    /// Returns what tells how much work a task is, of a method on a point MDP with these context features.
+    ///
+    /// # Arguments
+    ///
+    /// * `settings` — the scenario's, as in the manifest.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the settings, in words.
+    fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String>;
 
     /// Returns what the card of a model says beside what evaluation knows: the settings that it takes
     /// to set the method up again.
@@ -210,7 +220,7 @@ pub trait Course {
     fn saved(&mut self) -> Option<Archive>;
 
     /// Offers the state of a training that can go on from here, at the end of an episode; it is only
-    /// asked for when it is time to keep it.
+    /// asked for when it is time to keep it, or when the task is asked to stop.
     ///
     /// # Arguments
     ///
@@ -218,12 +228,12 @@ pub trait Course {
     ///
     /// # Errors
     ///
-    /// [`FileError`] when it cannot be written.
+    /// [`CheckpointError`] when it cannot be written, or when it was and the task is to stop.
     fn checkpoint(
         &mut self,
         state: &dyn Fn() -> Archive,
         simulator_s: f64,
-    ) -> Result<(), FileError>;
+    ) -> Result<(), CheckpointError>;
 }
 
 /// A scenario of a domain, read: its family, and what its point MDPs are prepared from.
@@ -250,9 +260,6 @@ pub trait Problem: Sync {
         done: &(dyn Fn(&str) + Sync),
     ) -> Result<Prepared, Cause>;
 
-    /// Returns how much work a task is.
-    fn effort(&self, method: &Method, point: &str) -> Effort;
-
     /// Writes what reports show beside records; it decides no record.
     ///
     /// # Arguments
@@ -267,6 +274,9 @@ pub trait Problem: Sync {
         Ok(())
     }
 }
+
+/// Tells how much work a task is, by method and by the context features of the point MDP.
+pub type EffortOf = dyn Fn(&Method, &dyn Fn(&str) -> Option<f64>) -> Effort + Sync;
 
 /// How much work a task is: episodes of training or tuning at most, and processor time per episode.
 #[derive(Debug, Clone, Copy, PartialEq)]

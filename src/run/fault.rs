@@ -25,12 +25,35 @@ pub enum TrialError {
     /// The machine is at fault, such as a full disk; other tasks would fail too.
     #[error(transparent)]
     Machine(Cause),
+    /// The task was asked to stop; another attempt goes on from its checkpoint.
+    #[error("it was asked to stop and goes on from its checkpoint")]
+    Stopped,
     /// Something from outside came between; another attempt may end well, and there is no record of this one.
     #[error(transparent)]
     Disturbed(Cause),
     /// The episode failed.
     #[error(transparent)]
     Failed(Cause),
+}
+
+/// Why a training does not go on after a checkpoint.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The task was asked to stop, and goes on from the checkpoint another time.
+    #[error("it was asked to stop")]
+    Stopped,
+    /// The checkpoint could not be written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}
+
+impl From<CheckpointError> for TrialError {
+    fn from(error: CheckpointError) -> Self {
+        match error {
+            CheckpointError::Stopped => Self::Stopped,
+            CheckpointError::Io(e) => e.into(),
+        }
+    }
 }
 
 impl From<FileError> for TrialError {

@@ -6,6 +6,7 @@ pub mod audit;
 pub mod checkpoint;
 pub mod course;
 pub mod domain;
+pub mod effort;
 pub mod entry;
 pub mod error;
 pub mod executor;
@@ -15,6 +16,7 @@ pub mod model;
 pub mod plan;
 pub mod progress;
 pub mod session;
+pub mod stop;
 #[cfg(test)]
 mod testing;
 pub mod watchdog;

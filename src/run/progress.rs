@@ -75,7 +75,7 @@ impl Failure {
                 Fault::Machine
             }
             RunError::Trial(TrialError::Failed(_) | TrialError::Model(_)) => Fault::Task,
-            RunError::Trial(TrialError::Disturbed(_)) => Fault::Disturbed,
+            RunError::Trial(TrialError::Disturbed(_) | TrialError::Stopped) => Fault::Disturbed,
             _ => Fault::Input,
         };
         Self { fault, reason: error.to_string() }

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
+use super::executor::local::GRACE;
 use super::executor::{Event, Executor, Inline, Local};
 use super::plan::{Draft, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
@@ -153,6 +154,7 @@ impl Session<'_> {
             prepared: self.prepared.clone(),
             jobs,
             stall_timeout: Duration::from_secs(STALL_TIMEOUT_S),
+            grace: GRACE,
         }
     }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::domain::{
-    Course, Domain, Effort, Objective, Prepared, PreparedPoint, Problem, Site, Trial,
+    Course, Domain, Effort, EffortOf, Objective, Prepared, PreparedPoint, Problem, Site, Trial,
 };
 use super::fault::{Cause, TrialError};
 use super::method::{Method, Training};
@@ -146,6 +146,14 @@ impl Domain for Toy {
             _ => Counting::default(),
         }))
     }
+    fn efforts(&self, _: &Value) -> Result<Box<EffortOf>, String> {
+        Ok(Box::new(|_, _| Effort {
+            training: 0,
+            training_s: 0.0,
+            evaluation_s: 1.0,
+            is_informed: true,
+        }))
+    }
     fn card(&self, settings: &Value, _: &str) -> Result<Map<String, Value>, String> {
         Ok(Map::from_iter([("settings".to_owned(), settings["learner"].clone())]))
     }
@@ -189,9 +197,6 @@ impl Problem for Pair {
             points.insert((*point).to_owned(), made);
         }
         Ok(Prepared { simulator: "none".to_owned(), folder: String::new(), points })
-    }
-    fn effort(&self, _: &Method, _: &str) -> Effort {
-        Effort { training: 0, training_s: 0.0, evaluation_s: 1.0, is_informed: true }
     }
 }
 

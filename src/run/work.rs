@@ -11,13 +11,14 @@ use super::error::RunError;
 use super::fault::TrialError;
 use super::model;
 use super::progress::News;
+use super::stop::Stop;
 use crate::nn::archive::Archive;
 use crate::store::manifest::{Identity, Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult, mean_metrics};
 use crate::store::{Layout, StoreError};
 
 /// Where a task is worked on.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Workplace {
     /// The results directory.
     pub layout: Layout,
@@ -29,6 +30,8 @@ pub struct Workplace {
     pub attempt: u32,
     /// Least wall time between two checkpoints of a training.
     pub checkpoint_every: Duration,
+    /// Says whether the task is to stop.
+    pub stop: Stop,
 }
 
 /// Does one task and commits its record, after the model where the method has one.
@@ -61,7 +64,8 @@ pub fn do_task(
     };
     let seeds = point.evaluation_seeds(&identity.evaluation_seeds);
     let keeper = Keeper::new(layout, &sha256, task, workplace.checkpoint_every);
-    let mut course = TaskCourse::new(task, &identity.objective, workplace.attempt, keeper, news);
+    let (attempt, stop) = (workplace.attempt, workplace.stop.clone());
+    let mut course = TaskCourse::new(task, &identity.objective, attempt, keeper, stop, news);
     let mut trial = domain.trial(&site, &task.method, task.seed)?;
     let result = train_and_evaluate(trial.as_mut(), &mut course, &seeds, &identity.objective);
     // Whatever came of files that were written meanwhile says nothing of the method.
@@ -164,6 +168,7 @@ fn baseline_objective(
 #[cfg(test)]
 mod tests {
     use std::fs;
+    use std::sync::atomic::Ordering;
 
     use super::*;
     use crate::run::checkpoint::LEARNER;
@@ -177,6 +182,7 @@ mod tests {
         dir: tempfile::TempDir,
         manifest: Manifest,
         task: Task,
+        stop: Stop,
         notes: Vec<String>,
         episodes: Vec<u32>,
     }
@@ -186,7 +192,7 @@ mod tests {
             let (manifest, tasks) = planned(2);
             let task = tasks.into_iter().find(|t| t.method == "learner").unwrap();
             let dir = tempfile::tempdir().unwrap();
-            Self { dir, manifest, task, notes: vec![], episodes: vec![] }
+            Self { dir, manifest, task, stop: Stop::default(), notes: vec![], episodes: vec![] }
         }
 
         fn layout(&self) -> Layout {
@@ -200,6 +206,7 @@ mod tests {
                 scratch: self.dir.path().to_path_buf(),
                 attempt: 1,
                 checkpoint_every: every,
+                stop: self.stop.clone(),
             };
             let (notes, episodes) = (&mut self.notes, &mut self.episodes);
             let mut news = |news| match news {
@@ -314,6 +321,26 @@ mod tests {
         assert_eq!(read, Some(record));
         assert!(!desk.checkpoint().exists());
         assert!(!desk.layout().model(desk.task.task).exists());
+    }
+
+    #[test]
+    fn a_task_that_is_asked_to_stop_does_so_at_a_checkpoint_and_ends_in_the_same_record() {
+        let (never_stopped, record) = whole();
+        let mut desk = Desk::new();
+        desk.stop.asked().store(true, Ordering::Relaxed);
+        // Nothing would be kept for an hour otherwise.
+        let every = Duration::from_secs(3600);
+        for k in 1..=11 {
+            let e = desk.work(Counting::of(12), every).unwrap_err();
+            assert_eq!(Failure::of(&e).fault, Fault::Disturbed);
+            assert!(matches!(e, RunError::Trial(TrialError::Stopped)), "{e}");
+            assert_eq!(desk.episodes.last(), Some(&k));
+            assert!(!desk.stop.at_once().load(Ordering::Relaxed), "it has something to keep");
+        }
+        desk.stop = Stop::default();
+        assert_eq!(desk.work(Counting::of(12), every).unwrap().rows, record.rows);
+        assert_eq!(desk.model(), never_stopped.model());
+        assert!(desk.stop.at_once().load(Ordering::Relaxed), "an evaluation is not kept");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::domain::{Domain, domain_of};
 use super::error::RunError;
 use super::progress::News;
+use super::stop::Stop;
 use super::work::{Workplace, do_task};
 use crate::store::manifest::{Manifest, read_plan};
 use crate::store::record::Record;
@@ -13,7 +14,7 @@ use crate::store::scratch::Scratch;
 use crate::store::{Layout, StoreError};
 
 /// Which task, and how.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Errand {
     /// Row of the plan.
     pub task: usize,
@@ -25,6 +26,8 @@ pub struct Errand {
     pub attempt: u32,
     /// Least wall time between two checkpoints of a training.
     pub checkpoint_every: Duration,
+    /// Says whether the task is to stop.
+    pub stop: Stop,
 }
 
 /// Does a task of a results directory.
@@ -63,6 +66,7 @@ pub fn serve(
         scratch: scratch.path().to_path_buf(),
         attempt: errand.attempt,
         checkpoint_every: errand.checkpoint_every,
+        stop: errand.stop.clone(),
     };
     do_task(domain, &manifest, task, &workplace, news)
 }

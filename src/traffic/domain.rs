@@ -8,6 +8,7 @@ use super::control::Controller;
 use super::control::baseline;
 use super::control::registry::METHODS;
 use super::controllers::create;
+use super::effort::effort;
 use super::env::World;
 use super::environment::{environment, folder_of, planned_world};
 use super::error::TrafficError;
@@ -21,7 +22,7 @@ use super::sim::libsumo::SumoSim;
 use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
 use crate::hash::sha256_file;
 use crate::run::RunError;
-use crate::run::domain::{Domain, Objective, Site, Spoilt, Trial};
+use crate::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
 use crate::run::fault::TrialError;
 use crate::run::method::{Method, find};
 use crate::stats::{Direction, Limit};
@@ -163,6 +164,11 @@ impl Domain for Traffic {
             .filter(|(path, sha256)| !as_planned(path, sha256))
             .map(|(path, _)| Spoilt { is_there: path.exists(), path, is_made })
             .collect()
+    }
+
+    fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String> {
+        let scenario = scenario_of(settings)?;
+        Ok(Box::new(move |method, feature| effort(&scenario, method, feature)))
     }
 
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {

@@ -2,7 +2,6 @@
 
 use super::controllers::training_episodes;
 use super::settings::Scenario;
-use crate::family::MdpFamily;
 use crate::run::domain::Effort;
 use crate::run::method::Method;
 use crate::units::SECONDS_PER_HOUR;
@@ -27,13 +26,17 @@ const MAX_CONGESTION: f64 = 3.0;
 /// Approaches of a six-feature point MDP.
 const APPROACHES: f64 = 4.0;
 
-/// Returns the effort of a task of a method on a point MDP.
-pub fn effort(scenario: &Scenario, family: &MdpFamily, method: &Method, point: &str) -> Effort {
+/// Returns the effort of a task of a method on a point MDP with these context features.
+pub fn effort(
+    scenario: &Scenario,
+    method: &Method,
+    feature: &dyn Fn(&str) -> Option<f64>,
+) -> Effort {
     let hours = scenario.demand.horizon_s / SECONDS_PER_HOUR;
-    let inflow_vph = feature(family, point, "inflow_vph");
+    let inflow_vph = feature("inflow_vph");
     let (inflow_vph, is_informed) = (inflow_vph.unwrap_or(0.0), inflow_vph.is_some());
     let vehicles = inflow_vph * APPROACHES * hours;
-    let lanes_in = feature(family, point, "lanes").map_or(1.0, |lanes| (lanes / 2.0).ceil());
+    let lanes_in = feature("lanes").map_or(1.0, |lanes| (lanes / 2.0).ceil());
     let congestion =
         1.0 + (inflow_vph / lanes_in.max(1.0) - FREE_VPH_PER_LANE).max(0.0) / DOUBLING_VPH_PER_LANE;
     let vehicle_s = SECONDS_PER_VEHICLE * congestion.min(MAX_CONGESTION);
@@ -42,10 +45,4 @@ pub fn effort(scenario: &Scenario, family: &MdpFamily, method: &Method, point: &
     let training = training_episodes(method, scenario);
     let training_s = evaluation_s + decisions * method.decision_s;
     Effort { training, training_s, evaluation_s, is_informed }
-}
-
-/// Returns a feature of a point MDP that has it.
-fn feature(family: &MdpFamily, point: &str, name: &str) -> Option<f64> {
-    let feature = family.features.iter().position(|f| f.name == name)?;
-    Some(family.points[family.position(point)?].features[feature])
 }

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::content;
-use super::effort::effort;
 use super::env::World;
 use super::environment::hash_scenario;
 use super::error::TrafficError;
@@ -17,9 +16,8 @@ use super::network::intersection::{IntersectionSpec, intersections};
 use super::network_files::{GENERATED, NetworkFiles};
 use super::simulator::{check, version};
 use crate::family::{Feature, MdpFamily, PointMdp};
-use crate::run::domain::{Effort, Prepared, PreparedPoint, Problem};
+use crate::run::domain::{Prepared, PreparedPoint, Problem};
 use crate::run::fault::Cause;
-use crate::run::method::Method;
 use crate::store::Layout;
 
 /// A scenario of signals.
@@ -127,10 +125,6 @@ impl Problem for SignalProblem {
         let simulator = version()?;
         let points = generated.map_or_else(|| self.own(), Ok)?;
         Ok(Prepared { simulator, folder: self.networks.display().to_string(), points })
-    }
-
-    fn effort(&self, method: &Method, point: &str) -> Effort {
-        effort(&self.loaded.scenario, &self.family, method, point)
     }
 
     fn write_for_reports(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {

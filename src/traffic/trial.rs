@@ -128,7 +128,7 @@ pub(super) fn of_control(error: ControlError) -> TrialError {
     match error {
         ControlError::Diverged { .. } => TrialError::Diverged(error.to_string()),
         ControlError::Model(e) => TrialError::Model(e),
-        ControlError::Checkpoint(e) => TrialError::Machine(e.into()),
+        ControlError::Checkpoint(e) => e.into(),
         // A training episode fails for reasons of the simulation, not of what was given.
         ControlError::Episode(e) => match e.downcast::<TrafficError>() {
             Ok(e) => of_files(*e),
@@ -258,6 +258,7 @@ mod tests {
     use super::super::env::testing::{env, env_of, minute};
     use super::*;
     use crate::files::FileError;
+    use crate::run::fault::CheckpointError;
 
     /// Trains for two episodes and has figures, one of which is no number.
     struct Learner;
@@ -296,7 +297,7 @@ mod tests {
         fn saved(&mut self) -> Option<Archive> {
             None
         }
-        fn checkpoint(&mut self, _: &dyn Fn() -> Archive, _: f64) -> Result<(), FileError> {
+        fn checkpoint(&mut self, _: &dyn Fn() -> Archive, _: f64) -> Result<(), CheckpointError> {
             Ok(())
         }
     }
@@ -355,7 +356,10 @@ mod tests {
         let episode = |e| of_control(ControlError::Episode(Box::new(EpisodeError::Sim(e))));
         assert!(matches!(episode(SimError::Io(file())), TrialError::Machine(_)));
         assert!(matches!(episode(SimError::CutOff("t.xml".into())), TrialError::Machine(_)));
-        assert!(matches!(of_control(ControlError::Checkpoint(file())), TrialError::Machine(_)));
+        assert!(matches!(
+            of_control(ControlError::Checkpoint(file().into())),
+            TrialError::Machine(_)
+        ));
         assert!(matches!(episode(SimError::NotRunning), TrialError::Failed(_)));
     }
 

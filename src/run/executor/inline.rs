@@ -12,6 +12,7 @@ use crate::run::checkpoint::CHECKPOINT_EVERY_S;
 use crate::run::domain::Domain;
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, News};
+use crate::run::stop::Stop;
 use crate::run::work::{Workplace, do_task};
 use crate::store::Layout;
 use crate::store::manifest::{Manifest, Task};
@@ -58,6 +59,7 @@ impl Inline<'_> {
             scratch: scratch.path().to_path_buf(),
             attempt: 1,
             checkpoint_every: Duration::from_secs(CHECKPOINT_EVERY_S),
+            stop: Stop::default(),
         };
         let start = Instant::now();
         let mut news = |news| {

@@ -18,6 +18,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process};
+
 use super::crew::{Crew, Member, Queue};
 use super::verdict::verdict;
 use super::{Event, Executor};
@@ -32,6 +34,9 @@ use crate::store::record::{Record, Wall};
 
 /// Attempts at a task that fail before it is recorded as failed, and that are disturbed before it is left undone.
 const ATTEMPTS: u32 = 2;
+
+/// Time that a worker has to write a checkpoint when the run is to stop, unless something else is said.
+pub const GRACE: Duration = Duration::from_secs(5);
 
 /// Times the stall timeout after which a worker that says nothing is ended.
 const SILENCE: u32 = 2;
@@ -54,6 +59,8 @@ pub struct Local {
     pub jobs: usize,
     /// Time without a step of the simulation after which a task is given up.
     pub stall_timeout: Duration,
+    /// Time that workers have to write a checkpoint when the run is to stop.
+    pub grace: Duration,
 }
 
 impl Executor for Local {
@@ -263,7 +270,7 @@ impl Local {
         let Some(((mut child, reader), _at_work)) = started else { return Ok(None) };
         // The worker itself says when it stands still; this is for one that cannot.
         let patience = SILENCE * self.stall_timeout;
-        let ended = wait(&mut child, patience, &lines, halt);
+        let ended = wait(&mut child, (patience, self.grace), &lines, halt);
         let ended = ended.map_err(FileError::at("wait for", &self.program))?;
         let failure = reader.join().expect("a thread here does not panic");
         Ok(Some(match ended {
@@ -297,17 +304,17 @@ fn listen(
     failure
 }
 
-/// Waits for a worker, and ends it when the run is to stop or when nothing is heard of it; returns nothing in the last
-/// case.
+/// Waits for a worker, asks it to stop when the run is to, and ends it when it does not within the grace or when nothing
+/// is heard of it; returns nothing in the last case.
 ///
-/// Silence is counted in naps and not by the clock, so that it does not count when this process was stopped itself.
+/// Time is counted in naps and not by the clock, so that it does not count when this process was stopped itself.
 fn wait(
     child: &mut Child,
-    patience: Duration,
+    (patience, grace): (Duration, Duration),
     lines: &AtomicU64,
     halt: &dyn Fn() -> bool,
 ) -> std::io::Result<Option<ExitStatus>> {
-    let (mut heard, mut silent) = (0, Duration::ZERO);
+    let (mut heard, mut silent, mut asked) = (0, Duration::ZERO, None);
     loop {
         if let Some(status) = child.try_wait()? {
             return Ok(Some(status));
@@ -316,7 +323,16 @@ fn wait(
         silent = if now == heard { silent + POLL } else { Duration::ZERO };
         heard = now;
         let is_silent = silent >= patience;
-        if is_silent || halt() {
+        if asked.is_none() && halt() {
+            // It may have ended by itself meanwhile.
+            let _ = kill_process(Pid::from_child(child), Signal::TERM);
+            asked = Some(Duration::ZERO);
+        }
+        let is_late = asked.as_mut().is_some_and(|since: &mut Duration| {
+            *since += POLL;
+            *since > grace
+        });
+        if is_silent || is_late {
             // It may have ended by itself meanwhile.
             let _ = child.kill();
             let status = child.wait()?;

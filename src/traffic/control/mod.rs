@@ -242,9 +242,9 @@ pub enum ControlError {
     /// A model or checkpoint that does not fit the method or the signals.
     #[error("the model does not fit: {0}")]
     Model(#[from] ArchiveError),
-    /// A checkpoint could not be written.
+    /// A checkpoint could not be written, or the training is to stop after it.
     #[error(transparent)]
-    Checkpoint(#[from] crate::files::FileError),
+    Checkpoint(#[from] crate::run::fault::CheckpointError),
 }
 
 /// What a controller is set up with, beside the settings of its method.

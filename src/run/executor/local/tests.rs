@@ -29,6 +29,7 @@ fn local(dir: &Path, script: &str) -> Local {
         prepared: "prepared".into(),
         jobs: 2,
         stall_timeout: Duration::from_secs(600),
+        grace: Duration::from_secs(2),
     }
 }
 

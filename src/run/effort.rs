@@ -1,0 +1,150 @@
+//! About how long tasks take: what a forecast starts from before anything has been measured.
+
+use super::domain::{Domain, EffortOf};
+use super::error::RunError;
+use super::method::{Method, find};
+use super::plan::Request;
+use crate::family::MdpFamily;
+use crate::store::manifest::{Identity, PointRow};
+
+/// The episodes of a task and about how long each takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TaskEffort {
+    /// Episodes of training or tuning, at most.
+    pub training: u32,
+    /// Processor time of one of them, seconds.
+    pub training_s: f64,
+    /// Episodes of evaluation.
+    pub evaluation: u32,
+    /// Processor time of one of them, seconds.
+    pub evaluation_s: f64,
+    /// Whether the times rest on what is known of the point MDP; else only their ratio is of use.
+    pub is_informed: bool,
+}
+
+impl TaskEffort {
+    /// Returns how many episodes the task has at most.
+    pub fn episodes(&self) -> u32 {
+        self.training + self.evaluation
+    }
+
+    /// Returns the processor time of the first `episodes` episodes, seconds.
+    pub fn seconds(&self, episodes: u32) -> f64 {
+        let training = episodes.min(self.training);
+        let evaluation = (episodes - training).min(self.evaluation);
+        f64::from(training) * self.training_s + f64::from(evaluation) * self.evaluation_s
+    }
+}
+
+/// The efforts of a run's tasks.
+pub struct Efforts<'a> {
+    methods: &'a [Method],
+    of: Box<EffortOf>,
+    evaluation: u32,
+}
+
+impl<'a> Efforts<'a> {
+    /// Returns those of what is asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Prepare`] with what is wrong with the settings.
+    pub fn of_request(request: &Request<'a>) -> Result<Self, RunError> {
+        let of = request.domain.efforts(&request.problem.settings());
+        let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
+        Ok(Self { methods: request.domain.methods(), of, evaluation: request.evaluation_seeds })
+    }
+
+    /// Returns those of a run that was planned before.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Prepare`] with what is wrong with its settings.
+    pub fn of_run(domain: &'a dyn Domain, identity: &Identity) -> Result<Self, RunError> {
+        let of = domain.efforts(&identity.settings);
+        let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
+        let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
+        Ok(Self { methods: domain.methods(), of, evaluation })
+    }
+
+    /// Returns that of a method on a point MDP of a family.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Method`] for a name that no method has.
+    pub fn in_family(
+        &self,
+        method: &str,
+        family: &MdpFamily,
+        point: &str,
+    ) -> Result<TaskEffort, RunError> {
+        let features = family.position(point).map(|p| family.points[p].features.as_slice());
+        let feature = |name: &str| {
+            let position = family.features.iter().position(|f| f.name == name)?;
+            Some(features?[position])
+        };
+        self.task(method, &feature)
+    }
+
+    /// Returns that of a method on a point MDP of a run.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Method`] for a name that no method has.
+    pub fn in_run(
+        &self,
+        method: &str,
+        identity: &Identity,
+        point: &PointRow,
+    ) -> Result<TaskEffort, RunError> {
+        let feature = |name: &str| {
+            let position = identity.features.iter().position(|f| f.name == name)?;
+            point.features.get(position).copied()
+        };
+        self.task(method, &feature)
+    }
+
+    fn task(
+        &self,
+        method: &str,
+        feature: &dyn Fn(&str) -> Option<f64>,
+    ) -> Result<TaskEffort, RunError> {
+        let of = (self.of)(find(self.methods, method)?, feature);
+        Ok(TaskEffort {
+            training: of.training,
+            training_s: of.training_s,
+            evaluation: self.evaluation,
+            evaluation_s: of.evaluation_s,
+            is_informed: of.is_informed,
+        })
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    use super::TaskEffort;
+
+    /// A task with episodes of training and evaluation of these seconds.
+    pub(crate) fn effort(training: (u32, f64), evaluation: (u32, f64)) -> TaskEffort {
+        TaskEffort {
+            training: training.0,
+            training_s: training.1,
+            evaluation: evaluation.0,
+            evaluation_s: evaluation.1,
+            is_informed: true,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::effort;
+
+    #[test]
+    fn episodes_of_training_come_first_and_count_at_their_own_price() {
+        let effort = effort((3, 10.0), (2, 1.0));
+        assert_eq!(effort.episodes(), 5);
+        let seconds: Vec<_> = [0, 2, 3, 4, 5, 9].map(|n| effort.seconds(n)).to_vec();
+        assert_eq!(seconds, [0.0, 20.0, 30.0, 31.0, 32.0, 32.0]);
+    }
+}
