@@ -47,7 +47,7 @@ command -v c++ >/dev/null || missing+=(g++)
 
 if ! command -v apt-get >/dev/null; then
     echo "missing: ${missing[*]} (Debian's names); install them; SUMO also comes with \`pip install" \
-        "eclipse-sumo\`, then set SUMO_HOME to its folder \`sumo\` (README.md, Set up)" >&2
+        "eclipse-sumo\`, then set SUMO_HOME to its folder \`sumo\` (docs/install.md)" >&2
     exit 1
 fi
 install="apt-get install -y --no-install-recommends ${missing[*]}"

@@ -65,8 +65,24 @@ pub fn probe(folder: &Path) -> Result<(), FileError> {
         .map_err(FileError::at("write", folder))
 }
 
+/// Returns the largest memory that this process has used so far, MB; `None` where the system does not tell.
+pub fn peak_memory_mb() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes.div_ceil(1000))
+}
+
 #[cfg(test)]
 mod tests {
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_largest_memory_is_told() {
+        let held = std::hint::black_box(vec![1_u8; 50_000_000]);
+        let peak = peak_memory_mb().unwrap();
+        assert!((50..100_000).contains(&peak), "{peak} with {}", held.len());
+    }
+
     use super::*;
 
     #[test]

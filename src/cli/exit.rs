@@ -10,8 +10,10 @@ use crate::cli::refused::Refused;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
 use crate::report::ReportError;
+use crate::run::batch::BatchError;
 use crate::run::error::RunError;
 use crate::run::fault::TrialError;
+pub use crate::run::stop::STOPPED;
 use crate::sample::SampleError;
 use crate::store::error::StoreError;
 use crate::study::{CaseError, EngineError, StudyError};
@@ -34,8 +36,6 @@ pub const NO_SUMO: u8 = 4;
 pub const MISMATCH: u8 = 5;
 /// The run is over, but some tasks have no record, for reasons of the machine; run the same command again.
 pub const INCOMPLETE: u8 = 6;
-/// Stopped by a signal at a checkpoint; the same task goes on from there. A batch system is to queue it again.
-pub const STOPPED: u8 = 75;
 /// Interrupted; run the same command again to continue.
 pub const INTERRUPTED: u8 = 130;
 
@@ -65,6 +65,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             | RunError::NoTask { .. }
             | RunError::Domain { .. }
             | RunError::Model { .. } => USAGE,
+            RunError::Batch(e) => batch(e),
             RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
             RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,
             RunError::Io(e) => file(e),
@@ -153,6 +154,14 @@ fn trial(error: &TrialError) -> u8 {
         TrialError::Machine(e) => code(e.as_ref()),
         TrialError::Stopped => STOPPED,
         TrialError::Failed(_) | TrialError::Disturbed(_) => UNEXPECTED,
+    }
+}
+
+fn batch(error: &BatchError) -> u8 {
+    match error {
+        BatchError::Refused { .. } => UNEXPECTED,
+        BatchError::Io(e) => file(e),
+        _ => USAGE,
     }
 }
 

@@ -8,10 +8,8 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
+use crate::run::batch::cost::SECONDS_PER_TASK;
 use crate::run::effort::TaskEffort;
-
-/// Processor time of starting a worker and of loading its network, seconds.
-const SECONDS_PER_TASK: f64 = 0.2;
 
 /// Expected seconds that count as observed as expected.
 const PRIOR_S: f64 = 3.0;

@@ -2,6 +2,7 @@
 
 mod across;
 mod build_networks;
+mod cancel;
 mod check;
 mod doctor;
 mod effects;
@@ -10,8 +11,10 @@ mod evaluate;
 pub mod exit;
 mod folder;
 mod forecast;
+mod handover;
 mod interrupt;
 mod json;
+mod labour;
 mod list;
 mod monitor;
 mod osm;
@@ -30,12 +33,15 @@ mod scratch;
 mod sensitivity;
 mod shell;
 mod signals;
+mod status;
 mod study;
 mod subject;
+mod submit;
 mod target;
 mod threads;
 mod until;
 mod values;
+mod work;
 mod worker;
 
 use std::num::NonZeroUsize;
@@ -62,7 +68,8 @@ Examples:
 
 Exit codes:
   0 done, 1 unexpected, 2 usage or input, 3 some tasks failed, 4 SUMO missing,
-  5 results of another run or in use, 6 some tasks have no record, 130 interrupted";
+  5 results of another run or in use, 6 some tasks have no record,
+  75 stopped at a checkpoint, 130 interrupted";
 
 /// Subcommands.
 #[derive(Debug, Subcommand)]
@@ -85,6 +92,14 @@ pub enum Command {
     Report(report::ReportArgs),
     /// Say what is damaged in a results directory, and repair it
     Check(check::CheckArgs),
+    /// Hand the tasks of a run that are missing over to a batch system
+    Submit(submit::SubmitArgs),
+    /// Say how far a run is, here or in a batch system
+    Status(status::StatusArgs),
+    /// Take back what batch systems have of a run
+    Cancel(cancel::CancelArgs),
+    /// Do the tasks of a run that are missing, where they were done last
+    Resume(submit::SubmitArgs),
     /// Say what estimators would miss at which budget, on results of a whole family
     Estimate(study::EstimateArgs),
     /// Rank methods over every combination of one point MDP from each of several families
@@ -96,6 +111,9 @@ pub enum Command {
     /// Do one task of a plan; used by `run`
     #[command(hide = true)]
     Worker(worker::WorkerArgs),
+    /// Do a pack of tasks; used by jobs of batch systems
+    #[command(hide = true)]
+    Work(work::WorkArgs),
     /// Print a completion script for a shell
     Completions(shell::CompletionsArgs),
     /// Print the manual page
@@ -115,7 +133,11 @@ pub fn complete() {
 pub fn run(cli: Cli) -> anyhow::Result<u8> {
     let fewer = match &cli.command {
         // They compute nothing at once.
-        Command::Worker(_) | Command::Doctor(_) | Command::Completions(_) | Command::Man => None,
+        Command::Worker(_)
+        | Command::Work(_)
+        | Command::Doctor(_)
+        | Command::Completions(_)
+        | Command::Man => None,
         Command::BuildNetworks(args) => threads::set_up(args.jobs.map(NonZeroUsize::get))?,
         _ => threads::set_up(None)?,
     };
@@ -134,6 +156,11 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Doctor(args) => doctor::run(&args),
+        Command::Submit(args) => submit::submit(&args),
+        Command::Status(args) => status::run(&args),
+        Command::Cancel(args) => cancel::run(&args),
+        Command::Resume(args) => submit::resume(&args),
+        Command::Work(args) => work::run(&args),
         Command::Worker(args) => worker::run(&args),
         Command::Completions(args) => shell::completions(&args),
         Command::Man => shell::man(&Cli::command()),

@@ -6,42 +6,32 @@ mod looks;
 pub(super) use arguments::RunArgs;
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use anyhow::Context;
 use serde_json::json;
 
 use super::estimate::estimate;
 use super::folder::RESULTS;
+use super::handover::{Executes, Order, hand_over};
 use super::interrupt::interrupted;
 use super::json::merge;
-use super::monitor::Monitor;
+use super::labour::Labour;
 use super::output::{Counted, line, note};
 use super::recorded::read;
-use super::report::print;
 use super::subject::Subject;
-use super::target::Target;
 use crate::analysis::check_name;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::domains;
 use crate::files::{self, limits};
 use crate::pulse;
-use crate::report::{self, Report};
 use crate::run::domain::Domain;
-use crate::run::effort::Efforts;
-use crate::run::error::RunError;
-use crate::run::executor::{Executor, Local};
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
 use crate::sample::plan_file::{PlanError, PlanFile};
 use crate::sample::{Design, Sampling, choose_over};
-use crate::store::Layout;
-use crate::store::manifest::Task;
 use crate::store::results::Results;
 
 /// What stands for all methods.
@@ -175,6 +165,15 @@ fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result
     if request.replicates > 1 && draft.replicated.is_empty() {
         return refuse("--replicates", "none of the methods tunes or learns");
     }
+    if args.sbatch.is_some() && args.executor != Executes::Slurm {
+        return refuse("--sbatch", "only --executor slurm takes lines");
+    }
+    if args.job_minutes.is_some() && args.executor == Executes::Local {
+        return refuse("--job-minutes", "this machine needs no jobs");
+    }
+    if args.executor != Executes::Local && args.against.is_some() {
+        return refuse("--against", "the report comes later, from `report --against`");
+    }
     let learners = request.domain.methods().iter().filter(|m| m.training == Training::Learned);
     let learners: Vec<&str> = learners.map(|m| m.name).collect();
     if args.episodes.is_some() && !draft.methods.iter().any(|m| learners.contains(&m.as_str())) {
@@ -184,107 +183,49 @@ fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result
     Ok(())
 }
 
-/// Does the tasks that are missing, then reports.
+/// Does the tasks that are missing, then reports; or hands them over.
 fn work(
     args: &RunArgs,
     request: &Request<'_>,
     session: &Session<'_>,
     jobs: usize,
 ) -> anyhow::Result<u8> {
-    let program = std::env::current_exe().context("cannot find this program")?;
+    let labour = Labour {
+        session,
+        domain: request.domain,
+        jobs,
+        stall_timeout_s: args.stall_timeout,
+        against: args.against.as_deref(),
+        json: args.json,
+        quiet: args.quiet,
+    };
     let interrupted = interrupted()?;
-    let stall_timeout = Duration::from_secs(args.stall_timeout);
-    let executor = Local { stall_timeout, ..session.local(program, jobs) };
     let mut done: Option<usize> = None;
     while let Some(results) = looks::next((session, request.problem), done, args)? {
-        let left = work_on(args, request, (session, &executor), &results, jobs, &interrupted)?;
-        if left > 0 && interrupted.load(Ordering::Relaxed) {
-            if !args.quiet {
-                note(format!(
-                    "interrupted with {left} tasks to do; run the same command to continue"
-                ));
-            }
-            return Ok(exit::INTERRUPTED);
+        if args.executor != Executes::Local {
+            return hand_over_rest(args, &labour, &results);
         }
-        if left > 0 {
-            return incomplete(args, &session.layout, left);
+        if let Some(code) = labour.work_on(&results, &interrupted)? {
+            return Ok(code);
         }
         done = Some(results.plan.len());
     }
-    summarise(args, &session.layout)
+    labour.summarise()
 }
 
-/// Reports a run that some tasks are missing from.
-fn incomplete(args: &RunArgs, layout: &Layout, left: usize) -> anyhow::Result<u8> {
-    if let Err(e) = summarise(args, layout) {
-        note(format!("there is no report yet: {e}"));
+/// Hands over what results lack.
+fn hand_over_rest(args: &RunArgs, labour: &Labour<'_>, results: &Results) -> anyhow::Result<u8> {
+    let missing: Vec<usize> = results.missing().map(|task| task.task).collect();
+    if missing.is_empty() {
+        return labour.summarise();
     }
-    note(format!(
-        "{left} tasks have no record, for reasons that are not their own (see above); run the same command \
-         again to do them"
-    ));
-    Ok(exit::INCOMPLETE)
-}
-
-/// Does the tasks that results lack; returns how many are left, because of an interruption or undone.
-fn work_on(
-    args: &RunArgs,
-    request: &Request<'_>,
-    (session, executor): (&Session<'_>, &dyn Executor),
-    results: &Results,
-    jobs: usize,
-    interrupted: &AtomicBool,
-) -> anyhow::Result<usize> {
-    let todo: Vec<Task> = results.missing().cloned().collect();
-    let talk = !args.quiet && !args.json;
-    if talk && todo.len() < results.plan.len() {
-        note(format!("{} of {} tasks are already done", results.records.len(), results.plan.len()));
-    }
-    let (efforts, family) = (Efforts::of_request(request)?, request.problem.family());
-    let effort = |t: &Task| Ok((t.clone(), efforts.in_family(&t.method, family, &t.point)?));
-    let mut monitor = Monitor::new(
-        todo.iter().map(effort).collect::<Result<Vec<_>, RunError>>()?,
-        request.domain,
-        results.records.values(),
-        jobs,
-        args.json,
-        args.quiet,
-    );
-    let outcome = session.work(&todo, executor, interrupted, &mut |event| monitor.handle(event));
-    monitor.close();
-    outcome?;
-    Ok(todo.len() - monitor.finished())
-}
-
-/// Reports the finished run.
-fn summarise(args: &RunArgs, layout: &Layout) -> anyhow::Result<u8> {
-    let results = Results::load(layout)?;
-    let mut reports = vec![domains::report(layout, &results)?];
-    if let Some(method) = &args.against {
-        match Report::against(&results, method, domains::sections(layout, &results)?) {
-            Ok(data) => reports.push(data),
-            // Tasks failed, so that some results are missing: the run is no less complete for that.
-            Err(e) => note(e),
-        }
-    }
-    for data in &reports {
-        if args.quiet {
-            report::write(layout, data)?;
-        } else {
-            let target = Target::new(layout.root(), layout.report(), None);
-            print(&target, data, args.json, !args.json)?;
-        }
-    }
-    let failed = results.failed().count();
-    if failed > 0 {
-        if !args.quiet {
-            note(format!(
-                "{failed} of {} tasks failed; their reasons are in the report, --retry-failed tries \
-                 them again",
-                results.plan.len()
-            ));
-        }
-        return Ok(exit::SOME_FAILED);
-    }
+    let order = Order {
+        executor: args.executor,
+        sbatch: args.sbatch.as_deref(),
+        workers: args.jobs.map_or(1, |j| j.get()),
+        job_minutes: args.job_minutes,
+        stall_timeout_s: args.stall_timeout,
+    };
+    hand_over(labour.session, labour.domain, missing, &order)?;
     Ok(exit::DONE)
 }

@@ -101,6 +101,14 @@ pub(super) fn at_least_a_second() -> RangedU64ValueParser {
     RangedU64ValueParser::new().range(1..)
 }
 
+/// Returns a time in minutes, above 0.
+pub(super) fn minutes(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(minutes) if minutes > 0.0 && minutes <= 1e6 => Ok(minutes),
+        _ => Err("give minutes above 0, such as 30 or 0.5".to_owned()),
+    }
+}
+
 /// Reads a seed.
 ///
 /// # Errors

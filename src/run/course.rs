@@ -9,6 +9,7 @@ use super::fault::{CheckpointError, TrialError};
 use super::progress::{News, Progress};
 use super::stop::Stop;
 use crate::files::FileError;
+use crate::machine;
 use crate::nn::archive::Archive;
 use crate::seed;
 use crate::store::manifest::Task;
@@ -83,6 +84,7 @@ impl<'a> TaskCourse<'a> {
             wall_s: self.earlier.wall_s + self.start.elapsed().as_secs_f64(),
             simulator_s: self.earlier.simulator_s + simulator_s,
             attempts: self.attempt,
+            peak_memory_mb: machine::peak_memory_mb(),
             ..Wall::default()
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::batch::BatchError;
 use super::fault::{Cause, TrialError};
 use crate::family::FamilyError;
 use crate::files::FileError;
@@ -81,6 +82,9 @@ pub enum RunError {
         /// Whether the simulator is missing.
         no_simulator: bool,
     },
+    /// A batch system did not do what was asked.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),

@@ -3,6 +3,7 @@
 //! Nothing here knows what is evaluated; see [`domain`] for the seam.
 
 pub mod audit;
+pub mod batch;
 pub mod checkpoint;
 pub mod course;
 pub mod domain;
@@ -24,3 +25,4 @@ pub mod work;
 pub mod worker;
 
 pub use error::RunError;
+pub use stop::STOPPED;

@@ -3,6 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Exit code of a process that was stopped at a checkpoint; who started it is to start it again.
+pub const STOPPED: u8 = 75;
+
 /// Whether a task is asked to stop, and whether it has anything to keep before it does.
 ///
 /// Signals set one flag and read the other, and may come at any time.

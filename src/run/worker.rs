@@ -88,8 +88,14 @@ mod tests {
         let serve = |manifest: Option<String>| {
             let every = Duration::from_secs(60);
             let prepared = Some("prepared".into());
-            let errand =
-                Errand { task: 0, manifest, prepared, attempt: 1, checkpoint_every: every };
+            let errand = Errand {
+                task: 0,
+                manifest,
+                prepared,
+                attempt: 1,
+                checkpoint_every: every,
+                stop: Stop::default(),
+            };
             serve(&[&Toy { learner: Counting::of(1) }], dir.path(), &errand, &mut |_| {})
         };
         let e = serve(Some("another".to_owned())).unwrap_err();

@@ -18,7 +18,7 @@ impl Layout {
         make_folder(self.root())?;
         let numbered = [self.record(0), self.log(0), self.model(0), self.checkpoint(0)];
         let folders = numbered.iter().filter_map(|file| file.parent()?.parent());
-        for folder in folders.chain([&*self.tmp(), &*self.report()]) {
+        for folder in folders.chain([&*self.tmp(), &*self.report(), &*self.jobs()]) {
             self.check(folder)?;
         }
         Ok(())

@@ -1,9 +1,10 @@
 //! Keeps two runs from working on one directory.
 
 use std::fs::{File, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
+use rustix::io::Errno;
 use serde::{Deserialize, Serialize};
 
 use super::Layout;
@@ -46,11 +47,20 @@ impl RunLock {
                 let holder = describe(&mut file);
                 return Err(StoreError::Locked { path: layout.root().to_path_buf(), holder });
             }
+            // Some file systems of a network have no locks. Two runs at a time leave the same records, only twice the work.
+            Err(TryLockError::Error(e)) if has_no_locks(&e) => {}
             Err(TryLockError::Error(e)) => return Err(FileError::at("lock", &path)(e).into()),
         }
         write_holder(&mut file, holder).map_err(FileError::at("write", Path::new(&path)))?;
         Ok(Self { _file: file })
     }
+}
+
+/// Whether a file cannot be locked because its file system has no locks.
+pub(super) fn has_no_locks(e: &std::io::Error) -> bool {
+    let code = e.raw_os_error().map(rustix::io::Errno::from_raw_os_error);
+    e.kind() == ErrorKind::Unsupported
+        || code.is_some_and(|code| [Errno::NOLCK, Errno::NOSYS, Errno::OPNOTSUPP].contains(&code))
 }
 
 fn describe(file: &mut File) -> String {

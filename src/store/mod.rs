@@ -9,6 +9,7 @@
 //! DIR/logs/KKK/K.log              what the worker of task K wrote to standard error
 //! DIR/design.json              what was known of the whole family when a balanced sample was drawn
 //! DIR/places.json                 where the intersections of the family are, for maps and tables
+//! DIR/jobs/N/                     what was handed over to a batch system
 //! DIR/lock.json                   held while a local run goes on
 //! DIR/report/                     what `tsc-family report` writes
 //! DIR/damaged/                    what `tsc-family check --repair` has set aside
@@ -29,6 +30,7 @@ pub mod opaque;
 pub mod record;
 pub mod results;
 pub mod scratch;
+pub mod tally;
 
 use std::path::{Path, PathBuf};
 
@@ -78,6 +80,11 @@ impl Layout {
     /// `report/`.
     pub fn report(&self) -> PathBuf {
         self.root.join("report")
+    }
+
+    /// `jobs/`: what was handed over to batch systems.
+    pub fn jobs(&self) -> PathBuf {
+        self.root.join("jobs")
     }
 
     /// `tmp/`: files that are not complete yet, on the same file system.

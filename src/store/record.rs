@@ -64,6 +64,10 @@ pub struct Wall {
     pub simulator_s: f64,
     /// Attempts, 1 unless the first failed.
     pub attempts: u32,
+    /// Largest memory of the process so far, MB; where the system does not tell, and in records from before it was
+    /// kept, none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_memory_mb: Option<u64>,
     /// sha256 over the record's checksum and the other values here; empty before a record is made of them, and in
     /// records from before it was kept.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -21,11 +21,13 @@ use crate::pages::{Page, markdown};
 const REPO: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Programs of others that blocks which are only parsed may start with.
-const OTHERS: [&str; 10] = [
+const OTHERS: [&str; 12] = [
     "cargo",
     "mkdir",
     "cp",
     "make",
+    "qsub",
+    "seq",
     "pip",
     "python3",
     "export",
@@ -99,11 +101,11 @@ fn the_examples_of_the_help_are_accepted() {
 }
 
 #[test]
-fn the_wheel_of_the_readme_is_the_one_that_ci_builds_against() {
+fn the_wheel_of_the_docs_is_the_one_that_ci_builds_against() {
     let script = std::fs::read_to_string(Path::new(REPO).join("scripts/wheel.sh")).unwrap();
     let version = script.split_once("WHEEL_VERSION:-").unwrap().1.split('}').next().unwrap();
-    let readme = &markdown()[Path::new("README.md")].text;
-    assert!(readme.contains(&format!("eclipse-sumo=={version}\n")), "CI has {version}");
+    let page = &markdown()[Path::new("docs/install.md")].text;
+    assert!(page.contains(&format!("eclipse-sumo=={version}\n")), "CI has {version}");
 }
 
 /// Options of other programs that our pages name.

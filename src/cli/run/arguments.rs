@@ -3,11 +3,12 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
+use crate::cli::handover::Executes;
 use crate::cli::scenario::ScenarioArg;
 use crate::cli::until::UntilArgs;
 use crate::cli::values::{
-    Budget, at_least_a_second, at_least_one, at_least_one_worker, from_one_to, parse_budget,
-    parse_seed,
+    Budget, at_least_a_second, at_least_one, at_least_one_worker, from_one_to, minutes,
+    parse_budget, parse_seed,
 };
 use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::sample::Sampling;
@@ -28,6 +29,7 @@ Examples:
   tsc-family run cartpole --preset tuned --budget 40 --methods ppo,dqn
   tsc-family run --budget 40 --assist results/all --methods idqn --out results/idqn
   tsc-family run --budget 80 --until-decided --methods idqn,mplight --out results/decided
+  tsc-family run --budget 80 --executor slurm --sbatch cluster.sbatch --out results/slc
   tsc-family run --budget 80 --dry-run")]
 pub struct RunArgs {
     /// Scenario: path or embedded name; with --sumocfg only its settings count
@@ -72,7 +74,16 @@ pub struct RunArgs {
     /// Evaluation episodes per task, the same for all methods
     #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<MOST_EVALUATION_SEEDS>)]
     pub eval_seeds: NonZeroU32,
-    /// Worker processes at the same time [default: one per processor]
+    /// Who does the tasks: this machine, a Slurm that gets them as a job array, or whatever starts a script
+    #[arg(long, value_enum, default_value_t = Executes::Local)]
+    pub executor: Executes,
+    /// File of `#SBATCH` lines for the jobs, such as partition and account
+    #[arg(long, value_name = "FILE")]
+    pub sbatch: Option<PathBuf>,
+    /// Processor time that a job of a batch system is to take, minutes [default: 1 to 30, more for longer runs]
+    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
+    pub job_minutes: Option<f64>,
+    /// Worker processes at the same time [default: one per processor; one per job of a batch system]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
     /// Time without a step of the simulation after which a task is given up

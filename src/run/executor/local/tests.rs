@@ -156,3 +156,35 @@ fn an_interrupted_run_leaves_no_record() {
     assert!(start.elapsed() < Duration::from_secs(30));
     assert!(!local.layout.record(0).exists());
 }
+
+#[test]
+fn a_worker_is_asked_to_stop_and_has_time_to_keep_what_it_has() {
+    let dir = tempfile::tempdir().unwrap();
+    let kept = dir.path().join("kept");
+    let keeps = format!(
+        "trap 'sleep 0.2; touch {}; exit 75' TERM; touch {}; while :; do sleep 0.01; done",
+        kept.display(),
+        dir.path().join("up").display()
+    );
+    for (script, is_kept) in [
+        (keeps.as_str(), true),
+        ("trap '' TERM; touch \"$0.up\"; while :; do sleep 0.01; done", false),
+    ] {
+        let _ = std::fs::remove_file(&kept);
+        let local = Local { grace: Duration::from_millis(800), ..local(dir.path(), script) };
+        let (up, interrupted) = (dir.path().to_path_buf(), AtomicBool::new(false));
+        let start = Instant::now();
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while !up.join("up").exists() && !up.join("worker.sh.up").exists() {
+                    thread::sleep(POLL);
+                }
+                interrupted.store(true, Ordering::Relaxed);
+            });
+            assert!(events(&local, &interrupted).is_empty(), "no record, no message");
+        });
+        assert_eq!(kept.exists(), is_kept);
+        assert!(start.elapsed() < Duration::from_secs(30), "it is ended all the same");
+        let _ = std::fs::remove_file(dir.path().join("up"));
+    }
+}

@@ -1,0 +1,54 @@
+//! `tsc-family cancel`: takes back what batch systems have of a run.
+
+use std::path::PathBuf;
+
+use super::handover::{abroad, counted};
+use super::output::line;
+use crate::cli::exit;
+use crate::run::batch::{BatchSystem, Slurm, submission};
+use crate::run::error::RunError;
+use crate::store::Layout;
+use crate::store::manifest::Manifest;
+
+/// `tsc-family cancel`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Records and checkpoints stay; `resume` goes on from them.
+
+Example:
+  tsc-family cancel results/slc")]
+pub struct CancelArgs {
+    /// Results directory of the run
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+}
+
+pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
+    let layout = Layout::new(&args.dir);
+    Manifest::read(&layout)?;
+    let there = abroad(&layout).map_err(RunError::from)?;
+    if there.submissions.is_empty() {
+        let scripts = submission::all(&layout).map_err(RunError::from)?;
+        let by_hand = scripts.iter().any(|s| s.executor != Slurm.name());
+        line(if by_hand {
+            "no batch system that can be asked has anything of it; what starts the script is to be stopped by you"
+        } else {
+            "no batch system has anything of it"
+        })?;
+        return Ok(exit::DONE);
+    }
+    for (mut submission, counts) in there.submissions {
+        Slurm.cancel(&submission).map_err(RunError::from)?;
+        submission.cancelled =
+            Some(jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string());
+        submission::write(&layout, &submission)?;
+        let packs: usize = counts.iter().map(|(.., count)| count).sum();
+        line(format!(
+            "submission {} ({}): {} taken back; what was done stays, resume goes on from there",
+            submission.number,
+            submission.ids.join(", "),
+            counted(packs, "pack")
+        ))?;
+    }
+    Ok(exit::DONE)
+}

@@ -1,0 +1,212 @@
+//! Handing tasks over to a batch system: what `run --executor`, `submit` and `resume` have in common.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context;
+
+use super::output::{duration, line, note};
+use crate::cli::refused::Refused;
+use crate::run::batch::cost::Costs;
+use crate::run::batch::pack::packs;
+use crate::run::batch::submission::{self, Place, Submission, absolute};
+use crate::run::batch::{BatchError, BatchSystem, Script, Slurm, Standing, slurm};
+use crate::run::domain::Domain;
+use crate::run::error::RunError;
+use crate::run::session::Session;
+use crate::store::Layout;
+use crate::store::manifest::Task;
+use crate::store::tally::Tally;
+
+/// Who does the tasks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Executes {
+    /// Worker processes of this machine
+    Local,
+    /// Slurm, as a job array
+    Slurm,
+    /// Whatever starts a script: GNU parallel, PBS, Kubernetes
+    Script,
+}
+
+impl Executes {
+    /// Returns the batch system; `None` for this machine.
+    pub(super) fn batch_system(self) -> Option<&'static dyn BatchSystem> {
+        match self {
+            Self::Local => None,
+            Self::Slurm => Some(&Slurm),
+            Self::Script => Some(&Script),
+        }
+    }
+}
+
+/// What a hand-over is to be like.
+pub(super) struct Order<'a> {
+    /// To whom.
+    pub(super) executor: Executes,
+    /// File of lines of the user's.
+    pub(super) sbatch: Option<&'a Path>,
+    /// Workers of a job.
+    pub(super) workers: usize,
+    /// Processor time that a job is to take, minutes, if that was said.
+    pub(super) job_minutes: Option<f64>,
+    /// Time without a step of the simulation after which a task is given up, seconds.
+    pub(super) stall_timeout_s: u64,
+}
+
+/// What batch systems have of a run.
+#[derive(Debug, Default)]
+pub(super) struct Abroad {
+    /// Tasks that somebody works on or that wait.
+    pub(super) tasks: BTreeSet<usize>,
+    /// By submission with packs that are not over: how many stand how, and the reasons of those that wait.
+    pub(super) submissions: Vec<(Submission, Vec<(Standing, String, usize)>)>,
+}
+
+/// Asks what batch systems have of a run; of scripts only people know.
+///
+/// # Errors
+///
+/// [`BatchError`] when one does not answer or a submission cannot be read.
+pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
+    let mut abroad = Abroad::default();
+    let submissions = submission::all(layout)?;
+    let of_slurm: Vec<Submission> =
+        submissions.into_iter().filter(|s| s.executor == Slurm.name()).collect();
+    let waiting = Slurm.waiting(&of_slurm)?;
+    for (submission, waiting) in of_slurm.into_iter().zip(waiting) {
+        if waiting.is_empty() {
+            continue;
+        }
+        let packs = submission::packs(layout, submission.number)?;
+        let mut counts: Vec<(Standing, String, usize)> = Vec::new();
+        for pack in waiting {
+            abroad.tasks.extend(packs.get(pack.pack).into_iter().flatten());
+            let same = |(standing, reason, _): &&mut (Standing, String, usize)| {
+                (*standing, reason.as_str()) == (pack.standing, pack.reason.as_str())
+            };
+            match counts.iter_mut().find(same) {
+                Some((.., count)) => *count += 1,
+                None => counts.push((pack.standing, pack.reason, 1)),
+            }
+        }
+        abroad.submissions.push((submission, counts));
+    }
+    Ok(abroad)
+}
+
+/// Hands tasks over that nobody has, and says what happened.
+///
+/// # Arguments
+///
+/// * `missing` — rows of the plan that have no record.
+pub(super) fn hand_over(
+    session: &Session<'_>,
+    domain: &dyn Domain,
+    missing: Vec<usize>,
+    order: &Order<'_>,
+) -> anyhow::Result<()> {
+    let (layout, manifest) = (&session.layout, &session.manifest);
+    let Some(system) = order.executor.batch_system() else {
+        unreachable!("this machine is no batch system")
+    };
+    let lines = match order.sbatch {
+        Some(_) if order.executor != Executes::Slurm => {
+            let reason = "--sbatch has no effect without --executor slurm; leave it out";
+            return Err(Refused(reason.to_owned()).into());
+        }
+        Some(path) => slurm::lines(path).map_err(RunError::from)?,
+        None => Vec::new(),
+    };
+    let there = abroad(layout).map_err(RunError::from)?;
+    let all = missing.len();
+    let missing: Vec<usize> = missing.into_iter().filter(|t| !there.tasks.contains(t)).collect();
+    if missing.len() < all {
+        note(format!("the batch system has {} already", counted(all - missing.len(), "task")));
+    }
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let prepared = Some(&session.prepared).filter(|folder| !folder.as_os_str().is_empty());
+    let prepared = prepared.map(|folder| absolute(folder)).transpose().map_err(RunError::from)?;
+    let prepared = prepared.unwrap_or_default();
+    check_prepared(session, domain, &prepared)?;
+    let plan = manifest.identity.tasks();
+    let tally = Tally::of(layout, plan.len())?;
+    let done: Vec<&Task> = plan.iter().filter(|t| tally.done[t.task]).collect();
+    let costs = Costs::new(domain, layout, manifest, &done)?;
+    let cost = |task: &usize| Ok((*task, costs.seconds(&plan[*task])?));
+    let packs = packs(
+        missing.iter().map(cost).collect::<Result<Vec<_>, RunError>>()?,
+        order.job_minutes.map(|minutes| minutes * 60.0),
+    );
+    let whole: f64 = packs.iter().map(|pack| pack.seconds).sum();
+    let number = submission::begin(layout, &packs)?;
+    let mut submission = Submission {
+        format_version: Submission::VERSION,
+        number,
+        executor: system.name().to_owned(),
+        manifest: manifest.sha256(),
+        packs: packs.len(),
+        tasks: missing.len(),
+        longest_s: packs.first().map_or(0.0, |pack| pack.seconds),
+        memory_mb: costs.memory_mb,
+        workers: order.workers,
+        stall_timeout_s: order.stall_timeout_s,
+        has_lines: !lines.is_empty(),
+        ids: Vec::new(),
+        packs_per_id: slurm::PACKS_PER_ARRAY,
+        cancelled: None,
+    };
+    let place = Place {
+        results: absolute(layout.root()).map_err(RunError::from)?,
+        folder: absolute(&submission::folder(layout, number)).map_err(RunError::from)?,
+        from: absolute(&std::env::current_dir().context("cannot find this folder")?)
+            .map_err(RunError::from)?,
+        prepared,
+        program: absolute(&std::env::current_exe().context("cannot find this program")?)
+            .map_err(RunError::from)?,
+        lines,
+    };
+    submission.ids = system.submit(&submission, &place).map_err(RunError::from)?;
+    submission::write(layout, &submission)?;
+    let dir = layout.root().display();
+    line(format!(
+        "{} in {}, about {} of processor time in all",
+        counted(submission.tasks, "task"),
+        counted(submission.packs, "pack"),
+        duration(Duration::from_secs_f64(whole))
+    ))?;
+    line(system.how(&submission, &place))?;
+    line(format!("next: tsc-family status {dir}; resume does what is left, report what is done"))?;
+    Ok(())
+}
+
+/// Returns a number of things.
+pub(super) fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Checks that the files which tasks read are there, before jobs find out one by one.
+fn check_prepared(
+    session: &Session<'_>,
+    domain: &dyn Domain,
+    prepared: &Path,
+) -> anyhow::Result<()> {
+    let points = &session.manifest.identity.points;
+    let spoilt: Vec<PathBuf> =
+        points.iter().flat_map(|p| domain.spoilt(p, prepared)).map(|s| s.path).collect();
+    let Some(first) = spoilt.first() else { return Ok(()) };
+    let command = &session.manifest.provenance.command;
+    let others = match spoilt.len() - 1 {
+        0 => "is".to_owned(),
+        others => format!("and {} are", counted(others, "other file")),
+    };
+    Err(Refused(format!(
+        "{} {others} not as planned; run the command of the run, which makes them ({command}), or \
+         say with --networks where they are",
+        first.display()
+    ))
+    .into())
+}

@@ -1,0 +1,142 @@
+//! What `run` and `resume` do on this machine: the tasks that are missing, and the report.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::Context;
+
+use super::monitor::Monitor;
+use super::output::note;
+use super::report::print;
+use super::target::Target;
+use crate::cli::exit;
+use crate::domains;
+use crate::report::{self, Report};
+use crate::run::domain::Domain;
+use crate::run::effort::Efforts;
+use crate::run::executor::Local;
+use crate::run::session::Session;
+use crate::store::manifest::Task;
+use crate::store::results::Results;
+
+/// Tasks and report of a run that is open.
+pub(super) struct Labour<'a> {
+    /// The run.
+    pub(super) session: &'a Session<'a>,
+    /// What is evaluated.
+    pub(super) domain: &'a dyn Domain,
+    /// Workers at the same time.
+    pub(super) jobs: usize,
+    /// Time without a step of the simulation after which a task is given up, seconds.
+    pub(super) stall_timeout_s: u64,
+    /// Method to divide by in a second report.
+    pub(super) against: Option<&'a str>,
+    /// Whether lines of JSON are printed.
+    pub(super) json: bool,
+    /// Whether nothing but errors is.
+    pub(super) quiet: bool,
+}
+
+impl Labour<'_> {
+    /// Does the tasks that results lack; returns the exit code when it ends here, because of an interruption or of tasks
+    /// that are left undone.
+    pub(super) fn work_on(
+        &self,
+        results: &Results,
+        interrupted: &AtomicBool,
+    ) -> anyhow::Result<Option<u8>> {
+        let left = self.work(results, interrupted)?;
+        if left > 0 && interrupted.load(Ordering::Relaxed) {
+            if !self.quiet {
+                note(format!(
+                    "interrupted with {left} tasks to do; run the same command to continue"
+                ));
+            }
+            return Ok(Some(exit::INTERRUPTED));
+        }
+        if left > 0 {
+            return self.incomplete(left).map(Some);
+        }
+        Ok(None)
+    }
+
+    /// Does the tasks that results lack; returns how many are left.
+    fn work(&self, results: &Results, interrupted: &AtomicBool) -> anyhow::Result<usize> {
+        let todo: Vec<Task> = results.missing().cloned().collect();
+        let talk = !self.quiet && !self.json;
+        if talk && todo.len() < results.plan.len() {
+            let (done, all) = (results.records.len(), results.plan.len());
+            note(format!("{done} of {all} tasks are already done"));
+        }
+        let identity = &self.session.manifest.identity;
+        let points = identity.points.iter().map(|p| (p.point.as_str(), p));
+        let points: BTreeMap<_, _> = points.collect();
+        let efforts = Efforts::of_run(self.domain, identity)?;
+        let effort = |t: &Task| {
+            Ok((t.clone(), efforts.in_run(&t.method, identity, points[t.point.as_str()])?))
+        };
+        let mut monitor = Monitor::new(
+            todo.iter().map(effort).collect::<anyhow::Result<Vec<_>>>()?,
+            self.domain,
+            results.records.values(),
+            self.jobs,
+            self.json,
+            self.quiet,
+        );
+        let program = std::env::current_exe().context("cannot find this program")?;
+        let stall_timeout = Duration::from_secs(self.stall_timeout_s);
+        let executor = Local { stall_timeout, ..self.session.local(program, self.jobs) };
+        let outcome =
+            self.session.work(&todo, &executor, interrupted, &mut |event| monitor.handle(event));
+        monitor.close();
+        outcome?;
+        Ok(todo.len() - monitor.finished())
+    }
+
+    /// Reports a run that some tasks are missing from.
+    fn incomplete(&self, left: usize) -> anyhow::Result<u8> {
+        if let Err(e) = self.summarise() {
+            note(format!("there is no report yet: {e}"));
+        }
+        note(format!(
+            "{left} tasks have no record, for reasons that are not their own (see above); run the same command \
+             again to do them"
+        ));
+        Ok(exit::INCOMPLETE)
+    }
+
+    /// Reports the finished run.
+    pub(super) fn summarise(&self) -> anyhow::Result<u8> {
+        let layout = &self.session.layout;
+        let results = Results::load(layout)?;
+        let mut reports = vec![domains::report(layout, &results)?];
+        if let Some(method) = self.against {
+            match Report::against(&results, method, domains::sections(layout, &results)?) {
+                Ok(data) => reports.push(data),
+                // Tasks failed, so that some results are missing: the run is no less complete for that.
+                Err(e) => note(e),
+            }
+        }
+        for data in &reports {
+            if self.quiet {
+                report::write(layout, data)?;
+            } else {
+                let target = Target::new(layout.root(), layout.report(), None);
+                print(&target, data, self.json, !self.json)?;
+            }
+        }
+        let failed = results.failed().count();
+        if failed > 0 {
+            if !self.quiet {
+                note(format!(
+                    "{failed} of {} tasks failed; their reasons are in the report, --retry-failed tries \
+                     them again",
+                    results.plan.len()
+                ));
+            }
+            return Ok(exit::SOME_FAILED);
+        }
+        Ok(exit::DONE)
+    }
+}

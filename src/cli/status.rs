@@ -1,0 +1,171 @@
+//! `tsc-family status`: how far a run is, from its results directory and from the batch system that has it.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde_json::json;
+
+use super::forecast::range;
+use super::handover::{Abroad, abroad, counted};
+use super::output::{line, note};
+use crate::cli::exit;
+use crate::domains::domains;
+use crate::run::batch::Standing;
+use crate::run::batch::cost::Costs;
+use crate::run::domain::domain_of;
+use crate::store::Layout;
+use crate::store::manifest::{Manifest, Task};
+use crate::store::record::Record;
+use crate::store::tally::Tally;
+
+/// Most failed tasks that are named.
+const NAMED: usize = 10;
+
+/// Factor by which the time that is left may be wrong.
+const ERROR: f64 = 1.5;
+
+/// `tsc-family status`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Exit codes: 0 every task has its record, 3 every task has and some failed, 6 some have none.
+
+Example:
+  tsc-family status results/slc")]
+pub struct StatusArgs {
+    /// Results directory of the run
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Print one line of JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
+    let layout = Layout::new(&args.dir);
+    let manifest = Manifest::read(&layout)?;
+    let plan = manifest.identity.tasks();
+    let tally = Tally::of(&layout, plan.len())?;
+    let (there, silent) = match abroad(&layout) {
+        Ok(there) => (there, None),
+        // What is done is known all the same.
+        Err(e) => (Abroad::default(), Some(e.to_string())),
+    };
+    let count = |of: Standing| -> usize {
+        let counts = there.submissions.iter().flat_map(|(_, counts)| counts);
+        counts.filter(|(standing, ..)| *standing == of).map(|(.., count)| count).sum()
+    };
+    let [running, queued, held] = [Standing::Running, Standing::Queued, Standing::Held].map(count);
+    let missing = tally.missing();
+    let nobody = (0..plan.len()).filter(|t| !tally.done[*t] && !there.tasks.contains(t)).count();
+    let left_s = match running {
+        0 => None,
+        jobs => Some(seconds_left(&layout, &manifest, &plan, &tally)? / jobs as f64),
+    };
+    let sha256 = manifest.sha256();
+    let reason = |task: &usize| {
+        let task = &plan[*task];
+        let record = Record::read(&layout, task, &sha256);
+        let reason = match record {
+            Ok(record) => record.and_then(|r| r.summary.reason).unwrap_or_default(),
+            Err(e) => e.to_string(),
+        };
+        (task, reason)
+    };
+    let failed: Vec<(&Task, String)> = tally.failed.iter().take(NAMED).map(reason).collect();
+    let done = plan.len() - missing;
+    if args.json {
+        let failed: Vec<_> = failed
+            .iter()
+            .map(|(t, why)| json!({"task": t.task, "method": t.method, "point": t.point, "reason": why}))
+            .collect();
+        line(json!({
+            "event": "status",
+            "tasks": plan.len(),
+            "done": done,
+            "failed": tally.failed.len(),
+            "first_failed": failed,
+            "begun": tally.begun.len(),
+            "missing": missing,
+            "with_nobody": nobody,
+            "packs_running": running,
+            "packs_queued": queued,
+            "packs_held": held,
+            "seconds_left": left_s,
+            "batch_error": silent,
+        }))?;
+        return Ok(code(missing, tally.failed.len()));
+    }
+    let mut parts = vec![format!("{done} of {} tasks are done", plan.len())];
+    let others = [
+        (tally.failed.len(), "of them failed"),
+        (tally.begun.len(), "others have a checkpoint"),
+        (nobody, "are with nobody"),
+    ];
+    parts.extend(others.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
+    line(format!("{}: {}", args.dir.display(), parts.join(", ")))?;
+    for (submission, counts) in &there.submissions {
+        let counts = counts.iter().map(|(standing, reason, count)| {
+            let what = match standing {
+                Standing::Running => "running",
+                Standing::Queued => "queued",
+                Standing::Held => "held",
+            };
+            let why = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
+            format!("{count} {what}{why}")
+        });
+        line(format!(
+            "{} {}: of {} {}",
+            submission.executor,
+            submission.ids.join(", "),
+            counted(submission.packs, "pack"),
+            counts.collect::<Vec<_>>().join(", ")
+        ))?;
+    }
+    if let Some(left_s) = left_s {
+        let about = [left_s / ERROR, left_s * ERROR].map(Duration::from_secs_f64);
+        line(format!(
+            "about {} left, with {} at a time",
+            range(about),
+            counted(running, "running pack")
+        ))?;
+    }
+    for (task, reason) in &failed {
+        line(format!("failed: task {}, {} on {}: {reason}", task.task, task.method, task.point))?;
+    }
+    if tally.failed.len() > NAMED {
+        line(format!("and {} more", tally.failed.len() - NAMED))?;
+    }
+    if let Some(said) = silent {
+        note(format!("the batch system cannot be asked: {said}"));
+    }
+    if nobody > 0 {
+        note(format!("tsc-family resume {} does what is with nobody", args.dir.display()));
+    }
+    if missing == 0 {
+        note(format!("tsc-family report {} writes tables, figures and page", args.dir.display()));
+    }
+    Ok(code(missing, tally.failed.len()))
+}
+
+fn code(missing: usize, failed: usize) -> u8 {
+    match (missing, failed) {
+        (0, 0) => exit::DONE,
+        (0, _) => exit::SOME_FAILED,
+        _ => exit::INCOMPLETE,
+    }
+}
+
+/// Returns the processor time that missing tasks are expected to take, seconds.
+fn seconds_left(
+    layout: &Layout,
+    manifest: &Manifest,
+    plan: &[Task],
+    tally: &Tally,
+) -> anyhow::Result<f64> {
+    let known = domains();
+    let domain = domain_of(&known, layout, &manifest.identity)?;
+    let done: Vec<&Task> = plan.iter().filter(|t| tally.done[t.task]).collect();
+    let costs = Costs::new(domain, layout, manifest, &done)?;
+    let missing = plan.iter().filter(|t| !tally.done[t.task]);
+    Ok(missing.map(|t| costs.seconds(t)).sum::<Result<f64, _>>()?)
+}

@@ -1,0 +1,110 @@
+//! `tsc-family work`: what a job of a batch system does, one pack of tasks.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use anyhow::Context;
+
+use super::interrupt::interrupted;
+use super::output::{line, note};
+use super::values::{at_least_a_second, at_least_one_worker};
+use crate::cli::exit;
+use crate::cli::refused::Refused;
+use crate::run::batch::submission;
+use crate::run::error::RunError;
+use crate::run::executor::{Event, Executor, Local};
+use crate::run::watchdog::STALL_TIMEOUT_S;
+use crate::store::Layout;
+use crate::store::manifest::{Manifest, Task};
+use crate::store::record::Outcome;
+
+/// `tsc-family work`.
+#[derive(Debug, clap::Args)]
+pub struct WorkArgs {
+    /// Results directory with manifest and plan
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Submission that has the packs
+    #[arg(long, value_name = "N")]
+    pub submission: usize,
+    /// Pack to do
+    #[arg(long, value_name = "K")]
+    pub pack: usize,
+    /// Folder of the networks or whatever was prepared [default: the manifest's]
+    #[arg(long, value_name = "DIR")]
+    pub prepared: Option<PathBuf>,
+    /// Worker processes at the same time
+    #[arg(long, short, value_name = "J", default_value = "1", value_parser = at_least_one_worker)]
+    pub jobs: NonZeroUsize,
+    /// Time without a step of the simulation after which a task is given up
+    #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
+    pub stall_timeout: u64,
+    /// Time that a training has to be kept when this is asked to stop
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = at_least_a_second())]
+    pub grace: u64,
+}
+
+/// No lock is taken: whoever does the same task at the same time leaves the same record, once.
+pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
+    let interrupted = interrupted()?;
+    let layout = Layout::new(&args.dir);
+    let manifest = Manifest::read(&layout)?;
+    let packs = submission::packs(&layout, args.submission).map_err(RunError::from)?;
+    let Some(pack) = packs.get(args.pack) else {
+        let (number, count) = (args.submission, packs.len());
+        let reason =
+            format!("submission {number} has {count} packs, from 0, and no pack {}", args.pack);
+        return Err(Refused(reason).into());
+    };
+    let plan = manifest.identity.tasks();
+    let task = |number: &usize| {
+        plan.get(*number).ok_or_else(|| RunError::NoTask {
+            path: args.dir.clone(),
+            task: *number,
+            count: plan.len(),
+        })
+    };
+    let tasks = pack.iter().map(task).collect::<Result<Vec<_>, _>>()?;
+    // The name itself is looked up, not the folder, which a network's file system may remember.
+    let has_none = |task: &&&Task| !layout.record(task.task).exists();
+    let todo: Vec<Task> = tasks.iter().filter(has_none).map(|t| (*t).clone()).collect();
+    note(format!("pack {}: {} of {} tasks to do", args.pack, todo.len(), tasks.len()));
+    let executor = Local {
+        manifest: manifest.sha256(),
+        program: std::env::current_exe().context("cannot find this program")?,
+        prepared: args.prepared.clone().unwrap_or_default(),
+        jobs: args.jobs.get(),
+        stall_timeout: Duration::from_secs(args.stall_timeout),
+        grace: Duration::from_secs(args.grace),
+        layout,
+    };
+    let mut left = todo.len();
+    executor.run(&todo, &interrupted, &mut |event| match event {
+        Event::Finished(record) => {
+            left -= 1;
+            let s = &record.summary;
+            let how = match (&s.outcome, &s.reason) {
+                (Outcome::Ok, _) => "done".to_owned(),
+                (_, reason) => format!("failed: {}", reason.as_deref().unwrap_or_default()),
+            };
+            // A closed pipe does not stop the work.
+            let _ = line(format!("task {}, {} on {}: {how}", s.task, s.method, s.point));
+        }
+        Event::Retry { task, reason } => note(format!("task {task} is tried again: {reason}")),
+        Event::Undone { task, reason } => note(format!("task {task} is left undone: {reason}")),
+        Event::Fewer { workers, asked, reason } => {
+            note(format!("{workers} of {asked} workers: {reason}"));
+        }
+        Event::Progress { .. } => {}
+    })?;
+    Ok(match left {
+        0 => exit::DONE,
+        _ if interrupted.load(Ordering::Relaxed) => {
+            note(format!("stopped with {left} tasks to do; the same pack goes on from there"));
+            exit::STOPPED
+        }
+        _ => exit::INCOMPLETE,
+    })
+}

@@ -1,0 +1,84 @@
+//! A script that does one pack by its number, for whatever starts scripts: GNU parallel, PBS, Kubernetes' indexed jobs.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+
+use super::submission::{Place, Submission, quoted};
+use super::{BatchError, BatchSystem, Waiting};
+use crate::files::{FileError, write_atomically};
+
+/// Writes a script and leaves the rest to people.
+#[derive(Debug, Clone, Copy)]
+pub struct Script;
+
+impl BatchSystem for Script {
+    fn name(&self) -> &'static str {
+        "script"
+    }
+
+    fn submit(&self, submission: &Submission, place: &Place) -> Result<Vec<String>, BatchError> {
+        let text = format!(
+            "#!/bin/sh\n\
+             # Does one pack of tasks of a tsc-family run: job.sh PACK, from 0 to {last}.\n\
+             # PBS and Kubernetes' indexed jobs give the number by themselves. Exit code 75: stopped at a checkpoint,\n\
+             # start it again. A pack that is over ends at once, and one that runs twice does no harm.\n\
+             pack=${{1:-${{PBS_ARRAY_INDEX:-${{JOB_COMPLETION_INDEX:?say which pack: job.sh PACK}}}}}}\n\
+             cd {from} || exit 1\n\
+             exec {work} --pack \"$pack\"\n",
+            last = submission.packs.saturating_sub(1),
+            from = quoted(&place.from),
+            work = command(submission, place),
+        );
+        write_executable(place, &text)?;
+        Ok(Vec::new())
+    }
+
+    fn waiting(&self, _: &[Submission]) -> Result<Vec<Vec<Waiting>>, BatchError> {
+        Ok(Vec::new())
+    }
+
+    fn release(&self, _: &Submission) -> Result<(), BatchError> {
+        Ok(())
+    }
+
+    fn cancel(&self, _: &Submission) -> Result<(), BatchError> {
+        Ok(())
+    }
+
+    fn how(&self, submission: &Submission, place: &Place) -> String {
+        let (script, last) = (quoted(&place.script()), submission.packs.saturating_sub(1));
+        let log = quoted(&place.folder.join("joblog"));
+        format!(
+            "{script} does one pack, from 0 to {last}; for instance\n  \
+             seq 0 {last} | parallel --joblog {log} --retries 3 {script}\n  \
+             seq 0 {last} | parallel --sshlogin 4/one,4/two --retries 3 {script}\n  \
+             qsub -J 0-{last} {script}\n  \
+             and in Kubernetes an indexed Job with completions: {packs} and backoffLimitPerIndex",
+            packs = submission.packs
+        )
+    }
+}
+
+/// Returns the command that does packs of a submission, without the pack's number.
+pub(super) fn command(submission: &Submission, place: &Place) -> String {
+    let mut command = format!(
+        "{} work {} --submission {} --jobs {} --stall-timeout {}",
+        quoted(&place.program),
+        quoted(&place.results),
+        submission.number,
+        submission.workers,
+        submission.stall_timeout_s,
+    );
+    if !place.prepared.as_os_str().is_empty() {
+        command.push_str(&format!(" --prepared {}", quoted(&place.prepared)));
+    }
+    command
+}
+
+/// Writes the script of a submission so that it can be started.
+pub(super) fn write_executable(place: &Place, text: &str) -> Result<(), FileError> {
+    let path = place.script();
+    write_atomically(&path, text.as_bytes())?;
+    let executable = fs::Permissions::from_mode(0o755);
+    fs::set_permissions(&path, executable).map_err(FileError::at("make executable", &path))
+}
