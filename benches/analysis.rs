@@ -2,7 +2,8 @@
 //!
 //! `cargo bench --bench analysis [-- METHODS POINTS SEEDS]`, without SUMO; prints Markdown. Results directories are made
 //! up: settings and metrics of a published one, scores that depend on features and method, with noise per seed.
-//! `-- METHODS POINTS SEEDS DIR` leaves one there and measures nothing.
+//! `-- METHODS POINTS SEEDS DIR` leaves one there and measures nothing. `--replicates=R` gives all methods but the
+//! baseline so many trainings per point MDP, `--training=N` so many training episodes in each.
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark may panic and print")]
 
 use std::fs;
@@ -51,23 +52,46 @@ fn main() {
         return;
     }
     let given: Vec<&String> = args.iter().filter(|a| !a.starts_with("--")).collect();
-    let size = |given: &[&String]| [0, 1, 2].map(|i| given[i].parse::<usize>().unwrap());
+    let option = |name: &str, usual: usize| {
+        let given = args.iter().find_map(|a| a.strip_prefix(name)?.strip_prefix('='));
+        given.map_or(usual, |value| value.parse().unwrap())
+    };
+    let (replicates, training) = (option("--replicates", 1), option("--training", 0));
+    let size = |given: &[&String]| {
+        let [methods, points, seeds] = [0, 1, 2].map(|i| given[i].parse().unwrap());
+        Size { methods, points, seeds, replicates, training }
+    };
     match *given {
-        [] => table(&FAMILIES),
+        [] => table(&FAMILIES.map(|[methods, points, seeds]| Size {
+            methods,
+            points,
+            seeds,
+            replicates,
+            training,
+        })),
         [_, _, _] => table(&[size(&given)]),
-        [_, _, _, dir] => make(Path::new(dir), size(&given)),
+        [_, _, _, dir] => make(Path::new(dir), &size(&given)),
         _ => panic!("give METHODS POINTS SEEDS [DIR], or nothing"),
     }
 }
 
-fn table(families: &[[usize; 3]]) {
+/// How large made-up results are.
+struct Size {
+    methods: usize,
+    points: usize,
+    seeds: usize,
+    replicates: usize,
+    training: usize,
+}
+
+fn table(families: &[Size]) {
     println!("### Reports\n");
     println!("| methods x point MDPs x seeds | tasks | command | s | processor, s | peak, MB |");
     println!("|---|---|---|---|---|---|");
-    for size @ [methods, points, seeds] in families {
+    for size @ Size { methods, points, seeds, .. } in families {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("r");
-        make(&dir, *size);
+        make(&dir, size);
         let estimated = (*points <= LARGEST_ESTIMATED).then_some("estimate");
         for command in std::iter::once("report").chain(estimated) {
             let mut arguments = vec![command.to_owned(), dir.display().to_string()];
@@ -78,7 +102,7 @@ fn table(families: &[[usize; 3]]) {
             let Measure { wall_s, processor_s, peak_mb } = measure(&arguments);
             println!(
                 "| {methods} x {points} x {seeds} | {} | {command} | {wall_s:.1} | {processor_s:.1} | {peak_mb:.0} |",
-                methods * points
+                points * (1 + (methods - 1) * size.replicates)
             );
         }
     }
@@ -120,13 +144,18 @@ fn measure(arguments: &[String]) -> Measure {
 }
 
 /// Makes up the results of so many methods on so many point MDPs with so many seeds, all of the family.
-fn make(dir: &Path, [methods, points, seeds]: [usize; 3]) {
+fn make(dir: &Path, size: &Size) {
+    let Size { methods, points, seeds, replicates, .. } = *size;
     let model = Path::new(env!("CARGO_MANIFEST_DIR")).join(MODEL);
     let mut manifest = Manifest::read(&Layout::new(model)).unwrap();
     let identity = &mut manifest.identity;
     identity.scenario = format!("made-up-{points}");
     identity.methods = vec![identity.baseline.clone()];
     identity.methods.extend((1..methods).map(|m| format!("method-{m:02}")));
+    if replicates > 1 {
+        identity.replicates = replicates as u32;
+        identity.replicated = identity.methods[1..].to_vec();
+    }
     identity.evaluation_seeds = (0..seeds as u64).collect();
     let rows = &identity.points;
     let made = (0..points).map(|i| {
@@ -169,8 +198,9 @@ fn make(dir: &Path, [methods, points, seeds]: [usize; 3]) {
         fs::create_dir_all(layout.record(task.task).parent().unwrap()).unwrap();
     }
     tasks.par_iter().for_each(|task| {
-        let point = &manifest.identity.points[task.task / methods];
-        let record = record(task, point, (task.task % methods, seeds), &sha256);
+        let point = &manifest.identity.points[task.task / manifest.identity.per_point()];
+        let method = manifest.identity.methods.iter().position(|m| *m == task.method).unwrap();
+        let record = record(task, point, (method, size), &sha256);
         let mut text = serde_json::to_string(&record.summary).unwrap() + "\n";
         for row in &record.rows {
             text += &(serde_json::to_string(row).unwrap() + "\n");
@@ -180,11 +210,30 @@ fn make(dir: &Path, [methods, points, seeds]: [usize; 3]) {
 }
 
 /// Makes up the record of a task.
-fn record(task: &Task, point: &PointRow, (method, seeds): (usize, usize), sha256: &str) -> Record {
+fn record(task: &Task, point: &PointRow, (method, size): (usize, &Size), sha256: &str) -> Record {
     let mut rng = ChaCha8Rng::seed_from_u64(task.seed);
     let [lanes, .., inflow, _, _] = point.features[..] else { panic!("six features") };
     let level = 15.0 + inflow / lanes / 8.0;
     let good = 1.0 - 0.04 * method as f64 + 0.1 * rng.random::<f64>();
+    let training: Vec<Row> = (0..size.training * method.min(1))
+        .map(|episode| {
+            let left = 1.0 + (-(episode as f64) / 20.0).exp() * rng.random::<f64>();
+            let metrics = [
+                ("delay_s", level * good * left),
+                ("loss", left - 0.9),
+                ("return", -level * left),
+                ("unfinished_veh", 25.0 * left),
+                ("vehicles_veh", 2025.0),
+                ("waiting_s", 13.0 * left),
+            ];
+            Row {
+                kind: RowKind::Training,
+                episode: episode as u32,
+                seed: seed::training(task.seed, episode as u32),
+                metrics: metrics.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect(),
+            }
+        })
+        .collect();
     let row = |episode: usize| {
         let noise = 0.9 + 0.2 * rng.random::<f64>();
         let metric = |(name, mean): &(&str, f64)| ((*name).to_owned(), mean * noise);
@@ -193,7 +242,7 @@ fn record(task: &Task, point: &PointRow, (method, seeds): (usize, usize), sha256
         let seed = seed::at_point(episode as u64, &point.point);
         Row { kind: RowKind::Evaluation, episode: episode as u32, seed, metrics }
     };
-    let rows = (0..seeds).map(row).collect();
+    let rows = training.into_iter().chain((0..size.seeds).map(row)).collect();
     let wall = Wall { wall_s: 1.0, simulator_s: 0.9, attempts: 1, ..Wall::default() };
     Record::finished(task, sha256, TaskResult { rows, wall, ..TaskResult::default() })
 }

@@ -81,9 +81,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let score = method.overall.map_or("no score".to_owned(), |score| format!("{score:.2}"));
         writeln!(out, "{:14} {score}", method.method)?;
     }
-    for record in results.failed() {
-        let reason = record.summary.reason.as_deref().unwrap_or("no reason");
-        writeln!(out, "{} on {}: {reason}", record.summary.method, record.summary.point)?;
+    for (task, kept) in results.failed() {
+        let reason = kept.reason().unwrap_or("no reason");
+        writeln!(out, "{} on {}: {reason}", task.method, task.point)?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use crate::analysis::{LOSS, RETURN};
 use crate::cartpole;
 use crate::family::FamilyError;
 use crate::report::{Look, Plain, Report, Sections};
@@ -10,9 +11,11 @@ use crate::run::entry::Entry;
 use crate::settings::source::{domain_of, file_of, read_scenario};
 use crate::store::Layout;
 use crate::store::error::StoreError;
+use crate::store::kept::Keep;
+use crate::store::manifest::Identity;
 use crate::store::results::Results;
 use crate::traffic::domain::Traffic;
-use crate::traffic::report::TrafficSections;
+use crate::traffic::report::{OF_EPISODES, TrafficSections};
 
 static TRAFFIC: LazyLock<Traffic> = LazyLock::new(Traffic::default);
 
@@ -90,6 +93,29 @@ pub fn sections(layout: &Layout, results: &Results) -> Result<Box<dyn Sections>,
         looks: looks.collect(),
         failure: domain.failure(),
     }))
+}
+
+/// Reads everything in a results directory, with those numbers of every episode of which something is computed.
+///
+/// # Errors
+///
+/// Those of [`Results::load_all`].
+pub fn load_all(layout: &Layout) -> Result<Results, StoreError> {
+    Results::load_all(layout, |manifest| {
+        let Identity { domain, objective, .. } = &manifest.identity;
+        let own: &[&str] = if domain == Traffic::NAME { &OF_EPISODES } else { &[] };
+        let names = own.iter().copied().chain([objective, RETURN, LOSS]);
+        Keep::Only(names.map(str::to_owned).collect())
+    })
+}
+
+/// Reads what counts in a results directory, as [`Results::load`] does it, without what no report needs in memory.
+///
+/// # Errors
+///
+/// Those of [`Results::load`].
+pub fn load(layout: &Layout) -> Result<Results, StoreError> {
+    load_all(layout).map(Results::so_far)
 }
 
 /// Returns the report on results, with scores relative to their baseline, if they have one.

@@ -37,7 +37,7 @@
 //! | from a sample to the family | [`analysis::estimator`] |
 //! | tables, figures, the page | [`report`]; [`report::Plain`] for a domain that adds nothing |
 //! | families, samples | [`family`], [`sample`] |
-//! | results on disk, read back | [`store`] |
+//! | results on disk, read back | [`store`]; [`mod@export`] to one table |
 //! | scores, ranking, intervals | [`analysis`], [`stats`] |
 //! | networks and learning algorithms, for any task | [`nn`], [`rl`] |
 
@@ -45,6 +45,7 @@ pub mod analysis;
 pub mod cartpole;
 pub mod cli;
 pub mod domains;
+pub mod export;
 pub mod family;
 pub mod files;
 pub mod hash;

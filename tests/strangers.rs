@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use common::{run, stderr, stdout, succeed};
 use serde_json::{Value, json};
 use tsc_family::hash::sha256;
-use tsc_family::store::manifest::{Manifest, plan_text};
+use tsc_family::store::manifest::Manifest;
+use tsc_family::store::plan::plan_text;
 use tsc_family::store::record::Record;
 
 const SMOKE: &str = "run smoke --methods max-pressure,actuated --eval-seeds 1 --quiet --out out";

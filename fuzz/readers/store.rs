@@ -4,7 +4,8 @@ use std::path::Path;
 
 use tsc_family::sample::Design;
 use tsc_family::sample::plan_file::PlanFile;
-use tsc_family::store::manifest::{Manifest, Task, parse_rows, plan_text};
+use tsc_family::store::manifest::{Manifest, Task};
+use tsc_family::store::plan::{parse_rows, plan_text};
 use tsc_family::store::record::{Record, Row, TaskResult, Wall};
 use tsc_family::traffic::family::load::load;
 use tsc_family::traffic::places::Places;

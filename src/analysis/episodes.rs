@@ -1,37 +1,66 @@
-//! Every episode of a run, and what the evaluation episodes of a method have in common: how far they
-//! lie apart, and the shares that the domain measures.
+//! The evaluation episodes of a run, and what those of a method have in common: how far they lie apart, and the shares
+//! that the domain measures.
 
 use std::collections::{BTreeMap, HashMap};
+
+use rayon::prelude::*;
 
 use super::measures::Measures;
 use super::reference::Reference;
 use crate::stats::Direction;
 use crate::stats::score::{mean, weighted_mean};
 use crate::stats::summary::weighted_median;
-use crate::store::record::{Metrics, Record, Row, RowKind};
+use crate::store::kept::Kept;
+use crate::store::record::Metrics;
 use crate::store::results::Results;
 
-/// One episode.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Episode {
+/// Point MDPs whose episodes are made at once.
+const AT_ONCE: usize = 1024;
+
+/// One evaluation episode; there may be millions, so that what is not known of one is no number.
+#[derive(Debug, Clone, Copy)]
+struct Episode {
     /// Position of the method in the manifest.
-    pub method: usize,
+    method: u32,
     /// Position of the point MDP among the chosen ones.
-    pub point: usize,
-    /// Which of several independent trainings.
-    pub replicate: u32,
-    /// What the episode was for.
-    pub kind: RowKind,
-    /// Number within its kind, from 0.
-    pub episode: u32,
-    /// Seed of the episode.
-    pub seed: u64,
-    /// What was measured.
-    pub metrics: Metrics,
-    /// Objective relative to the reference's on the same seed; of evaluations only.
-    pub relative: Option<f64>,
-    /// What the domain measures of an evaluation, in the order of [`Measures::shares`].
-    pub shares: Vec<Option<f64>>,
+    point: u32,
+    objective: f64,
+    /// Objective relative to the reference's on the same seed.
+    relative: f64,
+}
+
+/// All evaluation episodes, in the order of the plan.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Episodes {
+    all: Vec<Episode>,
+    /// How many shares the domain measures.
+    shares: usize,
+    /// What the domain measures of every episode, in the order of [`Measures::shares`].
+    measured: Vec<f64>,
+    /// Where the episodes of each task begin in [`Self::all`]; one more for the end.
+    begin: Vec<u32>,
+}
+
+impl Episodes {
+    /// Returns the positions of a method's episodes.
+    pub(super) fn of_method(&self, method: usize) -> Vec<u32> {
+        let own = |at: &u32| self.all[*at as usize].method as usize == method;
+        (0..self.all.len() as u32).filter(own).collect()
+    }
+
+    /// Returns the positions of a task's episodes.
+    pub(super) fn of_task(&self, task: usize) -> Vec<u32> {
+        (self.begin[task]..self.begin[task + 1]).collect()
+    }
+
+    fn share(&self, at: u32, share: usize) -> Option<f64> {
+        known(self.measured[at as usize * self.shares + share])
+    }
+}
+
+/// Returns a number, if it is one.
+fn known(value: f64) -> Option<f64> {
+    (!value.is_nan()).then_some(value)
 }
 
 /// The evaluation episodes of a method or of one of its trainings. Shares and medians weigh point MDPs
@@ -53,90 +82,109 @@ pub struct EpisodeSummary {
     pub worst_relative: Option<f64>,
 }
 
-/// Means of the episodes by point MDP and seed.
-type BySeed = BTreeMap<(usize, u64), Metrics>;
+/// Means of the episodes of a method by seed, on one point MDP.
+type BySeed = BTreeMap<u64, Metrics>;
 
-/// What an episode is compared with: the same point MDP and seed under other methods.
-struct Compared<'a> {
-    objective: &'a str,
-    measures: &'a dyn Measures,
-    reference: BySeed,
-    baseline: BySeed,
-}
-
-/// Returns the episodes of all records, in the order of the plan.
+/// Returns the evaluation episodes of all records.
 pub(super) fn episodes(
     results: &Results,
     reference: &Reference,
     measures: &dyn Measures,
-) -> Vec<Episode> {
+) -> Episodes {
     let identity = &results.manifest.identity;
     let points: HashMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
-    let by_seed = |method: &str| -> BySeed {
-        let records = results.records.values().filter(|r| r.summary.method == method);
-        let mut found: BTreeMap<(usize, u64), Vec<&Metrics>> = BTreeMap::new();
-        for record in records {
-            let Some(point) = points.get(record.summary.point.as_str()) else { continue };
-            for row in record.evaluations() {
-                found.entry((*point, row.seed)).or_default().push(&row.metrics);
+    let plan = results.plan();
+    // Tasks of one point MDP follow one another.
+    let mut parts: Vec<(usize, usize)> = Vec::with_capacity(identity.points.len());
+    for (at, task) in plan.iter().enumerate() {
+        match parts.last_mut() {
+            Some((begin, end)) if plan[*begin].point == task.point => *end = at + 1,
+            _ => parts.push((at, at + 1)),
+        }
+    }
+    let shares = measures.shares().len();
+    let of_part = |&(begin, end): &(usize, usize)| {
+        let point = points.get(&*plan[begin].point).copied().unwrap_or_default();
+        let part = Part { results, measures, tasks: begin..end, point };
+        part.episodes((&reference.name, &identity.baseline), &identity.objective)
+    };
+    let mut found = Episodes { shares, begin: vec![0], ..Episodes::default() };
+    for parts in parts.chunks(AT_ONCE) {
+        for (all, measured, counts) in parts.par_iter().map(of_part).collect::<Vec<_>>() {
+            found.all.extend(all);
+            found.measured.extend(measured);
+            for count in counts {
+                found.begin.push(found.begin.last().copied().unwrap_or_default() + count);
             }
         }
-        found.into_iter().map(|(key, all)| (key, mean_metrics(&all))).collect()
-    };
-    let compared = Compared {
-        objective: &identity.objective,
-        measures,
-        reference: by_seed(&reference.name),
-        baseline: by_seed(&identity.baseline),
-    };
-    let mut episodes = Vec::new();
-    for task in &results.plan {
-        let method = identity.methods.iter().position(|m| *m == task.method);
-        let (Some(method), Some(point), Some(record)) =
-            (method, points.get(task.point.as_str()), results.records.get(&task.task))
-        else {
-            continue;
-        };
-        let new = |row| episode(record, row, &compared, (method, *point));
-        episodes.extend(record.rows.iter().map(new));
     }
-    episodes
+    found
+}
+
+/// The tasks of one point MDP.
+struct Part<'a> {
+    results: &'a Results,
+    measures: &'a dyn Measures,
+    tasks: std::ops::Range<usize>,
+    point: usize,
+}
+
+impl Part<'_> {
+    /// Returns the episodes, what is measured of them, and how many each task has.
+    fn episodes(
+        &self,
+        (reference, baseline): (&str, &str),
+        objective: &str,
+    ) -> (Vec<Episode>, Vec<f64>, Vec<u32>) {
+        let identity = &self.results.manifest.identity;
+        let of_reference = self.by_seed(reference);
+        let other = (baseline != reference).then(|| self.by_seed(baseline));
+        let of_baseline = other.as_ref().unwrap_or(&of_reference);
+        let (mut all, mut measured, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+        for at in self.tasks.clone() {
+            let task = &self.results.plan()[at];
+            let method = identity.methods.iter().position(|m| *m == *task.method);
+            let rows = self.results.record(at).map(|record| &record.evaluations);
+            counts.push(rows.map_or(0, |rows| rows.len() as u32));
+            let (Some(rows), Some(method)) = (rows, method) else { continue };
+            let objectives = rows.values(objective).map(|value| value.unwrap_or(f64::NAN));
+            for (row, (seed, value)) in rows.seeds().iter().zip(objectives).enumerate() {
+                let unit = of_reference.get(seed).and_then(|m| m.get(objective));
+                let unit = unit.filter(|unit| **unit > 0.0);
+                let (method, point) = (method as u32, self.point as u32);
+                let relative = unit.map_or(f64::NAN, |unit| value / unit);
+                all.push(Episode { method, point, objective: value, relative });
+                let shares = self.measures.shares_of(&rows.metrics(row), of_baseline.get(seed));
+                measured.extend(shares.into_iter().map(|share| share.unwrap_or(f64::NAN)));
+            }
+        }
+        (all, measured, counts)
+    }
+
+    /// Returns the means of a method's evaluation episodes.
+    fn by_seed(&self, method: &str) -> BySeed {
+        let mut found: BTreeMap<u64, Vec<Metrics>> = BTreeMap::new();
+        for at in self.tasks.clone().filter(|at| *self.results.plan()[*at].method == *method) {
+            let Some(Kept { evaluations, .. }) = self.results.record(at) else { continue };
+            for (row, seed) in evaluations.seeds().iter().enumerate() {
+                found.entry(*seed).or_default().push(evaluations.metrics(row));
+            }
+        }
+        found.into_iter().map(|(seed, all)| (seed, mean_metrics(all))).collect()
+    }
 }
 
 /// Returns the mean of every metric over the episodes that have it.
-fn mean_metrics(episodes: &[&Metrics]) -> Metrics {
+fn mean_metrics(mut episodes: Vec<Metrics>) -> Metrics {
+    if episodes.len() == 1 {
+        return episodes.swap_remove(0);
+    }
     let mut values: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for (name, value) in episodes.iter().copied().flatten() {
+    for (name, value) in episodes.iter().flatten() {
         values.entry(name).or_default().push(*value);
     }
     values.into_iter().filter_map(|(name, v)| Some((name.to_owned(), mean(&v)?))).collect()
-}
-
-fn episode(
-    record: &Record,
-    row: &Row,
-    compared: &Compared<'_>,
-    (method, point): (usize, usize),
-) -> Episode {
-    let (key, evaluated) = ((point, row.seed), row.kind == RowKind::Evaluation);
-    let unit = compared.reference.get(&key).and_then(|m| m.get(compared.objective));
-    let unit = unit.filter(|unit| evaluated && **unit > 0.0);
-    let shares = match evaluated {
-        true => compared.measures.shares_of(&row.metrics, compared.baseline.get(&key)),
-        false => Vec::new(),
-    };
-    Episode {
-        method,
-        point,
-        replicate: record.summary.replicate,
-        kind: row.kind,
-        episode: row.episode,
-        seed: row.seed,
-        relative: unit.and_then(|unit| Some(row.metrics.get(compared.objective)? / unit)),
-        shares,
-        metrics: row.metrics.clone(),
-    }
 }
 
 impl EpisodeSummary {
@@ -144,34 +192,36 @@ impl EpisodeSummary {
     ///
     /// # Arguments
     ///
-    /// * `weights` — of point MDPs, by [`Episode::point`].
-    /// * `shares` — how many the domain measures.
-    pub(super) fn of<'a>(
-        episodes: impl IntoIterator<Item = &'a Episode>,
+    /// * `own` — positions of episodes.
+    /// * `weights` — of point MDPs, by their positions.
+    pub(super) fn of(
+        episodes: &Episodes,
+        own: &[u32],
         weights: &HashMap<usize, f64>,
-        (objective, direction): (&str, Direction),
-        shares: usize,
+        direction: Direction,
     ) -> Self {
-        let counted: Vec<&Episode> = episodes
-            .into_iter()
-            .filter(|e| e.kind == RowKind::Evaluation && weights.contains_key(&e.point))
+        let of = |at: &u32| &episodes.all[*at as usize];
+        let counted: Vec<u32> = own
+            .iter()
+            .copied()
+            .filter(|at| weights.contains_key(&(of(at).point as usize)))
             .collect();
-        let mut per_point: HashMap<usize, f64> = HashMap::new();
-        for episode in &counted {
-            *per_point.entry(episode.point).or_insert(0.0) += 1.0;
+        let mut per_point: HashMap<u32, f64> = HashMap::new();
+        for at in &counted {
+            *per_point.entry(of(at).point).or_insert(0.0) += 1.0;
         }
-        let weighted = |value: &dyn Fn(&Episode) -> Option<f64>| -> Option<Vec<(f64, f64)>> {
-            let pair = |e: &&Episode| Some((weights[&e.point] / per_point[&e.point], value(e)?));
-            counted.iter().map(pair).collect()
+        let weight = |point: u32| weights[&(point as usize)] / per_point[&point];
+        let weighted = |value: &dyn Fn(u32) -> Option<f64>| -> Option<Vec<(f64, f64)>> {
+            counted.iter().map(|at| Some((weight(of(at).point), value(*at)?))).collect()
         };
-        let known = |value: &dyn Fn(&Episode) -> Option<f64>| weighted(value).unwrap_or_default();
+        let all = |value: &dyn Fn(u32) -> Option<f64>| weighted(value).unwrap_or_default();
         let worst = |pairs: &[(f64, f64)]| direction.worst(pairs.iter().map(|p| p.1));
-        let objectives = known(&|e| e.metrics.get(objective).copied());
-        let relative = known(&|e| e.relative);
-        let share = |i: usize| weighted(&|e| *e.shares.get(i)?).and_then(weighted_mean);
+        let objectives = all(&|at| known(of(&at).objective));
+        let relative = all(&|at| known(of(&at).relative));
+        let share = |i: usize| weighted(&|at| episodes.share(at, i)).and_then(weighted_mean);
         Self {
             episodes: counted.len(),
-            shares: (0..shares).map(share).collect(),
+            shares: (0..episodes.shares).map(share).collect(),
             median: weighted_median(objectives.iter().copied()),
             worst: worst(&objectives),
             median_relative: weighted_median(relative.iter().copied()),

@@ -1,6 +1,6 @@
 //! What methods are summarised from.
 
-use super::episodes::Episode;
+use super::episodes::Episodes;
 use super::estimator::Chosen;
 use super::measures::Measures;
 use super::points::{PointSummary, TaskScore};
@@ -23,8 +23,8 @@ pub(super) struct Evidence<'a> {
     pub(super) chosen: &'a [Chosen],
     /// The tasks that count.
     pub(super) tasks: &'a [TaskScore],
-    /// All episodes.
-    pub(super) episodes: &'a [Episode],
+    /// All evaluation episodes.
+    pub(super) episodes: &'a Episodes,
     /// What is known of the whole family.
     pub(super) design: Option<&'a Design>,
 }

@@ -60,20 +60,19 @@ pub(super) type Summarised = (MethodSummary, Option<Estimate>);
 
 /// Summarises a method over the point MDPs that count.
 pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summarised {
-    let Evidence { identity, reference, measures, points, tasks, episodes, .. } = evidence;
+    let Evidence { identity, reference, points, tasks, episodes, .. } = evidence;
     let method = identity.methods[index].clone();
     let finished: Vec<(&PointSummary, &PointResult)> =
         points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
     let scored: Vec<_> = finished.iter().filter(|(_, r)| r.score.is_some()).copied().collect();
     let (estimate, summaries) = estimate(evidence, index, &scored);
-    let own_tasks = || tasks.iter().filter(|r| r.method == method);
+    let own_tasks = || tasks.iter().filter(|r| r.method == index);
     let worst = scored
         .iter()
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
         .max_by(|a, b| identity.direction.compare(a.1, b.1));
-    let judged = (identity.objective.as_str(), identity.direction);
     let weights = scored.iter().map(|(p, _)| (p.index, p.weight)).collect();
-    let own = episodes.iter().filter(|e| e.method == index);
+    let own = episodes.of_method(index);
     let summary = MethodSummary {
         is_reference: Some(index) == reference.index,
         index,
@@ -81,7 +80,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         overall: estimate.as_ref().map(|e| e.value),
         interval: estimate.as_ref().and_then(|e| e.interval),
         summaries,
-        episodes: EpisodeSummary::of(own, &weights, judged, measures.shares().len()),
+        episodes: EpisodeSummary::of(episodes, &own, &weights, identity.direction),
         objective: weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))),
         metrics: weighted_metrics(&scored),
         worst,

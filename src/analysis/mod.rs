@@ -37,7 +37,7 @@ mod winners;
 
 pub use board::{Board, BoardPoint};
 pub use comparison::Comparison;
-pub use episodes::{Episode, EpisodeSummary};
+pub use episodes::EpisodeSummary;
 pub use error::AnalysisError;
 pub use extent::Extent;
 pub use measures::{Measures, NoMeasures, Regime, Share};

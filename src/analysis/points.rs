@@ -1,7 +1,7 @@
 //! What every method achieved on every point MDP: replicates averaged, seeds paired with those of
 //! what scores are divided by.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use rayon::prelude::*;
 
@@ -11,12 +11,13 @@ use super::reference::Reference;
 use crate::sample::Draw;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
+use crate::store::kept::Kept;
 use crate::store::manifest::PointRow;
-use crate::store::record::{Metrics, Outcome, Record};
+use crate::store::record::{Metrics, Outcome};
 use crate::store::results::Results;
 
-/// Objective by evaluation seed.
-type BySeed = BTreeMap<u64, f64>;
+/// Objective by evaluation seed, each once and in order.
+type BySeed = Vec<(u64, f64)>;
 
 /// One point MDP under all methods.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,8 +52,8 @@ pub struct PointResult {
 /// One task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskScore {
-    /// Name of the method.
-    pub method: String,
+    /// Position of the method in the manifest.
+    pub method: usize,
     /// Position of the point MDP among the chosen point MDPs.
     pub point: usize,
     /// Which of several independent trainings.
@@ -60,7 +61,7 @@ pub struct TaskScore {
     /// How the task ended; `None` when it has no record.
     pub outcome: Option<Outcome>,
     /// Why it failed.
-    pub reason: Option<String>,
+    pub reason: Option<Box<str>>,
     /// Means over the evaluation episodes.
     pub metrics: Metrics,
     /// The reference's objective on the same seeds.
@@ -80,17 +81,17 @@ pub(super) fn summarise_points(
     let identity = &results.manifest.identity;
     let position: HashMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
-    let records = records_by_cell(results, &position);
+    let cells = Cells::of(results, &position);
     let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
     let objective = identity.objective.as_str();
     let estimator = estimator_of(&identity.sample);
     let of_reference: Vec<BySeed> = (0..identity.points.len())
         .into_par_iter()
         .map(|point| match reference.is_none() {
-            true => ones(&records, (identity.methods.len(), point), objective),
+            true => ones(&cells, (identity.methods.len(), point), objective),
             false => {
-                let cell = reference.index.and_then(|method| records.get(&(method, point)));
-                mean_by_seed(cell.map_or(&[][..], Vec::as_slice), objective)
+                let cell = reference.index.map(|method| cells.records(method, point));
+                mean_by_seed(&cell.unwrap_or_default(), objective)
             }
         })
         .collect();
@@ -104,9 +105,9 @@ pub(super) fn summarise_points(
             let draw = draws.get(row.point.as_str());
             let results: Vec<Option<PointResult>> = (0..identity.methods.len())
                 .map(|method| {
-                    let cell = records.get(&(method, point))?;
+                    let cell = cells.records(method, point);
                     let own = Some(method) == reference.index;
-                    let mut result = summarise_cell(cell, &of_reference[point], objective, own)?;
+                    let mut result = summarise_cell(&cell, &of_reference[point], objective, own)?;
                     if let (Some(o), Some(draw)) = (&mut result.objectives, draw) {
                         (o.weight, o.draws) = (draw.weight, estimator.draws(draw.count));
                     }
@@ -119,97 +120,140 @@ pub(super) fn summarise_points(
             PointSummary { index: point, row: row.clone(), weight, regime, results }
         })
         .collect();
-    let rows = results
-        .plan
-        .par_iter()
-        .filter_map(|task| {
-            let point = *position.get(task.point.as_str())?;
-            let record = results.records.get(&task.task);
-            let summary = record.map(|r| &r.summary);
-            let scored = record.and_then(|r| score_of(r, &of_reference[point], objective));
-            Some(TaskScore {
-                method: task.method.clone(),
-                point,
-                replicate: task.replicate,
-                outcome: summary.map(|s| s.outcome),
-                reason: summary.and_then(|s| s.reason.clone()),
-                metrics: summary.map_or_else(Metrics::new, |s| s.metrics.clone()),
-                reference: scored.map(|s| s.0).filter(|_| !reference.is_none()),
-                score: scored.map(|s| s.1),
-                wall_s: summary.map(|s| s.wall.wall_s),
-            })
-        })
-        .collect();
+    let rows = (0..results.plan().len()).into_par_iter().map(|at| {
+        let (task, record) = (&results.plan()[at], results.record(at));
+        let (method, point) = cells.place[at];
+        let scored = record.and_then(|r| score_of(r, &of_reference[point], objective));
+        TaskScore {
+            method,
+            point,
+            replicate: task.replicate,
+            outcome: record.map(|r| r.outcome),
+            reason: record.and_then(|r| r.reason()).map(Box::from),
+            metrics: record.map_or_else(Metrics::new, |r| r.metrics.clone()),
+            reference: scored.map(|s| s.0).filter(|_| !reference.is_none()),
+            score: scored.map(|s| s.1),
+            wall_s: record.map(|r| r.wall_s),
+        }
+    });
+    let rows = rows.collect();
     (points, rows)
 }
 
-/// Returns the successful records by position of method and point MDP, replicates in order.
-fn records_by_cell<'a>(
+/// Which tasks are of a method and a point MDP.
+struct Cells<'a> {
     results: &'a Results,
-    position: &HashMap<&str, usize>,
-) -> BTreeMap<(usize, usize), Vec<&'a Record>> {
-    let methods = &results.manifest.identity.methods;
-    let mut cells: BTreeMap<(usize, usize), Vec<&Record>> = BTreeMap::new();
-    for record in results.records.values() {
-        let s = &record.summary;
-        let method = methods.iter().position(|m| *m == s.method);
-        let point = position.get(s.point.as_str());
-        if let (Outcome::Ok, Some(method), Some(point)) = (s.outcome, method, point) {
-            cells.entry((method, *point)).or_default().push(record);
+    methods: usize,
+    /// Method and point MDP of every task.
+    place: Vec<(usize, usize)>,
+    /// Where the tasks of every cell begin in [`Self::tasks`], point MDP by point MDP.
+    begin: Vec<u32>,
+    /// Positions of tasks in the plan, cell by cell.
+    tasks: Vec<u32>,
+}
+
+impl<'a> Cells<'a> {
+    fn of(results: &'a Results, position: &HashMap<&str, usize>) -> Self {
+        let identity = &results.manifest.identity;
+        let methods = identity.methods.len();
+        let of_method = |name: &str| identity.methods.iter().position(|m| *m == *name);
+        let place = results.plan().iter().map(|task| {
+            let point = position.get(&*task.point).copied();
+            of_method(&task.method).zip(point).expect("a plan follows from its manifest")
+        });
+        let place: Vec<(usize, usize)> = place.collect();
+        let mut begin = vec![0; identity.points.len() * methods + 1];
+        let cell = |(method, point): (usize, usize)| point * methods + method;
+        place.iter().for_each(|at| begin[cell(*at) + 1] += 1);
+        for i in 1..begin.len() {
+            begin[i] += begin[i - 1];
         }
+        let mut next = begin.clone();
+        let mut tasks = vec![0; place.len()];
+        for (task, at) in place.iter().enumerate() {
+            let next = &mut next[cell(*at)];
+            tasks[*next as usize] = task as u32;
+            *next += 1;
+        }
+        Self { results, methods, place, begin, tasks }
     }
-    cells
+
+    /// Returns the successful records of a method on a point MDP, replicates in order.
+    fn records(&self, method: usize, point: usize) -> Vec<&'a Kept> {
+        let cell = point * self.methods + method;
+        let tasks = &self.tasks[self.begin[cell] as usize..self.begin[cell + 1] as usize];
+        let records = tasks.iter().filter_map(|task| self.results.record(*task as usize));
+        records.filter(|record| record.outcome == Outcome::Ok).collect()
+    }
 }
 
 /// Returns 1 for every seed that some method has on a point MDP: dividing by it leaves the objective.
-fn ones(
-    records: &BTreeMap<(usize, usize), Vec<&Record>>,
-    (methods, point): (usize, usize),
-    objective: &str,
-) -> BySeed {
-    let here = (0..methods).filter_map(|method| records.get(&(method, point)));
-    let seeds = here.flatten().flat_map(|r| by_seed(r, objective).into_keys());
-    seeds.map(|seed| (seed, 1.0)).collect()
+fn ones(cells: &Cells<'_>, (methods, point): (usize, usize), objective: &str) -> BySeed {
+    let here = (0..methods).flat_map(|method| cells.records(method, point));
+    let seeds = here.flat_map(|r| by_seed(r, objective)).map(|(seed, _)| seed);
+    each_once(seeds.map(|seed| (seed, 1.0)).collect())
 }
 
-fn by_seed(record: &Record, objective: &str) -> BySeed {
-    record.evaluations().filter_map(|r| Some((r.seed, *r.metrics.get(objective)?))).collect()
+fn by_seed(record: &Kept, objective: &str) -> BySeed {
+    let rows = &record.evaluations;
+    let pairs = rows.seeds().iter().zip(rows.values(objective));
+    each_once(pairs.filter_map(|(seed, value)| Some((*seed, value?))).collect())
+}
+
+/// Returns what is in no order by seed; of several of one seed the last.
+fn each_once(mut values: BySeed) -> BySeed {
+    if !values.is_sorted_by(|a, b| a.0 < b.0) {
+        values.reverse();
+        values.sort_by_key(|v| v.0);
+        values.dedup_by_key(|v| v.0);
+    }
+    values
+}
+
+/// Returns the value of a seed.
+fn value_of(values: &BySeed, seed: u64) -> Option<f64> {
+    values.binary_search_by_key(&seed, |v| v.0).ok().map(|at| values[at].1)
 }
 
 /// Returns the objective per seed, averaged over the records that have the seed.
-fn mean_by_seed(records: &[&Record], objective: &str) -> BySeed {
-    let mut values: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
-    for record in records {
-        for (seed, value) in by_seed(record, objective) {
-            values.entry(seed).or_default().push(value);
-        }
+fn mean_by_seed(records: &[&Kept], objective: &str) -> BySeed {
+    if let [record] = records {
+        return by_seed(record, objective);
     }
-    values.into_iter().filter_map(|(seed, v)| Some((seed, mean(&v)?))).collect()
+    let mut values: BySeed = records.iter().flat_map(|r| by_seed(r, objective)).collect();
+    values.sort_by_key(|v| v.0);
+    let of_seed = |same: &[(u64, f64)]| {
+        let values: Vec<f64> = same.iter().map(|v| v.1).collect();
+        Some((same[0].0, mean(&values)?))
+    };
+    values.chunk_by(|a, b| a.0 == b.0).filter_map(of_seed).collect()
 }
 
 /// Returns the reference's mean and the score of one record on the seeds that both have.
-fn score_of(record: &Record, reference: &BySeed, objective: &str) -> Option<(f64, f64)> {
+fn score_of(record: &Kept, reference: &BySeed, objective: &str) -> Option<(f64, f64)> {
     let values = by_seed(record, objective);
     let (method, reference): (Vec<f64>, Vec<f64>) =
-        values.iter().filter_map(|(seed, v)| Some((*v, *reference.get(seed)?))).unzip();
+        values.iter().filter_map(|(seed, v)| Some((*v, value_of(reference, *seed)?))).unzip();
     Some((mean(&reference)?, crate::stats::score(&method, &reference).ok()?))
 }
 
 fn summarise_cell(
-    records: &[&Record],
+    records: &[&Kept],
     reference: &BySeed,
     objective: &str,
     is_reference: bool,
 ) -> Option<PointResult> {
     let values: Vec<f64> =
-        records.iter().filter_map(|r| r.summary.metrics.get(objective).copied()).collect();
+        records.iter().filter_map(|r| r.metrics.get(objective).copied()).collect();
     let all: Vec<BySeed> = records.iter().map(|r| by_seed(r, objective)).collect();
     let seeds: Vec<u64> = reference
-        .keys()
-        .copied()
-        .filter(|seed| all.iter().all(|own| own.contains_key(seed)))
+        .iter()
+        .map(|v| v.0)
+        .filter(|seed| all.iter().all(|own| value_of(own, *seed).is_some()))
         .collect();
-    let on_seeds = |values: &BySeed| seeds.iter().map(|s| values[s]).collect::<Vec<f64>>();
+    let on_seeds = |values: &BySeed| -> Vec<f64> {
+        seeds.iter().filter_map(|seed| value_of(values, *seed)).collect()
+    };
     // It is its own measure: 1 by definition, however many replicates it has.
     let method = match is_reference {
         true => vec![on_seeds(reference)],
@@ -226,12 +270,15 @@ fn summarise_cell(
     })
 }
 
-fn mean_metrics(records: &[&Record]) -> Metrics {
+fn mean_metrics(records: &[&Kept]) -> Metrics {
     let Some(first) = records.first() else { return Metrics::new() };
+    if records.len() == 1 {
+        return first.metrics.clone();
+    }
     let value = |name: &String| {
         let values: Option<Vec<f64>> =
-            records.iter().map(|r| r.summary.metrics.get(name).copied()).collect();
+            records.iter().map(|r| r.metrics.get(name).copied()).collect();
         Some((name.clone(), mean(&values?)?))
     };
-    first.summary.metrics.keys().filter_map(value).collect()
+    first.metrics.keys().filter_map(value).collect()
 }

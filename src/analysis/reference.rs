@@ -1,9 +1,12 @@
 //! What scores are divided by: the run's baseline, or with `--against` another of its methods; nothing where a
 //! run has no baseline.
 
+use std::collections::HashSet;
+
 use super::error::AnalysisError;
 use super::naming::noun;
-use crate::store::manifest::Identity;
+use crate::store::kept::Kept;
+use crate::store::manifest::{Identity, Task};
 use crate::store::record::Outcome;
 use crate::store::results::Results;
 
@@ -87,16 +90,15 @@ pub fn check_name(name: &str, methods: &[String]) -> Result<(), AnalysisError> {
 /// Returns the chosen point MDPs where the method has no record with an objective above 0.
 fn without_result<'a>(results: &'a Results, method: &str) -> Vec<&'a str> {
     let identity = &results.manifest.identity;
-    let measured = |point: &str| {
-        results.records.values().any(|r| {
-            let s = &r.summary;
-            let objective = s.metrics.get(&identity.objective);
-            (s.method.as_str(), s.point.as_str(), s.outcome) == (method, point, Outcome::Ok)
-                && objective.is_some_and(|v| *v > 0.0)
-        })
+    let measured = |(task, kept): &(&Task, &Kept)| {
+        let objective = kept.metrics.get(&identity.objective);
+        (&*task.method, kept.outcome) == (method, Outcome::Ok)
+            && objective.is_some_and(|v| *v > 0.0)
     };
+    let measured: HashSet<&str> =
+        results.done().filter(measured).map(|(task, _)| &*task.point).collect();
     let points = identity.points.iter().map(|p| p.point.as_str());
-    points.filter(|point| !measured(point)).collect()
+    points.filter(|point| !measured.contains(point)).collect()
 }
 
 #[cfg(test)]

@@ -6,14 +6,15 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::episodes::{Episode, EpisodeSummary};
+use super::episodes::EpisodeSummary;
 use super::evidence::Evidence;
 use super::method::MethodSummary;
 use super::points::PointSummary;
 use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
-use crate::store::record::{Metrics, Outcome, Record, RowKind};
+use crate::store::kept::{Kept, Rows};
+use crate::store::record::Outcome;
 use crate::store::results::Results;
 
 /// Metric of a training episode that only learners have.
@@ -161,25 +162,13 @@ fn weighted<'a>(
 /// Returns the trainings, one per task of a learner.
 pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<TrainingSummary> {
     let identity = evidence.identity;
-    let shares = evidence.measures.shares().len();
-    let learners: BTreeSet<&str> = results
-        .records
-        .values()
-        .filter(|r| learned(r))
-        .map(|r| r.summary.method.as_str())
-        .collect();
+    let learners: BTreeSet<&str> =
+        results.done().filter(|(_, kept)| learned(kept)).map(|(task, _)| &*task.method).collect();
     let objective = identity.objective.as_str();
-    let judged = (objective, identity.direction);
-    let mut evaluations: BTreeMap<(&str, usize, u32), Vec<&Episode>> = BTreeMap::new();
-    for episode in evidence.episodes.iter().filter(|e| e.kind == RowKind::Evaluation) {
-        let method = identity.methods[episode.method].as_str();
-        let key = (method, episode.point, episode.replicate);
-        evaluations.entry(key).or_default().push(episode);
-    }
-    let tasks = results.plan.iter().zip(evidence.tasks);
-    let of_learners = tasks.filter(|(task, _)| learners.contains(task.method.as_str()));
+    let tasks = results.rows().zip(evidence.tasks).enumerate();
+    let of_learners = tasks.filter(|(_, ((task, _), _))| learners.contains(&*task.method));
     of_learners
-        .map(|(task, row)| {
+        .map(|(at, ((task, record), row))| {
             let of_reference = evidence
                 .reference
                 .index
@@ -188,25 +177,22 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 true => Some(1.0),
                 false => of_reference.map(|r| r.objective).filter(|unit| *unit > 0.0),
             };
-            let record = results.records.get(&task.task);
+            let rows = record.and_then(Kept::training);
             let in_training: Vec<f64> =
-                record.map_or_else(Vec::new, |record| curve(record, objective).collect());
+                rows.into_iter().flat_map(|rows| rows.values(objective)).flatten().collect();
             let last = &in_training[in_training.len().saturating_sub(LAST_EPISODES)..];
             let best = identity.direction.best(in_training.iter().copied());
             let figure = |name: &str| -> Vec<Option<f64>> {
-                let rows = record.into_iter().flat_map(training_rows);
-                rows.map(|metrics| metrics.get(name).copied()).collect()
+                rows.into_iter().flat_map(|rows| rows.values(name)).collect()
             };
-            let key = (task.method.as_str(), row.point, task.replicate);
-            let own = evaluations.get(&key).into_iter().flatten().copied();
             let evaluations = EpisodeSummary::of(
-                own,
+                evidence.episodes,
+                &evidence.episodes.of_task(at),
                 &HashMap::from([(row.point, evidence.points[row.point].weight)]),
-                judged,
-                shares,
+                identity.direction,
             );
             TrainingSummary {
-                method: task.method.clone(),
+                method: task.method.to_string(),
                 point: row.point,
                 replicate: task.replicate,
                 outcome: row.outcome,
@@ -220,8 +206,8 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 }),
                 returns: figure(RETURN),
                 losses: figure(LOSS),
-                episodes: record.map_or(0, |r| training_rows(r).count()),
-                wall_s: record.map(|r| r.summary.wall.wall_s),
+                episodes: rows.map_or(0, Rows::len),
+                wall_s: record.map(|r| r.wall_s),
             }
         })
         .collect()
@@ -229,20 +215,14 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
 
 /// Returns the methods that tune or learn: those with an episode of training, and those that diverged.
 pub(super) fn trained(results: &Results) -> BTreeSet<String> {
-    let trains = |r: &&Record| learned(r) || training_rows(r).next().is_some();
-    results.records.values().filter(trains).map(|r| r.summary.method.clone()).collect()
+    let trains = |kept: &Kept| learned(kept) || kept.training().is_some();
+    let methods: BTreeSet<&str> =
+        results.done().filter(|(_, kept)| trains(kept)).map(|(task, _)| &*task.method).collect();
+    methods.into_iter().map(str::to_owned).collect()
 }
 
-fn training_rows(record: &Record) -> impl Iterator<Item = &Metrics> {
-    record.rows.iter().filter(|r| r.kind == RowKind::Training).map(|r| &r.metrics)
-}
-
-fn learned(record: &Record) -> bool {
-    let diverged = record.summary.reason.as_deref().is_some_and(|r| r.starts_with(DIVERGED));
-    diverged || training_rows(record).any(|metrics| metrics.contains_key(RETURN))
-}
-
-/// Returns the objective of every training episode.
-fn curve<'a>(record: &'a Record, objective: &'a str) -> impl Iterator<Item = f64> + 'a {
-    training_rows(record).filter_map(move |metrics| metrics.get(objective).copied())
+fn learned(record: &Kept) -> bool {
+    let diverged = record.reason().is_some_and(|r| r.starts_with(DIVERGED));
+    let names = || record.training().into_iter().flat_map(Rows::names);
+    diverged || names().any(|name| name == RETURN)
 }

@@ -1,10 +1,11 @@
 //! All that records say, put together.
 
-use std::collections::BTreeSet;
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap};
 
 use super::choice::choice;
 use super::comparison::{Comparison, compare};
-use super::episodes::{Episode, episodes};
+use super::episodes::episodes;
 use super::error::AnalysisError;
 use super::estimator::{Estimator, estimator_of};
 use super::evidence::Evidence;
@@ -17,6 +18,8 @@ use super::training::{LearnerSummary, TrainingSummary, learner, trained, trainin
 use super::winners::{Winner, winners};
 use crate::sample::{Design, Sampling};
 use crate::stats::{Direction, Limit};
+use crate::store::Origin;
+use crate::store::kept::Rows;
 use crate::store::manifest::Manifest;
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -26,8 +29,6 @@ use crate::store::results::Results;
 pub struct Analysis {
     /// What the run was.
     pub manifest: Manifest,
-    /// sha256 of the manifest.
-    pub sha256: String,
     /// Classes of point MDPs.
     pub regimes: &'static [Regime],
     /// What is measured of evaluation episodes.
@@ -48,14 +49,16 @@ pub struct Analysis {
     pub common: Option<OnCommonPoints>,
     /// One entry per task of a learner, in the order of the plan.
     pub trainings: Vec<TrainingSummary>,
-    /// One entry per episode, in the order of the plan.
-    pub episodes: Vec<Episode>,
+    /// Where the records are that all this is of, for what is shown of every episode.
+    pub origin: Origin,
     /// Methods that tune or learn.
     pub trained: BTreeSet<String>,
     /// The best method of every point MDP, in the order of [`Self::points`].
     pub winners: Vec<Option<Winner>>,
     /// What a failure is; `None` where the task does not say and nobody did.
     pub failure: Option<Limit>,
+    episode_metrics: BTreeSet<String>,
+    positions: HashMap<String, usize>,
     /// What is known of the whole family; `None` where the run keeps no list of it.
     pub design: Option<Design>,
 }
@@ -64,7 +67,14 @@ impl Analysis {
     /// Analyses results, with scores relative to the run's baseline.
     pub fn new(results: &Results, measures: &dyn Measures) -> Self {
         let reference = Reference::baseline(&results.manifest.identity);
-        Self::relative_to(results, reference, measures)
+        Self::relative_to(Cow::Borrowed(results), reference, measures)
+    }
+
+    /// Analyses results as [`Self::new`] does, and lets go of their records as soon as it can: they are as large as all
+    /// that follows.
+    pub fn of(results: Results, measures: &dyn Measures) -> Self {
+        let reference = Reference::baseline(&results.manifest.identity);
+        Self::relative_to(Cow::Owned(results), reference, measures)
     }
 
     /// Analyses results, with scores relative to another method.
@@ -78,14 +88,19 @@ impl Analysis {
         measures: &dyn Measures,
     ) -> Result<Self, AnalysisError> {
         let reference = Reference::against(results, method)?;
-        Ok(Self::relative_to(results, reference, measures))
+        Ok(Self::relative_to(Cow::Borrowed(results), reference, measures))
     }
 
-    fn relative_to(results: &Results, reference: Reference, measures: &dyn Measures) -> Self {
-        let identity = &results.manifest.identity;
-        let (points, tasks) = summarise_points(results, &reference, measures);
-        let episodes = episodes(results, &reference, measures);
-        let chosen = choice(identity, results.design.as_ref(), &points);
+    fn relative_to(
+        results: Cow<'_, Results>,
+        reference: Reference,
+        measures: &dyn Measures,
+    ) -> Self {
+        let (manifest, design) = (results.manifest.clone(), results.design.clone());
+        let identity = &manifest.identity;
+        let (points, tasks) = summarise_points(&results, &reference, measures);
+        let episodes = episodes(&results, &reference, measures);
+        let chosen = choice(identity, design.as_ref(), &points);
         let evidence = Evidence {
             identity,
             chosen: &chosen,
@@ -94,13 +109,19 @@ impl Analysis {
             points: &points,
             tasks: &tasks,
             episodes: &episodes,
-            design: results.design.as_ref(),
+            design: design.as_ref(),
         };
+        let trainings = trainings(&results, evidence);
+        let (trained, episode_metrics) = (trained(&results), episode_metrics(&results));
+        let origin = results.origin.clone();
+        drop(results);
+        let ids = points.iter().map(|p| p.row.point.clone());
+        let positions = ids.enumerate().map(|(i, id)| (id, i)).collect();
         let estimates = rank(evidence);
         let common = on_common_points(evidence, &estimates);
-        let trainings = trainings(results, evidence);
+        let regimes = measures.regimes(&identity.objective);
         Self {
-            regimes: measures.regimes(&identity.objective),
+            regimes,
             shares: measures.shares(),
             winners: winners(&points, identity, &reference),
             lead: lead(evidence, &estimates),
@@ -108,15 +129,16 @@ impl Analysis {
             methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
             common,
             trainings,
-            trained: trained(results),
+            trained,
             failure: None,
-            manifest: results.manifest.clone(),
-            sha256: results.sha256.clone(),
-            design: results.design.clone(),
             reference,
             tasks,
             points,
-            episodes,
+            episode_metrics,
+            positions,
+            origin,
+            manifest,
+            design,
         }
     }
 
@@ -127,7 +149,7 @@ impl Analysis {
 
     /// Returns the names of the metrics that some episode has besides the objective.
     pub fn episode_metrics(&self) -> Vec<String> {
-        self.without_objective(self.episodes.iter().flat_map(|episode| episode.metrics.keys()))
+        self.without_objective(self.episode_metrics.iter())
     }
 
     fn without_objective<'a>(&self, names: impl Iterator<Item = &'a String>) -> Vec<String> {
@@ -181,10 +203,11 @@ impl Analysis {
     /// Returns the methods of which some point MDP has results of only a part of its replicates.
     pub fn partly_replicated(&self) -> BTreeSet<&str> {
         let done = |row: &&TaskScore| row.outcome == Some(Outcome::Ok);
-        let finished: BTreeSet<(&str, usize)> =
-            self.tasks.iter().filter(done).map(|r| (r.method.as_str(), r.point)).collect();
-        let partial = |r: &&TaskScore| !done(r) && finished.contains(&(r.method.as_str(), r.point));
-        self.tasks.iter().filter(partial).map(|r| r.method.as_str()).collect()
+        let finished: BTreeSet<(usize, usize)> =
+            self.tasks.iter().filter(done).map(|r| (r.method, r.point)).collect();
+        let partial = |r: &&TaskScore| !done(r) && finished.contains(&(r.method, r.point));
+        let name = |r: &TaskScore| self.manifest.identity.methods[r.method].as_str();
+        self.tasks.iter().filter(partial).map(name).collect()
     }
 
     /// Returns the number of tasks without a record.
@@ -195,6 +218,11 @@ impl Analysis {
     /// Returns the failed tasks.
     pub fn failed(&self) -> impl Iterator<Item = &TaskScore> {
         self.tasks.iter().filter(|r| r.outcome == Some(Outcome::Failed))
+    }
+
+    /// Returns the position of a chosen point MDP in [`Self::points`].
+    pub fn position(&self, point: &str) -> Option<usize> {
+        self.positions.get(point).copied()
     }
 
     /// Returns the name of the sampling as on the command line.
@@ -215,4 +243,20 @@ impl Analysis {
             result.score.map(|_| (p, result))
         })
     }
+}
+
+/// Returns the names of the metrics that some episode has.
+fn episode_metrics(results: &Results) -> BTreeSet<String> {
+    let rows = results.done().flat_map(|(_, kept)| [Some(&kept.evaluations), kept.training()]);
+    let names = rows.flatten().map(Rows::names);
+    // Most have the names of those before them.
+    let mut last: &[String] = &[];
+    let mut all = BTreeSet::new();
+    for names in names {
+        if names != last {
+            all.extend(names);
+        }
+        last = names;
+    }
+    all.into_iter().cloned().collect()
 }

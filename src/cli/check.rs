@@ -15,13 +15,14 @@ use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
-use crate::files::{FileError, beneath, make_folder_beneath, write_atomically};
+use crate::files::{FileError, beneath, make_folder_beneath};
 use crate::run::audit::{Beside, audit_beside};
 use crate::run::domain::domain_of;
 use crate::run::executor::Event;
 use crate::run::session::reopen;
 use crate::store::audit::{Audit, Damage, Remedy};
-use crate::store::manifest::{Manifest, Task, plan_text};
+use crate::store::manifest::{Manifest, Task};
+use crate::store::plan::write_plan;
 use crate::store::{Layout, StoreError};
 use crate::traffic::places::{self, Places};
 
@@ -206,7 +207,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
             Remedy::Rebuild => {}
             Remedy::Rewrite => {
                 set_aside(layout, &damage.path)?;
-                write_atomically(&damage.path, &plan_text(&audit.tasks))?;
+                write_plan(layout, &audit.tasks)?;
             }
             Remedy::Restore | Remedy::Begin => {}
         }

@@ -7,6 +7,7 @@ use osm_signals::OsmError;
 
 use crate::analysis::AnalysisError;
 use crate::cli::refused::Refused;
+use crate::export::ExportError;
 use crate::family::error::FamilyError;
 use crate::files::FileError;
 use crate::report::ReportError;
@@ -107,8 +108,15 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     {
         return Some(USAGE);
     }
-    if let Some(ReportError::Io(e)) = error.downcast_ref::<ReportError>() {
-        return Some(file(e));
+    match error.downcast_ref::<ReportError>() {
+        Some(ReportError::Io(e)) => return Some(file(e)),
+        Some(ReportError::Store(e)) => return Some(store(e)),
+        _ => {}
+    }
+    match error.downcast_ref::<ExportError>() {
+        Some(ExportError::Io(e)) => return Some(file(e)),
+        Some(ExportError::Store(e)) => return Some(store(e)),
+        _ => {}
     }
     if let Some(e) = error.downcast_ref::<FileError>() {
         return Some(file(e));

@@ -5,11 +5,12 @@
 //! point MDP. Each is the ratio of the seconds that were observed to those expected, with [`PRIOR_S`]
 //! seconds of faith in the expectation. A last long task counts in full, however many workers wait for it.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::time::Duration;
 
 use crate::run::batch::cost::SECONDS_PER_TASK;
 use crate::run::effort::TaskEffort;
+use crate::store::Name;
 
 /// Expected seconds that count as observed as expected.
 const PRIOR_S: f64 = 3.0;
@@ -32,9 +33,9 @@ pub(super) struct Job {
     /// Row of the plan.
     pub(super) task: usize,
     /// Name of the method.
-    pub(super) method: String,
+    pub(super) method: Name,
     /// Id of the point MDP.
-    pub(super) point: String,
+    pub(super) point: Name,
     /// What it is expected to cost.
     pub(super) effort: TaskEffort,
 }
@@ -78,7 +79,7 @@ pub(super) struct Forecast {
     waiting: VecDeque<Job>,
     running: BTreeMap<usize, Running>,
     /// What finished tasks took, by method and point MDP.
-    finished: Vec<(String, String, Seen)>,
+    finished: Vec<(Name, Name, Seen)>,
     workers: usize,
     /// How much longer everything takes when workers share processors.
     crowding: f64,
@@ -129,11 +130,11 @@ impl Forecast {
 
     /// Returns what has been seen, by method and point MDP.
     fn seen(&self) -> Vec<(&str, &str, Seen)> {
-        let finished = self.finished.iter().map(|(m, p, seen)| (m.as_str(), p.as_str(), *seen));
+        let finished = self.finished.iter().map(|(m, p, seen)| (&**m, &**p, *seen));
         let running = self.running.values().filter_map(|r| {
             let (episodes, at_s) = r.done?;
             let seen = Seen { observed_s: at_s - r.start_s, expected_s: r.job.seconds(episodes) };
-            Some((r.job.method.as_str(), r.job.point.as_str(), seen))
+            Some((&*r.job.method, &*r.job.point, seen))
         });
         finished.chain(running).collect()
     }
@@ -154,10 +155,17 @@ impl Forecast {
         let machine = crowding * sum(&|_| Some(crowding)).factor(1.0);
         let of_method =
             |method: &str| machine * sum(&|(m, ..)| (*m == method).then_some(machine)).factor(1.0);
+        let known: BTreeSet<&str> = seen.iter().map(|(method, ..)| *method).collect();
         let methods: BTreeMap<&str, f64> =
-            seen.iter().map(|(method, ..)| (*method, of_method(method))).collect();
+            known.into_iter().map(|method| (method, of_method(method))).collect();
         let speed = |method: &str| methods.get(method).copied().unwrap_or(machine);
-        let of_point = |point: &str| sum(&|(m, p, _)| (*p == point).then(|| speed(m))).factor(1.0);
+        let mut points: HashMap<&str, Seen> = HashMap::new();
+        for (method, point, one) in &seen {
+            let sum = points.entry(point).or_default();
+            sum.observed_s += one.observed_s;
+            sum.expected_s += one.expected_s * speed(method);
+        }
+        let of_point = |point: &str| points.get(point).copied().unwrap_or_default().factor(1.0);
         let price = |job: &Job| speed(&job.method) * of_point(&job.point);
         let rest = |r: &Running| {
             let (episodes, at_s) = r.done.unwrap_or((0, r.start_s));

@@ -65,8 +65,8 @@ impl Labour<'_> {
     fn work(&self, results: &Results, interrupted: &AtomicBool) -> anyhow::Result<usize> {
         let todo: Vec<Task> = results.missing().cloned().collect();
         let talk = !self.quiet && !self.json;
-        if talk && todo.len() < results.plan.len() {
-            let (done, all) = (results.records.len(), results.plan.len());
+        if talk && todo.len() < results.plan().len() {
+            let (done, all) = (results.done().count(), results.plan().len());
             note(format!("{done} of {all} tasks are already done"));
         }
         let identity = &self.session.manifest.identity;
@@ -79,7 +79,7 @@ impl Labour<'_> {
         let mut monitor = Monitor::new(
             todo.iter().map(effort).collect::<anyhow::Result<Vec<_>>>()?,
             self.domain,
-            results.records.values(),
+            results.done(),
             self.jobs,
             self.json,
             self.quiet,
@@ -109,16 +109,16 @@ impl Labour<'_> {
     /// Reports the finished run.
     pub(super) fn summarise(&self) -> anyhow::Result<u8> {
         let layout = &self.session.layout;
-        let results = Results::load(layout)?;
-        let mut reports = vec![domains::report(layout, &results)?];
-        if let Some(method) = self.against {
-            match Report::against(&results, method, domains::sections(layout, &results)?) {
-                Ok(data) => reports.push(data),
-                // Tasks failed, so that some results are missing: the run is no less complete for that.
-                Err(e) => note(e),
-            }
-        }
-        for data in &reports {
+        let results = domains::load(layout)?;
+        let (failed, tasks) = (results.failed().count(), results.plan().len());
+        let sections = || domains::sections(layout, &results);
+        let own = sections()?;
+        let other = match self.against {
+            None => None,
+            // Where tasks failed, some results are missing: the run is no less complete for that.
+            Some(method) => Report::against(&results, method, sections()?).map_err(note).ok(),
+        };
+        for data in [Report::of_results(results, own)].iter().chain(&other) {
             if self.quiet {
                 report::write(layout, data)?;
             } else {
@@ -126,13 +126,11 @@ impl Labour<'_> {
                 print(&target, data, self.json, !self.json)?;
             }
         }
-        let failed = results.failed().count();
         if failed > 0 {
             if !self.quiet {
                 note(format!(
-                    "{failed} of {} tasks failed; their reasons are in the report, --retry-failed tries \
-                     them again",
-                    results.plan.len()
+                    "{failed} of {tasks} tasks failed; their reasons are in the report, --retry-failed tries \
+                     them again"
                 ));
             }
             return Ok(exit::SOME_FAILED);

@@ -9,6 +9,7 @@ mod effects;
 mod estimate;
 mod evaluate;
 pub mod exit;
+mod export;
 mod folder;
 mod forecast;
 mod handover;
@@ -90,6 +91,8 @@ pub enum Command {
     Signals(signals::SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(report::ReportArgs),
+    /// Write all records of a results directory to one table: Parquet or CSV
+    Export(export::ExportArgs),
     /// Say what is damaged in a results directory, and repair it
     Check(check::CheckArgs),
     /// Hand the tasks of a run that are missing over to a batch system
@@ -151,6 +154,7 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Routes(args) => routes::run(&args),
         Command::Signals(args) => signals::run(&args),
         Command::Report(args) => report::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Estimate(args) => study::run(&args),
         Command::Across(args) => across::run(&args),

@@ -12,8 +12,9 @@ use crate::run::domain::{Domain, Objective};
 use crate::run::effort::TaskEffort;
 use crate::run::executor::Event;
 use crate::run::method::{Training, find};
+use crate::store::kept::Kept;
 use crate::store::manifest::Task;
-use crate::store::record::{Outcome, Record};
+use crate::store::record::{Metrics, Outcome, Record};
 
 /// Episodes over which the objective of a task in progress is averaged: one alone says little of a
 /// training that explores.
@@ -21,6 +22,9 @@ const RECENT_EPISODES: usize = 5;
 
 /// Units of the progress bar for the whole run.
 const UNITS: u64 = 1000;
+
+/// How many times as long as looking ahead takes until it is done again.
+const LOOK_AHEAD_SHARE: f64 = 50.0;
 
 /// A task to do and how far it is.
 struct Work {
@@ -60,6 +64,8 @@ pub(super) struct Monitor<'d> {
     progress: Progress,
     forecast: Forecast,
     start: Instant,
+    /// When to look ahead again, seconds.
+    next_s: f64,
     /// Largest share of the time that has been shown as gone.
     shown: u64,
     work: BTreeMap<usize, Work>,
@@ -81,12 +87,12 @@ impl<'d> Monitor<'d> {
     /// # Arguments
     ///
     /// * `domain` — what is evaluated.
-    /// * `records` — what earlier runs have done.
+    /// * `done` — what earlier runs have done.
     /// * `jobs` — workers at the same time.
     pub(super) fn new<'a>(
         todo: impl IntoIterator<Item = (Task, TaskEffort)>,
         domain: &'d dyn Domain,
-        records: impl IntoIterator<Item = &'a Record>,
+        done: impl IntoIterator<Item = (&'a Task, &'a Kept)>,
         jobs: usize,
         json: bool,
         quiet: bool,
@@ -108,6 +114,7 @@ impl<'d> Monitor<'d> {
             progress: Progress::new(UNITS, None, quiet || json),
             forecast,
             start: Instant::now(),
+            next_s: 0.0,
             shown: 0,
             work,
             baselines: BTreeMap::new(),
@@ -118,7 +125,8 @@ impl<'d> Monitor<'d> {
             failed: 0,
             json,
         };
-        records.into_iter().for_each(|record| monitor.keep_baseline(record));
+        done.into_iter()
+            .for_each(|(t, r)| monitor.keep_baseline((&t.method, &t.point), r.outcome, &r.metrics));
         monitor
     }
 
@@ -179,13 +187,22 @@ impl<'d> Monitor<'d> {
                 self.finish(&record);
             }
         }
+        if now_s >= self.next_s {
+            self.look_ahead(now_s);
+        }
+        self.progress.set(self.shown, &self.message());
+    }
+
+    /// Shows how long the run still takes; of many tasks that takes a while itself, so it is not done at every event.
+    fn look_ahead(&mut self, now_s: f64) {
         let left = self.forecast.left(now_s);
         let middle_s = (left[0].as_secs_f64() * left[1].as_secs_f64()).sqrt();
         let share = now_s / (now_s + middle_s).max(f64::MIN_POSITIVE);
         // A forecast that gets longer moves no bar back.
         self.shown = self.shown.max((UNITS as f64 * share) as u64);
         self.progress.set_left(range(left));
-        self.progress.set(self.shown, &self.message());
+        let took_s = self.start.elapsed().as_secs_f64() - now_s;
+        self.next_s = now_s + took_s * LOOK_AHEAD_SHARE;
     }
 
     /// Removes the bar.
@@ -197,7 +214,7 @@ impl<'d> Monitor<'d> {
         let failed =
             if self.failed > 0 { format!(", {} failed", self.failed) } else { String::new() };
         let latest = self.latest.and_then(|task| self.work.get(&task)).map(|work| {
-            let baseline = self.baselines.get(&work.task.point).copied();
+            let baseline = self.baselines.get(&*work.task.point).copied();
             format!(", {}", work.status(self.domain.objective(), baseline))
         });
         let (finished, tasks) = (self.finished, self.work.len());
@@ -208,7 +225,8 @@ impl<'d> Monitor<'d> {
         let summary = &record.summary;
         self.finished += 1;
         self.latest = self.latest.filter(|latest| *latest != summary.task);
-        self.keep_baseline(record);
+        let of = (summary.method.as_str(), summary.point.as_str());
+        self.keep_baseline(of, summary.outcome, &summary.metrics);
         if let Some(work) = self.work.get_mut(&summary.task) {
             work.episodes = work.effort.episodes();
         }
@@ -247,13 +265,16 @@ impl<'d> Monitor<'d> {
         }
     }
 
-    fn keep_baseline(&mut self, record: &Record) {
-        let summary = &record.summary;
-        let objective = summary.metrics.get(self.domain.objective().metric);
-        let objective = objective.filter(|_| summary.outcome == Outcome::Ok);
-        let is_baseline = self.domain.baseline() == Some(summary.method.as_str());
-        if let (true, Some(objective)) = (is_baseline, objective) {
-            self.baselines.insert(summary.point.clone(), *objective);
+    fn keep_baseline(
+        &mut self,
+        (method, point): (&str, &str),
+        outcome: Outcome,
+        metrics: &Metrics,
+    ) {
+        let objective = metrics.get(self.domain.objective().metric);
+        let objective = objective.filter(|_| outcome == Outcome::Ok);
+        if let (true, Some(objective)) = (self.domain.baseline() == Some(method), objective) {
+            self.baselines.insert(point.to_owned(), *objective);
         }
     }
 
@@ -272,6 +293,7 @@ mod tests {
     use crate::domains::domains;
     use crate::run::effort::testing::effort;
     use crate::run::progress::Progress as Episodes;
+    use crate::store::kept::Keep;
     use crate::store::record::{TaskResult, Wall};
 
     fn task(task: usize, method: &str, replicate: u32) -> Task {
@@ -294,7 +316,12 @@ mod tests {
             _ => effort((0, 0.0), (5, 1.0)),
         };
         let todo: Vec<_> = tasks().into_iter().map(|t| (t.clone(), effort(&t))).collect();
-        Monitor::new(todo, domains()[0], records, 2, false, true)
+        let kept: Vec<(Task, Kept)> = records
+            .iter()
+            .map(|r| (tasks()[r.summary.task].clone(), Kept::of(r.clone(), &Keep::All)))
+            .collect();
+        let done = kept.iter().map(|(task, kept)| (task, kept));
+        Monitor::new(todo, domains()[0], done, 2, false, true)
     }
 
     fn progress(task: usize, episodes: u32, delay_s: f64) -> Event {

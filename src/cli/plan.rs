@@ -193,7 +193,8 @@ impl Maker<'_> {
         let (efforts, family) = (Efforts::of_request(&request)?, request.problem.family());
         let job = |(task, (draw, method)): (usize, (&crate::sample::Draw, &String))| {
             let effort = efforts.in_family(method, family, &draw.point)?;
-            Ok(Job { task, method: method.clone(), point: draw.point.clone(), effort })
+            let (method, point) = (method.as_str().into(), draw.point.as_str().into());
+            Ok(Job { task, method, point, effort })
         };
         cells.enumerate().map(job).collect()
     }

@@ -11,7 +11,6 @@ use crate::domains;
 use crate::report::{self, Report, text};
 use crate::stats::Limit;
 use crate::store::Layout;
-use crate::store::results::Results;
 
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
@@ -46,10 +45,11 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let target = Target::new(layout.root(), layout.report(), args.out.as_ref());
     target.check(&REPORT)?;
-    let results = Results::load(&layout)?;
+    let results = domains::load(&layout)?;
+    let sections = domains::sections(&layout, &results)?;
     let data = match &args.against {
-        Some(method) => Report::against(&results, method, domains::sections(&layout, &results)?)?,
-        None => domains::report(&layout, &results)?,
+        Some(method) => Report::against(&results, method, sections)?,
+        None => Report::of_results(results, sections),
     };
     let data = match &args.failure {
         Some(limit) => data.failing(limit.clone())?,

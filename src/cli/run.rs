@@ -208,7 +208,7 @@ fn work(
         if let Some(code) = labour.work_on(&results, &interrupted)? {
             return Ok(code);
         }
-        done = Some(results.plan.len());
+        done = Some(results.plan().len());
     }
     labour.summarise()
 }

@@ -18,6 +18,7 @@ use crate::run::error::RunError;
 use crate::run::session::reopen;
 use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::Layout;
+use crate::store::kept::Keep;
 use crate::store::manifest::Manifest;
 use crate::store::results::Results;
 
@@ -93,7 +94,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         Some(name) if name == Script.name() => Executes::Script,
         _ => Executes::Local,
     });
-    let results = Results::load(&layout)?;
+    let results = Results::load_all(&layout, |_| Keep::nothing())?.so_far();
     let jobs = |default: usize| args.jobs.map_or(default, NonZeroUsize::get);
     let labour = Labour {
         session: &session,

@@ -7,7 +7,7 @@ pub mod error;
 pub mod names;
 pub mod points;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use serde::Serialize;
 
@@ -54,6 +54,7 @@ pub struct MdpFamily {
     /// What k-means compares, a row per point MDP in their order; empty where the context features
     /// describe them.
     pub describing: Vec<Vec<f64>>,
+    positions: HashMap<String, usize>,
 }
 
 impl MdpFamily {
@@ -109,7 +110,12 @@ impl MdpFamily {
             });
         }
         points.sort_by(|a, b| b.importance.total_cmp(&a.importance).then_with(|| a.id.cmp(&b.id)));
-        Ok(Self { name: name.into(), features, points, describing: Vec::new() })
+        let mut positions: HashMap<String, usize> =
+            points.iter().enumerate().map(|(i, p)| (p.id.clone(), i)).collect();
+        for (i, point) in points.iter().enumerate() {
+            positions.entry(point.title.clone()).or_insert(i);
+        }
+        Ok(Self { name: name.into(), features, points, describing: Vec::new(), positions })
     }
 
     /// Returns the importance of every point MDP, in order.
@@ -119,8 +125,7 @@ impl MdpFamily {
 
     /// Returns the index of a point MDP by its id, or else by what people call it.
     pub fn position(&self, name: &str) -> Option<usize> {
-        let of = |is: &dyn Fn(&PointMdp) -> bool| self.points.iter().position(is);
-        of(&|p| p.id == name).or_else(|| of(&|p| p.title == name))
+        self.positions.get(name).copied()
     }
 
     /// Returns the importance-weighted mean and standard deviation of each feature.

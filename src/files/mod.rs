@@ -10,7 +10,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 pub use beneath::{beneath, make_folder, make_folder_beneath};
-pub use draft::{readable, replace, write_atomically};
+pub use draft::{Streamed, readable, replace, write_atomically};
 
 /// A file operation that failed, with the file's name.
 #[derive(Debug, thiserror::Error)]

@@ -4,12 +4,13 @@
 //! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
 //! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
 
+use super::error::ReportError;
 use super::sections::Table;
+use super::streamed::{lines, write_rows};
 use super::whole::Report;
-use crate::analysis::{
-    Episode, EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary,
-};
-use crate::store::record::{Metrics, Outcome, RowKind};
+use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary};
+use crate::files::Streamed;
+use crate::store::record::{Metrics, Outcome, Record, Row, RowKind};
 
 /// Name of the column of the score.
 const SCORE: &str = "score";
@@ -49,9 +50,9 @@ fn score_column(data: &Report) -> Option<&'static str> {
     }
 }
 
-/// Returns `scores.csv`: one row per method, point MDP and replicate; without a successful record
+/// Writes `scores.csv`: one row per method, point MDP and replicate; without a successful record
 /// the metrics are empty.
-pub(super) fn scores(data: &Report) -> String {
+pub(super) fn scores(data: &Report, file: Streamed) -> Result<(), ReportError> {
     let identity = &data.manifest.identity;
     let mut header: Vec<String> =
         ["method", "point", "importance", "replicate"].map(str::to_owned).to_vec();
@@ -61,11 +62,9 @@ pub(super) fn scores(data: &Report) -> String {
     header.extend(data.sections.score_columns().iter().map(|name| (*name).to_owned()));
     header.extend(identity.features.iter().map(|f| f.name.clone()));
     header.extend(["weight", "against"].map(str::to_owned));
-    titled(
-        data.titles(),
-        header,
-        data.tasks.iter().map(|row| (row.point, score_row(data, row, &names))),
-    )
+    let titled = Titled(data.titles());
+    let of = |row: &TaskScore| titled.row(row.point, score_row(data, row, &names));
+    write_rows(file, &titled.header(header), &data.tasks, of)
 }
 
 fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
@@ -76,7 +75,7 @@ fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
         _ => None,
     };
     let mut cells = vec![
-        row.method.clone(),
+        data.manifest.identity.methods[row.method].clone(),
         point.point.clone(),
         point.importance.to_string(),
         row.replicate.to_string(),
@@ -189,8 +188,8 @@ fn with_interval(summary: Option<Estimated>) -> [String; 3] {
     [summary.map(|s| s.value), interval.map(|i| i.0), interval.map(|i| i.1)].map(number)
 }
 
-/// Returns `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
-pub(super) fn episodes(data: &Report) -> String {
+/// Writes `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
+pub(super) fn episodes(data: &Report, mut file: Streamed) -> Result<(), ReportError> {
     let names = names(data, Table::Episodes);
     let header = ["method", "point", "replicate", "kind", "episode", "seed"]
         .into_iter()
@@ -198,23 +197,28 @@ pub(super) fn episodes(data: &Report) -> String {
         .map(str::to_owned)
         .chain(names.clone())
         .collect();
-    titled(
-        data.titles(),
-        header,
-        data.episodes.iter().map(|e| (e.point, episode_row(data, e, &names))),
-    )
+    let titled = Titled(data.titles());
+    file.write(&lines(&[titled.header(header)]))?;
+    let of = |position: usize, record: Record| {
+        let task = &data.tasks[position];
+        let rows = record.rows.iter().map(|row| episode_row(data, (task, row), &names));
+        lines(&rows.map(|cells| titled.row(task.point, cells)).collect::<Vec<_>>())
+    };
+    let has_record = |position: usize| data.tasks[position].outcome.is_some();
+    data.origin.each(has_record, of, |text| Ok::<_, ReportError>(file.write(&text)?))?;
+    Ok(file.finish()?)
 }
 
-fn episode_row(data: &Report, e: &Episode, names: &[String]) -> Vec<String> {
+fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String]) -> Vec<String> {
     let identity = &data.manifest.identity;
     let kind = match e.kind {
         RowKind::Evaluation => "evaluation",
         RowKind::Training => "training",
     };
     let mut cells = vec![
-        identity.methods[e.method].clone(),
-        data.points[e.point].row.point.clone(),
-        e.replicate.to_string(),
+        identity.methods[task.method].clone(),
+        data.points[task.point].row.point.clone(),
+        task.replicate.to_string(),
         kind.to_owned(),
         e.episode.to_string(),
         e.seed.to_string(),
@@ -224,9 +228,9 @@ fn episode_row(data: &Report, e: &Episode, names: &[String]) -> Vec<String> {
     cells
 }
 
-/// Returns `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
+/// Writes `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
 /// last episodes are of training, all of them relative to the reference.
-pub(super) fn training(data: &Report) -> String {
+pub(super) fn training(data: &Report, file: Streamed) -> Result<(), ReportError> {
     let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
         .into_iter()
         .chain(data.sections.training_columns()[0])
@@ -235,7 +239,9 @@ pub(super) fn training(data: &Report) -> String {
         .map(str::to_owned)
         .chain(of_episodes(data))
         .collect::<Vec<_>>();
-    titled(data.titles(), header, data.trainings.iter().map(|t| (t.point, training_row(data, t))))
+    let titled = Titled(data.titles());
+    let of = |t: &TrainingSummary| titled.row(t.point, training_row(data, t));
+    write_rows(file, &titled.header(header), &data.trainings, of)
 }
 
 fn training_row(data: &Report, t: &TrainingSummary) -> Vec<String> {
@@ -273,22 +279,24 @@ pub(crate) fn number(value: Option<f64>) -> String {
     value.map_or_else(String::new, |v| v.to_string())
 }
 
-/// Returns a table whose rows are each of a point MDP, with what that is called where it is not its id.
+/// A table whose rows are each of a point MDP, with what that is called where it is not its id.
 ///
-/// # Arguments
-///
-/// * `titles` — what point MDPs are called, by their positions; `None` when all are called by their ids.
-pub(crate) fn titled(
-    titles: Option<&[String]>,
-    mut header: Vec<String>,
-    rows: impl Iterator<Item = (usize, Vec<String>)>,
-) -> String {
-    header.extend(titles.as_ref().map(|_| "title".to_owned()));
-    let row = |(point, mut cells): (usize, Vec<String>)| {
-        cells.extend(titles.as_ref().map(|titles| titles[point].clone()));
+/// It is made of what point MDPs are called, by their positions; of nothing when all are called by their ids.
+#[derive(Clone, Copy)]
+pub(crate) struct Titled<'a>(pub(crate) Option<&'a [String]>);
+
+impl Titled<'_> {
+    /// Returns the header, with the column of titles if there is one.
+    pub(crate) fn header(self, mut header: Vec<String>) -> Vec<String> {
+        header.extend(self.0.map(|_| "title".to_owned()));
+        header
+    }
+
+    /// Returns a row of the point MDP at a position.
+    pub(crate) fn row(self, point: usize, mut cells: Vec<String>) -> Vec<String> {
+        cells.extend(self.0.map(|titles| titles[point].clone()));
         cells
-    };
-    table(&header, rows.map(row))
+    }
 }
 
 /// Returns a table; every row has as many cells as the header.

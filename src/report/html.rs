@@ -369,9 +369,9 @@ fn features(data: &Report, row: &PointRow) -> String {
 
 fn failure(data: &Report, row: &TaskScore) -> Value {
     context! {
-        method => row.method.as_str(),
+        method => data.manifest.identity.methods[row.method].as_str(),
         point => data.called(&data.points[row.point].row.point),
         replicate => row.replicate,
-        reason => row.reason.clone().unwrap_or_else(|| "no reason was recorded".to_owned()),
+        reason => row.reason.as_deref().unwrap_or("no reason was recorded"),
     }
 }

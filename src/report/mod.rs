@@ -35,6 +35,7 @@ mod rests;
 mod scale;
 mod sections;
 pub mod sensitivity;
+pub(crate) mod streamed;
 pub mod study;
 mod sure;
 pub(crate) mod svg;

@@ -149,7 +149,7 @@ pub struct Look {
 }
 
 /// What a domain adds to a report.
-pub trait Sections: std::fmt::Debug {
+pub trait Sections: std::fmt::Debug + Sync {
     /// Returns what it measures beside the objective.
     fn measures(&self) -> &dyn Measures {
         &NoMeasures

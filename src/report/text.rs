@@ -102,7 +102,7 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
     }
     let identity = &data.manifest.identity;
     let still: Vec<String> = (data.tasks.iter())
-        .filter(|r| r.method == data.reference.name && !data.reference.is_none())
+        .filter(|r| Some(r.method) == data.reference.index && !data.reference.is_none())
         .filter(|r| r.metrics.get(&identity.objective) == Some(&0.0))
         .map(|r| data.called(&data.points[r.point].row.point))
         .collect();

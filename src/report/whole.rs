@@ -1,6 +1,5 @@
 //! A report before it is written: what records say, and what their domain adds.
 
-use std::collections::HashMap;
 use std::ops::Deref;
 
 use super::sections::Sections;
@@ -20,7 +19,6 @@ pub struct Report {
     /// What the domain adds.
     pub sections: Box<dyn Sections>,
     titles: Vec<String>,
-    positions: HashMap<String, usize>,
 }
 
 impl Deref for Report {
@@ -35,6 +33,11 @@ impl Report {
     /// Returns a report with scores relative to the run's baseline, if it has one.
     pub fn new(results: &Results, sections: Box<dyn Sections>) -> Self {
         Self::of(Analysis::new(results, sections.measures()), sections)
+    }
+
+    /// Returns a report as [`Self::new`] does, without keeping the results for longer than needed.
+    pub fn of_results(results: Results, sections: Box<dyn Sections>) -> Self {
+        Self::of(Analysis::of(results, sections.measures()), sections)
     }
 
     /// Returns a report with scores relative to another method.
@@ -64,9 +67,7 @@ impl Report {
         analysis.failure = sections.failure();
         let words = sections.words(&analysis.manifest.identity.objective);
         let titles = analysis.points.iter().map(|p| sections.title(&p.row)).collect();
-        let ids = analysis.points.iter().map(|p| p.row.point.clone());
-        let positions = ids.enumerate().map(|(i, id)| (id, i)).collect();
-        Self { analysis, words, sections, titles, positions }
+        Self { analysis, words, sections, titles }
     }
 
     /// Says which direction is better.
@@ -84,8 +85,7 @@ impl Report {
 
     /// Returns what a point MDP is called.
     pub(super) fn title_of(&self, point: &str) -> String {
-        let position = self.positions.get(point);
-        position.map_or(point, |p| self.titles[*p].as_str()).to_owned()
+        self.position(point).map_or(point, |p| self.titles[p].as_str()).to_owned()
     }
 
     /// Returns what every point MDP is called, in the order of [`Analysis::points`]; `None` where all

@@ -6,7 +6,7 @@ use super::error::ReportError;
 use super::paths::ReportPaths;
 use super::whole::Report;
 use super::{compared, context, csv, curves, figures, html, profiles, ranks};
-use crate::files::{make_folder_beneath, write_atomically};
+use crate::files::{Streamed, make_folder_beneath, write_atomically};
 use crate::store::Layout;
 
 /// Writes a report: to `DIR/report/`, or, where scores are relative to another method than the baseline, to
@@ -65,14 +65,14 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         write_atomically(&path, figure.svg.as_bytes())?;
         paths.figures.push(path);
     }
-    write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
+    csv::scores(data, Streamed::new(&paths.scores)?)?;
     write_atomically(&paths.summary, csv::summary(data).as_bytes())?;
-    write_atomically(&paths.episodes, csv::episodes(data).as_bytes())?;
+    csv::episodes(data, Streamed::new(&paths.episodes)?)?;
     write_atomically(&paths.pairs, compared::pairs(data).as_bytes())?;
     write_atomically(&paths.ranks, compared::ranks(data).as_bytes())?;
     write_atomically(&paths.profiles, compared::profiles(data).as_bytes())?;
     if let Some(path) = &paths.training {
-        write_atomically(path, csv::training(data).as_bytes())?;
+        csv::training(data, Streamed::new(path)?)?;
     }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;

@@ -101,8 +101,8 @@ fn looked(layout: &Layout, task: &Task) -> Result<(File, File), RunError> {
     let model = if path.exists() {
         match SavedModel::read(&path) {
             Ok(SavedModel { card, .. })
-                if (&card.method, &card.point, card.replicate, card.seed)
-                    != (&task.method, &task.point, task.replicate, task.seed) =>
+                if (&*card.method, &*card.point, card.replicate, card.seed)
+                    != (&*task.method, &*task.point, task.replicate, task.seed) =>
             {
                 let reason = format!("it is of {} on {}", card.method, card.point);
                 File::Damaged(Damage { path, reason, remedy: Remedy::Repeat(task.task) })

@@ -84,8 +84,8 @@ pub(super) fn card(
     let card = ModelCard {
         kind: MODEL.to_owned(),
         format_version: FORMAT_VERSION,
-        method: task.method.clone(),
-        point: task.point.clone(),
+        method: task.method.to_string(),
+        point: task.point.to_string(),
         replicate: task.replicate,
         seed: task.seed,
         training_episodes: record.rows.iter().filter(|r| r.kind == RowKind::Training).count(),

@@ -1,7 +1,7 @@
 //! What a run consists of, decided completely before the first task.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::Path;
 
 use super::domain::{Domain, Prepared, Problem};
 use super::error::RunError;
@@ -12,9 +12,8 @@ use crate::sample::looks::{halves, looks};
 use crate::sample::plan_file::PlanFile;
 use crate::sample::{Design, Growth, SampleError, SamplePlan, Sampling, Until, choose_over};
 use crate::seed;
-use crate::store::manifest::{
-    FeatureColumn, Identity, Manifest, PointRow, Provenance, Task, plan_text,
-};
+use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
+use crate::store::plan;
 use crate::store::results::sound_records;
 use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference, extent};
 
@@ -253,13 +252,12 @@ fn write_plan(
     design: Option<&Design>,
     missing: bool,
 ) -> Result<(), StoreError> {
-    let write = |path: PathBuf, text: &dyn Fn() -> Vec<u8>| match missing && path.exists() {
-        true => Ok(()),
-        false => write_atomically(&path, &text()),
-    };
-    write(layout.plan(), &|| plan_text(tasks))?;
-    if let Some(design) = design {
-        write(layout.design(), &|| design.to_json())?;
+    let is_kept = |path: &Path| missing && path.exists();
+    if !is_kept(&layout.plan()) {
+        plan::write_plan(layout, tasks)?;
+    }
+    if let Some(design) = design.filter(|_| !is_kept(&layout.design())) {
+        write_atomically(&layout.design(), &design.to_json())?;
     }
     Ok(())
 }
@@ -329,6 +327,19 @@ mod tests {
         let seeds: BTreeSet<u64> =
             tasks.iter().filter(|t| t.method == "tuner").map(|t| t.seed).collect();
         assert_eq!(seeds.len(), 2 * 3);
+    }
+
+    #[test]
+    fn the_tasks_beside_one_are_those_of_its_point_mdp_and_no_plan_is_read_for_them() {
+        let (manifest, tasks) = with_request(&names(&["tuner", "other"]), 2, 3);
+        let identity = &manifest.identity;
+        assert_eq!(identity.per_point(), 5);
+        for task in &tasks {
+            let beside = identity.tasks_beside(task.task);
+            let point: Vec<&Task> = tasks.iter().filter(|t| t.point == task.point).collect();
+            assert_eq!(beside.iter().collect::<Vec<_>>(), point);
+        }
+        assert_eq!(identity.tasks_beside(tasks.len()), []);
     }
 
     #[test]

@@ -18,6 +18,7 @@ use super::watchdog::STALL_TIMEOUT_S;
 use crate::files::{FileError, beneath};
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
+use crate::store::kept::Keep;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{Manifest, Provenance, Task};
 use crate::store::results::Results;
@@ -107,8 +108,8 @@ impl Session<'_> {
     ///
     /// [`RunError`] when the directory cannot be read or written.
     pub fn forget_failed(&self) -> Result<(), RunError> {
-        for record in Results::load_all(&self.layout)?.failed() {
-            let path = self.layout.record(record.summary.task);
+        for (task, _) in Results::load_all(&self.layout, |_| Keep::nothing())?.failed() {
+            let path = self.layout.record(task.task);
             beneath(self.layout.root(), &path)?;
             fs::remove_file(&path).map_err(FileError::at("remove", &path))?;
         }

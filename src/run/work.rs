@@ -100,7 +100,7 @@ pub fn do_task(
 
 /// Returns the point MDP of a task.
 fn point_of<'a>(identity: &'a Identity, task: &Task) -> Result<&'a PointRow, StoreError> {
-    identity.points.iter().find(|p| p.point == task.point).ok_or_else(|| {
+    identity.points.iter().find(|p| *p.point == *task.point).ok_or_else(|| {
         let reason = format!("task {} is on {}, which it does not have", task.task, task.point);
         StoreError::Malformed { path: "manifest.json".into(), reason }
     })
@@ -152,8 +152,8 @@ fn baseline_objective(
 ) -> Result<Option<f64>, RunError> {
     let Some(baseline) = domain.baseline() else { return Ok(None) };
     // A record that is damaged is for `run` and `report` to name.
-    let recorded = (identity.tasks().iter())
-        .filter(|t| t.method == baseline && t.point == task.point)
+    let recorded = (identity.tasks_beside(task.task).iter())
+        .filter(|t| &*t.method == baseline)
         .find_map(|t| Record::read(layout, t, manifest).ok().flatten())
         .and_then(|record| record.summary.metrics.get(&identity.objective).copied());
     if recorded.is_some() {

@@ -8,7 +8,7 @@ use super::error::RunError;
 use super::progress::News;
 use super::stop::Stop;
 use super::work::{Workplace, do_task};
-use crate::store::manifest::{Manifest, read_plan};
+use crate::store::manifest::Manifest;
 use crate::store::record::Record;
 use crate::store::scratch::Scratch;
 use crate::store::{Layout, StoreError};
@@ -52,11 +52,14 @@ pub fn serve(
         return Err(StoreError::Manifest { path: layout.manifest(), reason }.into());
     }
     let domain = domain_of(domains, &layout, &manifest.identity)?;
-    let plan = read_plan(&layout, &manifest.identity)?;
-    let task = plan.get(errand.task).ok_or_else(|| RunError::NoTask {
+    let identity = &manifest.identity;
+    // Whoever starts workers has read the plan; one that did so for every task of it would read for ever.
+    let tasks = identity.tasks_beside(errand.task);
+    let task = tasks.iter().find(|task| task.task == errand.task);
+    let task = task.ok_or_else(|| RunError::NoTask {
         path: dir.to_path_buf(),
         task: errand.task,
-        count: plan.len(),
+        count: identity.points.len() * identity.per_point(),
     })?;
     let scratch = Scratch::new(&layout, task.task)?;
     let prepared = errand.prepared.clone();

@@ -15,7 +15,8 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::kmeans::squared_distance;
+use super::order::Remaining;
+use super::tree::Dwindling;
 use crate::seed::derive;
 
 /// How far a probability may be from 0 or 1 and count as decided.
@@ -61,14 +62,15 @@ pub(super) fn weights(importance: &[f64], probabilities: &[f64], drawn: &[usize]
 pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Vec<usize> {
     let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &["sample", "balanced"]));
     let mut probabilities = probabilities.to_vec();
-    let coordinates = Coordinates::of(coordinates);
     let is_open = |p: f64| p > DECIDED && p < 1.0 - DECIDED;
-    let mut open: Vec<usize> =
+    let undecided: Vec<usize> =
         (0..probabilities.len()).filter(|i| is_open(probabilities[*i])).collect();
+    let mut open = Remaining::of(&undecided, probabilities.len());
+    let mut neighbours = Dwindling::of(coordinates, undecided);
     while open.len() > 1 {
-        let at = rng.random_range(0..open.len());
-        let a = open[at];
-        let b = nearest(a, &open, &coordinates, &mut rng);
+        let a = open.get(rng.random_range(0..open.len()));
+        let near = neighbours.nearest_others(a);
+        let b = near[rng.random_range(0..near.len())];
         let (pa, pb) = (probabilities[a], probabilities[b]);
         let both = pa + pb;
         let takes = if both < 1.0 {
@@ -79,51 +81,16 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
         let (high, low) = if both < 1.0 { (both, 0.0) } else { (1.0, both - 1.0) };
         (probabilities[a], probabilities[b]) = if takes { (high, low) } else { (low, high) };
         for decided in [a, b].into_iter().filter(|i| !is_open(probabilities[*i])) {
-            // They are in order, as they were at first.
-            if let Ok(at) = open.binary_search(&decided) {
-                open.remove(at);
-            }
+            open.remove(decided);
+            neighbours.remove(decided);
         }
     }
-    if let [last] = open[..] {
+    if open.len() == 1 {
+        let last = open.get(0);
         let drawn = rng.random::<f64>() < probabilities[last];
         probabilities[last] = f64::from(u8::from(drawn));
     }
     (0..probabilities.len()).filter(|i| probabilities[*i] > 0.5).collect()
-}
-
-/// Returns the nearest of the others, of equally near ones a random one.
-fn nearest(a: usize, open: &[usize], coordinates: &Coordinates, rng: &mut ChaCha8Rng) -> usize {
-    let mut least = f64::INFINITY;
-    let mut near: Vec<usize> = Vec::new();
-    let from = coordinates.row(a);
-    for b in open.iter().copied().filter(|b| *b != a) {
-        let distance = squared_distance(from, coordinates.row(b));
-        if distance < least {
-            least = distance;
-            near.clear();
-        }
-        if distance == least {
-            near.push(b);
-        }
-    }
-    near[rng.random_range(0..near.len())]
-}
-
-/// Coordinates in one list, because every step looks at all of them.
-struct Coordinates {
-    values: Vec<f64>,
-    columns: usize,
-}
-
-impl Coordinates {
-    fn of(rows: &[Vec<f64>]) -> Self {
-        Self { values: rows.concat(), columns: rows.first().map_or(0, Vec::len) }
-    }
-
-    fn row(&self, i: usize) -> &[f64] {
-        &self.values[i * self.columns..(i + 1) * self.columns]
-    }
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::random::Chosen;
+use super::tree::{Tree, squared_distance};
 use crate::seed::derive;
 
 /// Independent starts, of which the best is kept.
@@ -58,9 +59,10 @@ pub fn standardise(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 ///
 /// `k` must be between 1 and the number of rows.
 pub fn cluster(rows: &[Vec<f64>], k: usize, seed: u64) -> Clustering {
+    let tree = Tree::of(rows, (0..rows.len()).collect());
     let start = |restart: usize| {
         let seed = derive(seed, &["sample", "k-means", &restart.to_string()]);
-        lloyd(rows, plus_plus(rows, k, &mut ChaCha8Rng::seed_from_u64(seed)))
+        lloyd(rows, plus_plus(rows, &tree, k, &mut ChaCha8Rng::seed_from_u64(seed)))
     };
     let starts: Vec<Clustering> = (0..RESTARTS).into_par_iter().map(start).collect();
     starts
@@ -97,21 +99,22 @@ pub(super) fn labels(features: &[Vec<f64>], k: usize, seed: u64) -> Vec<usize> {
     cluster(&standardise(features), k, seed).labels
 }
 
-/// Returns the squared Euclidean distance of two rows.
-pub(super) fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum()
-}
-
-fn plus_plus(rows: &[Vec<f64>], k: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+/// Returns the first centroids.
+///
+/// # Arguments
+///
+/// * `tree` — of all rows.
+fn plus_plus(rows: &[Vec<f64>], tree: &Tree<'_>, k: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
     let mut centroids = vec![rows[rng.random_range(0..rows.len())].clone()];
-    let mut nearest = vec![f64::INFINITY; rows.len()];
+    let mut reach = Reach {
+        tree,
+        nearest: vec![f64::INFINITY; rows.len()],
+        farthest: vec![f64::INFINITY; tree.len()],
+    };
     while centroids.len() < k {
-        let latest = centroids.last().expect("there is a first centroid");
-        for (d, row) in nearest.iter_mut().zip(rows) {
-            *d = d.min(squared_distance(row, latest));
-        }
+        reach.add(rows, Tree::ROOT, centroids.last().expect("there is a first centroid"));
         // All rows coincide with a centroid when there are fewer distinct rows than clusters.
-        let next = match WeightedIndex::new(&nearest) {
+        let next = match WeightedIndex::new(&reach.nearest) {
             Ok(weights) => weights.sample(rng),
             Err(_) => rng.random_range(0..rows.len()),
         };
@@ -120,12 +123,41 @@ fn plus_plus(rows: &[Vec<f64>], k: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>>
     centroids
 }
 
+/// How far rows are from the nearest centroid, and the farthest of every box of a tree.
+struct Reach<'a> {
+    tree: &'a Tree<'a>,
+    nearest: Vec<f64>,
+    farthest: Vec<f64>,
+}
+
+impl Reach<'_> {
+    /// Adds a centroid, for the rows of a box: of most boxes all rows have a nearer one.
+    fn add(&mut self, rows: &[Vec<f64>], node: usize, centroid: &[f64]) {
+        if self.tree.distance(node, centroid) >= self.farthest[node] {
+            return;
+        }
+        self.farthest[node] = match self.tree.halves(node) {
+            Some(halves) => {
+                halves.iter().for_each(|half| self.add(rows, *half, centroid));
+                halves.iter().map(|half| self.farthest[*half]).fold(0.0, f64::max)
+            }
+            None => {
+                let mut farthest: f64 = 0.0;
+                for row in self.tree.rows(node) {
+                    let nearest = &mut self.nearest[*row];
+                    *nearest = nearest.min(squared_distance(&rows[*row], centroid));
+                    farthest = farthest.max(*nearest);
+                }
+                farthest
+            }
+        };
+    }
+}
+
 fn lloyd(rows: &[Vec<f64>], mut centroids: Vec<Vec<f64>>) -> Clustering {
     let mut labels = vec![usize::MAX; rows.len()];
     for _ in 0..MAX_ITERATIONS {
-        let between = between(&centroids);
-        let of = |(row, label): (&Vec<f64>, &usize)| nearest(row, *label, &centroids, &between);
-        let mut next: Vec<usize> = rows.iter().zip(&labels).map(of).collect();
+        let mut next = nearest_of_all(rows, &labels, &centroids);
         fill_empty(rows, &centroids, &mut next);
         if next == labels {
             break;
@@ -148,30 +180,43 @@ fn lloyd(rows: &[Vec<f64>], mut centroids: Vec<Vec<f64>>) -> Clustering {
 /// Part of a distance that rounding may add or take, and far more.
 const ROUNDING: f64 = 1e-9;
 
-/// Most centroids of which all distances are kept: 32 MB.
-const MOST_KEPT: usize = 2000;
+/// Most centroids of which all distances from one another are computed; a tree finds the nearest of more sooner.
+const MOST_COMPARED: usize = 500;
 
-/// Returns a quarter of the squared distances of the centroids from one another, a row per centroid, less what rounding may
-/// add; rows are empty where centroids are too many.
+/// Returns the nearest centroid of every row, of equally near ones the first.
+///
+/// # Arguments
+///
+/// * `labels` — which it was the last time, if any: most have the same again.
+fn nearest_of_all(rows: &[Vec<f64>], labels: &[usize], centroids: &[Vec<f64>]) -> Vec<usize> {
+    let guess = |label: usize| if label < centroids.len() { label } else { 0 };
+    let all = rows.iter().zip(labels).map(|(row, label)| (row, guess(*label)));
+    if centroids.len() > MOST_COMPARED {
+        let tree = Tree::of(centroids, (0..centroids.len()).collect());
+        return all.map(|(row, guess)| tree.nearest(row, guess)).collect();
+    }
+    let between = between(centroids);
+    all.map(|(row, guess)| nearest(row, guess, centroids, &between[guess])).collect()
+}
+
+/// Returns a quarter of the squared distances of the centroids from one another, a row per centroid, less what rounding
+/// may add.
 fn between(centroids: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let others = if centroids.len() > MOST_KEPT { &[] } else { centroids };
     let quarter = |a: &[f64], b: &[f64]| squared_distance(a, b) / 4.0 * (1.0 - ROUNDING);
-    centroids.iter().map(|a| others.iter().map(|b| quarter(a, b)).collect()).collect()
+    centroids.iter().map(|a| centroids.iter().map(|b| quarter(a, b)).collect()).collect()
 }
 
 /// Returns the nearest centroid, of equally near ones the first.
 ///
 /// # Arguments
 ///
-/// * `last` — which it was the last time, if any; one that is twice as far from that one as the row is cannot be it.
-/// * `between` — see [`between`].
-fn nearest(row: &[f64], last: usize, centroids: &[Vec<f64>], between: &[Vec<f64>]) -> usize {
-    let guess = if last < centroids.len() { last } else { 0 };
+/// * `between` — of the guess: one that is twice as far from that as the row is cannot be it.
+fn nearest(row: &[f64], guess: usize, centroids: &[Vec<f64>], between: &[f64]) -> usize {
     let mut least = squared_distance(row, &centroids[guess]);
-    let (from_guess, excludes) = (&between[guess], least);
+    let excludes = least;
     let mut found = guess;
-    for (c, centroid) in centroids.iter().enumerate() {
-        if c == guess || from_guess.get(c).is_some_and(|quarter| *quarter > excludes) {
+    for (c, (centroid, quarter)) in centroids.iter().zip(between).enumerate() {
+        if c == guess || *quarter > excludes {
             continue;
         }
         let distance = squared_distance(row, centroid);
@@ -188,20 +233,24 @@ fn fill_empty(rows: &[Vec<f64>], centroids: &[Vec<f64>], labels: &mut [usize]) {
     for l in labels.iter() {
         sizes[*l] += 1;
     }
-    for c in 0..centroids.len() {
-        if sizes[c] > 0 {
-            continue;
-        }
-        let farthest = (0..rows.len())
-            .filter(|i| sizes[labels[*i]] > 1)
-            .max_by(|a, b| {
-                let d = |i: usize| squared_distance(&rows[i], &centroids[labels[i]]);
-                d(*a).total_cmp(&d(*b))
-            })
-            .expect("there are at least as many rows as clusters");
-        sizes[labels[farthest]] -= 1;
+    let empty: Vec<usize> = (0..centroids.len()).filter(|c| sizes[*c] == 0).collect();
+    if empty.is_empty() {
+        return;
+    }
+    // Of equally far ones the last. Whoever is alone in a cluster stays so.
+    let of = |(i, row): (usize, &Vec<f64>)| (squared_distance(row, &centroids[labels[i]]), i);
+    let mut farthest: Vec<(f64, usize)> = rows.iter().enumerate().map(of).collect();
+    farthest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    for c in empty {
+        let row = loop {
+            let (_, row) = farthest.pop().expect("there are at least as many rows as clusters");
+            if sizes[labels[row]] > 1 {
+                break row;
+            }
+        };
+        sizes[labels[row]] -= 1;
         sizes[c] = 1;
-        labels[farthest] = c;
+        labels[row] = c;
     }
 }
 
@@ -234,12 +283,30 @@ mod tests {
     }
 
     #[test]
+    fn whether_all_are_compared_or_a_tree_is_asked_the_nearest_is_the_same() {
+        let row = |i: usize| vec![(i * i % 97) as f64, (i % 31) as f64, (i * 7 % 13) as f64];
+        let rows: Vec<Vec<f64>> = (0..2000).map(row).collect();
+        let centroids: Vec<Vec<f64>> = rows.iter().step_by(3).cloned().collect();
+        assert!(centroids.len() > MOST_COMPARED);
+        let labels: Vec<usize> = (0..rows.len()).map(|i| i * 11 % 700).collect();
+        let between = between(&centroids);
+        let guess = |label: usize| if label < centroids.len() { label } else { 0 };
+        let compared = rows
+            .iter()
+            .zip(&labels)
+            .map(|(row, label)| nearest(row, guess(*label), &centroids, &between[guess(*label)]));
+        assert_eq!(nearest_of_all(&rows, &labels, &centroids), compared.collect::<Vec<_>>());
+    }
+
+    #[test]
     fn more_restarts_never_make_it_worse() {
         let rows: Vec<_> = (0..40).map(|i| vec![f64::from(i * i % 17), f64::from(i % 7)]).collect();
         let best = cluster(&rows, 6, 0).inertia;
+        let tree = Tree::of(&rows, (0..rows.len()).collect());
         for restart in 0..RESTARTS {
             let seed = derive(0, &["sample", "k-means", &restart.to_string()]);
-            let one = lloyd(&rows, plus_plus(&rows, 6, &mut ChaCha8Rng::seed_from_u64(seed)));
+            let one =
+                lloyd(&rows, plus_plus(&rows, &tree, 6, &mut ChaCha8Rng::seed_from_u64(seed)));
             assert!(best <= one.inertia);
         }
     }

@@ -14,6 +14,8 @@
 //! function is here linear in the budget. Deviation: they use the joint distribution of the looks for boundaries that are a
 //! little narrower; it is not known for few point MDPs with skewed scores.
 
+use std::collections::HashMap;
+
 use super::Design;
 use super::balanced::{inclusion, pivotal, weights};
 use super::plan::{Draw, Look, SampleError, SamplePlan, Sampling};
@@ -61,10 +63,12 @@ pub fn looks(
     }
     let importance: Vec<f64> = design.points.iter().map(|p| p.importance).collect();
     let coordinates = design.coordinates();
+    let points = design.points.iter().enumerate();
+    let positions: HashMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();
     let mut rows: Vec<usize> = Vec::new();
     for draw in &plan.draws {
-        match design.position(&draw.point) {
-            Some(row) => rows.push(row),
+        match positions.get(draw.point.as_str()) {
+            Some(row) => rows.push(*row),
             None => return refused(format!("{} is not in the design of the sample", draw.point)),
         }
     }

@@ -6,13 +6,18 @@ pub mod balanced;
 pub mod design;
 pub mod kmeans;
 pub mod looks;
+mod order;
 mod plan;
 pub mod plan_file;
 mod random;
+mod tree;
+
+use std::collections::HashMap;
 
 use design::features;
 pub use design::{Design, Input, Measure};
 pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};
+use tree::Tree;
 
 use crate::family::MdpFamily;
 
@@ -116,18 +121,17 @@ pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
         Sampling::KMeans => {}
         Sampling::Balanced => {
             let rows = kmeans::standardise(&features(family));
-            let distance = |a: usize, b: usize| kmeans::squared_distance(&rows[a], &rows[b]);
-            let nearest = |point: usize| {
-                let by = |a: &usize, b: &usize| distance(point, *a).total_cmp(&distance(point, *b));
-                chosen.iter().copied().min_by(by)
-            };
+            let tree = Tree::of(&rows, chosen.clone());
+            let Some(guess) = chosen.first().copied() else { return vec![None; size] };
+            let nearest = |point: usize| Some(tree.nearest(&rows[point], guess));
             return (0..size).map(|point| own(point).or_else(|| nearest(point))).collect();
         }
         _ => return (0..size).map(own).collect(),
     }
     let labels = kmeans::labels(&features(family), plan.budget, plan.seed);
-    let of_cluster = |label: usize| chosen.iter().copied().find(|c| labels[*c] == label);
-    (0..size).map(|point| of_cluster(labels[point])).collect()
+    let of_cluster: HashMap<usize, usize> =
+        chosen.iter().rev().map(|point| (labels[*point], *point)).collect();
+    (0..size).map(|point| of_cluster.get(&labels[point]).copied()).collect()
 }
 
 #[cfg(test)]

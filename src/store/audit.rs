@@ -6,8 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::Layout;
-use super::manifest::{Manifest, Task, read_plan};
-use super::record::Outcome;
+use super::manifest::{Manifest, Task};
+use super::plan::read_plan;
+use super::record::{Outcome, Record};
 use super::results::{Damaged, all_of_another, read_design, read_records};
 use crate::files::FileError;
 use crate::store::error::StoreError;
@@ -119,9 +120,10 @@ impl Audit {
 
     fn records(&mut self, layout: &Layout, sha256: &str) -> Result<(), StoreError> {
         let (done, failed) = (&mut self.done, &mut self.failed);
-        let damaged = read_records(layout, &self.tasks, sha256, &mut |task, record| {
-            done.insert(task);
-            *failed += usize::from(record.summary.outcome == Outcome::Failed);
+        let of = |record: Record| record.summary.outcome;
+        let damaged = read_records(layout, &self.tasks, sha256, &of, &mut |task, outcome| {
+            done.extend(outcome.map(|_| task));
+            *failed += usize::from(outcome == Some(Outcome::Failed));
         })?;
         if let Some(of_another) = all_of_another(self.done.len(), &damaged) {
             let reason = format!(

@@ -1,32 +1,28 @@
 //! The manifest and the plan: what a run is, written before anything runs.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Layout, SCHEMA_VERSION, extent};
-use crate::files::{self, FileError, limits};
+use super::{Layout, Name, SCHEMA_VERSION, extent};
+use crate::files::{self, limits};
 use crate::hash::sha256;
 use crate::sample::{Draw, Look, SamplePlan};
 use crate::seed;
 use crate::stats::Direction;
 use crate::store::error::StoreError;
 
-/// Most bytes of a line of a plan.
-const LINE_BYTES: u64 = 1 << 20;
-
-/// One task of a plan: a method on a point MDP, once.
+/// One task of a plan: a method on a point MDP, once. Tasks share their names, since a plan has up to a million.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Task {
     /// Row of the plan.
     pub task: usize,
     /// Name of the method.
-    pub method: String,
+    pub method: Name,
     /// Id of the point MDP.
-    pub point: String,
+    pub point: Name,
     /// Which of several independent trainings.
     pub replicate: u32,
     /// Seed of everything random in the task but its evaluation episodes.
@@ -174,6 +170,18 @@ pub struct Manifest {
     pub provenance: Provenance,
 }
 
+/// What all versions of a manifest have.
+#[derive(Deserialize)]
+struct Head {
+    identity: Versioned,
+}
+
+/// The part of it that says the version.
+#[derive(Deserialize)]
+struct Versioned {
+    schema_version: serde_json::Value,
+}
+
 impl Manifest {
     /// Returns the sha256 of the identity, which every record carries.
     pub fn sha256(&self) -> String {
@@ -205,17 +213,19 @@ impl Manifest {
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
         let path = path.to_path_buf();
         let malformed = |reason: String| StoreError::Manifest { path: path.clone(), reason };
-        let value: serde_json::Value =
-            serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
-        let version = value.pointer("/identity/schema_version").and_then(|v| v.as_u64());
+        let version = match serde_json::from_slice::<Head>(bytes) {
+            Ok(head) => head.identity.schema_version.as_u64(),
+            Err(e) if e.is_data() => None,
+            Err(e) => return Err(malformed(e.to_string())),
+        };
         let Some(found) = version else {
             return Err(malformed("it has no schema version".to_owned()));
         };
         if found != u64::from(SCHEMA_VERSION) {
             return Err(StoreError::Version { path, found, expected: SCHEMA_VERSION });
         }
-        files::numbers::check(&value).map_err(malformed)?;
-        let manifest: Self = serde_json::from_value(value).map_err(|e| malformed(e.to_string()))?;
+        files::numbers::check_text(bytes).map_err(malformed)?;
+        let manifest: Self = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
         manifest.identity.check().map_err(malformed)?;
         Ok(manifest)
     }
@@ -284,25 +294,50 @@ impl Identity {
     pub fn replicates_of(&self, method: &str) -> u32 {
         if self.replicated.iter().any(|m| m == method) { self.replicates } else { 1 }
     }
+}
 
+impl Identity {
     /// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
     /// point MDPs.
     pub fn tasks(&self) -> Vec<Task> {
+        let methods: Vec<Name> = self.methods.iter().map(|m| m.as_str().into()).collect();
+        let mut tasks = Vec::with_capacity(self.points.len() * self.per_point());
+        (0..self.points.len()).for_each(|point| self.add_tasks(point, &methods, &mut tasks));
+        tasks
+    }
+
+    /// Returns one of [`Self::tasks`] with the others of its point MDP; those are known without what grows with a run.
+    pub fn tasks_beside(&self, task: usize) -> Vec<Task> {
+        let point = task.checked_div(self.per_point()).unwrap_or(usize::MAX);
+        let methods: Vec<Name> = self.methods.iter().map(|m| m.as_str().into()).collect();
         let mut tasks = Vec::new();
-        for point in &self.points {
-            for method in &self.methods {
-                for replicate in 0..self.replicates_of(method) {
-                    tasks.push(Task {
-                        task: tasks.len(),
-                        method: method.clone(),
-                        point: point.point.clone(),
-                        replicate,
-                        seed: seed::task(self.base_seed, method, point.seed_label(), replicate),
-                    });
-                }
-            }
+        if point < self.points.len() {
+            self.add_tasks(point, &methods, &mut tasks);
         }
         tasks
+    }
+
+    /// Adds the tasks of the point MDP at a position.
+    fn add_tasks(&self, point: usize, methods: &[Name], tasks: &mut Vec<Task>) {
+        let first = point * self.per_point();
+        let begin = tasks.len();
+        let (row, id) = (&self.points[point], Name::from(self.points[point].point.as_str()));
+        for method in methods {
+            for replicate in 0..self.replicates_of(method) {
+                tasks.push(Task {
+                    task: first + tasks.len() - begin,
+                    method: method.clone(),
+                    point: id.clone(),
+                    replicate,
+                    seed: seed::task(self.base_seed, method, row.seed_label(), replicate),
+                });
+            }
+        }
+    }
+
+    /// Returns how many tasks every point MDP has.
+    pub fn per_point(&self) -> usize {
+        self.methods.iter().map(|m| self.replicates_of(m) as usize).sum()
     }
 }
 
@@ -310,64 +345,6 @@ impl Identity {
 fn doubled<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let mut seen = BTreeSet::new();
     names.find(|name| !seen.insert(*name))
-}
-
-/// Reads `plan.jsonl`, which must be the plan of the manifest.
-///
-/// # Errors
-///
-/// [`StoreError::Plan`] when a row is not a task or the plan is another one.
-pub fn read_plan(layout: &Layout, identity: &Identity) -> Result<Vec<Task>, StoreError> {
-    let path = &layout.plan();
-    let plan = read_rows(path)?;
-    if plan != identity.tasks() {
-        let reason = "it is not the plan of manifest.json".to_owned();
-        return Err(StoreError::Plan { path: path.clone(), reason });
-    }
-    Ok(plan)
-}
-
-/// Returns the text of a plan.
-pub fn plan_text(tasks: &[Task]) -> Vec<u8> {
-    let mut text = Vec::new();
-    for task in tasks {
-        serde_json::to_writer(&mut text, task).expect("a task is plain data");
-        text.push(b'\n');
-    }
-    text
-}
-
-fn read_rows(path: &Path) -> Result<Vec<Task>, StoreError> {
-    let reason = "it is missing".to_owned();
-    let file = files::if_present(files::open(path))?;
-    let file = file.ok_or_else(|| StoreError::Plan { path: path.to_path_buf(), reason })?;
-    parse_rows(BufReader::new(file), path)
-}
-
-/// Returns the tasks of a plan; the path is for messages.
-///
-/// # Errors
-///
-/// [`StoreError::Plan`] when a row is not a task, [`StoreError::Io`] when it cannot be read.
-pub fn parse_rows(mut file: impl BufRead, path: &Path) -> Result<Vec<Task>, StoreError> {
-    let damaged = |reason: String| StoreError::Plan { path: path.to_path_buf(), reason };
-    let malformed = |line: usize, e: String| damaged(format!("line {line}: {e}"));
-    let mut tasks = Vec::new();
-    let mut line = Vec::new();
-    for number in 1.. {
-        line.clear();
-        let read = (&mut file).take(LINE_BYTES).read_until(b'\n', &mut line);
-        let read = read.map_err(FileError::at("read", path))?;
-        if read as u64 == LINE_BYTES {
-            return Err(malformed(number, format!("it has more than {LINE_BYTES} bytes")));
-        }
-        if read == 0 {
-            break;
-        }
-        let task = serde_json::from_slice(&line);
-        tasks.push(task.map_err(|e| malformed(number, e.to_string()))?);
-    }
-    Ok(tasks)
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 const REMEMBERED: usize = 16;
 
 /// Names in order.
-type Names = Arc<Vec<String>>;
+pub(super) type Names = Arc<Vec<String>>;
 
 thread_local! {
     /// The sets of names that were met, the last one first.
@@ -60,6 +60,16 @@ impl Metrics {
         self.names.iter().zip(self.values.iter())
     }
 
+    /// Returns the names, shared with all that have the same.
+    pub(super) fn names(&self) -> &Names {
+        &self.names
+    }
+
+    /// Returns metrics of these names, in their order.
+    pub(super) fn of(names: Names, values: Arc<[f64]>) -> Self {
+        Self { names, values }
+    }
+
     /// Returns the number of metrics.
     pub fn len(&self) -> usize {
         self.names.len()
@@ -77,7 +87,7 @@ impl Metrics {
 }
 
 /// Returns a set of names that was met before, or else remembers this one.
-fn shared(names: Vec<String>) -> Names {
+pub(super) fn shared(names: Vec<String>) -> Names {
     KNOWN.with_borrow_mut(|known| {
         let at = known.iter().position(|other| **other == names);
         let found = at.map_or_else(|| Arc::new(names), |at| known.remove(at));

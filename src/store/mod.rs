@@ -22,11 +22,15 @@ mod commit;
 pub mod difference;
 pub mod error;
 pub mod extent;
+pub mod kept;
 mod links;
 pub mod lock;
 pub mod manifest;
 pub mod metrics;
+mod name;
 pub mod opaque;
+mod origin;
+pub mod plan;
 pub mod record;
 pub mod results;
 pub mod scratch;
@@ -36,6 +40,8 @@ use std::path::{Path, PathBuf};
 
 pub use commit::remove_checkpoint;
 pub use error::StoreError;
+pub use name::Name;
+pub use origin::Origin;
 
 /// Version of the files in a results directory; a change of their form raises it.
 pub const SCHEMA_VERSION: u32 = 1;

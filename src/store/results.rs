@@ -1,12 +1,16 @@
 //! Reads a results directory: whatever is there, exactly once per task, and what is missing.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::Layout;
-use super::manifest::{Manifest, Task, read_plan};
+use super::kept::{Keep, Kept};
+use super::manifest::{Manifest, Task};
+use super::origin::Origin;
+use super::plan::read_plan;
 use super::record::{OTHER_MANIFEST, Outcome, Record};
 use crate::files::{self, limits};
 use crate::hash::sha256;
@@ -14,21 +18,19 @@ use crate::sample::{Design, Look};
 use crate::store::error::StoreError;
 
 /// Records that are read at once, by as many threads as there are processors.
-const AT_ONCE: usize = 4096;
+pub(super) const AT_ONCE: usize = 4096;
 
 /// A results directory in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
     /// What the run is; of a sample that grows, as far as it has.
     pub manifest: Manifest,
-    /// sha256 of the manifest of the whole run, which every record carries.
-    pub sha256: String,
-    /// All tasks; of a sample that grows, those of the point MDPs that it has so far.
-    pub plan: Vec<Task>,
-    /// Records by task.
-    pub records: BTreeMap<usize, Record>,
+    /// Where the records are, and all tasks; of a sample that grows, those of the point MDPs that it has so far.
+    pub origin: Origin,
     /// What was known of the whole family when a balanced sample was drawn.
     pub design: Option<Design>,
+    /// What is kept of the record of every task, in the order of the plan.
+    records: Vec<Option<Kept>>,
 }
 
 impl Results {
@@ -39,31 +41,38 @@ impl Results {
     ///
     /// [`StoreError`] when it is no results directory or a file in it is damaged.
     pub fn load(layout: &Layout) -> Result<Self, StoreError> {
-        Self::load_all(layout).map(Self::so_far)
+        Self::load_all(layout, |_| Keep::All).map(Self::so_far)
     }
 
     /// Reads everything in a results directory, also what of a look is done before it is complete.
     ///
+    /// # Arguments
+    ///
+    /// * `keep` — what to keep of the rows of a run's records.
+    ///
     /// # Errors
     ///
     /// Those of [`Self::load`].
-    pub fn load_all(layout: &Layout) -> Result<Self, StoreError> {
+    pub fn load_all(layout: &Layout, keep: impl Fn(&Manifest) -> Keep) -> Result<Self, StoreError> {
         let manifest = Manifest::read(layout)?;
         let plan = read_plan(layout, &manifest.identity)?;
         let sha256 = manifest.sha256();
-        let mut records = BTreeMap::new();
-        let damaged = read_records(layout, &plan, &sha256, &mut |task, record| {
-            records.insert(task, record);
+        let keep = keep(&manifest);
+        let mut records = Vec::with_capacity(plan.len());
+        let of = |record| Kept::of(record, &keep);
+        let damaged = read_records(layout, &plan, &sha256, &of, &mut |_, record| {
+            records.push(record);
         })?;
-        refuse(layout, records.len(), damaged)?;
+        refuse(layout, records.iter().flatten().count(), damaged)?;
         let design = read_design(layout, &manifest)?;
-        Ok(Self { manifest, sha256, plan, records, design })
+        let origin = Origin { layout: layout.clone(), sha256, plan: Arc::new(plan) };
+        Ok(Self { manifest, origin, design, records })
     }
 
     /// Returns the last look that is complete, the first where none is; everything, where the sample does not grow.
     pub fn so_far(self) -> Self {
         let Some(growth) = &self.manifest.identity.sample.growth else { return self };
-        let missing: BTreeSet<&str> = self.missing().map(|task| task.point.as_str()).collect();
+        let missing: BTreeSet<&str> = self.missing().map(|task| &*task.point).collect();
         let is_complete = |look: &Look| !look.draws.iter().any(|d| missing.contains(&*d.point));
         let last = growth.looks.iter().rposition(is_complete).unwrap_or(0);
         self.at_look(last).unwrap_or(self)
@@ -75,23 +84,42 @@ impl Results {
         let of_look: BTreeSet<&str> = sample.draws.iter().map(|d| d.point.as_str()).collect();
         let mut manifest = self.manifest.clone();
         manifest.identity.points.retain(|p| of_look.contains(p.point.as_str()));
-        let has = |task: &&Task| of_look.contains(task.point.as_str());
-        let plan: Vec<Task> = self.plan.iter().filter(has).cloned().collect();
-        let record = |task: &Task| Some((task.task, self.records.get(&task.task)?.clone()));
-        let records = plan.iter().filter_map(record).collect();
+        let has = |(task, _): &(&Task, Option<&Kept>)| of_look.contains(&*task.point);
+        let rows = self.rows().filter(has).map(|(task, kept)| (task.clone(), kept.cloned()));
+        let (plan, records) = rows.unzip();
         manifest.identity.sample = sample;
-        let (sha256, design) = (self.sha256.clone(), self.design.clone());
-        Some(Self { manifest, sha256, plan, records, design })
+        let origin = Origin { plan: Arc::new(plan), ..self.origin.clone() };
+        Some(Self { manifest, origin, design: self.design.clone(), records })
+    }
+
+    /// Returns all tasks.
+    pub fn plan(&self) -> &[Task] {
+        &self.origin.plan
+    }
+
+    /// Returns all tasks, each with what is kept of its record, in the order of the plan.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = (&Task, Option<&Kept>)> {
+        self.origin.plan.iter().zip(self.records.iter().map(Option::as_ref))
+    }
+
+    /// Returns the tasks that have a record.
+    pub fn done(&self) -> impl Iterator<Item = (&Task, &Kept)> {
+        self.rows().filter_map(|(task, kept)| Some((task, kept?)))
+    }
+
+    /// Returns what is kept of the record of the task at a position of [`Self::plan`].
+    pub fn record(&self, position: usize) -> Option<&Kept> {
+        self.records.get(position)?.as_ref()
     }
 
     /// Returns the tasks without a record.
     pub fn missing(&self) -> impl Iterator<Item = &Task> {
-        self.plan.iter().filter(|t| !self.records.contains_key(&t.task))
+        self.rows().filter(|(_, kept)| kept.is_none()).map(|(task, _)| task)
     }
 
-    /// Returns the records of failed tasks.
-    pub fn failed(&self) -> impl Iterator<Item = &Record> {
-        self.records.values().filter(|r| r.summary.outcome == Outcome::Failed)
+    /// Returns the tasks that failed.
+    pub fn failed(&self) -> impl Iterator<Item = (&Task, &Kept)> {
+        self.done().filter(|(_, kept)| kept.outcome == Outcome::Failed)
     }
 }
 
@@ -102,27 +130,32 @@ pub(super) struct Damaged {
     pub(super) reason: String,
 }
 
-/// Reads the records of tasks, hands those that are sound to `sound`, and returns the damaged ones in order.
+/// Reads the records of tasks, hands what `of` makes of each to `found` in the order of the tasks, and returns the
+/// damaged ones; they and missing ones are `None`.
 ///
 /// # Errors
 ///
 /// [`StoreError::Io`] when one cannot be read.
-pub(super) fn read_records(
+pub(super) fn read_records<T: Send>(
     layout: &Layout,
     tasks: &[Task],
     sha256: &str,
-    sound: &mut dyn FnMut(usize, Record),
+    of: &(dyn Fn(Record) -> T + Sync),
+    found: &mut dyn FnMut(usize, Option<T>),
 ) -> Result<Vec<Damaged>, StoreError> {
     let mut damaged = Vec::new();
+    let read = |task: &Task| Record::read(layout, task, sha256).map(|record| record.map(of));
     for part in tasks.chunks(AT_ONCE) {
-        let read: Vec<_> = part.par_iter().map(|task| Record::read(layout, task, sha256)).collect();
+        let read: Vec<_> = part.par_iter().map(read).collect();
         for (&Task { task, .. }, record) in part.iter().zip(read) {
-            match record {
+            let record = match record {
                 Err(StoreError::Record { path, reason }) => {
-                    damaged.push(Damaged { task, path, reason })
+                    damaged.push(Damaged { task, path, reason });
+                    None
                 }
-                record => record?.into_iter().for_each(|record| sound(task, record)),
-            }
+                record => record?,
+            };
+            found(task, record);
         }
     }
     Ok(damaged)
@@ -135,7 +168,9 @@ pub(super) fn read_records(
 /// [`StoreError::Io`] when one cannot be read.
 pub fn sound_records(layout: &Layout, tasks: &[Task], sha256: &str) -> Result<usize, StoreError> {
     let mut sound = 0;
-    read_records(layout, tasks, sha256, &mut |_, _| sound += 1)?;
+    read_records(layout, tasks, sha256, &drop, &mut |_, found| {
+        sound += usize::from(found.is_some());
+    })?;
     Ok(sound)
 }
 

@@ -147,7 +147,8 @@ impl Recorded {
         let mut costs = Costs::new();
         for task in &analysis.tasks {
             let point = analysis.points[task.point].row.point.as_str();
-            let cost = costs.entry((task.method.as_str(), point)).or_insert(Some(0.0));
+            let cost =
+                costs.entry((identity.methods[task.method].as_str(), point)).or_insert(Some(0.0));
             *cost = cost.zip(task.wall_s).map(|(sum, wall_s)| sum + wall_s);
         }
         for (index, name) in identity.methods.iter().enumerate() {

@@ -11,6 +11,7 @@ use crate::run::domain::Problem;
 use crate::run::plan::Draft;
 use crate::run::session::Session;
 use crate::sample::Sampling;
+use crate::store::kept::Keep;
 use crate::store::results::Results;
 
 /// Most pairs of methods that are named.
@@ -63,12 +64,12 @@ pub(super) fn next(
     if !grows && done.is_some() {
         return Ok(None);
     }
-    let all = Results::load_all(&session.layout)?;
     if !grows {
-        return Ok(Some(all));
+        return Ok(Some(Results::load_all(&session.layout, |_| Keep::nothing())?));
     }
+    let all = domains::load_all(&session.layout)?;
     // What was worked on and still lacks tasks is not tried again.
-    let is_new = |results: &Results| done.is_none_or(|done| results.plan.len() > done);
+    let is_new = |results: &Results| done.is_none_or(|done| results.plan().len() > done);
     let now = all.clone().so_far();
     if now.missing().next().is_some() {
         return Ok(Some(now).filter(is_new));

@@ -89,7 +89,7 @@ impl<'a> Costs<'a> {
     /// [`RunError::Method`] for a method that the domain has not.
     pub fn seconds(&self, task: &Task) -> Result<f64, RunError> {
         let (expected, is_informed) = self.expected(&task.method, &task.point)?;
-        Ok(match self.factors.get(&task.method) {
+        Ok(match self.factors.get(task.method.as_str()) {
             Some(factor) => expected * factor,
             None if is_informed => expected,
             None => UNKNOWN_S,

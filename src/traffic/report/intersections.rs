@@ -43,8 +43,7 @@ impl Basis {
 /// Returns where the results of an intersection come from, and the position of the point MDP that has
 /// them.
 pub(super) fn basis(data: &Analysis, place: &MappedIntersection) -> (Basis, Option<usize>) {
-    let position = |id: &str| data.points.iter().position(|p| p.row.point == id);
-    let Some(point) = place.stands.as_deref().and_then(position) else {
+    let Some(point) = place.stands.as_deref().and_then(|id| data.position(id)) else {
         return (Basis::None, None);
     };
     let detail = data.manifest.identity.settings.pointer("/family/detail");

@@ -28,6 +28,11 @@ pub(super) const GRIDLOCK_SHARE: f64 = 0.5;
 /// Position among the regimes of the point MDPs that the baseline leaves at level of service F.
 pub(super) const AT_F: usize = 1;
 
+/// Metrics of an episode that shares are computed of.
+const VEHICLES: &str = "vehicles_veh";
+const LEFT: &str = "unfinished_veh";
+pub(crate) const OF_EPISODES: [&str; 2] = [VEHICLES, LEFT];
+
 /// The regimes.
 const REGIMES: [Regime; 2] = [
     Regime {
@@ -85,8 +90,8 @@ impl Measures for TrafficMeasures {
 /// Returns the share of the vehicles that never entered or had not arrived; `None` when it was not
 /// recorded or there were no vehicles.
 fn unfinished(metrics: &Metrics) -> Option<f64> {
-    let vehicles = metrics.get("vehicles_veh").filter(|n| **n > 0.0)?;
-    Some(metrics.get("unfinished_veh")? / vehicles)
+    let vehicles = metrics.get(VEHICLES).filter(|n| **n > 0.0)?;
+    Some(metrics.get(LEFT)? / vehicles)
 }
 
 /// Returns whether an episode with this share of unfinished vehicles ended in gridlock; `None` when

@@ -38,7 +38,7 @@ pub(super) fn plan_values(seen: Seen<'_>) -> Option<Value> {
 /// Says what a method does, and where that can be had.
 fn behaviour(plans: &[&TaskPlan]) -> &'static str {
     let all = |source: &[Source]| plans.iter().all(|p| source.contains(&p.source));
-    let own = |p: &&TaskPlan| p.programs.iter().all(|program| program.own);
+    let own = |p: &&TaskPlan| p.programs().iter().all(|program| program.own);
     if all(&[Source::Decides]) {
         "decides while it runs: there is no program to load"
     } else if all(&[Source::NotKept]) {

@@ -17,4 +17,4 @@ mod task_plan;
 
 pub(super) use files::{TABLE, write};
 pub(super) use read::plans;
-pub use task_plan::{Source, TaskPlan};
+pub use task_plan::{Programs, Source, TaskPlan};

@@ -196,8 +196,7 @@ impl Sections for TrafficSections {
     }
 
     fn stands_for(&self, point: &PointRow) -> String {
-        let stands = |place: &&MappedIntersection| place.stands.as_ref() == Some(&point.point);
-        let all = self.shown.places.intersections.iter().filter(stands).count();
+        let all = self.shown.stood_for(&point.point);
         match all > point.instances as usize {
             true => format!("for {all} intersections, {} its own", point.instances),
             false => format::count(point.instances as usize, "intersection"),

@@ -1,6 +1,8 @@
 //! What reports show of traffic beside the analysis of its records: where intersections are and what they are called,
 //! and what their signals ran.
 
+use std::collections::HashMap;
+
 use super::plans::{TaskPlan, plans};
 use crate::analysis::Analysis;
 use crate::report::titles::{differ, with_id};
@@ -18,6 +20,10 @@ const NAMED: usize = 3;
 pub(super) struct Shown {
     /// Where the intersections are.
     pub(super) places: Places,
+    /// Positions of the intersections of every point MDP.
+    of_point: HashMap<String, Vec<usize>>,
+    /// For how many intersections each point MDP stands.
+    stood_for: HashMap<String, usize>,
     /// What every finished task ran, in the order of the plan.
     pub(super) plans: Vec<TaskPlan>,
 }
@@ -40,7 +46,16 @@ impl Shown {
     pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
         let places = Places::read(&layout.root().join(FILE))?;
         let of_points = || Places::of_points(&results.manifest.identity.points);
-        Ok(Self { places: places.unwrap_or_else(of_points), plans: plans(results) })
+        let places = places.unwrap_or_else(of_points);
+        let mut of_point: HashMap<String, Vec<usize>> = HashMap::new();
+        let mut stood_for = HashMap::new();
+        for (i, place) in places.intersections.iter().enumerate() {
+            of_point.entry(place.point.clone()).or_default().push(i);
+            if let Some(stands) = &place.stands {
+                *stood_for.entry(stands.clone()).or_default() += 1;
+            }
+        }
+        Ok(Self { places, of_point, stood_for, plans: plans(results) })
     }
 
     /// Whether any intersection has a place.
@@ -53,7 +68,13 @@ impl Shown {
         &'a self,
         point: &'a str,
     ) -> impl Iterator<Item = &'a MappedIntersection> {
-        self.places.intersections.iter().filter(move |place| place.point == point)
+        let own = self.of_point.get(point).into_iter().flatten();
+        own.map(|i| &self.places.intersections[*i])
+    }
+
+    /// Returns for how many intersections a point MDP stands.
+    pub(super) fn stood_for(&self, point: &str) -> usize {
+        self.stood_for.get(point).copied().unwrap_or_default()
     }
 
     /// Returns the streets of the intersections of a point MDP, those of the first few by name; `None`
@@ -78,15 +99,14 @@ impl Shown {
 
     /// Returns what a point MDP of an analysis is called, with its id behind it.
     pub(super) fn called(&self, data: &Analysis, point: &str) -> String {
-        let row = data.points.iter().find(|p| p.row.point == point);
-        let title = match row {
-            Some(p) => Some(self.title(&p.row)),
+        let title = match data.position(point) {
+            Some(position) => Some(self.title(&data.points[position].row)),
             None => self.streets_alone(point),
         };
         with_id(title.unwrap_or_else(|| point.to_owned()), point)
     }
 
-    /// Returns what every point MDP is called, as [`crate::report::csv::titled`] takes it.
+    /// Returns what every point MDP is called, as [`crate::report::csv::Titled`] takes it.
     pub(super) fn titles(&self, data: &Analysis) -> Option<Vec<String>> {
         let titles: Vec<String> = data.points.iter().map(|p| self.title(&p.row)).collect();
         differ(&data.points, &titles).then_some(titles)

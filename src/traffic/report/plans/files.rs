@@ -8,8 +8,9 @@ use super::program_xml::additional;
 use super::table;
 use super::task_plan::TaskPlan;
 use crate::analysis::Analysis;
-use crate::files::{self, FileError, limits, write_atomically};
+use crate::files::{self, FileError, Streamed, limits, write_atomically};
 use crate::hash::sha256;
+use crate::report::streamed::lines;
 use crate::report::{csv, format};
 use crate::store::manifest::PointRow;
 use crate::traffic::network_files::{GENERATED, NetworkFiles, file_name};
@@ -56,11 +57,15 @@ pub(in crate::traffic::report) fn write(
     }
     .map_err(FileError::at("remove", &plans))?;
     let mut written = Written { table: folder.join(TABLE), ..Written::default() };
-    let mut rows = Vec::new();
+    let titles = shown.titles(data);
+    let titled = csv::Titled(titles.as_deref());
+    let mut file = Streamed::new(&written.table)?;
+    file.write(&lines(&[titled.header(table::HEADER.map(str::to_owned).to_vec())]))?;
     let mut of_points: Vec<Vec<&TaskPlan>> = vec![Vec::new(); data.points.len()];
     shown.plans.iter().for_each(|plan| of_points[plan.point].push(plan));
     for (point, own) in of_points.into_iter().enumerate() {
         let best = best_replicates(seen, &own);
+        let mut rows = Vec::new();
         for plan in own {
             let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
             let file = if is_shown { program_file(seen, plan) } else { None };
@@ -75,12 +80,11 @@ pub(in crate::traffic::report) fn write(
             }
             let streets = shown.streets_of(&data.points[point].row.point);
             let cells = table::rows(data, streets, plan, file.as_ref().map(|f| f.0.as_str()));
-            rows.extend(cells.into_iter().map(|cells| (point, cells)));
+            rows.extend(cells.into_iter().map(|cells| titled.row(point, cells)));
         }
+        file.write(&lines(&rows))?;
     }
-    let header = table::HEADER.map(str::to_owned).to_vec();
-    let text = csv::titled(shown.titles(data).as_deref(), header, rows.into_iter());
-    write_atomically(&written.table, text.as_bytes())?;
+    file.finish()?;
     Ok(written)
 }
 
@@ -112,7 +116,7 @@ fn program_file(seen: Seen<'_>, plan: &TaskPlan) -> Option<(String, String)> {
     let identity = &seen.data.manifest.identity;
     let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
     let own = point.environment == GENERATED && method == TUNED;
-    let text = additional(method, &plan.programs, own, &comment(seen, plan))?;
+    let text = additional(method, plan.programs(), own, &comment(seen, plan))?;
     let name = match method {
         TUNED => format!("{}.add.xml", point.point),
         other => format!("{}.{other}.add.xml", point.point),

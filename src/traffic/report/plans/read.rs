@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::described;
-use super::task_plan::{Source, TaskPlan};
+use super::task_plan::{Programs, Source, TaskPlan};
 use crate::store::record::Outcome;
 use crate::store::results::Results;
 use crate::traffic::program::SignalProgram;
@@ -20,34 +20,36 @@ pub(in crate::traffic::report) fn plans(results: &Results) -> Vec<TaskPlan> {
     let points = identity.points.iter().enumerate();
     let points: HashMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();
     let mut plans = Vec::new();
-    for task in &results.plan {
-        let method = identity.methods.iter().position(|m| *m == task.method);
+    for (task, record) in results.rows() {
+        let method = identity.methods.iter().position(|m| *m == *task.method);
         let (Some(record), Some(method), Some(point)) =
-            (results.records.get(&task.task), method, points.get(task.point.as_str()).copied())
+            (record, method, points.get(&*task.point).copied())
         else {
             continue;
         };
-        let s = &record.summary;
-        let always =
-            ALWAYS_PROGRAMS.contains(&task.method.as_str()) || task.method == identity.baseline;
+        if record.outcome != Outcome::Ok {
+            continue;
+        }
+        let always = ALWAYS_PROGRAMS.contains(&&*task.method) || *task.method == *identity.baseline;
         // The checksum of the record vouches for their form.
-        let recorded: Vec<SignalProgram> = s.programs.read().unwrap_or_default();
+        let recorded: Vec<SignalProgram> =
+            record.programs().and_then(|p| p.read().ok()).unwrap_or_default();
         let (source, programs, cycles_s) = if !recorded.is_empty() {
             let cycles_s = vec![None; recorded.len()];
             (Source::Recorded, recorded, cycles_s)
-        } else if let Some(found) = described::programs(&s.details, &settings) {
+        } else if let Some(found) = record.details().and_then(|d| described::programs(d, &settings))
+        {
             found
         } else if always {
             (Source::NotKept, Vec::new(), Vec::new())
         } else {
             (Source::Decides, Vec::new(), Vec::new())
         };
-        if s.outcome != Outcome::Ok {
-            continue;
-        }
-        let objective = s.metrics.get(&identity.objective).copied();
+        let objective = record.metrics.get(&identity.objective).copied();
         let replicate = task.replicate;
-        plans.push(TaskPlan { method, point, replicate, objective, source, programs, cycles_s });
+        let known = Programs { all: programs, cycles_s };
+        let programs = (!known.all.is_empty()).then(|| Box::new(known));
+        plans.push(TaskPlan { method, point, replicate, objective, source, programs });
     }
     plans
 }

@@ -64,15 +64,15 @@ pub(super) fn rows(
     let row = |cells: [String; 11]| head.iter().cloned().chain(cells).collect::<Vec<_>>();
     let empty = String::new;
     let file = file.unwrap_or_default();
-    if plan.programs.is_empty() {
+    let Some(programs) = &plan.programs else {
         let program = if plan.source == Source::Decides { "none" } else { "unknown" };
         let mut cells: [String; 11] = std::array::from_fn(|_| empty());
         cells[1] = program.to_owned();
         cells[10] = remark(plan, None);
         return vec![row(cells)];
-    }
+    };
     let mut all = Vec::new();
-    for (program, cycle_s) in plan.programs.iter().zip(&plan.cycles_s) {
+    for (program, cycle_s) in programs.all.iter().zip(&programs.cycles_s) {
         let kind = match (program.own, program.kind) {
             (true, ProgramKind::Static) => "the network's own",
             (true, _) => "the network's own, not fixed",

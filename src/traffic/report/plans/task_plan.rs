@@ -30,13 +30,25 @@ pub struct TaskPlan {
     pub objective: Option<f64>,
     /// How much is known.
     pub source: Source,
+    /// What there is of programs; most methods have none, and there may be a million tasks.
+    pub programs: Option<Box<Programs>>,
+}
+
+/// What is known of the programs of a task.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Programs {
     /// One program per signal; without phases where they are not known.
-    pub programs: Vec<SignalProgram>,
+    pub all: Vec<SignalProgram>,
     /// Cycle per signal where the record says it and its phases do not, seconds.
     pub cycles_s: Vec<Option<f64>>,
 }
 
 impl TaskPlan {
+    /// Returns one program per signal, as far as there are any.
+    pub fn programs(&self) -> &[SignalProgram] {
+        self.programs.as_ref().map_or(&[], |programs| &programs.all)
+    }
+
     /// Whether SUMO can be given the programs.
     pub fn is_whole(&self) -> bool {
         matches!(self.source, Source::Recorded | Source::Described)
