@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::script::{command, write_executable};
-use super::submission::{Place, Submission};
+use super::submission::{Place, Submission, is_number};
 use super::{BatchError, BatchSystem, RESTARTS, Standing, Waiting};
 use crate::files::{self, limits};
 use crate::run::STOPPED;
@@ -66,7 +66,13 @@ impl BatchSystem for Slurm {
                 .arg(first.to_string());
             match said("sbatch", &mut sbatch) {
                 // With the name of the cluster behind it, where there are several.
-                Ok(id) => ids.push(id.trim().split(';').next().unwrap_or_default().to_owned()),
+                Ok(said) => {
+                    let id = said.trim().split(';').next().unwrap_or_default();
+                    if !is_number(id) {
+                        return Err(BatchError::Refused { command: "sbatch", said });
+                    }
+                    ids.push(id.to_owned());
+                }
                 Err(e) => {
                     // All or nothing: what was taken so far could not be found again.
                     if !ids.is_empty() {
@@ -181,7 +187,7 @@ fn parse(text: &str, submission: &Submission) -> Vec<Waiting> {
         let (id, index) = (fields.next()?, fields.next()?.parse::<usize>().ok()?);
         let (state, reason) = (fields.next()?, fields.next().unwrap_or_default());
         let array = submission.ids.iter().position(|own| own == id)?;
-        let pack = array * submission.packs_per_id + index;
+        let pack = array.checked_mul(submission.packs_per_id)?.checked_add(index)?;
         let standing = match state {
             "PENDING" if reason.to_ascii_lowercase().contains("held") => Standing::Held,
             "PENDING" | "REQUEUED" | "REQUEUE_HOLD" | "SPECIAL_EXIT" => Standing::Queued,

@@ -121,9 +121,18 @@ pub fn all(layout: &Layout) -> Result<Vec<Submission>, BatchError> {
             let version = submission.format_version;
             return Err(malformed(format!("it has version {version}, not {FORMAT_VERSION}")));
         }
+        // They become arguments: one that is an option would be obeyed.
+        if !submission.ids.iter().all(|id| is_number(id)) {
+            return Err(malformed("it has ids that no batch system gave".to_owned()));
+        }
         found.push(Submission { number, ..submission });
     }
     Ok(found)
+}
+
+/// Whether an id is as batch systems give it.
+pub(super) fn is_number(id: &str) -> bool {
+    !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// Makes the folder of the next submission and writes its packs.
@@ -243,6 +252,11 @@ mod tests {
         fs::write(folder(&layout, 0).join("submission.json"), "{").unwrap();
         let e = all(&layout).unwrap_err().to_string();
         assert!(e.contains("000/submission.json: EOF"), "{e}");
+        for id in ["--user=me", "", "7,8", "7 8"] {
+            write(&layout, &Submission { ids: vec![id.into()], ..submission(0) }).unwrap();
+            let e = all(&layout).unwrap_err().to_string();
+            assert!(e.contains("it has ids that no batch system gave"), "{id:?}: {e}");
+        }
     }
 
     #[test]
