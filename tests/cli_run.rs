@@ -245,7 +245,7 @@ fn bad_requests_are_usage_errors_and_write_nothing() {
         ),
         ("run smoke --methods maxpressure", "; did you mean max-pressure?"),
         ("run smok", "(salt-lake-city, salt-lake-city-peak, smoke, cartpole); did you mean smoke?"),
-        ("rum smoke", "a similar subcommand exists: 'run'"),
+        ("rum smoke", "some similar subcommands exist: 'run', 'resume'"),
         ("run smoke --episodes 0", "expected a whole number from 1 to 4294967295"),
         ("run smoke --jobs two", "expected a whole number from 1 to 1024"),
         ("run smoke --seed -1.5", "unexpected argument"),
