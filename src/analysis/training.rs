@@ -223,6 +223,6 @@ pub(super) fn trained(results: &Results) -> BTreeSet<String> {
 
 fn learned(record: &Kept) -> bool {
     let diverged = record.reason().is_some_and(|r| r.starts_with(DIVERGED));
-    let names = || record.training().into_iter().flat_map(Rows::names);
+    let names = || record.training().into_iter().flat_map(Rows::all_names);
     diverged || names().any(|name| name == RETURN)
 }

@@ -248,7 +248,7 @@ impl Analysis {
 /// Returns the names of the metrics that some episode has.
 fn episode_metrics(results: &Results) -> BTreeSet<String> {
     let rows = results.done().flat_map(|(_, kept)| [Some(&kept.evaluations), kept.training()]);
-    let names = rows.flatten().map(Rows::names);
+    let names = rows.flatten().map(Rows::all_names);
     // Most have the names of those before them.
     let mut last: &[String] = &[];
     let mut all = BTreeSet::new();

@@ -60,9 +60,12 @@ pub(super) struct Order<'a> {
 pub(super) struct Abroad {
     /// Tasks that somebody works on or that wait.
     pub(super) tasks: BTreeSet<usize>,
-    /// By submission with packs that are not over: how many stand how, and the reasons of those that wait.
-    pub(super) submissions: Vec<(Submission, Vec<(Standing, String, usize)>)>,
+    /// Submissions with packs that are not over, and how these stand.
+    pub(super) submissions: Vec<(Submission, Vec<Count>)>,
 }
+
+/// How packs stand, why they wait, and how many do.
+pub(super) type Count = (Standing, String, usize);
 
 /// Asks what batch systems have of a run; of scripts only people know.
 ///
@@ -80,10 +83,10 @@ pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
             continue;
         }
         let packs = submission::packs(layout, submission.number)?;
-        let mut counts: Vec<(Standing, String, usize)> = Vec::new();
+        let mut counts: Vec<Count> = Vec::new();
         for pack in waiting {
             abroad.tasks.extend(packs.get(pack.pack).into_iter().flatten());
-            let same = |(standing, reason, _): &&mut (Standing, String, usize)| {
+            let same = |(standing, reason, _): &&mut Count| {
                 (*standing, reason.as_str()) == (pack.standing, pack.reason.as_str())
             };
             match counts.iter_mut().find(same) {

@@ -89,7 +89,7 @@ fn metrics(results: &Results) -> BTreeSet<String> {
     let rows = results.done().flat_map(|(_, kept)| [Some(&kept.evaluations), kept.training()]);
     let mut last: &[String] = &[];
     let mut all = BTreeSet::new();
-    for names in rows.flatten().map(Rows::names) {
+    for names in rows.flatten().map(Rows::all_names) {
         // Most have the names of those before them.
         if names != last {
             all.extend(names.iter().cloned());

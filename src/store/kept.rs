@@ -152,7 +152,7 @@ impl Rows {
     }
 
     /// Returns the names of all metrics that some of the episodes have, kept or not.
-    pub fn names(&self) -> &[String] {
+    pub fn all_names(&self) -> &[String] {
         &self.all
     }
 
@@ -226,7 +226,7 @@ mod tests {
             for (i, row) in own.iter().enumerate() {
                 assert_eq!(rows.metrics(i), row.metrics);
             }
-            for name in rows.names() {
+            for name in rows.all_names() {
                 let values: Vec<_> = own.iter().map(|row| row.metrics.get(name).copied()).collect();
                 assert_eq!(rows.values(name).collect::<Vec<_>>(), values, "{name}");
             }
@@ -237,7 +237,7 @@ mod tests {
     fn of_what_is_not_kept_the_names_stay() {
         let kept = Kept::of(record(), &Keep::Only(BTreeSet::from(["delay_s".to_owned()])));
         let rows = &kept.evaluations;
-        assert_eq!(rows.names(), ["delay_s", "queue_veh"]);
+        assert_eq!(rows.all_names(), ["delay_s", "queue_veh"]);
         assert_eq!(rows.values("delay_s").collect::<Vec<_>>(), [Some(4.0), Some(6.0)]);
         assert_eq!(rows.values("queue_veh").collect::<Vec<_>>(), [None, None]);
         assert_eq!((rows.len(), rows.metrics(1).len()), (2, 1));

@@ -143,14 +143,16 @@ pub(super) fn is_number(id: &str) -> bool {
 pub fn begin(layout: &Layout, packs: &[Pack]) -> Result<usize, FileError> {
     make_folder_beneath(layout.root(), &layout.jobs())?;
     let mut number = 0;
-    let made = loop {
+    loop {
         let path = folder(layout, number);
         match fs::create_dir(&path) {
             Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists && number < MOST => number += 1,
-            made => break made.map_err(FileError::at("create", &path))?,
+            made => {
+                made.map_err(FileError::at("create", &path))?;
+                break;
+            }
         }
-    };
-    let () = made;
+    }
     let folder = folder(layout, number);
     make_folder_beneath(layout.root(), &folder.join("out"))?;
     let mut text = String::new();
