@@ -7,6 +7,7 @@ use super::output::line;
 use crate::cli::exit;
 use crate::run::batch::{BatchSystem, Slurm, submission};
 use crate::run::error::RunError;
+use crate::run::session::now;
 use crate::store::Layout;
 use crate::store::manifest::Manifest;
 
@@ -39,8 +40,7 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
     }
     for (mut submission, counts) in there.submissions {
         Slurm.cancel(&submission).map_err(RunError::from)?;
-        submission.cancelled =
-            Some(jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string());
+        submission.cancelled = Some(now());
         submission::write(&layout, &submission)?;
         let packs: usize = counts.iter().map(|(.., count)| count).sum();
         line(format!(

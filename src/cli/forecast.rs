@@ -2,18 +2,14 @@
 //! in progress have cost, laid out on the workers in the order in which they get them.
 //!
 //! Tasks are expected to be wrong by a factor for the machine, one for their method and one for their
-//! point MDP. Each is the ratio of the seconds that were observed to those expected, with [`PRIOR_S`]
-//! seconds of faith in the expectation. A last long task counts in full, however many workers wait for it.
+//! point MDP. Each is the ratio of the seconds that were observed to those expected, with some
+//! seconds of faith in the expectation ([`Seen`]). A last long task counts in full, however many workers wait for it.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::time::Duration;
 
-use crate::run::batch::cost::SECONDS_PER_TASK;
-use crate::run::effort::TaskEffort;
+use crate::run::effort::{Seen, TaskEffort};
 use crate::store::Name;
-
-/// Expected seconds that count as observed as expected.
-const PRIOR_S: f64 = 3.0;
 
 /// Logarithm of the error of a forecast without any observation: a factor of 1.8.
 const ERROR: f64 = 0.6;
@@ -42,11 +38,11 @@ pub(super) struct Job {
 
 impl Job {
     fn seconds(&self, episodes: u32) -> f64 {
-        SECONDS_PER_TASK + self.effort.seconds(episodes)
+        self.effort.worker_seconds(episodes)
     }
 
     fn all(&self) -> f64 {
-        self.seconds(self.effort.episodes())
+        self.effort.whole_seconds()
     }
 }
 
@@ -57,20 +53,6 @@ struct Running {
     start_s: f64,
     /// Episodes done, and when the last of them was.
     done: Option<(u32, f64)>,
-}
-
-/// Observed and expected seconds.
-#[derive(Debug, Clone, Copy, Default)]
-struct Seen {
-    observed_s: f64,
-    expected_s: f64,
-}
-
-impl Seen {
-    /// Returns the factor between the two; of the expected seconds times `by`.
-    fn factor(&self, by: f64) -> f64 {
-        (self.observed_s + PRIOR_S) / (self.expected_s * by + PRIOR_S)
-    }
 }
 
 /// The tasks of a run and what is known of their cost.
@@ -220,6 +202,7 @@ pub(super) fn range([low, high]: [Duration; 2]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::effort::SECONDS_PER_TASK;
     use crate::run::effort::testing::effort;
 
     fn job(task: usize, method: &str, point: &str, seconds: f64) -> Job {

@@ -10,14 +10,14 @@ use super::output::{duration, line, note};
 use crate::cli::refused::Refused;
 use crate::run::batch::cost::Costs;
 use crate::run::batch::pack::packs;
-use crate::run::batch::submission::{self, Place, Submission, absolute};
+use crate::run::batch::submission::{self, Packs, Place, Submission, absolute};
 use crate::run::batch::{BatchError, BatchSystem, Script, Slurm, Standing, slurm};
 use crate::run::domain::Domain;
 use crate::run::error::RunError;
 use crate::run::session::Session;
 use crate::store::Layout;
 use crate::store::manifest::Task;
-use crate::store::tally::Tally;
+use crate::store::results::Results;
 
 /// Who does the tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -82,10 +82,11 @@ pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
         if waiting.is_empty() {
             continue;
         }
-        let packs = submission::packs(layout, submission.number)?;
+        let packs = Packs::read(layout, submission.number)?;
+        let there = waiting.iter().map(|w| w.pack).collect();
+        abroad.tasks.extend(packs.tasks(&there)?.into_iter().flatten());
         let mut counts: Vec<Count> = Vec::new();
         for pack in waiting {
-            abroad.tasks.extend(packs.get(pack.pack).into_iter().flatten());
             let same = |(standing, reason, _): &&mut Count| {
                 (*standing, reason.as_str()) == (pack.standing, pack.reason.as_str())
             };
@@ -103,11 +104,11 @@ pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
 ///
 /// # Arguments
 ///
-/// * `missing` — rows of the plan that have no record.
+/// * `results` — of the run, whose missing tasks are meant.
 pub(super) fn hand_over(
     session: &Session<'_>,
     domain: &dyn Domain,
-    missing: Vec<usize>,
+    results: &Results,
     order: &Order<'_>,
 ) -> anyhow::Result<()> {
     let (layout, manifest) = (&session.layout, &session.manifest);
@@ -123,10 +124,10 @@ pub(super) fn hand_over(
         None => Vec::new(),
     };
     let there = abroad(layout).map_err(RunError::from)?;
-    let all = missing.len();
-    let missing: Vec<usize> = missing.into_iter().filter(|t| !there.tasks.contains(t)).collect();
-    if missing.len() < all {
-        note(format!("the batch system has {} already", counted(all - missing.len(), "task")));
+    let (theirs, missing): (Vec<&Task>, Vec<&Task>) =
+        results.missing().partition(|task| there.tasks.contains(&task.task));
+    if !theirs.is_empty() {
+        note(format!("the batch system has {} already", counted(theirs.len(), "task")));
     }
     if missing.is_empty() {
         return Ok(());
@@ -135,11 +136,9 @@ pub(super) fn hand_over(
     let prepared = prepared.map(|folder| absolute(folder)).transpose().map_err(RunError::from)?;
     let prepared = prepared.unwrap_or_default();
     check_prepared(session, domain, &prepared)?;
-    let plan = manifest.identity.tasks();
-    let tally = Tally::of(layout, plan.len())?;
-    let done: Vec<&Task> = plan.iter().filter(|t| tally.done[t.task]).collect();
+    let done: Vec<&Task> = results.done().map(|(task, _)| task).collect();
     let costs = Costs::new(domain, layout, manifest, &done)?;
-    let cost = |task: &usize| Ok((*task, costs.seconds(&plan[*task])?));
+    let cost = |task: &&Task| Ok((task.task, costs.seconds(task)?));
     let packs = packs(
         missing.iter().map(cost).collect::<Result<Vec<_>, RunError>>()?,
         order.job_minutes.map(|minutes| minutes * 60.0),

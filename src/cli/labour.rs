@@ -1,6 +1,5 @@
 //! What `run` and `resume` do on this machine: the tasks that are missing, and the report.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -14,7 +13,7 @@ use crate::cli::exit;
 use crate::domains;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
-use crate::run::effort::Efforts;
+use crate::run::effort::RunEfforts;
 use crate::run::executor::Local;
 use crate::run::session::Session;
 use crate::store::manifest::Task;
@@ -69,13 +68,8 @@ impl Labour<'_> {
             let (done, all) = (results.done().count(), results.plan().len());
             note(format!("{done} of {all} tasks are already done"));
         }
-        let identity = &self.session.manifest.identity;
-        let points = identity.points.iter().map(|p| (p.point.as_str(), p));
-        let points: BTreeMap<_, _> = points.collect();
-        let efforts = Efforts::of_run(self.domain, identity)?;
-        let effort = |t: &Task| {
-            Ok((t.clone(), efforts.in_run(&t.method, identity, points[t.point.as_str()])?))
-        };
+        let efforts = RunEfforts::new(self.domain, &self.session.manifest.identity)?;
+        let effort = |t: &Task| Ok((t.clone(), efforts.of(&t.method, &t.point)?));
         let mut monitor = Monitor::new(
             todo.iter().map(effort).collect::<anyhow::Result<Vec<_>>>()?,
             self.domain,

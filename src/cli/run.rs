@@ -215,8 +215,7 @@ fn work(
 
 /// Hands over what results lack.
 fn hand_over_rest(args: &RunArgs, labour: &Labour<'_>, results: &Results) -> anyhow::Result<u8> {
-    let missing: Vec<usize> = results.missing().map(|task| task.task).collect();
-    if missing.is_empty() {
+    if results.missing().next().is_none() {
         return labour.summarise();
     }
     let order = Order {
@@ -226,6 +225,6 @@ fn hand_over_rest(args: &RunArgs, labour: &Labour<'_>, results: &Results) -> any
         job_minutes: args.job_minutes,
         stall_timeout_s: args.stall_timeout,
     };
-    hand_over(labour.session, labour.domain, missing, &order)?;
+    hand_over(labour.session, labour.domain, results, &order)?;
     Ok(exit::DONE)
 }

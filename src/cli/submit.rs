@@ -105,8 +105,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         json: false,
         quiet: args.quiet,
     };
-    let missing: Vec<usize> = results.missing().map(|task| task.task).collect();
-    if missing.is_empty() {
+    if results.missing().next().is_none() {
         return labour.summarise();
     }
     if executor == Executes::Local {
@@ -137,6 +136,6 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         job_minutes: args.job_minutes,
         stall_timeout_s: args.stall_timeout,
     };
-    hand_over(&session, domain, missing, &order)?;
+    hand_over(&session, domain, &results, &order)?;
     Ok(exit::DONE)
 }

@@ -1,5 +1,6 @@
 //! `tsc-family work`: what a job of a batch system does, one pack of tasks.
 
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -12,10 +13,11 @@ use super::output::{line, note};
 use super::values::{at_least_a_second, at_least_one_worker};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::run::batch::submission;
+use crate::run::batch::submission::Packs;
 use crate::run::error::RunError;
 use crate::run::executor::{Event, Executor, Local};
 use crate::run::watchdog::STALL_TIMEOUT_S;
+use crate::run::worker::task_of;
 use crate::store::Layout;
 use crate::store::manifest::{Manifest, Task};
 use crate::store::record::Outcome;
@@ -51,25 +53,19 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     let interrupted = interrupted()?;
     let layout = Layout::new(&args.dir);
     let manifest = Manifest::read(&layout)?;
-    let packs = submission::packs(&layout, args.submission).map_err(RunError::from)?;
-    let Some(pack) = packs.get(args.pack) else {
-        let (number, count) = (args.submission, packs.len());
+    let packs = Packs::read(&layout, args.submission).map_err(RunError::from)?;
+    let pack = packs.tasks(&BTreeSet::from([args.pack])).map_err(RunError::from)?;
+    let [pack] = pack.as_slice() else {
+        let (number, count) = (args.submission, packs.count());
         let reason =
             format!("submission {number} has {count} packs, from 0, and no pack {}", args.pack);
         return Err(Refused(reason).into());
     };
-    let plan = manifest.identity.tasks();
-    let task = |number: &usize| {
-        plan.get(*number).ok_or_else(|| RunError::NoTask {
-            path: args.dir.clone(),
-            task: *number,
-            count: plan.len(),
-        })
-    };
-    let tasks = pack.iter().map(task).collect::<Result<Vec<_>, _>>()?;
+    let task = |row: &usize| task_of(&args.dir, &manifest.identity, *row);
+    let tasks = pack.iter().map(task).collect::<Result<Vec<Task>, _>>()?;
     // The name itself is looked up, not the folder, which a network's file system may remember.
-    let has_none = |task: &&&Task| !layout.record(task.task).exists();
-    let todo: Vec<Task> = tasks.iter().filter(has_none).map(|t| (*t).clone()).collect();
+    let has_none = |task: &&Task| !layout.record(task.task).exists();
+    let todo: Vec<Task> = tasks.iter().filter(has_none).cloned().collect();
     note(format!("pack {}: {} of {} tasks to do", args.pack, todo.len(), tasks.len()));
     let executor = Local {
         manifest: manifest.sha256(),

@@ -1,11 +1,19 @@
 //! About how long tasks take: what a forecast starts from before anything has been measured.
 
+use std::collections::BTreeMap;
+
 use super::domain::{Domain, EffortOf};
 use super::error::RunError;
 use super::method::{Method, find};
 use super::plan::Request;
 use crate::family::MdpFamily;
 use crate::store::manifest::{Identity, PointRow};
+
+/// Processor time of starting a worker and of loading its network, seconds.
+pub(crate) const SECONDS_PER_TASK: f64 = 0.2;
+
+/// Expected seconds that count as observed as expected.
+const PRIOR_S: f64 = 3.0;
 
 /// The episodes of a task and about how long each takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +36,16 @@ impl TaskEffort {
         self.training + self.evaluation
     }
 
+    /// Returns the processor time of a worker until it has done the first `episodes` episodes, seconds.
+    pub fn worker_seconds(&self, episodes: u32) -> f64 {
+        SECONDS_PER_TASK + self.seconds(episodes)
+    }
+
+    /// Returns the processor time of a worker that does the whole task, seconds.
+    pub fn whole_seconds(&self) -> f64 {
+        self.worker_seconds(self.episodes())
+    }
+
     /// Returns the processor time of the first `episodes` episodes, seconds.
     pub fn seconds(&self, episodes: u32) -> f64 {
         let training = episodes.min(self.training);
@@ -36,7 +54,23 @@ impl TaskEffort {
     }
 }
 
-/// The efforts of a run's tasks.
+/// Observed and expected seconds.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    /// What was observed.
+    pub observed_s: f64,
+    /// What was expected.
+    pub expected_s: f64,
+}
+
+impl Seen {
+    /// Returns the factor between the two; of the expected seconds times `by`.
+    pub fn factor(&self, by: f64) -> f64 {
+        (self.observed_s + PRIOR_S) / (self.expected_s * by + PRIOR_S)
+    }
+}
+
+/// The efforts of a family's tasks.
 pub struct Efforts<'a> {
     methods: &'a [Method],
     of: Box<EffortOf>,
@@ -53,18 +87,6 @@ impl<'a> Efforts<'a> {
         let of = request.domain.efforts(&request.problem.settings());
         let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
         Ok(Self { methods: request.domain.methods(), of, evaluation: request.evaluation_seeds })
-    }
-
-    /// Returns those of a run that was planned before.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::Prepare`] with what is wrong with its settings.
-    pub fn of_run(domain: &'a dyn Domain, identity: &Identity) -> Result<Self, RunError> {
-        let of = domain.efforts(&identity.settings);
-        let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
-        let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
-        Ok(Self { methods: domain.methods(), of, evaluation })
     }
 
     /// Returns that of a method on a point MDP of a family.
@@ -86,24 +108,6 @@ impl<'a> Efforts<'a> {
         self.task(method, &feature)
     }
 
-    /// Returns that of a method on a point MDP of a run.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::Method`] for a name that no method has.
-    pub fn in_run(
-        &self,
-        method: &str,
-        identity: &Identity,
-        point: &PointRow,
-    ) -> Result<TaskEffort, RunError> {
-        let feature = |name: &str| {
-            let position = identity.features.iter().position(|f| f.name == name)?;
-            point.features.get(position).copied()
-        };
-        self.task(method, &feature)
-    }
-
     fn task(
         &self,
         method: &str,
@@ -117,6 +121,43 @@ impl<'a> Efforts<'a> {
             evaluation_s: of.evaluation_s,
             is_informed: of.is_informed,
         })
+    }
+}
+
+/// The efforts of the tasks of a run that was planned.
+pub struct RunEfforts<'a> {
+    efforts: Efforts<'a>,
+    identity: &'a Identity,
+    points: BTreeMap<&'a str, &'a PointRow>,
+}
+
+impl<'a> RunEfforts<'a> {
+    /// Returns those of a run.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Prepare`] with what is wrong with its settings.
+    pub fn new(domain: &'a dyn Domain, identity: &'a Identity) -> Result<Self, RunError> {
+        let of = domain.efforts(&identity.settings);
+        let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
+        let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
+        let efforts = Efforts { methods: domain.methods(), of, evaluation };
+        let points = identity.points.iter().map(|p| (p.point.as_str(), p)).collect();
+        Ok(Self { efforts, identity, points })
+    }
+
+    /// Returns that of a method on a point MDP.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Method`] for a name that no method has, [`RunError::Unprepared`] for a point MDP that the run has not.
+    pub fn of(&self, method: &str, point: &str) -> Result<TaskEffort, RunError> {
+        let point = self.points.get(point).ok_or_else(|| RunError::Unprepared(point.to_owned()))?;
+        let feature = |name: &str| {
+            let position = self.identity.features.iter().position(|f| f.name == name)?;
+            point.features.get(position).copied()
+        };
+        self.efforts.task(method, &feature)
     }
 }
 

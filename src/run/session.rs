@@ -97,7 +97,7 @@ fn lock(layout: &Layout, started: String) -> Result<RunLock, RunError> {
 }
 
 /// Returns the time, ISO 8601, UTC, to the second.
-fn now() -> String {
+pub fn now() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 

@@ -8,7 +8,7 @@ use super::error::RunError;
 use super::progress::News;
 use super::stop::Stop;
 use super::work::{Workplace, do_task};
-use crate::store::manifest::Manifest;
+use crate::store::manifest::{Identity, Manifest, Task};
 use crate::store::record::Record;
 use crate::store::scratch::Scratch;
 use crate::store::{Layout, StoreError};
@@ -52,15 +52,7 @@ pub fn serve(
         return Err(StoreError::Manifest { path: layout.manifest(), reason }.into());
     }
     let domain = domain_of(domains, &layout, &manifest.identity)?;
-    let identity = &manifest.identity;
-    // Whoever starts workers has read the plan; one that did so for every task of it would read for ever.
-    let tasks = identity.tasks_beside(errand.task);
-    let task = tasks.iter().find(|task| task.task == errand.task);
-    let task = task.ok_or_else(|| RunError::NoTask {
-        path: dir.to_path_buf(),
-        task: errand.task,
-        count: identity.points.len() * identity.per_point(),
-    })?;
+    let task = task_of(dir, &manifest.identity, errand.task)?;
     let scratch = Scratch::new(&layout, task.task)?;
     let prepared = errand.prepared.clone();
     let workplace = Workplace {
@@ -71,7 +63,22 @@ pub fn serve(
         checkpoint_every: errand.checkpoint_every,
         stop: errand.stop.clone(),
     };
-    do_task(domain, &manifest, task, &workplace, news)
+    do_task(domain, &manifest, &task, &workplace, news)
+}
+
+/// Returns a task of a run by its row of the plan. Whoever starts workers has read the plan; one that did so for every
+/// task of it would read for ever.
+///
+/// # Errors
+///
+/// [`RunError::NoTask`] for a row that the plan does not have.
+pub fn task_of(dir: &Path, identity: &Identity, row: usize) -> Result<Task, RunError> {
+    let tasks = identity.tasks_beside(row);
+    tasks.into_iter().find(|task| task.task == row).ok_or_else(|| RunError::NoTask {
+        path: dir.to_path_buf(),
+        task: row,
+        count: identity.points.len() * identity.per_point(),
+    })
 }
 
 #[cfg(test)]

@@ -5,17 +5,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::run::domain::Domain;
-use crate::run::effort::Efforts;
+use crate::run::effort::{RunEfforts, Seen};
 use crate::run::error::RunError;
 use crate::store::Layout;
-use crate::store::manifest::{Identity, Manifest, PointRow, Task};
+use crate::store::manifest::{Manifest, Task};
 use crate::store::record::{Outcome, Record};
-
-/// Processor time of starting a worker and of loading its network, seconds.
-pub const SECONDS_PER_TASK: f64 = 0.2;
-
-/// Expected seconds that count as observed as expected.
-const PRIOR_S: f64 = 3.0;
 
 /// Most records that are read for it.
 const READ: usize = 500;
@@ -31,9 +25,7 @@ const ROOM: (f64, u64) = (1.5, 200);
 
 /// What tasks are expected to cost.
 pub struct Costs<'a> {
-    efforts: Efforts<'a>,
-    identity: &'a Identity,
-    points: BTreeMap<&'a str, &'a PointRow>,
+    efforts: RunEfforts<'a>,
     /// Observed over expected seconds by method.
     factors: BTreeMap<String, f64>,
     /// Memory of a worker, MB.
@@ -56,25 +48,21 @@ impl<'a> Costs<'a> {
         manifest: &'a Manifest,
         done: &[&Task],
     ) -> Result<Self, RunError> {
-        let identity = &manifest.identity;
-        let efforts = Efforts::of_run(domain, identity)?;
-        let points = identity.points.iter().map(|p| (p.point.as_str(), p)).collect();
-        let mut costs =
-            Self { efforts, identity, points, factors: BTreeMap::new(), memory_mb: MEMORY_MB };
+        let efforts = RunEfforts::new(domain, &manifest.identity)?;
+        let mut costs = Self { efforts, factors: BTreeMap::new(), memory_mb: MEMORY_MB };
         let sha256 = manifest.sha256();
         let step = done.len().div_ceil(READ).max(1);
         let some: Vec<&Task> = done.iter().step_by(step).copied().collect();
         let read = some.par_iter().filter_map(|task| Record::read(layout, task, &sha256).ok()?);
         let read: Vec<Record> = read.filter(|r| r.summary.outcome == Outcome::Ok).collect();
-        let mut seen: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+        let mut seen: BTreeMap<String, Seen> = BTreeMap::new();
         for Record { summary, .. } in &read {
             let (expected, _) = costs.expected(&summary.method, &summary.point)?;
-            let [observed_s, expected_s] = seen.entry(summary.method.clone()).or_default();
-            *observed_s += summary.wall.wall_s;
-            *expected_s += expected;
+            let of_method = seen.entry(summary.method.clone()).or_default();
+            of_method.observed_s += summary.wall.wall_s;
+            of_method.expected_s += expected;
         }
-        let factor = |[observed, expected]: [f64; 2]| (observed + PRIOR_S) / (expected + PRIOR_S);
-        costs.factors = seen.into_iter().map(|(method, sums)| (method, factor(sums))).collect();
+        costs.factors = seen.into_iter().map(|(method, seen)| (method, seen.factor(1.0))).collect();
         let peak = read.iter().filter_map(|r| r.summary.wall.peak_memory_mb).max();
         if let Some(peak) = peak {
             costs.memory_mb = (peak as f64 * ROOM.0) as u64 + ROOM.1;
@@ -97,9 +85,8 @@ impl<'a> Costs<'a> {
     }
 
     fn expected(&self, method: &str, point: &str) -> Result<(f64, bool), RunError> {
-        let point = self.points.get(point).ok_or_else(|| RunError::Unprepared(point.to_owned()))?;
-        let effort = self.efforts.in_run(method, self.identity, point)?;
-        Ok((SECONDS_PER_TASK + effort.seconds(effort.episodes()), effort.is_informed))
+        let effort = self.efforts.of(method, point)?;
+        Ok((effort.whole_seconds(), effort.is_informed))
     }
 }
 

@@ -3,6 +3,7 @@
 //! Nothing in it is executed when it is read back: the program, the way to the networks and the lines for it
 //! come from whoever resumes.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,9 +13,6 @@ use super::error::BatchError;
 use super::pack::Pack;
 use crate::files::{self, FileError, limits, make_folder_beneath, write_atomically};
 use crate::store::Layout;
-
-/// Version of the file; a change of its form raises it.
-const FORMAT_VERSION: u32 = 1;
 
 /// Most submissions of a results directory.
 const MOST: usize = 100_000;
@@ -56,8 +54,8 @@ pub struct Submission {
 }
 
 impl Submission {
-    /// Version of the file that is written.
-    pub const VERSION: u32 = FORMAT_VERSION;
+    /// Version of the file; a change of its form raises it.
+    pub const VERSION: u32 = 1;
 }
 
 /// Where a submission lies, and from where jobs work.
@@ -117,9 +115,9 @@ pub fn all(layout: &Layout) -> Result<Vec<Submission>, BatchError> {
         };
         let submission: Submission =
             serde_json::from_str(&text).map_err(|e| malformed(e.to_string()))?;
-        if submission.format_version != FORMAT_VERSION {
-            let version = submission.format_version;
-            return Err(malformed(format!("it has version {version}, not {FORMAT_VERSION}")));
+        if submission.format_version != Submission::VERSION {
+            let (found, own) = (submission.format_version, Submission::VERSION);
+            return Err(malformed(format!("it has version {found}, not {own}")));
         }
         // They become arguments: one that is an option would be obeyed.
         if !submission.ids.iter().all(|id| is_number(id)) {
@@ -175,22 +173,46 @@ pub fn write(layout: &Layout, submission: &Submission) -> Result<(), FileError> 
     write_atomically(&path, format!("{text}\n").as_bytes())
 }
 
-/// Returns the packs of a submission: rows of the plan.
-///
-/// # Errors
-///
-/// [`BatchError`] when they cannot be read.
-pub fn packs(layout: &Layout, number: usize) -> Result<Vec<Vec<usize>>, BatchError> {
-    let path = folder(layout, number).join("packs.jsonl");
-    let text = files::read_text(&path, limits::DOCUMENT)?;
-    let pack = |(line, text): (usize, &str)| {
-        serde_json::from_str(text).map_err(|e| BatchError::Line {
-            path: path.clone(),
-            line: line + 1,
-            reason: format!("{e}; submit anew"),
-        })
-    };
-    text.lines().enumerate().map(pack).collect()
+/// Packs of a submission: each line has rows of the plan, which are read where they are asked for.
+#[derive(Debug, Clone)]
+pub struct Packs {
+    path: PathBuf,
+    text: String,
+}
+
+impl Packs {
+    /// Reads the file of a submission.
+    ///
+    /// # Errors
+    ///
+    /// [`BatchError`] when it cannot be read.
+    pub fn read(layout: &Layout, number: usize) -> Result<Self, BatchError> {
+        let path = folder(layout, number).join("packs.jsonl");
+        let text = files::read_text(&path, limits::DOCUMENT)?;
+        Ok(Self { path, text })
+    }
+
+    /// Number of packs.
+    pub fn count(&self) -> usize {
+        self.text.lines().count()
+    }
+
+    /// Returns the rows of the plan of some packs, ascending by pack; what is no pack has none.
+    ///
+    /// # Errors
+    ///
+    /// [`BatchError`] when a line is no pack.
+    pub fn tasks(&self, of: &BTreeSet<usize>) -> Result<Vec<Vec<usize>>, BatchError> {
+        let lines = self.text.lines().enumerate().filter(|(pack, _)| of.contains(pack));
+        let pack = |(line, text): (usize, &str)| {
+            serde_json::from_str(text).map_err(|e| BatchError::Line {
+                path: self.path.clone(),
+                line: line + 1,
+                reason: format!("{e}; submit anew"),
+            })
+        };
+        lines.map(pack).collect()
+    }
 }
 
 /// Makes a path absolute and checks that scripts and batch systems can pass it on.
@@ -220,7 +242,7 @@ mod tests {
 
     fn submission(number: usize) -> Submission {
         Submission {
-            format_version: FORMAT_VERSION,
+            format_version: Submission::VERSION,
             number,
             executor: "slurm".into(),
             manifest: "abc".into(),
@@ -250,7 +272,10 @@ mod tests {
         assert_eq!(begin(&layout, &own).unwrap(), 2);
         write(&layout, &submission(2)).unwrap();
         assert_eq!(all(&layout).unwrap(), [submission(0), submission(2)]);
-        assert_eq!(packs(&layout, 0).unwrap(), [vec![0, 2], vec![1]]);
+        let packs = Packs::read(&layout, 0).unwrap();
+        assert_eq!(packs.count(), 2);
+        assert_eq!(packs.tasks(&BTreeSet::from([0, 1, 7])).unwrap(), [vec![0, 2], vec![1]]);
+        assert_eq!(packs.tasks(&BTreeSet::from([1])).unwrap(), [vec![1]]);
         fs::write(folder(&layout, 0).join("submission.json"), "{").unwrap();
         let e = all(&layout).unwrap_err().to_string();
         assert!(e.contains("000/submission.json: EOF"), "{e}");
