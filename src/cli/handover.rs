@@ -1,12 +1,14 @@
 //! Handing tasks over to a batch system: what `run --executor`, `submit` and `resume` have in common.
 
 use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
 
 use super::output::{duration, line, note};
+use super::values::{at_least_a_second, at_least_one_worker, minutes};
 use crate::cli::refused::Refused;
 use crate::run::batch::cost::Costs;
 use crate::run::batch::pack::packs;
@@ -15,6 +17,7 @@ use crate::run::batch::{BatchError, BatchSystem, Script, Slurm, Standing, slurm}
 use crate::run::domain::Domain;
 use crate::run::error::RunError;
 use crate::run::session::Session;
+use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::Layout;
 use crate::store::manifest::Task;
 use crate::store::results::Results;
@@ -41,18 +44,42 @@ impl Executes {
     }
 }
 
-/// What a hand-over is to be like.
-pub(super) struct Order<'a> {
-    /// To whom.
-    pub(super) executor: Executes,
-    /// File of lines of the user's.
-    pub(super) sbatch: Option<&'a Path>,
-    /// Workers of a job.
-    pub(super) workers: usize,
-    /// Processor time that a job is to take, minutes, if that was said.
-    pub(super) job_minutes: Option<f64>,
-    /// Time without a step of the simulation after which a task is given up, seconds.
-    pub(super) stall_timeout_s: u64,
+/// How the tasks of a run are done.
+#[derive(Debug, clap::Args)]
+pub struct WorkersArgs {
+    /// File of `#SBATCH` lines for the jobs, such as partition and account
+    #[arg(long, value_name = "FILE")]
+    pub sbatch: Option<PathBuf>,
+    /// Processor time that a job of a batch system is to take, minutes [default: 1 to 30, more for longer runs]
+    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
+    pub job_minutes: Option<f64>,
+    /// Worker processes at the same time [default: one per processor; one per job of a batch system]
+    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
+    pub jobs: Option<NonZeroUsize>,
+    /// Time without a step of the simulation after which a task is given up
+    #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
+    pub stall_timeout: u64,
+}
+
+impl WorkersArgs {
+    /// Returns how many workers this machine is to have, which has so many processors.
+    pub(super) fn here(&self, processors: usize) -> usize {
+        self.jobs.map_or(processors, NonZeroUsize::get)
+    }
+
+    /// Refuses what has no effect where tasks are done by somebody.
+    pub(super) fn check(&self, executor: Executes) -> anyhow::Result<()> {
+        let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
+            Err(Refused(format!("{flag} has no effect: {reason}; leave it out")).into())
+        };
+        if self.sbatch.is_some() && executor != Executes::Slurm {
+            return refuse("--sbatch", "only --executor slurm takes lines");
+        }
+        if self.job_minutes.is_some() && executor == Executes::Local {
+            return refuse("--job-minutes", "this machine needs no jobs");
+        }
+        Ok(())
+    }
 }
 
 /// What batch systems have of a run.
@@ -105,25 +132,17 @@ pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
 /// # Arguments
 ///
 /// * `results` — of the run, whose missing tasks are meant.
+/// * `there` — what batch systems have already.
 pub(super) fn hand_over(
-    session: &Session<'_>,
-    domain: &dyn Domain,
+    system: &dyn BatchSystem,
+    (session, domain): (&Session<'_>, &dyn Domain),
     results: &Results,
-    order: &Order<'_>,
+    there: &Abroad,
+    args: &WorkersArgs,
 ) -> anyhow::Result<()> {
     let (layout, manifest) = (&session.layout, &session.manifest);
-    let Some(system) = order.executor.batch_system() else {
-        unreachable!("this machine is no batch system")
-    };
-    let lines = match order.sbatch {
-        Some(_) if order.executor != Executes::Slurm => {
-            let reason = "--sbatch has no effect without --executor slurm; leave it out";
-            return Err(Refused(reason.to_owned()).into());
-        }
-        Some(path) => slurm::lines(path).map_err(RunError::from)?,
-        None => Vec::new(),
-    };
-    let there = abroad(layout).map_err(RunError::from)?;
+    let lines = args.sbatch.as_deref().map(slurm::lines).transpose().map_err(RunError::from)?;
+    let lines = lines.unwrap_or_default();
     let (theirs, missing): (Vec<&Task>, Vec<&Task>) =
         results.missing().partition(|task| there.tasks.contains(&task.task));
     if !theirs.is_empty() {
@@ -141,7 +160,7 @@ pub(super) fn hand_over(
     let cost = |task: &&Task| Ok((task.task, costs.seconds(task)?));
     let packs = packs(
         missing.iter().map(cost).collect::<Result<Vec<_>, RunError>>()?,
-        order.job_minutes.map(|minutes| minutes * 60.0),
+        args.job_minutes.map(|minutes| minutes * 60.0),
     );
     let whole: f64 = packs.iter().map(|pack| pack.seconds).sum();
     let number = submission::begin(layout, &packs)?;
@@ -154,8 +173,8 @@ pub(super) fn hand_over(
         tasks: missing.len(),
         longest_s: packs.first().map_or(0.0, |pack| pack.seconds),
         memory_mb: costs.memory_mb,
-        workers: order.workers,
-        stall_timeout_s: order.stall_timeout_s,
+        workers: args.here(1),
+        stall_timeout_s: args.stall_timeout,
         has_lines: !lines.is_empty(),
         ids: Vec::new(),
         packs_per_id: slurm::PACKS_PER_ARRAY,

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::estimate::estimate;
 use super::folder::RESULTS;
-use super::handover::{Executes, Order, hand_over};
+use super::handover::{Executes, abroad, hand_over};
 use super::interrupt::interrupted;
 use super::json::merge;
 use super::labour::Labour;
@@ -25,7 +25,9 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::files::{self, limits};
 use crate::pulse;
+use crate::run::batch::BatchSystem;
 use crate::run::domain::Domain;
+use crate::run::error::RunError;
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::{Session, open};
@@ -62,7 +64,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     looks::grow(args, &methods, request.domain.baseline(), &mut draft)?;
     subject.check(args, &draft)?;
     let processors = available_parallelism().map_or(1, |j| j.get());
-    let jobs = args.jobs.map_or(processors, |j| j.get());
+    let jobs = args.workers.here(processors);
     if args.dry_run {
         if args.json {
             for draw in &draft.sample.draws {
@@ -88,7 +90,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         args.quiet || args.json || !subject.builds(),
     );
     let session = {
-        let _watchdog = prepared_in(Duration::from_secs(args.stall_timeout));
+        let _watchdog = prepared_in(Duration::from_secs(args.workers.stall_timeout));
         open(&request, &draft, &out, &|point| {
             pulse::beat(1);
             made.set(point);
@@ -165,12 +167,7 @@ fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result
     if request.replicates > 1 && draft.replicated.is_empty() {
         return refuse("--replicates", "none of the methods tunes or learns");
     }
-    if args.sbatch.is_some() && args.executor != Executes::Slurm {
-        return refuse("--sbatch", "only --executor slurm takes lines");
-    }
-    if args.job_minutes.is_some() && args.executor == Executes::Local {
-        return refuse("--job-minutes", "this machine needs no jobs");
-    }
+    args.workers.check(args.executor)?;
     if args.executor != Executes::Local && args.against.is_some() {
         return refuse("--against", "the report comes later, from `report --against`");
     }
@@ -194,7 +191,7 @@ fn work(
         session,
         domain: request.domain,
         jobs,
-        stall_timeout_s: args.stall_timeout,
+        stall_timeout_s: args.workers.stall_timeout,
         against: args.against.as_deref(),
         json: args.json,
         quiet: args.quiet,
@@ -202,8 +199,8 @@ fn work(
     let interrupted = interrupted()?;
     let mut done: Option<usize> = None;
     while let Some(results) = looks::next((session, request.problem), done, args)? {
-        if args.executor != Executes::Local {
-            return hand_over_rest(args, &labour, &results);
+        if let Some(system) = args.executor.batch_system() {
+            return hand_over_rest(args, system, &labour, &results);
         }
         if let Some(code) = labour.work_on(&results, &interrupted)? {
             return Ok(code);
@@ -214,17 +211,16 @@ fn work(
 }
 
 /// Hands over what results lack.
-fn hand_over_rest(args: &RunArgs, labour: &Labour<'_>, results: &Results) -> anyhow::Result<u8> {
+fn hand_over_rest(
+    args: &RunArgs,
+    system: &dyn BatchSystem,
+    labour: &Labour<'_>,
+    results: &Results,
+) -> anyhow::Result<u8> {
     if results.missing().next().is_none() {
         return labour.summarise();
     }
-    let order = Order {
-        executor: args.executor,
-        sbatch: args.sbatch.as_deref(),
-        workers: args.jobs.map_or(1, |j| j.get()),
-        job_minutes: args.job_minutes,
-        stall_timeout_s: args.stall_timeout,
-    };
-    hand_over(labour.session, labour.domain, results, &order)?;
+    let there = abroad(&labour.session.layout).map_err(RunError::from)?;
+    hand_over(system, (labour.session, labour.domain), results, &there, &args.workers)?;
     Ok(exit::DONE)
 }

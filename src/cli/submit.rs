@@ -1,14 +1,12 @@
 //! `tsc-family submit` and `tsc-family resume`: what a run that was planned still lacks, done by somebody else or here.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 
-use super::handover::{Executes, Order, abroad, hand_over};
+use super::handover::{Executes, WorkersArgs, abroad, hand_over};
 use super::interrupt::interrupted;
 use super::labour::Labour;
 use super::output::note;
-use super::values::{at_least_a_second, at_least_one_worker, minutes};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
@@ -16,7 +14,6 @@ use crate::run::batch::{BatchSystem, Script, Slurm, Standing, submission};
 use crate::run::domain::domain_of;
 use crate::run::error::RunError;
 use crate::run::session::reopen;
-use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::Layout;
 use crate::store::kept::Keep;
 use crate::store::manifest::Manifest;
@@ -37,21 +34,12 @@ pub struct SubmitArgs {
     /// Who does the tasks [default: who had them last, or this machine]
     #[arg(long, value_enum)]
     pub executor: Option<Executes>,
-    /// File of `#SBATCH` lines for the jobs, such as partition and account
-    #[arg(long, value_name = "FILE")]
-    pub sbatch: Option<PathBuf>,
     /// Folder of the networks or whatever was prepared [default: where the run had it]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
-    /// Processor time that a job of a batch system is to take, minutes [default: 1 to 30, more for longer runs]
-    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
-    pub job_minutes: Option<f64>,
-    /// Worker processes at the same time [default: one per processor of this machine, one per job]
-    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
-    pub jobs: Option<NonZeroUsize>,
-    /// Time without a step of the simulation after which a task is given up
-    #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
-    pub stall_timeout: u64,
+    /// How they are done
+    #[command(flatten)]
+    pub workers: WorkersArgs,
     /// Print nothing but errors while this machine works
     #[arg(long, short)]
     pub quiet: bool,
@@ -95,12 +83,11 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         _ => Executes::Local,
     });
     let results = Results::load_all(&layout, |_| Keep::nothing())?.so_far();
-    let jobs = |default: usize| args.jobs.map_or(default, NonZeroUsize::get);
     let labour = Labour {
         session: &session,
         domain,
-        jobs: jobs(available_parallelism().map_or(1, |j| j.get())),
-        stall_timeout_s: args.stall_timeout,
+        jobs: args.workers.here(available_parallelism().map_or(1, |j| j.get())),
+        stall_timeout_s: args.workers.stall_timeout,
         against: None,
         json: false,
         quiet: args.quiet,
@@ -108,34 +95,23 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     if results.missing().next().is_none() {
         return labour.summarise();
     }
-    if executor == Executes::Local {
-        let without =
-            [("--sbatch", args.sbatch.is_some()), ("--job-minutes", args.job_minutes.is_some())];
-        if let Some((flag, _)) = without.iter().find(|(_, is_given)| *is_given) {
-            let reason = format!("{flag} has no effect: this machine does the tasks; leave it out");
-            return Err(Refused(reason).into());
-        }
+    args.workers.check(executor)?;
+    let Some(system) = executor.batch_system() else {
         let code = labour.work_on(&results, interrupted()?.as_ref())?;
         return code.map_or_else(|| labour.summarise(), Ok);
-    }
+    };
     let had_lines = last.is_some_and(|s| s.has_lines && s.executor == Slurm.name());
-    if executor == Executes::Slurm && had_lines && args.sbatch.is_none() {
+    if executor == Executes::Slurm && had_lines && args.workers.sbatch.is_none() {
         let reason = "the jobs before had #SBATCH lines; give them again with --sbatch FILE, or an empty file";
         return Err(Refused(reason.to_owned()).into());
     }
-    for (submission, counts) in &abroad(&layout).map_err(RunError::from)?.submissions {
+    let there = abroad(&layout).map_err(RunError::from)?;
+    for (submission, counts) in &there.submissions {
         if counts.iter().any(|(standing, ..)| *standing == Standing::Held) {
             Slurm.release(submission).map_err(RunError::from)?;
             note(format!("jobs of submission {} that were held may go on", submission.number));
         }
     }
-    let order = Order {
-        executor,
-        sbatch: args.sbatch.as_deref(),
-        workers: jobs(1),
-        job_minutes: args.job_minutes,
-        stall_timeout_s: args.stall_timeout,
-    };
-    hand_over(&session, domain, &results, &order)?;
+    hand_over(system, (&session, domain), &results, &there, &args.workers)?;
     Ok(exit::DONE)
 }

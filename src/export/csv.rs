@@ -3,7 +3,10 @@
 use super::columns::{Cell, Cells, Columns};
 use super::error::ExportError;
 use super::sink::Sink;
-use crate::files::Streamed;
+use crate::files::{Streamed, lines};
+
+/// Rows that are text at once.
+const AT_ONCE: usize = 1024;
 
 /// A table that is written.
 pub(super) struct Table {
@@ -13,15 +16,22 @@ pub(super) struct Table {
 impl Table {
     /// Begins a table with its header.
     pub(super) fn new(mut file: Streamed, columns: &Columns) -> Result<Self, ExportError> {
-        file.write(&lines(std::iter::once(columns.all.iter().map(|c| c.name.clone()).collect())))?;
+        let header: Vec<&str> = columns.all.iter().map(|c| c.name.as_str()).collect();
+        file.write(&lines(&[header]))?;
         Ok(Self { file })
     }
 }
 
 impl Sink for Table {
     fn write(&mut self, columns: &Columns, cells: &[Cells]) -> Result<(), ExportError> {
-        let row = |row: &Cells| columns.all.iter().map(|column| text(row.cell(column))).collect();
-        Ok(self.file.write(&lines(cells.iter().map(row)))?)
+        let row = |row: &Cells| -> Vec<String> {
+            columns.all.iter().map(|column| text(row.cell(column))).collect()
+        };
+        // Text takes far more memory than numbers.
+        for part in cells.chunks(AT_ONCE) {
+            self.file.write(&lines(&part.iter().map(row).collect::<Vec<_>>()))?;
+        }
+        Ok(())
     }
 
     fn finish(self: Box<Self>) -> Result<(), ExportError> {
@@ -37,11 +47,4 @@ fn text(cell: Cell<'_>) -> String {
         Cell::Number(value) => value.to_string(),
         Cell::Text(value) => value.to_owned(),
     }
-}
-
-fn lines(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let in_memory = "writing rows of equal length to memory cannot fail";
-    rows.for_each(|row| writer.write_record(row).expect(in_memory));
-    writer.into_inner().expect(in_memory)
 }

@@ -4,6 +4,7 @@ pub mod beneath;
 mod draft;
 pub mod limits;
 pub mod numbers;
+mod rows;
 
 use std::fs::File;
 use std::io::{self, ErrorKind};
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub use beneath::{beneath, make_folder, make_folder_beneath};
 pub use draft::{Streamed, readable, replace, write_atomically};
+pub use rows::lines;
 
 /// A file operation that failed, with the file's name.
 #[derive(Debug, thiserror::Error)]

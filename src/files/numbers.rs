@@ -16,11 +16,7 @@ pub const LARGEST: f64 = 1e100;
 ///
 /// Where the first is that is larger, and what was expected.
 pub fn check(document: &Value) -> Result<(), String> {
-    let mut place = String::new();
-    match first_beyond(document, &mut place) {
-        None => Ok(()),
-        Some(number) => Err(beyond(&place, number)),
-    }
+    refuse(first_beyond(document).map_err(|e| e.to_string())?)
 }
 
 /// Checks all numbers of a document that is not in memory as values, which would take ten times its size.
@@ -29,10 +25,20 @@ pub fn check(document: &Value) -> Result<(), String> {
 ///
 /// The parser's message, or that of [`check`].
 pub fn check_text(document: impl AsRef<[u8]>) -> Result<(), String> {
-    let (mut place, mut found) = (String::new(), None);
-    let first = First { place: &mut place, found: &mut found };
     let mut parser = serde_json::Deserializer::from_slice(document.as_ref());
-    first.deserialize(&mut parser).and_then(|()| parser.end()).map_err(|e| e.to_string())?;
+    let found = first_beyond(&mut parser).map_err(|e| e.to_string())?;
+    parser.end().map_err(|e| e.to_string())?;
+    refuse(found)
+}
+
+/// Returns the first number that cannot be computed with, and where it is.
+fn first_beyond<'de, D: Deserializer<'de>>(document: D) -> Result<Option<(String, f64)>, D::Error> {
+    let (mut place, mut found) = (String::new(), None);
+    First { place: &mut place, found: &mut found }.deserialize(document)?;
+    Ok(found)
+}
+
+fn refuse(found: Option<(String, f64)>) -> Result<(), String> {
     found.map_or(Ok(()), |(place, number)| Err(beyond(&place, number)))
 }
 
@@ -135,28 +141,6 @@ fn is_usable(number: f64) -> bool {
 
 fn beyond(name: &str, number: f64) -> String {
     format!("{name} = {number:e}: expected a number from -1e100 to 1e100")
-}
-
-/// Returns the first number that cannot be computed with; `place` is where it is then.
-fn first_beyond(value: &Value, place: &mut String) -> Option<f64> {
-    let length = place.len();
-    let mut within = |name: &dyn std::fmt::Display, value: &Value| {
-        if matches!(value, Value::Null | Value::Bool(_) | Value::String(_)) {
-            return None;
-        }
-        place.push_str(&format!("/{name}"));
-        let found = first_beyond(value, place);
-        if found.is_none() {
-            place.truncate(length);
-        }
-        found
-    };
-    match value {
-        Value::Number(number) => number.as_f64().filter(|number| !is_usable(*number)),
-        Value::Array(values) => values.iter().enumerate().find_map(|(i, value)| within(&i, value)),
-        Value::Object(fields) => fields.iter().find_map(|(name, value)| within(name, value)),
-        _ => None,
-    }
 }
 
 #[cfg(test)]

@@ -6,10 +6,10 @@
 
 use super::error::ReportError;
 use super::sections::Table;
-use super::streamed::{lines, write_rows};
+use super::streamed::write_rows;
 use super::whole::Report;
 use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary};
-use crate::files::Streamed;
+use crate::files::{Streamed, lines};
 use crate::store::record::{Metrics, Outcome, Record, Row, RowKind};
 
 /// Name of the column of the score.

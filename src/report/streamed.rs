@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::error::ReportError;
-use crate::files::Streamed;
+use crate::files::{Streamed, lines};
 
 /// Rows that are in memory at once, and those that a thread makes at a time.
 const AT_ONCE: usize = 8192;
@@ -28,15 +28,4 @@ pub(crate) fn write_rows<T: Sync>(
         }
     }
     Ok(file.finish()?)
-}
-
-/// Returns rows as they stand in a table.
-pub(crate) fn lines<R: AsRef<[C]>, C: AsRef<str>>(rows: &[R]) -> Vec<u8> {
-    let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
-    let in_memory = "writing rows to memory cannot fail";
-    for row in rows {
-        let cells = row.as_ref().iter().map(|cell| cell.as_ref().as_bytes());
-        writer.write_record(cells).expect(in_memory);
-    }
-    writer.into_inner().expect(in_memory)
 }

@@ -3,14 +3,10 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
-use crate::cli::handover::Executes;
+use crate::cli::handover::{Executes, WorkersArgs};
 use crate::cli::scenario::ScenarioArg;
 use crate::cli::until::UntilArgs;
-use crate::cli::values::{
-    Budget, at_least_a_second, at_least_one, at_least_one_worker, from_one_to, minutes,
-    parse_budget, parse_seed,
-};
-use crate::run::watchdog::STALL_TIMEOUT_S;
+use crate::cli::values::{Budget, at_least_one, from_one_to, parse_budget, parse_seed};
 use crate::sample::Sampling;
 use crate::store::extent::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 
@@ -77,18 +73,9 @@ pub struct RunArgs {
     /// Who does the tasks: this machine, a Slurm that gets them as a job array, or whatever starts a script
     #[arg(long, value_enum, default_value_t = Executes::Local)]
     pub executor: Executes,
-    /// File of `#SBATCH` lines for the jobs, such as partition and account
-    #[arg(long, value_name = "FILE")]
-    pub sbatch: Option<PathBuf>,
-    /// Processor time that a job of a batch system is to take, minutes [default: 1 to 30, more for longer runs]
-    #[arg(long, value_name = "MINUTES", value_parser = minutes)]
-    pub job_minutes: Option<f64>,
-    /// Worker processes at the same time [default: one per processor; one per job of a batch system]
-    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
-    pub jobs: Option<NonZeroUsize>,
-    /// Time without a step of the simulation after which a task is given up
-    #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
-    pub stall_timeout: u64,
+    /// How they are done
+    #[command(flatten)]
+    pub workers: WorkersArgs,
     /// Results directory [default: results/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

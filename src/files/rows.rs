@@ -1,0 +1,12 @@
+//! Rows of tables as text.
+
+/// Returns rows as they stand in a table of comma-separated text.
+pub fn lines<R: AsRef<[C]>, C: AsRef<str>>(rows: &[R]) -> Vec<u8> {
+    let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
+    let in_memory = "writing rows to memory cannot fail";
+    for row in rows {
+        let cells = row.as_ref().iter().map(|cell| cell.as_ref().as_bytes());
+        writer.write_record(cells).expect(in_memory);
+    }
+    writer.into_inner().expect(in_memory)
+}
