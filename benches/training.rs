@@ -196,9 +196,14 @@ impl Controller for Recorder<'_> {
         self.controller.begin(signals)
     }
 
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
-        self.controller.act(observations, phases);
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
+        self.controller.act(observations, phases)?;
         self.phases.push(phases[0]);
+        Ok(())
     }
 
     fn observe(&mut self, observations: &[Observation], truncated: bool) {

@@ -1,6 +1,6 @@
 //! The domains that this program can evaluate on; a further one is a folder and a line here.
 
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use crate::analysis::{LOSS, RETURN};
 use crate::cartpole;
@@ -17,14 +17,23 @@ use crate::store::results::Results;
 use crate::traffic::domain::Traffic;
 use crate::traffic::report::{OF_EPISODES, TrafficSections};
 
-static TRAFFIC: LazyLock<Traffic> = LazyLock::new(Traffic::default);
+static TRAFFIC: OnceLock<Traffic> = OnceLock::new();
 
 /// All domains but traffic signals, whose problems need more of the command line.
 const OTHERS: [Entry; 1] = [cartpole::load::ENTRY];
 
+/// Sets traffic signals with further methods; to be called once, before anything asks for them.
+///
+/// # Panics
+///
+/// When somebody has asked for them, who would then know other methods.
+pub fn set_traffic(traffic: Traffic) {
+    assert!(TRAFFIC.set(traffic).is_ok(), "the methods of signals are known already");
+}
+
 /// Returns traffic signals.
 pub fn traffic() -> &'static dyn Domain {
-    &*TRAFFIC
+    TRAFFIC.get_or_init(Traffic::default)
 }
 
 /// Returns all domains but traffic signals.

@@ -1,16 +1,9 @@
-//! Parses the command line and turns the outcome into an exit code.
+//! The command line.
 
 use std::process::ExitCode;
 
-use tsc_family::cli::{self, exit};
+use tsc_family::{Traffic, cli};
 
 fn main() -> ExitCode {
-    cli::complete();
-    match cli::run(cli::parse()) {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            cli::complain(&error);
-            ExitCode::from(exit::code(error.as_ref()))
-        }
-    }
+    cli::main_with(Traffic::default())
 }

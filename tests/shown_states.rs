@@ -123,8 +123,9 @@ impl Controller for Restless {
         self.0 = signals[0].phases.len() as u64;
         Ok(vec![Drive::Decisions; signals.len()])
     }
-    fn act(&mut self, seen: &[Observation], phases: &mut [GreenPhase]) {
+    fn act(&mut self, seen: &[Observation], phases: &mut [GreenPhase]) -> Result<(), ControlError> {
         phases[0] = GreenPhase((seen[0].phase + 1) % self.0 as usize);
+        Ok(())
     }
 }
 
@@ -138,8 +139,9 @@ impl Controller for Stubborn {
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         Ok(vec![Drive::Decisions; signals.len()])
     }
-    fn act(&mut self, _: &[Observation], phases: &mut [GreenPhase]) {
+    fn act(&mut self, _: &[Observation], phases: &mut [GreenPhase]) -> Result<(), ControlError> {
         phases[0] = GreenPhase(0);
+        Ok(())
     }
 }
 

@@ -6,11 +6,11 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 
-use anyhow::Context;
 use serde_json::json;
 
 use super::interrupt::interrupted;
 use super::output::{line, note};
+use super::own::ControllersArgs;
 use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
@@ -20,6 +20,7 @@ use crate::run::audit::{Beside, audit_beside};
 use crate::run::domain::domain_of;
 use crate::run::executor::Event;
 use crate::run::session::reopen;
+use crate::run::worker::check_own;
 use crate::store::audit::{Audit, Damage, Remedy};
 use crate::store::manifest::{Manifest, Task};
 use crate::store::plan::write_plan;
@@ -46,6 +47,9 @@ pub struct CheckArgs {
     /// the run had it]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
+    /// Methods that are not the program's own, as they were given to the run, for --repair
+    #[command(flatten)]
+    pub controllers: ControllersArgs,
     /// Worker processes at the same time [default: one per processor]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker, requires = "repair")]
     pub jobs: Option<NonZeroUsize>,
@@ -239,30 +243,42 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
     }
     let todo: Vec<Task> =
         audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
+    for task in &todo {
+        check_own(
+            domain_of(&domains, layout, &manifest.identity)?,
+            layout,
+            &manifest.identity,
+            &task.method,
+        )?;
+    }
     let interrupted = interrupted()?;
     let jobs =
         args.jobs.map_or_else(|| available_parallelism().map_or(1, |j| j.get()), NonZeroUsize::get);
-    let program = std::env::current_exe().context("cannot find this program")?;
     let mut done: BTreeSet<usize> = BTreeSet::new();
-    session.work(&todo, &session.local(program, jobs), &interrupted, &mut |event| match event {
-        Event::Finished(record) => {
-            done.insert(record.summary.task);
-            note(format!(
-                "task {} is done again ({} of {})",
-                record.summary.task,
-                done.len(),
-                todo.len()
-            ));
-        }
-        Event::Retry { task, reason } => {
-            note(format!("task {task} failed and is tried again: {reason}"))
-        }
-        Event::Undone { task, reason } => note(format!("task {task} is left undone: {reason}")),
-        Event::Fewer { workers, asked, reason } => {
-            note(format!("{workers} of {asked} workers: {reason}"))
-        }
-        Event::Progress { .. } => {}
-    })?;
+    session.work(
+        &todo,
+        &session.local(args.controllers.launcher()?, jobs),
+        &interrupted,
+        &mut |event| match event {
+            Event::Finished(record) => {
+                done.insert(record.summary.task);
+                note(format!(
+                    "task {} is done again ({} of {})",
+                    record.summary.task,
+                    done.len(),
+                    todo.len()
+                ));
+            }
+            Event::Retry { task, reason } => {
+                note(format!("task {task} failed and is tried again: {reason}"))
+            }
+            Event::Undone { task, reason } => note(format!("task {task} is left undone: {reason}")),
+            Event::Fewer { workers, asked, reason } => {
+                note(format!("{workers} of {asked} workers: {reason}"))
+            }
+            Event::Progress { .. } => {}
+        },
+    )?;
     Ok(())
 }
 

@@ -20,6 +20,7 @@ use crate::store::error::StoreError;
 use crate::study::{CaseError, EngineError, StudyError};
 use crate::traffic::city::error::CityError;
 use crate::traffic::error::TrafficError;
+use crate::traffic::given::OwnError;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::sim::error::SimError;
 
@@ -64,6 +65,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             | RunError::Plan(_)
             | RunError::Method { .. }
             | RunError::NoTask { .. }
+            | RunError::Controller { .. }
             | RunError::Domain { .. }
             | RunError::Model { .. } => USAGE,
             RunError::Batch(e) => batch(e),
@@ -90,6 +92,9 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     }
     if let Some(e) = error.downcast_ref::<NetworkError>() {
         return Some(network(e));
+    }
+    if let Some(e) = error.downcast_ref::<OwnError>() {
+        return Some(if let OwnError::Io(e) = e { file(e) } else { USAGE });
     }
     if error.is::<Refused>() {
         return Some(USAGE);

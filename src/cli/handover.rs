@@ -16,6 +16,7 @@ use crate::run::batch::submission::{self, Packs, Place, Submission, absolute};
 use crate::run::batch::{BatchError, BatchSystem, Script, Slurm, Standing, slurm};
 use crate::run::domain::Domain;
 use crate::run::error::RunError;
+use crate::run::executor::Launcher;
 use crate::run::session::Session;
 use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::Layout;
@@ -133,12 +134,14 @@ pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
 ///
 /// * `results` — of the run, whose missing tasks are meant.
 /// * `there` — what batch systems have already.
+/// * `launcher` — how workers are started.
 pub(super) fn hand_over(
     system: &dyn BatchSystem,
     (session, domain): (&Session<'_>, &dyn Domain),
     results: &Results,
     there: &Abroad,
     args: &WorkersArgs,
+    launcher: Launcher,
 ) -> anyhow::Result<()> {
     let (layout, manifest) = (&session.layout, &session.manifest);
     let lines = args.sbatch.as_deref().map(slurm::lines).transpose().map_err(RunError::from)?;
@@ -186,8 +189,7 @@ pub(super) fn hand_over(
         from: absolute(&std::env::current_dir().context("cannot find this folder")?)
             .map_err(RunError::from)?,
         prepared,
-        program: absolute(&std::env::current_exe().context("cannot find this program")?)
-            .map_err(RunError::from)?,
+        launcher,
         lines,
     };
     submission.ids = system.submit(&submission, &place).map_err(RunError::from)?;

@@ -3,8 +3,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::Context;
-
 use super::monitor::Monitor;
 use super::output::note;
 use super::report::print;
@@ -14,7 +12,7 @@ use crate::domains;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::effort::RunEfforts;
-use crate::run::executor::Local;
+use crate::run::executor::{Launcher, Local};
 use crate::run::session::Session;
 use crate::store::manifest::Task;
 use crate::store::results::Results;
@@ -25,6 +23,8 @@ pub(super) struct Labour<'a> {
     pub(super) session: &'a Session<'a>,
     /// What is evaluated.
     pub(super) domain: &'a dyn Domain,
+    /// How workers are started.
+    pub(super) launcher: Launcher,
     /// Workers at the same time.
     pub(super) jobs: usize,
     /// Time without a step of the simulation after which a task is given up, seconds.
@@ -78,9 +78,9 @@ impl Labour<'_> {
             self.json,
             self.quiet,
         );
-        let program = std::env::current_exe().context("cannot find this program")?;
         let stall_timeout = Duration::from_secs(self.stall_timeout_s);
-        let executor = Local { stall_timeout, ..self.session.local(program, self.jobs) };
+        let executor =
+            Local { stall_timeout, ..self.session.local(self.launcher.clone(), self.jobs) };
         let outcome =
             self.session.work(&todo, &executor, interrupted, &mut |event| monitor.handle(event));
         monitor.close();

@@ -20,9 +20,12 @@ mod list;
 mod monitor;
 mod osm;
 mod output;
+mod own;
 mod plain;
 mod plan;
 mod point;
+mod program;
+mod protocol;
 mod recorded;
 pub mod refused;
 mod report;
@@ -45,11 +48,15 @@ mod values;
 mod work;
 mod worker;
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
+use std::path::Path;
 
 use plain::plain;
+pub use program::{Program, main_of, main_with};
 
 use clap::{CommandFactory, Parser, Subcommand};
+use own::ControllersArgs;
 
 /// Evaluate traffic signal controllers over the whole family of a city's intersections
 #[derive(Debug, Parser)]
@@ -123,17 +130,12 @@ pub enum Command {
     Man,
 }
 
-/// Answers the script of a shell and ends the process, if it is that which asks.
-pub fn complete() {
-    shell::complete(Cli::command);
-}
-
 /// Runs a command and returns its exit code.
 ///
 /// # Errors
 ///
 /// Whatever made the command impossible; [`exit::code`] tells its exit code.
-pub fn run(cli: Cli) -> anyhow::Result<u8> {
+fn run(cli: Cli) -> anyhow::Result<u8> {
     let fewer = match &cli.command {
         // They compute nothing at once.
         Command::Worker(_)
@@ -172,24 +174,42 @@ pub fn run(cli: Cli) -> anyhow::Result<u8> {
     .or_else(|error| if is_broken_pipe(&error) { Ok(exit::DONE) } else { Err(error) })
 }
 
-/// Reads the command line, or says what is wrong with it and ends the process.
-pub fn parse() -> Cli {
-    Cli::try_parse().unwrap_or_else(|e| {
-        let is_plain = std::env::args_os().all(|arg| {
+/// Reads the command line, or says what is wrong with it and returns the exit code.
+fn parse(args: &[OsString]) -> Result<Cli, u8> {
+    Cli::try_parse_from(args).map_err(|e| {
+        let is_plain = args.iter().all(|arg| {
             let arg = arg.to_string_lossy();
             plain(&arg) == arg
         });
         if is_plain {
-            e.exit();
+            // A closed pipe is no reason to complain.
+            let _ = e.print();
+        } else {
+            // What was given is quoted.
+            output::note(e.render());
         }
-        // What was given is quoted.
-        output::note(e.render());
-        std::process::exit(e.exit_code())
+        u8::try_from(e.exit_code()).unwrap_or(exit::USAGE)
     })
 }
 
+impl Command {
+    /// Returns what the command line says of methods that are not the program's own, and the results directory that may
+    /// have some.
+    fn controllers(&self) -> (Option<&ControllersArgs>, Option<&Path>) {
+        match self {
+            Self::Run(args) => (Some(&args.controllers), None),
+            Self::Worker(args) => (Some(&args.controllers), None),
+            Self::Work(args) => (Some(&args.controllers), None),
+            Self::Submit(args) | Self::Resume(args) => (Some(&args.controllers), Some(&args.dir)),
+            Self::Check(args) => (Some(&args.controllers), Some(&args.dir)),
+            Self::Status(args) => (None, Some(&args.dir)),
+            _ => (None, None),
+        }
+    }
+}
+
 /// Says why a command could not do its work.
-pub fn complain(error: &anyhow::Error) {
+fn complain(error: &anyhow::Error) {
     output::note(format_args!("error: {error:#}"));
 }
 

@@ -41,7 +41,12 @@ const ALL: &str = "all";
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let subject = Subject::new(args)?;
-    let methods = methods(&args.methods, subject.domain());
+    let mut methods = methods(&args.methods, subject.domain());
+    args.controllers.check(subject.domain())?;
+    for name in args.controllers.names().filter(|name| !methods.contains(name)).collect::<Vec<_>>()
+    {
+        methods.push(name);
+    }
     let plan = planned(args, &subject)?;
     let size = plan.is_none().then(|| subject.problem().family().points.len());
     let request = Request {
@@ -190,6 +195,7 @@ fn work(
     let labour = Labour {
         session,
         domain: request.domain,
+        launcher: args.controllers.launcher()?,
         jobs,
         stall_timeout_s: args.workers.stall_timeout,
         against: args.against.as_deref(),
@@ -221,6 +227,7 @@ fn hand_over_rest(
         return labour.summarise();
     }
     let there = abroad(&labour.session.layout).map_err(RunError::from)?;
-    hand_over(system, (labour.session, labour.domain), results, &there, &args.workers)?;
+    let launcher = labour.launcher.clone();
+    hand_over(system, (labour.session, labour.domain), results, &there, &args.workers, launcher)?;
     Ok(exit::DONE)
 }

@@ -7,6 +7,7 @@ use super::handover::{Executes, WorkersArgs, abroad, hand_over};
 use super::interrupt::interrupted;
 use super::labour::Labour;
 use super::output::note;
+use super::own::ControllersArgs;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
@@ -14,6 +15,7 @@ use crate::run::batch::{BatchSystem, Script, Slurm, Standing, submission};
 use crate::run::domain::domain_of;
 use crate::run::error::RunError;
 use crate::run::session::reopen;
+use crate::run::worker::check_own;
 use crate::store::Layout;
 use crate::store::kept::Keep;
 use crate::store::manifest::Manifest;
@@ -37,6 +39,9 @@ pub struct SubmitArgs {
     /// Folder of the networks or whatever was prepared [default: where the run had it]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
+    /// Methods that are not the program's own, as they were given to the run
+    #[command(flatten)]
+    pub controllers: ControllersArgs,
     /// How they are done
     #[command(flatten)]
     pub workers: WorkersArgs,
@@ -72,6 +77,11 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         );
         return Err(Refused(reason).into());
     }
+    manifest
+        .identity
+        .methods
+        .iter()
+        .try_for_each(|method| check_own(domain, &layout, &manifest.identity, method))?;
     let prepared =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
     let session = reopen(&known, &layout, prepared)?;
@@ -86,6 +96,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let labour = Labour {
         session: &session,
         domain,
+        launcher: args.controllers.launcher()?,
         jobs: args.workers.here(available_parallelism().map_or(1, |j| j.get())),
         stall_timeout_s: args.workers.stall_timeout,
         against: None,
@@ -112,6 +123,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
             note(format!("jobs of submission {} that were held may go on", submission.number));
         }
     }
-    hand_over(system, (&session, domain), &results, &there, &args.workers)?;
+    let launcher = labour.launcher.clone();
+    hand_over(system, (&session, domain), &results, &there, &args.workers, launcher)?;
     Ok(exit::DONE)
 }

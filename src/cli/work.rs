@@ -6,10 +6,9 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use anyhow::Context;
-
 use super::interrupt::interrupted;
 use super::output::{line, note};
+use super::own::ControllersArgs;
 use super::values::{at_least_a_second, at_least_one_worker};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
@@ -43,6 +42,9 @@ pub struct WorkArgs {
     /// Time without a step of the simulation after which a task is given up
     #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
     pub stall_timeout: u64,
+    /// Methods that are not the program's own
+    #[command(flatten)]
+    pub controllers: ControllersArgs,
     /// Time that a training has to be kept when this is asked to stop
     #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = at_least_a_second())]
     pub grace: u64,
@@ -69,7 +71,7 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     note(format!("pack {}: {} of {} tasks to do", args.pack, todo.len(), tasks.len()));
     let executor = Local {
         manifest: manifest.sha256(),
-        program: std::env::current_exe().context("cannot find this program")?,
+        launcher: args.controllers.launcher()?,
         prepared: args.prepared.clone().unwrap_or_default(),
         jobs: args.jobs.get(),
         stall_timeout: Duration::from_secs(args.stall_timeout),

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::interrupt::stop;
-use super::output::{line, note};
+use super::output::note;
+use super::own::{self, ControllersArgs};
+use super::protocol::Protocol;
 use super::values::at_least_a_second;
 use crate::cli::exit;
 use crate::domains::domains;
@@ -13,6 +15,7 @@ use crate::run::checkpoint::CHECKPOINT_EVERY_S;
 use crate::run::progress::{Failure, Fault, News, WorkerLine};
 use crate::run::watchdog::{STALL_TIMEOUT_S, Watchdog, stalled};
 use crate::run::worker::{Errand, serve};
+use anyhow::Context;
 
 /// `tsc-family worker`.
 #[derive(Debug, clap::Args)]
@@ -35,6 +38,9 @@ pub struct WorkerArgs {
     /// Time without a step of the simulation after which the task is given up
     #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
     pub stall_timeout: u64,
+    /// Methods that are not the program's own
+    #[command(flatten)]
+    pub controllers: ControllersArgs,
     /// End when standard input closes
     #[arg(long)]
     pub watch_stdin: bool,
@@ -48,9 +54,16 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
         end_with_parent();
     }
     let limit = Duration::from_secs(args.stall_timeout);
-    let alive = |steps| say(&WorkerLine::Alive(steps));
+    let protocol = Protocol::begin().context("cannot keep standard output apart")?;
+    let say = |what: &WorkerLine| protocol.say(what);
+    let (alive, last) = (protocol.clone(), protocol.clone());
+    let alive = move |steps| alive.say(&WorkerLine::Alive(steps));
     let watchdog = Watchdog::start(limit, alive, move |steps| {
-        say(&WorkerLine::Failed(Failure { fault: Fault::Task, reason: stalled(limit, steps) }));
+        let mut reason = stalled(limit, steps);
+        if let Some(stack) = own::stack() {
+            reason.push_str(&format!("; just now\n{stack}"));
+        }
+        last.say(&WorkerLine::Failed(Failure { fault: Fault::Task, reason }));
         end();
     });
     // Where a limit allows no thread more, the task is done unwatched.
@@ -77,11 +90,6 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
             Err(error.into())
         }
     }
-}
-
-/// Says something to the parent; one that has gone away is noticed by its closed pipe.
-fn say(what: &WorkerLine) {
-    let _ = line(serde_json::to_string(what).expect("plain data"));
 }
 
 /// Ends this process when standard input closes: its parent is gone.

@@ -13,11 +13,13 @@ use super::error::RunError;
 use super::fault::{Cause, CheckpointError, TrialError};
 use super::method::Method;
 use crate::family::MdpFamily;
+use crate::files::FileError;
 use crate::nn::archive::Archive;
 use crate::stats::{Direction, Limit};
 use crate::store::Layout;
 use crate::store::manifest::{Identity, PointRow};
 use crate::store::opaque::Opaque;
+use crate::store::own::OwnMethod;
 use crate::store::record::{Metrics, Row};
 
 /// What scores compare.
@@ -64,6 +66,16 @@ pub trait Domain: Sync {
 
     /// All methods, the baseline first.
     fn methods(&self) -> &[Method];
+
+    /// Returns what a method consists of that somebody added to the domain; `None` for those that it has itself.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when a file of it cannot be read.
+    fn own(&self, method: &str) -> Result<Option<OwnMethod>, FileError> {
+        let _ = method;
+        Ok(None)
+    }
 
     /// Returns a method on a point MDP, untrained.
     ///

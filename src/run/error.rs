@@ -48,6 +48,17 @@ pub enum RunError {
     /// A trial failed.
     #[error(transparent)]
     Trial(#[from] TrialError),
+    /// A method of somebody's own that is not the one that was planned.
+    #[error(
+        "{}: {difference}; what has changed is to be restored, or needs a new run with another --out",
+        .path.display()
+    )]
+    Controller {
+        /// The manifest.
+        path: PathBuf,
+        /// What differs.
+        difference: String,
+    },
     /// A task that the plan does not have.
     #[error("{} has no task {task}; its plan has {count}", .path.display())]
     NoTask {

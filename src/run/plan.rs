@@ -180,6 +180,9 @@ pub fn complete(
             sha256: made.sha256,
         });
     }
+    let controllers: Result<Vec<_>, _> =
+        draft.methods.iter().map(|method| request.domain.own(method)).collect();
+    let controllers = controllers?;
     let column = |f: &Feature| FeatureColumn { name: f.name.clone(), unit: f.unit.clone() };
     let objective = request.domain.objective();
     let identity = Identity {
@@ -193,6 +196,7 @@ pub fn complete(
         sample: draft.sample.clone(),
         points,
         methods: draft.methods.clone(),
+        controllers: controllers.into_iter().flatten().collect(),
         baseline: request.domain.baseline().unwrap_or_default().to_owned(),
         objective: objective.metric.to_owned(),
         direction: objective.direction,

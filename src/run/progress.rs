@@ -71,9 +71,11 @@ impl Failure {
     pub fn of(error: &RunError) -> Self {
         let fault = match error {
             RunError::Trial(TrialError::Simulator(_)) => Fault::Simulator,
-            RunError::Trial(TrialError::Machine(_)) | RunError::Store(_) | RunError::Io(_) => {
-                Fault::Machine
-            }
+            // Other tasks of it would be of another one too.
+            RunError::Trial(TrialError::Machine(_))
+            | RunError::Store(_)
+            | RunError::Io(_)
+            | RunError::Controller { .. } => Fault::Machine,
             RunError::Trial(TrialError::Failed(_) | TrialError::Model(_)) => Fault::Task,
             RunError::Trial(TrialError::Disturbed(_) | TrialError::Stopped) => Fault::Disturbed,
             _ => Fault::Input,

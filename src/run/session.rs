@@ -12,7 +12,7 @@ use std::time::Duration;
 use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::local::GRACE;
-use super::executor::{Event, Executor, Inline, Local};
+use super::executor::{Event, Executor, Inline, Launcher, Local};
 use super::plan::{Draft, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
 use crate::files::{FileError, beneath};
@@ -146,12 +146,12 @@ impl Session<'_> {
         }
     }
 
-    /// Returns the executor that starts a program as worker, so many at a time.
-    pub fn local(&self, program: PathBuf, jobs: usize) -> Local {
+    /// Returns the executor that starts workers, so many at a time.
+    pub fn local(&self, launcher: Launcher, jobs: usize) -> Local {
         Local {
             layout: self.layout.clone(),
             manifest: self.manifest.sha256(),
-            program,
+            launcher,
             prepared: self.prepared.clone(),
             jobs,
             stall_timeout: Duration::from_secs(STALL_TIMEOUT_S),

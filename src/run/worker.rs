@@ -53,6 +53,7 @@ pub fn serve(
     }
     let domain = domain_of(domains, &layout, &manifest.identity)?;
     let task = task_of(dir, &manifest.identity, errand.task)?;
+    check_own(domain, &layout, &manifest.identity, &task.method)?;
     let scratch = Scratch::new(&layout, task.task)?;
     let prepared = errand.prepared.clone();
     let workplace = Workplace {
@@ -64,6 +65,30 @@ pub fn serve(
         stop: errand.stop.clone(),
     };
     do_task(domain, &manifest, &task, &workplace, news)
+}
+
+/// Checks that a method of somebody's own is the one that was planned.
+///
+/// # Errors
+///
+/// [`RunError::Controller`] naming what differs.
+pub fn check_own(
+    domain: &dyn Domain,
+    layout: &Layout,
+    identity: &Identity,
+    method: &str,
+) -> Result<(), RunError> {
+    let Some(planned) = identity.controller(method) else { return Ok(()) };
+    let difference = match domain.own(method)? {
+        None => Some(format!(
+            "controller {method} ({}) was not given; give it as the run had it, with --controller or \
+             --controller-results",
+            planned.source
+        )),
+        Some(now) => planned.difference(&now),
+    };
+    let Some(difference) = difference else { return Ok(()) };
+    Err(RunError::Controller { path: layout.manifest(), difference })
 }
 
 /// Returns a task of a run by its row of the plan. Whoever starts workers has read the plan; one that did so for every

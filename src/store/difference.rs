@@ -43,7 +43,9 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
         differs("SUMO", &there.simulator, &now.simulator),
     ];
     let points = points(&there.points, &now.points);
-    let rest = versions.into_iter().flatten().next().or(points);
+    let controllers = there.controllers.iter().zip(&now.controllers);
+    let controllers = controllers.filter_map(|(there, now)| there.difference(now)).next();
+    let rest = controllers.or(versions.into_iter().flatten().next()).or(points);
     // Everything that is compared has its words above but constants of a version.
     Some(rest.unwrap_or_else(|| {
         "it was planned by a version of tsc-family that chooses otherwise".to_owned()

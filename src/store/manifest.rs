@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::own::OwnMethod;
 use super::{Layout, Name, SCHEMA_VERSION, extent};
 use crate::files::{self, limits};
 use crate::hash::sha256;
@@ -92,6 +93,9 @@ pub struct Identity {
     pub points: Vec<PointRow>,
     /// Methods, the baseline first.
     pub methods: Vec<String>,
+    /// Those of them that are not the domain's.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub controllers: Vec<OwnMethod>,
     /// Name of the method that every score is divided by; empty where the objective is the score.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub baseline: String,
@@ -266,6 +270,17 @@ impl Identity {
                 return Err(format!("a method cannot be called {method:?}"));
             }
         }
+        for own in &self.controllers {
+            if !self.methods.contains(&own.name) {
+                return Err(format!("controller {:?} is none of its methods", own.name));
+            }
+            let said = [&own.name, &own.source, &own.summary].into_iter();
+            let said =
+                said.chain(own.sha256.keys()).chain(own.versions.iter().flat_map(|(a, b)| [a, b]));
+            if let Some(text) = said.into_iter().find(|text| text.chars().any(char::is_control)) {
+                return Err(format!("{text:?} has control characters"));
+            }
+        }
         let points = self.points.iter().map(|point| point.point.as_str());
         if let Some(growth) = &self.sample.growth {
             let whole = growth.looks.last().is_some_and(|look| {
@@ -282,12 +297,18 @@ impl Identity {
         for (what, doubled) in [
             ("point", doubled(points)),
             ("method", doubled(self.methods.iter().map(String::as_str))),
+            ("controller", doubled(self.controllers.iter().map(|own| own.name.as_str()))),
         ] {
             if let Some(name) = doubled {
                 return Err(format!("{what} {name} is there twice"));
             }
         }
         Ok(())
+    }
+
+    /// Returns a method that is not the domain's.
+    pub fn controller(&self, method: &str) -> Option<&OwnMethod> {
+        self.controllers.iter().find(|own| own.name == method)
     }
 
     /// Returns how many tasks a method has per point MDP.

@@ -30,6 +30,7 @@ pub mod metrics;
 mod name;
 pub mod opaque;
 mod origin;
+pub mod own;
 pub mod plan;
 pub mod record;
 pub mod results;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::control::Controller;
 use super::control::baseline;
 use super::control::registry::METHODS;
+use super::control::{Controller, Setup};
 use super::controllers::create;
 use super::effort::effort;
 use super::env::World;
@@ -14,28 +14,28 @@ use super::environment::{environment, folder_of, planned_world};
 use super::error::TrafficError;
 use super::held::Held;
 use super::network_files::GENERATED;
+use super::own::{Create, Own, Play};
 use super::settings::Scenario;
 use super::settings::failure::failure;
 use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
 use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
+use crate::files::FileError;
 use crate::hash::sha256_file;
 use crate::run::RunError;
 use crate::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
 use crate::run::fault::TrialError;
-use crate::run::method::{Method, find};
+use crate::run::method::{Method, Training, find};
 use crate::stats::{Direction, Limit};
 use crate::store::manifest::PointRow;
-
-/// Makes a controller; the seed is of everything random in it.
-pub type Create = Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>;
+use crate::store::own::OwnMethod;
 
 /// Traffic signals in SUMO, judged by the mean delay per vehicle.
 pub struct Traffic {
     methods: Vec<Method>,
-    /// Of the methods after those that this library has.
-    own: Vec<Create>,
+    /// The methods after those that this library has.
+    own: Vec<Own>,
 }
 
 impl Default for Traffic {
@@ -48,17 +48,29 @@ impl Traffic {
     /// Name of the domain.
     pub const NAME: &str = "traffic";
 
-    /// Adds a method. Its controller gets a seed and nothing else: settings are the caller's own.
+    /// Adds a method that is compiled into this program. Its controller gets a seed and the episodes that learners are
+    /// trained for; other settings are the caller's own. Another build of the program is another method to a run.
     ///
     /// # Panics
     ///
     /// When there is a method of that name: records would not tell the two apart.
     #[must_use]
-    pub fn with(mut self, method: Method, create: Create) -> Self {
+    pub fn with(self, method: Method, create: Create) -> Self {
+        let learns = method.training == Training::Learned;
+        self.with_own(method, Own::compiled(method.name, method.summary, learns, create))
+    }
+
+    /// Adds a method of somebody's own.
+    ///
+    /// # Panics
+    ///
+    /// As [`Self::with`].
+    #[must_use]
+    pub fn with_own(mut self, method: Method, own: Own) -> Self {
         let known = self.methods.iter().any(|m| m.name == method.name);
         assert!(!known, "there is a method {:?} already; give yours another name", method.name);
         self.methods.push(method);
-        self.own.push(create);
+        self.own.push(own);
         self
     }
 
@@ -70,11 +82,18 @@ impl Traffic {
         imported: bool,
         seed: u64,
     ) -> Result<Box<dyn Controller>, RunError> {
-        let own = self.methods[METHODS.len()..].iter().position(|m| m.name == method);
-        match own {
-            Some(own) => Ok(self.own[own](seed)),
-            None => create(method, scenario, imported, seed),
+        match self.own_of(method).map(|own| &own.play) {
+            Some(Play::Controller(create)) => {
+                Ok(create(&Setup { seed, episodes: scenario.training.episodes, imported }))
+            }
+            _ => create(method, scenario, imported, seed),
         }
+    }
+
+    /// Returns a method of somebody's own.
+    fn own_of(&self, method: &str) -> Option<&Own> {
+        let own = self.methods[METHODS.len()..].iter().position(|m| m.name == method)?;
+        Some(&self.own[own])
     }
 
     /// Returns a trial in a world.
@@ -85,7 +104,7 @@ impl Traffic {
     fn in_world<S: Sim + 'static>(
         &self,
         sim: S,
-        (world, held): (World, Held),
+        (world, mut held): (World, Held),
         scenario: &Scenario,
         site: &Site<'_>,
         method: &str,
@@ -95,6 +114,9 @@ impl Traffic {
         let controller = self.controller(method, scenario, imported, seed);
         let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
         let env = environment(sim, world, scenario, site.scratch);
+        for (path, sha256) in self.own_of(method).map_or(Ok(vec![]), Own::read)? {
+            held.add(path, Some(&sha256)).map_err(of_files)?;
+        }
         Ok(Box::new(SignalTrial { env, controller, held }))
     }
 }
@@ -124,12 +146,19 @@ impl Domain for Traffic {
         &self.methods
     }
 
+    fn own(&self, method: &str) -> Result<Option<OwnMethod>, FileError> {
+        self.own_of(method).map_or(Ok(None), Own::described)
+    }
+
     fn trial(
         &self,
         site: &Site<'_>,
         method: &str,
         seed: u64,
     ) -> Result<Box<dyn Trial>, TrialError> {
+        if let Some(Own { play: Play::External(scores), .. }) = self.own_of(method) {
+            return Ok(Box::new(scores.trial(&site.point.point)));
+        }
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let world = planned_world(site.point, site.prepared).map_err(|e| match e {
             TrafficError::Network(e) => of_network(e),
@@ -197,7 +226,6 @@ pub fn scenario_of(settings: &Value) -> Result<Scenario, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::method::Training;
 
     #[test]
     #[should_panic(expected = "there is a method \"actuated\" already")]

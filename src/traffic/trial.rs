@@ -129,6 +129,7 @@ pub(super) fn of_control(error: ControlError) -> TrialError {
         ControlError::Diverged { .. } => TrialError::Diverged(error.to_string()),
         ControlError::Model(e) => TrialError::Model(e),
         ControlError::Checkpoint(e) => e.into(),
+        ControlError::Own { .. } => TrialError::Failed(error.into()),
         // A training episode fails for reasons of the simulation, not of what was given.
         ControlError::Episode(e) => match e.downcast::<TrafficError>() {
             Ok(e) => of_files(*e),
@@ -270,8 +271,13 @@ mod tests {
         fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
             Ok(vec![Drive::Decisions; signals.len()])
         }
-        fn act(&mut self, _: &[Observation], phases: &mut [GreenPhase]) {
+        fn act(
+            &mut self,
+            _: &[Observation],
+            phases: &mut [GreenPhase],
+        ) -> Result<(), ControlError> {
             phases[0] = GreenPhase(0);
+            Ok(())
         }
         fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
             (0..2).try_for_each(|seed| trainer.episode(self, seed).map(drop))

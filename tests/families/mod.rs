@@ -56,6 +56,7 @@ impl MadeUp<'_> {
                 sample: serde_json::from_value(sample).unwrap(),
                 points: self.points.iter().map(point).collect(),
                 methods: self.methods.iter().map(|m| (*m).to_owned()).collect(),
+                controllers: vec![],
                 baseline: self.baseline.into(),
                 objective: self.objective.into(),
                 replicates: 1,

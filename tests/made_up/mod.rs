@@ -62,6 +62,7 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
             },
             points: vec![point("quiet", 0.75, 250.0), point("busy", 0.25, 900.0)],
             methods: methods.iter().map(|m| (*m).to_owned()).collect(),
+            controllers: vec![],
             baseline: methods[0].to_owned(),
             objective: "delay_s".into(),
             replicates: 1,

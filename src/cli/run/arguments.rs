@@ -4,6 +4,7 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
 use crate::cli::handover::{Executes, WorkersArgs};
+use crate::cli::own::ControllersArgs;
 use crate::cli::scenario::ScenarioArg;
 use crate::cli::until::UntilArgs;
 use crate::cli::values::{Budget, at_least_one, from_one_to, parse_budget, parse_seed};
@@ -26,6 +27,7 @@ Examples:
   tsc-family run --budget 40 --assist results/all --methods idqn --out results/idqn
   tsc-family run --budget 80 --until-decided --methods idqn,mplight --out results/decided
   tsc-family run --budget 80 --executor slurm --sbatch cluster.sbatch --out results/slc
+  tsc-family run --budget 20 --controller mine=exec:./cmd --out results/mine
   tsc-family run --budget 80 --dry-run")]
 pub struct RunArgs {
     /// Scenario: path or embedded name; with --sumocfg only its settings count
@@ -57,6 +59,9 @@ pub struct RunArgs {
     /// baseline,fixed-time,max-pressure,actuated; of `cartpole` ppo,dqn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
+    /// Methods that are not the program's own
+    #[command(flatten)]
+    pub controllers: ControllersArgs,
     /// Seed from which all others are derived
     #[arg(long, default_value_t = 0, value_parser = parse_seed)]
     pub seed: u64,

@@ -6,6 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use super::submission::{Place, Submission, quoted};
 use super::{BatchError, BatchSystem, Waiting};
 use crate::files::{FileError, write_atomically};
+use crate::run::executor::Launcher;
 
 /// Writes a script and leaves the rest to people.
 #[derive(Debug, Clone, Copy)]
@@ -59,11 +60,17 @@ impl BatchSystem for Script {
     }
 }
 
+/// Returns a program with what comes before its subcommand, for a shell.
+fn launched(launcher: &Launcher) -> String {
+    let first = launcher.first.iter().map(|argument| quoted(argument.as_ref()));
+    std::iter::once(quoted(&launcher.program)).chain(first).collect::<Vec<_>>().join(" ")
+}
+
 /// Returns the command that does packs of a submission, without the pack's number.
 pub(super) fn command(submission: &Submission, place: &Place) -> String {
     let mut command = format!(
         "{} work {} --submission {} --jobs {} --stall-timeout {}",
-        quoted(&place.program),
+        launched(&place.launcher),
         quoted(&place.results),
         submission.number,
         submission.workers,
@@ -71,6 +78,9 @@ pub(super) fn command(submission: &Submission, place: &Place) -> String {
     );
     if !place.prepared.as_os_str().is_empty() {
         command.push_str(&format!(" --prepared {}", quoted(&place.prepared)));
+    }
+    for argument in &place.launcher.last {
+        command.push_str(&format!(" {}", quoted(argument.as_ref())));
     }
     command
 }

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::error::BatchError;
 use super::pack::Pack;
 use crate::files::{self, FileError, limits, make_folder_beneath, write_atomically};
+use crate::run::executor::Launcher;
 use crate::store::Layout;
 
 /// Most submissions of a results directory.
@@ -69,8 +70,8 @@ pub struct Place {
     pub from: PathBuf,
     /// Folder of what was prepared, absolute; empty where nothing was.
     pub prepared: PathBuf,
-    /// The program, absolute.
-    pub program: PathBuf,
+    /// What to start, absolute.
+    pub launcher: Launcher,
     /// Lines of the user's for it.
     pub lines: Vec<String>,
 }

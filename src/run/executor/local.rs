@@ -7,22 +7,22 @@
 //! is tried once more, then left undone; the run goes on. The machine's fault ends the run.
 
 use std::cell::RefCell;
-use std::ffi::OsStr;
+use std::ffi::OsString;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
-use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdout, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
 use super::crew::{Crew, Member, Queue};
 use super::verdict::verdict;
-use super::{Event, Executor};
+use super::{Event, Executor, Launcher};
 use crate::files::beneath::open_beneath;
 use crate::files::{FileError, make_folder_beneath};
 use crate::machine::{self, with_way_out};
@@ -51,8 +51,8 @@ pub struct Local {
     pub layout: Layout,
     /// sha256 of the manifest.
     pub manifest: String,
-    /// The program to start.
-    pub program: PathBuf,
+    /// What to start.
+    pub launcher: Launcher,
     /// Folder of what was prepared; empty where nothing was.
     pub prepared: PathBuf,
     /// Workers at the same time.
@@ -121,7 +121,9 @@ impl Local {
             drop(sender);
             if threads.is_empty() {
                 let reason = no_more.unwrap_or_else(|| ErrorKind::WouldBlock.into());
-                return Err(FileError::at("start", &self.program)(with_way_out(reason)).into());
+                return Err(
+                    FileError::at("start", &self.launcher.program)(with_way_out(reason)).into()
+                );
             }
             if let Some(reason) = no_more {
                 let workers = threads.len() - dismissed;
@@ -234,16 +236,21 @@ impl Local {
         make_folder_beneath(self.layout.root(), folder)?;
         let stderr = open_beneath(self.layout.root(), &log, true)?;
         let prepared = Some(&self.prepared).filter(|folder| !folder.as_os_str().is_empty());
-        let mut command = Command::new(&self.program);
+        let mut arguments: Vec<OsString> = vec![self.layout.root().into()];
+        let prepared = prepared.iter().flat_map(|folder| ["--prepared".into(), folder.into()]);
+        arguments.extend(prepared);
+        let stall_timeout_s = self.stall_timeout.as_secs().max(1);
+        for (name, value) in [
+            ("--task", task.task.to_string()),
+            ("--manifest", self.manifest.clone()),
+            ("--attempt", attempt.to_string()),
+            ("--stall-timeout", stall_timeout_s.to_string()),
+        ] {
+            arguments.extend([name.into(), value.into()]);
+        }
+        arguments.push("--watch-stdin".into());
+        let mut command = self.launcher.command("worker", &arguments);
         command
-            .arg("worker")
-            .arg(self.layout.root())
-            .args(["--task", &task.task.to_string()])
-            .args(prepared.iter().flat_map(|folder| [OsStr::new("--prepared"), folder.as_os_str()]))
-            .args(["--manifest", &self.manifest])
-            .args(["--attempt", &attempt.to_string()])
-            .args(["--stall-timeout", &self.stall_timeout.as_secs().max(1).to_string()])
-            .arg("--watch-stdin")
             // The pipe closes when this process ends, however it ends, and the worker with it.
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -266,12 +273,17 @@ impl Local {
                 }
             }
         };
-        let started = member.start(halt, &start).map_err(FileError::at("start", &self.program))?;
+        let program = &self.launcher.program;
+        let started = member.start(halt, &start).map_err(FileError::at("start", program))?;
         let Some(((mut child, reader), _at_work)) = started else { return Ok(None) };
         // The worker itself says when it stands still; this is for one that cannot.
         let patience = SILENCE * self.stall_timeout;
         let ended = wait(&mut child, (patience, self.grace), &lines, halt);
-        let ended = ended.map_err(FileError::at("wait for", &self.program))?;
+        let ended = ended.map_err(FileError::at("wait for", program))?;
+        // A method of somebody's own may have started processes that outlive the worker.
+        if !self.launcher.last.is_empty() {
+            let _ = kill_process_group(Pid::from_child(&child), Signal::KILL);
+        }
         let failure = reader.join().expect("a thread here does not panic");
         Ok(Some(match ended {
             Some(status) => verdict(status, failure, &log),

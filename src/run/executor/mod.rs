@@ -3,11 +3,12 @@
 //! An [`Executor`] of one's own goes to [`Session::work`](super::session::Session::work). A worker is any program that
 //! answers `PROGRAM worker DIR --task K [--prepared DIR] [--attempt N] [--stall-timeout S] [--watch-stdin]` with
 //! [`serve`](super::worker::serve) and its [lines](super::progress::WorkerLine), one at least every S seconds (see
-//! [`Watchdog`](super::watchdog::Watchdog)): `tsc-family` for the methods that it has, a program of one's own for
-//! others.
+//! [`Watchdog`](super::watchdog::Watchdog)): `tsc-family` for the methods that it has and those of `--controller`, a
+//! program of one's own (`cli::main_with`) for others.
 
 mod crew;
 pub mod inline;
+mod launcher;
 pub mod local;
 mod log;
 mod verdict;
@@ -20,6 +21,7 @@ use crate::store::manifest::Task;
 use crate::store::record::Record;
 
 pub use inline::Inline;
+pub use launcher::Launcher;
 pub use local::Local;
 
 /// What happens while tasks are done.

@@ -87,8 +87,13 @@ impl<L: Learner> Controller for Learning<L> {
         Ok(vec![Drive::Decisions; signals.len()])
     }
 
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
         self.learner.act(&self.training, &self.signals, observations, phases);
+        Ok(())
     }
 
     fn observe(&mut self, observations: &[Observation], truncated: bool) {

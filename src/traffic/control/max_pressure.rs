@@ -104,7 +104,11 @@ impl Controller for MaxPressure {
         Ok(vec![Drive::Decisions; signals.len()])
     }
 
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
         for (((signal, streets), observation), phase) in
             self.signals.iter().zip(&self.streets).zip(observations).zip(phases.iter_mut())
         {
@@ -132,6 +136,7 @@ impl Controller for MaxPressure {
             }
             *phase = GreenPhase(best.0);
         }
+        Ok(())
     }
 }
 
@@ -219,7 +224,7 @@ mod tests {
         let mut controller = MaxPressure::default();
         controller.begin(std::slice::from_ref(signal)).unwrap();
         let mut phases = [GreenPhase(9)];
-        controller.act(std::slice::from_ref(seen), &mut phases);
+        controller.act(std::slice::from_ref(seen), &mut phases).unwrap();
         phases[0].0
     }
 

@@ -68,7 +68,11 @@ impl Controller for MaxPressureResco {
         Ok(vec![Drive::Decisions; signals.len()])
     }
 
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
         for ((candidates, observation), phase) in
             self.phases.iter().zip(observations).zip(phases.iter_mut())
         {
@@ -81,6 +85,7 @@ impl Controller for MaxPressureResco {
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -112,7 +117,7 @@ mod tests {
         let mut controller = MaxPressureResco::default();
         controller.begin(&[two_phase_signal()]).unwrap();
         let mut phases = [GreenPhase(9)];
-        controller.act(&[observation(queues, downstream)], &mut phases);
+        controller.act(&[observation(queues, downstream)], &mut phases).unwrap();
         phases[0]
     }
 
@@ -140,7 +145,7 @@ mod tests {
         let mut controller = MaxPressureResco::default();
         controller.begin(std::slice::from_ref(&signal)).unwrap();
         let mut phases = [GreenPhase(9)];
-        controller.act(std::slice::from_ref(&seen), &mut phases);
+        controller.act(std::slice::from_ref(&seen), &mut phases).unwrap();
         assert_eq!(phases[0], GreenPhase(0), "10 against 7");
     }
 
@@ -158,7 +163,7 @@ mod tests {
         let mut controller = MaxPressureResco::default();
         controller.begin(std::slice::from_ref(&signal)).unwrap();
         let mut phases = [GreenPhase(9)];
-        controller.act(&[observation([3.0, 4.0], [0.0, 0.0])], &mut phases);
+        controller.act(&[observation([3.0, 4.0], [0.0, 0.0])], &mut phases).unwrap();
         assert_eq!(phases[0], GreenPhase(1));
     }
 

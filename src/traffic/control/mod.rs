@@ -24,7 +24,7 @@ pub(crate) mod testing;
 mod training;
 pub mod webster;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::Turn;
 
@@ -117,6 +117,14 @@ impl Limits {
 }
 
 impl SignalSpec {
+    /// Returns the lanes that a phase serves, ascending.
+    pub fn served_lanes(&self, phase: usize) -> Vec<usize> {
+        let served = self.movements.iter().zip(&self.phases[phase].service);
+        let served = served.filter(|(_, light)| **light != Light::Red);
+        let lanes: BTreeSet<usize> = served.flat_map(|(m, _)| m.lanes.iter().copied()).collect();
+        lanes.into_iter().collect()
+    }
+
     /// Returns the ids of lanes that have no green in any phase.
     pub fn unserved_lanes(&self) -> Vec<&str> {
         let served = |lane: usize| {
@@ -242,13 +250,21 @@ pub enum ControlError {
     /// A model or checkpoint that does not fit the method or the signals.
     #[error("the model does not fit: {0}")]
     Model(#[from] ArchiveError),
+    /// A method of somebody's own failed.
+    #[error("{method}: {reason}")]
+    Own {
+        /// The method.
+        method: &'static str,
+        /// What happened, with the traceback where there is one.
+        reason: String,
+    },
     /// A checkpoint could not be written, or the training is to stop after it.
     #[error(transparent)]
     Checkpoint(#[from] crate::run::fault::CheckpointError),
 }
 
 /// What a controller is set up with, beside the settings of its method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Setup {
     /// Of everything random in it.
     pub seed: u64,
@@ -309,8 +325,17 @@ pub trait Controller {
 
     /// Chooses the green phase of every signal for the next interval; only called while the
     /// signals are driven by [`Drive::Decisions`].
-    fn act(&mut self, observations: &[Observation], phases: &mut [GreenPhase]) {
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Own`] of methods that are somebody's own.
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
         let _ = (observations, phases);
+        Ok(())
     }
 
     /// Learns from the interval that has just passed; called once after every [`Self::act`] and its

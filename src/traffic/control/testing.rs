@@ -126,7 +126,7 @@ impl Trainer for QueueWorld {
         let mut waiting = 0.0;
         for t in 0..Self::DECISIONS {
             if decides {
-                controller.act(&self.observe(&queues, &phases), &mut phases);
+                controller.act(&self.observe(&queues, &phases), &mut phases)?;
             }
             for (s, (queues, phase)) in queues.iter_mut().zip(&phases).enumerate() {
                 // Two vehicles arrive per interval, for some time on the same lane.

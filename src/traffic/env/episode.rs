@@ -41,7 +41,7 @@ pub fn run_episode<S: Sim>(
     let mut phases = vec![GreenPhase(0); drives.len()];
     loop {
         if decides {
-            controller.act(env.observations(), &mut phases);
+            controller.act(env.observations(), &mut phases)?;
         }
         let truncated = env.step(&phases)?.truncated;
         if decides {
@@ -71,9 +71,14 @@ mod tests {
         fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
             Ok(vec![Drive::Decisions; signals.len()])
         }
-        fn act(&mut self, _: &[Observation], phases: &mut [GreenPhase]) {
+        fn act(
+            &mut self,
+            _: &[Observation],
+            phases: &mut [GreenPhase],
+        ) -> Result<(), ControlError> {
             phases[0] = GreenPhase(self.0[self.1.min(self.0.len() - 1)]);
             self.1 += 1;
+            Ok(())
         }
     }
 

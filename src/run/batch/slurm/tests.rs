@@ -1,6 +1,7 @@
 //! Scripts of jobs, words of `squeue`, lines of users.
 
 use super::*;
+use crate::run::executor::Launcher;
 
 fn submission() -> Submission {
     Submission {
@@ -27,7 +28,7 @@ fn place() -> Place {
         folder: "/data/my results/jobs/003".into(),
         from: "/home/me".into(),
         prepared: "/data/networks".into(),
-        program: "/opt/tsc-family".into(),
+        launcher: Launcher::of("/opt/tsc-family"),
         lines: vec!["#SBATCH --partition=long".into()],
     }
 }

@@ -1,6 +1,7 @@
 //! Workers that are shell scripts: whatever they do, the run goes on or stops as it should.
 
 use std::path::Path;
+use std::process::Command;
 
 use super::*;
 use crate::run::progress::Progress;
@@ -25,7 +26,7 @@ fn local(dir: &Path, script: &str) -> Local {
     Local {
         layout: Layout::new(dir),
         manifest: "abc".into(),
-        program,
+        launcher: Launcher::of(program),
         prepared: "prepared".into(),
         jobs: 2,
         stall_timeout: Duration::from_secs(600),

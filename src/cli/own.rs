@@ -1,0 +1,133 @@
+//! Methods that are not the program's own: what the command line says of them, and how workers are told.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use anyhow::Context;
+
+use super::refused::Refused;
+use super::values::at_least_a_second;
+use super::{Command, Program};
+use crate::domains;
+use crate::run::domain::Domain;
+use crate::run::executor::Launcher;
+use crate::store::Layout;
+use crate::store::manifest::Manifest;
+use crate::traffic::domain::Traffic;
+use crate::traffic::given::{add, add_external, add_named};
+use crate::traffic::own::Host;
+
+/// Time that a command has for an answer, seconds.
+const ANSWER_TIMEOUT_S: u64 = 60;
+
+/// How this program is started again; empty for its executable alone.
+static START: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// What opens classes, where this program has it.
+static HOST: OnceLock<Box<dyn Host>> = OnceLock::new();
+
+/// Methods that are not the program's own.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct ControllersArgs {
+    /// Controller of your own: a command that is asked over pipes, or a class in Python (repeatable)
+    #[arg(long = "controller", value_name = "NAME=exec:COMMAND|NAME=FILE.py:CLASS")]
+    pub controllers: Vec<String>,
+    /// Scores that were measured elsewhere, a table with the columns point, delay_s and seed or episode (repeatable)
+    #[arg(long = "controller-results", value_name = "NAME=FILE")]
+    pub results: Vec<String>,
+    /// Time that a command has for an answer
+    #[arg(long, value_name = "SECONDS", default_value_t = ANSWER_TIMEOUT_S, value_parser = at_least_a_second())]
+    pub answer_timeout: u64,
+}
+
+impl ControllersArgs {
+    /// Returns the names of all that were given.
+    pub(super) fn names(&self) -> impl Iterator<Item = String> {
+        let all = self.controllers.iter().chain(&self.results);
+        all.filter_map(|given| Some(given.split_once('=')?.0.to_owned()))
+    }
+
+    /// Refuses controllers of signals where something else is evaluated, and a limit that nothing is subject to.
+    pub(super) fn check(&self, domain: &dyn Domain) -> anyhow::Result<()> {
+        if let Some(name) =
+            self.names().find(|name| !domain.methods().iter().any(|m| m.name == name))
+        {
+            let reason = format!(
+                "--controller {name} has no effect on {}: controllers are of signals; leave it out",
+                domain.name()
+            );
+            return Err(Refused(reason).into());
+        }
+        let commands = self.controllers.iter().any(|given| given.contains("=exec:"));
+        if self.answer_timeout != ANSWER_TIMEOUT_S && !commands {
+            let reason = "--answer-timeout has no effect: no controller is a command; leave it out";
+            return Err(Refused(reason.to_owned()).into());
+        }
+        Ok(())
+    }
+
+    /// Returns how workers are started that have these methods too.
+    pub(super) fn launcher(&self) -> anyhow::Result<Launcher> {
+        let mut start = START.get().cloned().unwrap_or_default().into_iter();
+        let program = match start.next() {
+            Some(program) => program.into(),
+            None => std::env::current_exe().context("cannot find this program")?,
+        };
+        let mut last: Vec<OsString> = Vec::new();
+        let options =
+            [("--controller", &self.controllers), ("--controller-results", &self.results)];
+        for (option, values) in options {
+            values.iter().for_each(|given| last.extend([option.into(), given.into()]));
+        }
+        if self.answer_timeout != ANSWER_TIMEOUT_S {
+            last.extend(["--answer-timeout".into(), self.answer_timeout.to_string().into()]);
+        }
+        Ok(Launcher { program, first: start.collect(), last })
+    }
+
+    /// Adds the controllers that were given.
+    fn add_to(&self, mut traffic: Traffic, host: Option<&dyn Host>) -> anyhow::Result<Traffic> {
+        let answer = Duration::from_secs(self.answer_timeout);
+        for given in &self.controllers {
+            traffic = add(traffic, given, host, answer)?;
+        }
+        for given in &self.results {
+            traffic = add_external(traffic, given)?;
+        }
+        Ok(traffic)
+    }
+}
+
+/// Makes the methods known that a command is about: the program's, those that were given, and those that only the
+/// results directory has, which can be read and not played.
+pub(super) fn set_up(command: &Command, program: Program) -> anyhow::Result<()> {
+    let Program { mut traffic, start, host } = program;
+    // A process sets this up once.
+    let _ = START.set(start);
+    if let Some(host) = host {
+        let _ = HOST.set(host);
+    }
+    let (given, dir) = command.controllers();
+    if let Some(given) = given {
+        traffic = given.add_to(traffic, HOST.get().map(AsRef::as_ref))?;
+    }
+    for about in dir.map(recorded).unwrap_or_default() {
+        traffic = add_named(traffic, &about);
+    }
+    domains::set_traffic(traffic);
+    Ok(())
+}
+
+/// Returns the methods of somebody's own that a results directory has. Whoever needs its manifest says what is wrong with
+/// it.
+fn recorded(dir: &Path) -> Vec<crate::store::own::OwnMethod> {
+    let manifest = Manifest::read(&Layout::new(dir));
+    manifest.map(|manifest| manifest.identity.controllers).unwrap_or_default()
+}
+
+/// Returns where a class is just now, for the record of one that hangs.
+pub(super) fn stack() -> Option<String> {
+    HOST.get()?.stack()
+}

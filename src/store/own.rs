@@ -1,0 +1,150 @@
+//! Methods that a run was given beside those of its domain: what they consist of, so that a changed one is another run.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// What a method of somebody's own is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OwnKind {
+    /// It is compiled into the program.
+    Program,
+    /// A command that is asked over pipes.
+    Exec,
+    /// A class within this process, in Python.
+    Python,
+    /// Results that were measured elsewhere; nothing runs.
+    External,
+}
+
+impl OwnKind {
+    /// Returns what it is in a few words.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::Program => "compiled into the program",
+            Self::Exec => "a command",
+            Self::Python => "a class in Python",
+            Self::External => "measured elsewhere, not by this run",
+        }
+    }
+}
+
+/// A method of somebody's own as the manifest keeps it. Nothing in it is started: what is comes from the command line,
+/// and has to have these hashes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OwnMethod {
+    /// Name.
+    pub name: String,
+    /// What it is made of.
+    pub kind: OwnKind,
+    /// How it was named on the command line, with files by their names alone.
+    pub source: String,
+    /// A sentence for people; empty where nobody wrote one.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub summary: String,
+    /// Whether it learns before it is evaluated.
+    pub learns: bool,
+    /// sha256 of every file that it consists of, by name.
+    pub sha256: BTreeMap<String, String>,
+    /// Versions of what runs it, such as `python`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub versions: BTreeMap<String, String>,
+}
+
+impl OwnMethod {
+    /// Returns what differs between the method that a run has and one of the same name, in words; `None` if nothing does.
+    pub fn difference(&self, now: &Self) -> Option<String> {
+        let name = &self.name;
+        if self == now {
+            return None;
+        }
+        if (self.kind, &self.source) != (now.kind, &now.source) {
+            return Some(format!(
+                "controller {name} is {} ({}) there and {} ({}) now",
+                self.source,
+                self.kind.in_words(),
+                now.source,
+                now.kind.in_words()
+            ));
+        }
+        let files = self.sha256.keys().chain(now.sha256.keys());
+        let mut files = files.filter(|file| self.sha256.get(*file) != now.sha256.get(*file));
+        if let Some(file) = files.next() {
+            let how = match (self.sha256.get(file), now.sha256.get(file)) {
+                (Some(_), Some(_)) => "has changed",
+                (Some(_), None) => "belongs to it no more",
+                _ => "belongs to it now",
+            };
+            return Some(format!("controller {name}: {file} {how}"));
+        }
+        let of = |own: &Self, what: &str| {
+            own.versions.get(what).cloned().unwrap_or_else(|| "none".to_owned())
+        };
+        let versions = self.versions.keys().chain(now.versions.keys());
+        let mut versions = versions.filter(|what| of(self, what) != of(now, what));
+        Some(match versions.next() {
+            Some(what) => {
+                format!(
+                    "controller {name}: {what} is {} there and {} now",
+                    of(self, what),
+                    of(now, what)
+                )
+            }
+            None => format!("controller {name} says other things of itself"),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn own() -> OwnMethod {
+        OwnMethod {
+            name: "mine".to_owned(),
+            kind: OwnKind::Python,
+            source: "mine.py:Mine".to_owned(),
+            summary: String::new(),
+            learns: false,
+            sha256: BTreeMap::from([("mine.py".to_owned(), "ab".to_owned())]),
+            versions: BTreeMap::from([("python".to_owned(), "3.11.7".to_owned())]),
+        }
+    }
+
+    #[test]
+    fn what_differs_is_named() {
+        let there = own();
+        let with = |change: &dyn Fn(&mut OwnMethod)| {
+            let mut now = own();
+            change(&mut now);
+            there.difference(&now)
+        };
+        assert_eq!(with(&|_| {}), None);
+        type Change<'a> = &'a dyn Fn(&mut OwnMethod);
+        let cases: [(Change<'_>, &str); 6] = [
+            (
+                &|m| m.sha256.values_mut().for_each(|h| h.push('c')),
+                "controller mine: mine.py has changed",
+            ),
+            (
+                &|m| drop(m.sha256.insert("net.py".into(), "cd".into())),
+                "controller mine: net.py belongs to it now",
+            ),
+            (&|m| m.sha256.clear(), "controller mine: mine.py belongs to it no more"),
+            (
+                &|m| drop(m.versions.insert("python".into(), "3.12.1".into())),
+                "controller mine: python is 3.11.7 there and 3.12.1 now",
+            ),
+            (
+                &|m| m.kind = OwnKind::Exec,
+                "controller mine is mine.py:Mine (a class in Python) there and mine.py:Mine (a command) now",
+            ),
+            (&|m| m.learns = true, "controller mine says other things of itself"),
+        ];
+        for (change, expected) in cases {
+            assert_eq!(with(change).as_deref(), Some(expected));
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! A controller that is a command: it is asked over its standard input and answers on its standard output, one JSON
+//! object per line ([`super::protocol`]). Its standard error goes to the log, and the end of it into the reason when it
+//! fails.
+//!
+//! One process does a whole task: it is started with the first episode, and told of every episode's begin.
+
+use std::collections::VecDeque;
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use serde::de::DeserializeOwned;
+
+use super::protocol::{Decision, Question, Ready, Seen, Signal, VERSION};
+use crate::traffic::control::{
+    ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec,
+};
+
+/// Longest line that is read, bytes.
+const MOST_LINE: u64 = 1 << 20;
+
+/// Most characters of an answer that are quoted.
+const QUOTED: usize = 200;
+
+/// Last lines of standard error that are quoted.
+const LAST_LINES: usize = 30;
+
+/// Time that a command has to end when it was told to, and that its last words have to arrive.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// How often it is looked whether it has ended.
+const NAP: Duration = Duration::from_millis(5);
+
+/// A controller that is a command.
+#[derive(Debug)]
+pub struct Exec {
+    name: &'static str,
+    /// Program and arguments.
+    words: Vec<String>,
+    setup: Setup,
+    /// Time for an answer.
+    answer: Duration,
+    /// Phases of every signal.
+    phases: Vec<usize>,
+    running: Option<Running>,
+}
+
+/// The command at work.
+#[derive(Debug)]
+struct Running {
+    child: Child,
+    questions: Option<ChildStdin>,
+    answers: Receiver<io::Result<Vec<u8>>>,
+    last_words: Arc<Mutex<VecDeque<String>>>,
+    listener: Option<JoinHandle<()>>,
+}
+
+impl Exec {
+    /// Returns a controller that has not been started.
+    ///
+    /// # Arguments
+    ///
+    /// * `words` — program and arguments.
+    /// * `answer` — time for an answer.
+    pub fn new(name: &'static str, words: Vec<String>, setup: Setup, answer: Duration) -> Self {
+        Self { name, words, setup, answer, phases: Vec::new(), running: None }
+    }
+
+    fn failed(&mut self, reason: String) -> ControlError {
+        let words = self.running.take().map(Running::end).unwrap_or_default();
+        let reason = match words.is_empty() {
+            true => reason,
+            false => format!("{reason}; it said last\n{}", words.join("\n")),
+        };
+        ControlError::Own { method: self.name, reason }
+    }
+
+    /// Asks for something and returns the answer.
+    fn ask<A: DeserializeOwned>(
+        &mut self,
+        question: &Question,
+        what: &str,
+        form: &str,
+    ) -> Result<A, ControlError> {
+        let limit = self.answer;
+        let running = self.running.as_mut().expect("it was started");
+        let mut line = serde_json::to_vec(question).expect("plain data");
+        line.push(b'\n');
+        let pipe = running.questions.as_mut().expect("it is open while it runs");
+        // One that has ended says so by what it answers, which is nothing.
+        let sent = pipe.write_all(&line).and_then(|()| pipe.flush());
+        let answer = running.answers.recv_timeout(limit);
+        let text = match answer {
+            Ok(Ok(text)) => text,
+            Ok(Err(e)) => {
+                return Err(self.failed(format!("its answer to {what} cannot be read: {e}")));
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                let limit = limit.as_secs_f64();
+                return Err(self.failed(format!(
+                    "it did not answer {what} within {limit} s; --answer-timeout allows more time"
+                )));
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                let how = self.running.as_mut().map(Running::ended).unwrap_or_default();
+                let how = match sent {
+                    Err(e) if e.kind() != io::ErrorKind::BrokenPipe => format!("{how} ({e})"),
+                    _ => how,
+                };
+                return Err(self.failed(format!("it {how} instead of answering {what}")));
+            }
+        };
+        serde_json::from_slice(&text).map_err(|e| {
+            let text: String = String::from_utf8_lossy(&text).chars().take(QUOTED).collect();
+            self.failed(format!("it answered {what} with {text:?}, which is not {form} ({e})"))
+        })
+    }
+}
+
+impl Controller for Exec {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        if self.running.is_none() {
+            let started = Running::start(&self.words);
+            let name = &self.words[0];
+            self.running = Some(started.map_err(|e| ControlError::Own {
+                method: self.name,
+                reason: format!("{name} cannot be started: {e}"),
+            })?);
+        }
+        self.phases = signals.iter().map(|signal| signal.phases.len()).collect();
+        let begin = Question::Begin {
+            version: VERSION,
+            method: self.name.to_owned(),
+            seed: self.setup.seed,
+            signals: signals.iter().map(Signal::from).collect(),
+        };
+        self.ask::<Ready>(&begin, "begin", "{}")?;
+        Ok(vec![Drive::Decisions; signals.len()])
+    }
+
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
+        let act = Question::Act { signals: observations.iter().map(Seen::from).collect() };
+        let decision: Decision = self.ask(&act, "act", "{\"phases\":[...]}")?;
+        let (given, signals) = (decision.phases.len(), phases.len());
+        if given != signals {
+            let reason = format!("it decided for {given} signals, and there are {signals}");
+            return Err(self.failed(reason));
+        }
+        let wrong =
+            decision.phases.iter().zip(&self.phases).position(|(phase, count)| phase >= count);
+        if let Some(signal) = wrong {
+            let (phase, count) = (decision.phases[signal], self.phases[signal]);
+            return Err(self.failed(format!(
+                "it chose phase {phase} of signal {signal}, which has {count}, from 0"
+            )));
+        }
+        phases.iter_mut().zip(decision.phases).for_each(|(to, phase)| *to = GreenPhase(phase));
+        Ok(())
+    }
+}
+
+impl Drop for Exec {
+    fn drop(&mut self) {
+        if let Some(running) = self.running.take() {
+            running.end();
+        }
+    }
+}
+
+impl Running {
+    fn start(words: &[String]) -> io::Result<Self> {
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]);
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn()?;
+        let questions = child.stdin.take();
+        let stdout = child.stdout.take().expect("the standard output is piped");
+        let stderr = child.stderr.take().expect("the standard error is piped");
+        let (sender, answers) = channel();
+        let last_words = Arc::new(Mutex::new(VecDeque::new()));
+        let kept = Arc::clone(&last_words);
+        let threads = thread::Builder::new()
+            .spawn(move || read_answers(stdout, &sender))
+            .and_then(|_| thread::Builder::new().spawn(move || listen(stderr, &kept)));
+        match threads {
+            Ok(listener) => {
+                Ok(Self { child, questions, answers, last_words, listener: Some(listener) })
+            }
+            Err(e) => {
+                // It may have ended by itself meanwhile.
+                let _ = child.kill();
+                child.wait()?;
+                Err(e)
+            }
+        }
+    }
+
+    /// Returns how it has ended, in words.
+    fn ended(&mut self) -> String {
+        match self.wait() {
+            Some(status) => format!("ended ({status})"),
+            None => "closed its standard output".to_owned(),
+        }
+    }
+
+    fn wait(&mut self) -> Option<std::process::ExitStatus> {
+        let begin = Instant::now();
+        while begin.elapsed() < PATIENCE {
+            match self.child.try_wait() {
+                Ok(Some(status)) => return Some(status),
+                Ok(None) => thread::sleep(NAP),
+                Err(_) => return None,
+            }
+        }
+        None
+    }
+
+    /// Ends it, and returns its last words on standard error.
+    fn end(mut self) -> Vec<String> {
+        if let Some(mut questions) = self.questions.take() {
+            // It may have gone.
+            let _ = serde_json::to_vec(&Question::End {})
+                .map_err(io::Error::from)
+                .and_then(|line| questions.write_all(&line))
+                .and_then(|()| questions.write_all(b"\n"));
+        }
+        if self.wait().is_none() {
+            // It may have ended by itself meanwhile.
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+        // Processes that it has started may hold its standard error open: they are not waited for.
+        let begin = Instant::now();
+        if let Some(listener) = self.listener.take() {
+            while !listener.is_finished() && begin.elapsed() < PATIENCE {
+                thread::sleep(NAP);
+            }
+        }
+        let words = self.last_words.lock().unwrap_or_else(PoisonError::into_inner);
+        words.iter().cloned().collect()
+    }
+}
+
+/// Passes on lines until there are no more.
+fn read_answers(stdout: impl Read, answers: &Sender<io::Result<Vec<u8>>>) {
+    let mut reader = BufReader::new(stdout);
+    loop {
+        let mut line = Vec::new();
+        let read = reader.by_ref().take(MOST_LINE).read_until(b'\n', &mut line);
+        let answer = match read {
+            Ok(0) => return,
+            Ok(_) if line.len() as u64 == MOST_LINE => {
+                Err(io::Error::other(format!("its line has more than {MOST_LINE} bytes")))
+            }
+            Ok(_) => Ok(line),
+            Err(e) => Err(e),
+        };
+        if answers.send(answer).is_err() {
+            return;
+        }
+    }
+}
+
+/// Copies lines to the log and keeps the last ones.
+fn listen(stderr: impl Read, kept: &Mutex<VecDeque<String>>) {
+    let mut reader = BufReader::new(stderr);
+    loop {
+        let mut line = Vec::new();
+        match reader.by_ref().take(MOST_LINE).read_until(b'\n', &mut line) {
+            Ok(0) | Err(_) => return,
+            Ok(_) => {}
+        }
+        // A log that cannot be written is noticed elsewhere.
+        let _ = io::stderr().write_all(&line);
+        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.len() == LAST_LINES {
+            kept.pop_front();
+        }
+        kept.push_back(String::from_utf8_lossy(&line).trim_end().to_owned());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::control::testing::{observation, two_phase_signal};
+
+    /// A command that is a shell's.
+    fn exec(script: &str) -> Exec {
+        let words = ["sh", "-c", script].map(str::to_owned).to_vec();
+        Exec::new("mine", words, Setup::default(), Duration::from_millis(400))
+    }
+
+    fn play(exec: &mut Exec) -> Result<usize, String> {
+        let mut phases = [GreenPhase(9)];
+        exec.begin(&[two_phase_signal()]).map_err(|e| e.to_string())?;
+        let seen = [observation([2.0, 3.0], [0.0, 0.0])];
+        exec.act(&seen, &mut phases).map_err(|e| e.to_string())?;
+        Ok(phases[0].0)
+    }
+
+    #[test]
+    fn a_command_decides_and_is_told_of_every_episode() {
+        let mut exec = exec(
+            r#"n=0; while read -r line; do case $line in
+               *'"event":"begin"'*) n=$((n + 1)); echo '{}';;
+               *'"event":"act"'*) echo "{\"phases\":[$((n - 1))]}";;
+               esac; done"#,
+        );
+        assert_eq!(play(&mut exec), Ok(0));
+        assert_eq!(play(&mut exec), Ok(1), "the same process goes on with the next episode");
+    }
+
+    #[test]
+    fn whatever_a_command_does_instead_of_answering_is_said() {
+        let act = |answer: &str| format!("read -r a; echo '{{}}'; read -r b; {answer}; cat");
+        for (script, expected) in [
+            (
+                "echo no such thing >&2; exit 3".to_owned(),
+                "it ended (exit status: 3) instead of answering begin; it said last\nno such thing",
+            ),
+            ("sleep 5".to_owned(), "it did not answer begin within 0.4 s"),
+            ("echo hello; cat".to_owned(), "it answered begin with \"hello\\n\", which is not {}"),
+            (act("kill -9 $$"), "it ended (signal: 9 (SIGKILL)) instead of answering act"),
+            (act("exec >&-; exec sleep 5"), "it closed its standard output instead of answering act"),
+            (act("echo '{\"phases\":[2]}'"), "it chose phase 2 of signal 0, which has 2, from 0"),
+            (act("echo '{\"phases\":[0,0]}'"), "it decided for 2 signals, and there are 1"),
+            (act("echo '{\"phases\":[NaN]}'"), "it answered act with"),
+            (act("head -c 2000000 /dev/zero"), "its line has more than 1048576 bytes"),
+        ] {
+            let e = play(&mut exec(&script)).unwrap_err();
+            assert!(e.starts_with("mine: ") && e.contains(expected), "{script}: {e}");
+        }
+        let mut missing = Exec::new("mine", vec!["/nowhere".into()], Setup::default(), PATIENCE);
+        assert!(play(&mut missing).unwrap_err().starts_with("mine: /nowhere cannot be started"));
+    }
+}

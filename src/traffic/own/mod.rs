@@ -1,0 +1,86 @@
+//! Methods of somebody's own: compiled in, a command that is asked over pipes, a class in Python, or scores that were
+//! measured elsewhere. What one consists of is hashed, so that a run has the method that was planned.
+
+pub mod exec;
+pub mod external;
+pub mod host;
+pub mod protocol;
+
+pub use host::{Host, Hosted};
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::control::{Controller, Setup};
+use crate::files::FileError;
+use crate::hash::sha256_file;
+use crate::store::own::{OwnKind, OwnMethod};
+
+/// Makes a controller.
+pub type Create = Box<dyn Fn(&Setup) -> Box<dyn Controller> + Send + Sync>;
+
+/// How a method of somebody's own is played.
+pub enum Play {
+    /// By a controller.
+    Controller(Create),
+    /// Not at all: its scores are there.
+    External(Arc<external::Scores>),
+    /// It is known by name, as records have it, but nobody said where it is.
+    Absent,
+}
+
+/// A method of somebody's own.
+pub struct Own {
+    /// What it is; hashes are those of [`Self::files`].
+    pub about: OwnMethod,
+    /// What it consists of, by name.
+    pub files: BTreeMap<String, PathBuf>,
+    /// How it is played.
+    pub play: Play,
+}
+
+impl Own {
+    /// Returns a method that is compiled into this program.
+    pub fn compiled(name: &str, summary: &str, learns: bool, create: Create) -> Self {
+        let program = std::env::current_exe().ok();
+        let about = OwnMethod {
+            name: name.to_owned(),
+            kind: OwnKind::Program,
+            source: "the program".to_owned(),
+            summary: summary.to_owned(),
+            learns,
+            sha256: BTreeMap::new(),
+            versions: BTreeMap::new(),
+        };
+        let files = program.map(|path| ("program".to_owned(), path)).into_iter().collect();
+        Self { about, files, play: Play::Controller(create) }
+    }
+
+    /// Returns what it is, with the hashes that its files have now; `None` where nobody said where it is.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when a file cannot be read.
+    pub fn described(&self) -> Result<Option<OwnMethod>, FileError> {
+        if matches!(self.play, Play::Absent) {
+            return Ok(None);
+        }
+        let hash = |(name, path): (&String, &PathBuf)| Ok((name.clone(), sha256_file(path)?));
+        let sha256 = self.files.iter().map(hash).collect::<Result<_, FileError>>()?;
+        Ok(Some(OwnMethod { sha256, ..self.about.clone() }))
+    }
+
+    /// Returns the files that a task reads, with the hashes that they have now. The program itself is none of them: what
+    /// runs stays what it was when it was started.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when one cannot be read.
+    pub fn read(&self) -> Result<Vec<(&Path, String)>, FileError> {
+        if self.about.kind == OwnKind::Program {
+            return Ok(Vec::new());
+        }
+        self.files.values().map(|path| Ok((path.as_path(), sha256_file(path)?))).collect()
+    }
+}
