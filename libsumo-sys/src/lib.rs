@@ -36,4 +36,6 @@ mod constants {
 }
 
 pub use constants::*;
+/// Loads a shared object, as [`Shim::new`] loads the shim.
+pub use libloading::Library;
 pub use shim::*;

@@ -12,7 +12,7 @@ use super::output::{Counted, line, note};
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit;
-use crate::traffic::city::folder::{SCENARIO_FILE, networks_folder, of_preset};
+use crate::traffic::city::folder::default_folder;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
@@ -93,21 +93,6 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         ));
     }
     Ok(exit::DONE)
-}
-
-/// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder or as
-/// the `scenario.toml` within it, as `--osm` writes it, else `networks/NAME`; with another preset than
-/// the default in a folder of its own beside it, because the default programs differ.
-pub(super) fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
-    let preset = loaded.scenario.preset;
-    let path = Path::new(scenario);
-    if path.is_dir() {
-        return path.join(networks_folder(preset));
-    }
-    match (path.file_name(), path.parent()) {
-        (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(networks_folder(preset)),
-        _ => Path::new("networks").join(of_preset(&loaded.scenario.name, preset)),
-    }
 }
 
 /// Returns the network of a point MDP, which is built if it is missing.

@@ -91,9 +91,15 @@ fn number(text: &str) -> String {
 #[cfg(feature = "libsumo")]
 fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
     use crate::traffic::sim::Sim;
-    use crate::traffic::sim::libsumo::{INCLUDE_DIR, KIND, LIBRARY, SumoSim};
+    use crate::traffic::sim::libsumo::{INCLUDE_DIR, KIND, LIBRARY, SumoSim, library};
 
-    let linked = format!("{LIBRARY} ({KIND}, headers {INCLUDE_DIR})");
+    let linked = match library() {
+        Ok(found) if found.as_os_str() == LIBRARY => {
+            format!("{LIBRARY} ({KIND}, headers {INCLUDE_DIR})")
+        }
+        Ok(found) => format!("{} ({KIND})", found.display()),
+        Err(_) => "not found".to_owned(),
+    };
     let version = SumoSim::new().and_then(|mut sim| sim.version());
     (linked, version.map_err(|e| problems.push(e.to_string())).ok())
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use serde_json::json;
 
-use super::build_networks::{default_folder, network};
+use super::build_networks::network;
 use super::effects::Use;
 use super::output::{Progress, line, note};
 use super::point::unknown_point;
@@ -17,6 +17,7 @@ use crate::cli::refused::Refused;
 use crate::run::model::SavedModel;
 use crate::store::extent;
 use crate::store::record::Row;
+use crate::traffic::city::folder::default_folder;
 use crate::traffic::content;
 use crate::traffic::contest::{Arena, Standing};
 use crate::traffic::control::baseline;

@@ -180,7 +180,7 @@ fn batch(error: &BatchError) -> u8 {
 
 fn sim(error: &SimError) -> u8 {
     match error {
-        SimError::Unavailable(_) => NO_SUMO,
+        SimError::Unavailable(_) | SimError::Absent(_) => NO_SUMO,
         SimError::Io(e) => file(e),
         SimError::NoSignals(_)
         | SimError::Signal { .. }

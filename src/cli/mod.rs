@@ -23,7 +23,7 @@ mod output;
 mod own;
 mod plain;
 mod plan;
-mod point;
+pub mod point;
 mod program;
 mod protocol;
 mod recorded;

@@ -10,7 +10,7 @@ use crate::traffic::family::load::LoadedScenario;
 const NAMED_POINTS: usize = 3;
 
 /// Returns the error for a point MDP that a scenario does not have.
-pub(super) fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> TrafficError {
+pub fn unknown_point(point: &str, loaded: &LoadedScenario, scenario: &str) -> TrafficError {
     let points = &loaded.family.points;
     let named: Vec<&str> = points.iter().take(NAMED_POINTS).map(|p| p.id.as_str()).collect();
     let mut some = named.join(", ");

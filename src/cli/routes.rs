@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::build_networks::{default_folder, network};
+use super::build_networks::network;
 use super::effects::Use;
 use super::output::{line, note, quoted};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
 use super::values::parse_seed;
 use crate::cli::exit;
+use crate::traffic::city::folder::default_folder;
 use crate::traffic::network::demand::DemandSpec;
 
 /// `tsc-family routes`.

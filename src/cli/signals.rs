@@ -7,7 +7,7 @@ mod text;
 use std::path::{Path, PathBuf};
 
 use self::look::look;
-use super::build_networks::{default_folder, network};
+use super::build_networks::network;
 use super::effects::Use;
 use super::folder::DRAWINGS;
 use super::output::{line, note};
@@ -16,6 +16,7 @@ use super::scenario::ScenarioArg;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::files::{make_folder, write_atomically};
+use crate::traffic::city::folder::default_folder;
 use crate::traffic::env::warnings;
 use crate::traffic::settings::SignalSettings;
 use crate::traffic::sim::error::SimError;

@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::build_networks::default_folder;
 use super::effects::{self, Use, not_among};
 use super::folder::NETWORKS;
 use super::output::note;
@@ -18,6 +17,7 @@ use crate::run::entry::Entry;
 use crate::run::method::Method;
 use crate::run::plan::Draft;
 use crate::settings::overrides::Override;
+use crate::traffic::city::folder::default_folder;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
@@ -128,7 +128,7 @@ impl Subject {
         let configs: Vec<PathBuf> = problem.imported.values().cloned().collect();
         match warning_lines(&configs, &problem.loaded.scenario.signal) {
             // A plan needs no SUMO.
-            Err(SimError::Unavailable(_)) => {
+            Err(SimError::Unavailable(_) | SimError::Absent(_)) => {
                 note("the signals were not looked at, since SUMO is missing")
             }
             lines => lines?.iter().for_each(|line| note(format!("warning: {line}"))),

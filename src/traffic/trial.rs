@@ -149,7 +149,7 @@ pub(super) fn of_control(error: ControlError) -> TrialError {
 /// Returns what follows from a simulation's error.
 pub(super) fn of_sim(error: SimError) -> TrialError {
     match error {
-        SimError::Unavailable(_) => TrialError::Simulator(error.into()),
+        SimError::Unavailable(_) | SimError::Absent(_) => TrialError::Simulator(error.into()),
         SimError::Io(_) | SimError::CutOff(_) => TrialError::Machine(error.into()),
         SimError::NoSignals(_)
         | SimError::Signal { .. }
@@ -210,7 +210,7 @@ fn resco(rows: &[Row]) -> Metrics {
 ///
 /// [`SimError::NoVehicles`]: without vehicles there is nothing to judge, and a delay of 0 would be the
 /// best one.
-fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
+pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
     let trips = &metrics.trips;
     let (Some(delay_s), Some(waiting_s)) = (metrics.delay_s(), metrics.waiting_s()) else {
         return Err(SimError::NoVehicles(seed));

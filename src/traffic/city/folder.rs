@@ -1,10 +1,11 @@
-//! The folder of a city: what its files are called, and whether they may be replaced.
+//! The folder of a city: what its files are called, and whether they may be replaced; where networks are.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::CityError;
 use crate::files::{self, limits};
 use crate::hash::sha256_file;
+use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::settings::Preset;
 
 /// Name of the scenario file within a city's folder.
@@ -33,6 +34,21 @@ pub fn of_preset(name: &str, preset: Preset) -> String {
     match preset == Preset::default() {
         true => name.to_owned(),
         false => format!("{name}-{}", preset.name()),
+    }
+}
+
+/// Returns where a scenario's networks are: `FOLDER/networks` of one that is given as a folder or as
+/// the `scenario.toml` within it, as `--osm` writes it, else `networks/NAME`; with another preset than
+/// the default in a folder of its own beside it, because the default programs differ.
+pub fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
+    let preset = loaded.scenario.preset;
+    let path = Path::new(scenario);
+    if path.is_dir() {
+        return path.join(networks_folder(preset));
+    }
+    match (path.file_name(), path.parent()) {
+        (Some(name), Some(folder)) if name == SCENARIO_FILE => folder.join(networks_folder(preset)),
+        _ => Path::new("networks").join(of_preset(&loaded.scenario.name, preset)),
     }
 }
 

@@ -20,6 +20,9 @@ pub enum SimError {
          libpython3.11`) or rebuild with SUMO_HOME set, then run `tsc-family doctor`"
     )]
     Unavailable(String),
+    /// libsumo is not where whoever started this program looked for it; what to do depends on that.
+    #[error("SUMO cannot be used: {0}")]
+    Absent(String),
     /// A recoverable TraCI error, for example an unknown lane id.
     #[error("sumo rejected `{call}`: {message}")]
     Traci {

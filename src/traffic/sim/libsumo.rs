@@ -2,7 +2,8 @@
 //!
 //! Choices:
 //! - **Loaded at run time.** The shim is embedded in the binary and loaded when the first
-//!   [`SumoSim`] is created, so that everything but simulating works without SUMO.
+//!   [`SumoSim`] is created, so that everything but simulating works without SUMO. Where SUMO moves
+//!   with its user, as in Python, [`look_for`] says where it is.
 //! - **One call per decision.** [`Sim::observe`] reads all vehicles and phases at once; ids cross
 //!   the boundary only when an episode starts or a program is changed.
 //! - **Traced once.** The lanes of the whole network are read when a scenario is started for the first
@@ -11,6 +12,7 @@
 //!   `Process Error` here; whoever runs a worker keeps its standard error.
 
 mod api;
+pub mod place;
 mod unpacked;
 
 use std::collections::HashMap;
@@ -31,6 +33,7 @@ use super::{
 use crate::pulse;
 
 pub use libsumo_sys::{INCLUDE_DIR, KIND, LIBRARY};
+pub use place::{library, look_for};
 
 /// Options of every episode, unless [`StartOptions::args`] has its own value for one.
 ///

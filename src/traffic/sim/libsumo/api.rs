@@ -7,22 +7,23 @@
 //!   function is called again; all of them are copied before that.
 #![expect(unsafe_code, reason = "libsumo is C++; every call is one documented unsafe block")]
 
-use std::error::Error;
 use std::ffi::{CStr, CString, c_char};
 use std::fmt;
 use std::io;
+use std::path::Path;
 use std::ptr;
 use std::slice;
 use std::sync::OnceLock;
 
 use libsumo_sys::{
-    LIBRARY, SHIM, SUMO_LANE_CARS, SUMO_LANE_FOOT, SUMO_LANE_INNER, SUMO_NOT_RUNNING, SUMO_OK,
-    SUMO_REJECTED, SUMO_TOO_SMALL, Shim, SumoCounts, SumoLane, SumoPhase, SumoProgram, SumoSignal,
-    SumoStreetLane, SumoTopology, SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED,
+    LIBRARY, Library, SHIM, SUMO_LANE_CARS, SUMO_LANE_FOOT, SUMO_LANE_INNER, SUMO_NOT_RUNNING,
+    SUMO_OK, SUMO_REJECTED, SUMO_TOO_SMALL, Shim, SumoCounts, SumoLane, SumoPhase, SumoProgram,
+    SumoSignal, SumoStreetLane, SumoTopology, SumoVehicle, TRAFFICLIGHT_TYPE_ACTUATED,
     TRAFFICLIGHT_TYPE_STATIC,
 };
 use osm_signals::angle::normalise_degrees;
 
+use super::place::{cause, library};
 use super::unpacked::unpacked;
 use crate::traffic::sim::topology::{StreetLane, Topology, Way};
 use crate::traffic::sim::{
@@ -48,8 +49,9 @@ impl fmt::Debug for Api {
 impl Api {
     /// Loads the shim, once per process.
     pub(super) fn load() -> Result<Self, SimError> {
+        let library = library().map_err(SimError::Absent)?;
         LOADED
-            .get_or_init(|| load().map_err(|e| format!("{e} (built with {LIBRARY})")))
+            .get_or_init(|| load(&library).map_err(|e| format!("{e} (built with {LIBRARY})")))
             .as_ref()
             .map(Self)
             .map_err(|reason| SimError::Unavailable(reason.clone()))
@@ -290,15 +292,18 @@ impl Api {
     }
 }
 
-/// Loads the embedded shim.
-fn load() -> io::Result<Shim> {
+/// Loads the embedded shim, and before it the library that it needs where that lies elsewhere than it did when the
+/// shim was built: the system's loader takes the one of that name that is there.
+fn load(library: &Path) -> io::Result<Shim> {
+    if library != Path::new(LIBRARY) {
+        // SAFETY: libsumo, as whoever named its place vouches; loading it runs nothing but static constructors.
+        let loaded = unsafe { Library::new(library) }.map_err(|e| io::Error::other(cause(&e)))?;
+        Box::leak(Box::new(loaded));
+    }
     unpacked(SHIM, |path| {
         // SAFETY: the file is the shim that the declarations were generated from; loading it runs
         // nothing but the static constructors of SUMO and of the libraries that SUMO needs.
-        unsafe { Shim::new(path) }.map_err(|e| {
-            // The error itself says only that loading failed; its source names the missing library.
-            e.source().map_or_else(|| e.to_string(), ToString::to_string)
-        })
+        unsafe { Shim::new(path) }.map_err(|e| cause(&e))
     })
 }
 
