@@ -1,0 +1,33 @@
+//! The Python package's native part: the command, simulations, families and estimates.
+//!
+//! What Python sees is in `tsc_family/_native.pyi`; everything that needs no Rust is Python, beside it.
+
+mod command;
+mod error;
+mod family;
+mod observation;
+mod signals;
+mod simulation;
+mod sumo;
+mod view;
+
+use pyo3::prelude::*;
+
+/// The native part of `tsc_family`.
+#[pymodule(gil_used = true)]
+mod _native {
+    #[pymodule_export]
+    use super::command::run_command;
+    #[pymodule_export]
+    use super::error::Error;
+    #[pymodule_export]
+    use super::family::{estimate, family, sample};
+    #[pymodule_export]
+    use super::observation::PyObservation;
+    #[pymodule_export]
+    use super::signals::{PyLane, PyLimits, PyMovement, PyPhase, PySignal};
+    #[pymodule_export]
+    use super::simulation::Simulation;
+    #[pymodule_export]
+    use super::sumo::{sumo_built_with, sumo_found};
+}

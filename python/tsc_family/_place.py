@@ -1,0 +1,123 @@
+"""A place that is simulated in this process, and what learners see of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from os import PathLike, fspath
+from typing import Any, Union
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from . import _native, _sumo
+from ._family import Settings, flags
+from ._native import Error, Observation, Signal
+
+ObservationOf = Callable[[Observation, Signal], NDArray[Any]]
+"""What a learner sees: of an observation whose first axis has one signal, and that signal."""
+
+RewardOf = Callable[[Observation, Signal], float]
+"""What a learner is paid for."""
+
+Path = Union[str, "PathLike[str]"]
+
+_OBSERVATIONS = ("idqn", "mplight")
+_REWARDS = ("wait", "pressure")
+_LARGEST_SEED = 2**31 - 1
+
+
+@dataclass(frozen=True)
+class Where:
+    """What is the same for all places of an environment."""
+
+    scenario: str = "salt-lake-city"
+    preset: str | None = None
+    settings: Settings | None = None
+    networks: Path | None = None
+
+    def place(self, point: str | None, sumocfg: Path | None) -> Any:
+        """Returns the simulation of a place; its network is built if it is missing."""
+        if (point is None) == (sumocfg is None):
+            raise Error('give either point="..." of a scenario or sumocfg="..."')
+        _sumo.find()
+        return _native.Simulation(
+            point,
+            None if sumocfg is None else fspath(sumocfg),
+            fspath(self.scenario),
+            flags(self.settings, self.preset),
+            None if self.networks is None else fspath(self.networks),
+        )
+
+
+def sizes(
+    points: Iterable[str],
+    *,
+    scenario: str = "salt-lake-city",
+    preset: str | None = None,
+    settings: Settings | None = None,
+    networks: Path | None = None,
+) -> dict[str, int]:
+    """Returns the room that these point MDPs need, for environments whose spaces are equal over all of them.
+
+    Networks that are missing are built, which takes about half a second for each.
+    """
+    where = Where(scenario, preset, settings, networks)
+    room: dict[str, int] = {}
+    for point in points:
+        for name, size in where.place(point, None).sizes().items():
+            room[name] = max(size, room.get(name, 0))
+    if not room:
+        raise Error("no point MDPs are given")
+    return room
+
+
+def check_seed(seed: int) -> int:
+    """Returns a seed that SUMO takes."""
+    if not 0 <= seed <= _LARGEST_SEED:
+        raise Error(f"seed {seed}: SUMO takes seeds from 0 to {_LARGEST_SEED}")
+    return int(seed)
+
+
+class View:
+    """What a learner sees of the signals of places, and what it is paid for."""
+
+    def __init__(
+        self,
+        observation: str | ObservationOf,
+        reward: str | RewardOf,
+        observation_space: spaces.Space[Any] | None,
+        room: Mapping[str, int],
+    ) -> None:
+        for given, known, what in [(observation, _OBSERVATIONS, "observation"), (reward, _REWARDS, "reward")]:
+            if isinstance(given, str) and given not in known:
+                raise Error(f"there is no {what} {given!r}; there are {', '.join(known)}, or give a function")
+        if callable(observation) and observation_space is None:
+            raise Error("with a function as observation, give observation_space=... too")
+        if isinstance(observation, str) and observation_space is not None:
+            raise Error(f"observation_space has no effect: {observation!r} has its own")
+        self._observation = observation
+        self._reward = reward
+        self.action_space = spaces.Discrete(room["phases"])
+        self.observation_space = observation_space or self._space(room)
+
+    def _space(self, room: Mapping[str, int]) -> spaces.Box:
+        if self._observation == "idqn":
+            shape = (max(room["lanes"], room["phases"], 2), 5)
+            return spaces.Box(0.0, np.inf, shape, np.float32)
+        low = np.full(1 + room["slots"], -np.inf, np.float32)
+        low[0] = 0.0
+        return spaces.Box(low, np.inf, dtype=np.float32)
+
+    def observe(self, place: Any, index: int, signal: Signal) -> Any:
+        """Returns what is seen of a signal."""
+        if callable(self._observation):
+            return self._observation(place.observe(index), signal)
+        return place.idqn(index) if self._observation == "idqn" else place.mplight(index)
+
+    def reward(self, place: Any, index: int, signal: Signal) -> float:
+        """Returns what the last interval at a signal was worth."""
+        if callable(self._reward):
+            return float(self._reward(place.observe(index), signal))
+        return place.wait(index) if self._reward == "wait" else place.pressure(index)
