@@ -3,10 +3,19 @@
 use std::ffi::OsString;
 
 use pyo3::prelude::*;
+use tsc_family::Traffic;
+use tsc_family::cli::{Program, main_of};
 
-/// Runs the command with its arguments, of which the first is its name, and returns its exit code.
+use crate::host::PyHost;
+
+/// Runs the command, once in a process, and returns its exit code. Other Python threads go on meanwhile.
+///
+/// `args` begins with the name of the command; `start` is how a worker's process is started: program and first
+/// arguments.
 #[pyfunction]
-pub(crate) fn run_command(py: Python<'_>, args: Vec<OsString>) -> u8 {
-    py.detach(|| drop(args));
-    1
+pub(crate) fn run_command(py: Python<'_>, args: Vec<OsString>, start: Vec<OsString>) -> u8 {
+    py.detach(|| {
+        let program = Program { traffic: Traffic::default(), start, host: Some(Box::new(PyHost)) };
+        main_of(program, args)
+    })
 }

@@ -3,8 +3,12 @@
 //! What Python sees is in `tsc_family/_native.pyi`; everything that needs no Rust is Python, beside it.
 
 mod command;
+mod controller;
 mod error;
 mod family;
+mod fork;
+mod host;
+mod lesson;
 mod observation;
 mod signals;
 mod simulation;
@@ -22,6 +26,12 @@ mod _native {
     use super::error::Error;
     #[pymodule_export]
     use super::family::{estimate, family, sample};
+    #[pymodule_export]
+    use super::fork::forked;
+    #[pymodule_export]
+    use super::host::stack_in;
+    #[pymodule_export]
+    use super::lesson::Lesson;
     #[pymodule_export]
     use super::observation::PyObservation;
     #[pymodule_export]

@@ -1,5 +1,7 @@
 //! What controllers may know of a signal before the first observation, as Python sees it.
 
+use std::collections::BTreeMap;
+
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use osm_signals::Turn;
 use pyo3::prelude::*;
@@ -83,6 +85,20 @@ impl Sizes {
                 slots: most.slots.max(movement_slots(signal)),
             }
         })
+    }
+}
+
+impl Sizes {
+    /// Returns the room by name.
+    pub(crate) fn named(self) -> BTreeMap<&'static str, usize> {
+        let Self { lanes, phases, movements, downstream, slots } = self;
+        BTreeMap::from([
+            ("lanes", lanes),
+            ("phases", phases),
+            ("movements", movements),
+            ("downstream", downstream),
+            ("slots", slots),
+        ])
     }
 }
 

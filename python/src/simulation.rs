@@ -98,14 +98,7 @@ impl Simulation {
 
     /// Room that the signals need, by name.
     fn sizes(&self) -> BTreeMap<&'static str, usize> {
-        let Sizes { lanes, phases, movements, downstream, slots } = Sizes::of(&self.decided());
-        BTreeMap::from([
-            ("lanes", lanes),
-            ("phases", phases),
-            ("movements", movements),
-            ("downstream", downstream),
-            ("slots", slots),
-        ])
+        Sizes::of(&self.decided()).named()
     }
 
     /// Gives arrays more room than the signals need.

@@ -7,6 +7,7 @@ import signal
 import sys
 
 from . import _native, _sumo
+from ._command import start
 
 
 def main() -> None:
@@ -14,7 +15,7 @@ def main() -> None:
     # The command hears signals itself; without this, Python would raise KeyboardInterrupt on top.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     _sumo.find()
-    code = _native.run_command(["tsc-family", *sys.argv[1:]])
+    code = _native.run_command(["tsc-family", *sys.argv[1:]], start())
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

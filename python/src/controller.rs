@@ -1,0 +1,221 @@
+//! A controller whose decisions Python makes.
+
+use std::fs;
+
+use pyo3::prelude::*;
+use tsc_family::nn::archive::{Archive, ArchiveError};
+use tsc_family::traffic::control::{
+    ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer,
+};
+
+use crate::fork::Guard;
+use crate::host::explained;
+use crate::lesson::teach;
+use crate::observation::Frame;
+use crate::signals::{Sizes, signals};
+
+/// Most characters of a value that a message quotes.
+const QUOTED: usize = 200;
+
+/// Tensor of the bytes that `save` wrote, four in a word.
+const WORDS: &str = "bytes";
+
+/// Entry of a model's card with the number of those bytes.
+const LENGTH: &str = "bytes";
+
+/// An object of a class, or why there is none.
+pub(crate) struct PyController {
+    name: &'static str,
+    object: Result<Py<PyAny>, String>,
+    guard: Option<Guard>,
+    learns: bool,
+    episodes: u32,
+    specs: Vec<SignalSpec>,
+    frame: Option<Frame>,
+    model: Option<Archive>,
+}
+
+impl PyController {
+    /// Returns an object of a class; one that cannot be made says so when it is to begin.
+    pub(crate) fn new(name: &'static str, class: &Py<PyAny>, learns: bool, setup: &Setup) -> Self {
+        let guard = Guard::new().map_err(|e| format!("no file for temporary data: {e}"));
+        let object = guard.as_ref().map_err(Clone::clone).and_then(|guard| {
+            Python::attach(|py| {
+                let made = class.bind(py).call_method1("create", (setup.seed,));
+                guard.check("__init__")?;
+                made.map(Bound::unbind).map_err(|e| explained(py, &e))
+            })
+        });
+        let episodes = setup.episodes;
+        let (guard, specs) = (guard.ok(), Vec::new());
+        Self { name, object, guard, learns, episodes, specs, frame: None, model: None }
+    }
+
+    fn own(&self, reason: String) -> ControlError {
+        ControlError::Own { method: self.name, reason }
+    }
+
+    /// Calls the object, and looks around afterwards.
+    fn call<T>(
+        &self,
+        method: &str,
+        call: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>,
+    ) -> Result<T, ControlError> {
+        let object = self.object.as_ref().map_err(|reason| self.own(reason.clone()))?;
+        let result = Python::attach(|py| {
+            let result = call(object.bind(py));
+            if let Some(guard) = &self.guard {
+                guard.check(method)?;
+            }
+            result.map_err(|e| explained(py, &e))
+        });
+        result.map_err(|reason| self.own(reason))
+    }
+
+    /// Keeps what the object saves of what it has learned.
+    fn keep(&mut self) -> Result<(), ControlError> {
+        let folder =
+            tempfile::tempdir().map_err(|e| self.own(format!("no temporary folder: {e}")))?;
+        let path = folder.path().join("model");
+        let saves = self.call("save", |object| {
+            let saves = object.hasattr("save")?;
+            if saves {
+                object.call_method1("save", (&path,))?;
+            }
+            Ok(saves)
+        })?;
+        if saves {
+            let bytes = fs::read(&path);
+            let bytes =
+                bytes.map_err(|e| self.own(format!("save(path) wrote no file at path: {e}")))?;
+            self.model = Some(packed(&bytes));
+        }
+        Ok(())
+    }
+}
+
+impl Controller for PyController {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn begin(&mut self, specs: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        let sizes = Sizes::of(specs);
+        let frame = self.call("begin", |object| {
+            let py = object.py();
+            let frame = Frame::new(py, &specs.iter().collect::<Vec<_>>(), sizes)?;
+            object.call_method1("begin", (signals(py, specs, sizes)?,))?;
+            Ok(frame)
+        })?;
+        self.frame = Some(frame);
+        self.specs = specs.to_vec();
+        Ok(vec![Drive::Decisions; specs.len()])
+    }
+
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
+        let frame = self.frame.as_ref().expect("it has begun");
+        let seen: Vec<&Observation> = observations.iter().collect();
+        let wrong = self.call("act", |object| {
+            let seen = frame.observe(object.py(), &seen)?;
+            let answer = object.call_method1("act", (seen,))?;
+            Ok(choose(&answer, &self.specs, phases).err())
+        })?;
+        wrong.map_or(Ok(()), |reason| Err(self.own(format!("act returned {reason}"))))
+    }
+
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        if !self.learns {
+            return Ok(());
+        }
+        let object = self.object.as_ref().map_err(|reason| self.own(reason.clone()))?;
+        let object = Python::attach(|py| object.clone_ref(py));
+        teach(self.name, object, self.episodes, trainer)?;
+        self.keep()
+    }
+
+    fn model(&self) -> Option<Archive> {
+        self.model.clone()
+    }
+
+    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
+        let bytes = unpacked(&model)?;
+        let folder =
+            tempfile::tempdir().map_err(|e| self.own(format!("no temporary folder: {e}")))?;
+        let path = folder.path().join("model");
+        fs::write(&path, bytes)
+            .map_err(|e| self.own(format!("the model cannot be written: {e}")))?;
+        self.call("load", |object| object.call_method1("load", (&path,)).map(drop))?;
+        self.model = Some(model);
+        Ok(())
+    }
+}
+
+/// Writes the phases that were chosen.
+///
+/// # Errors
+///
+/// What was returned instead, and what is expected.
+pub(crate) fn choose(
+    answer: &Bound<'_, PyAny>,
+    specs: &[SignalSpec],
+    phases: &mut [GreenPhase],
+) -> Result<(), String> {
+    let count = specs.len();
+    let expected =
+        || format!("{}; it has to be a list of {count}, the phase of every signal", quoted(answer));
+    // Texts can be iterated over too, but hold no phases.
+    let mut items = answer.try_iter().map_err(|_| expected())?;
+    for (spec, phase) in specs.iter().zip(phases.iter_mut()) {
+        let item = items.next().ok_or_else(expected)?.map_err(|_| expected())?;
+        let most = spec.phases.len().saturating_sub(1);
+        let chosen: i64 = item.extract().map_err(|_| {
+            let id = &spec.id;
+            format!("{} for signal {id}; a phase is a whole number from 0 to {most}", quoted(&item))
+        })?;
+        *phase = match usize::try_from(chosen) {
+            Ok(chosen) if chosen <= most => GreenPhase(chosen),
+            _ => {
+                return Err(format!("phase {chosen} for signal {}, which has 0 to {most}", spec.id));
+            }
+        };
+    }
+    if items.next().is_some() { Err(expected()) } else { Ok(()) }
+}
+
+/// Returns a value as messages quote it, with its type.
+fn quoted(value: &Bound<'_, PyAny>) -> String {
+    let kind = value.get_type().name().map_or_else(|_| "?".to_owned(), |name| name.to_string());
+    let text = value.repr().map_or_else(|_| String::new(), |repr| repr.to_string());
+    let mut short: String = text.chars().take(QUOTED).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    format!("{short} ({kind})")
+}
+
+/// Returns bytes as a model.
+fn packed(bytes: &[u8]) -> Archive {
+    let word = |chunk: &[u8]| {
+        let mut word = [0; 4];
+        word[..chunk.len()].copy_from_slice(chunk);
+        u32::from_le_bytes(word)
+    };
+    let words: Vec<u32> = bytes.chunks(4).map(word).collect();
+    let mut archive = Archive::default();
+    archive.put_u32(WORDS, &[words.len()], &words);
+    archive.put(LENGTH, bytes.len());
+    archive
+}
+
+/// Returns the bytes of a model.
+fn unpacked(archive: &Archive) -> Result<Vec<u8>, ArchiveError> {
+    let length: usize = archive.get(LENGTH)?;
+    let words = archive.u32(WORDS, &[length.div_ceil(4)])?;
+    let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    bytes.truncate(length);
+    Ok(bytes)
+}

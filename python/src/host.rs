@@ -1,0 +1,82 @@
+//! Opens classes of controllers: Python loads the file, this makes methods of them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicI32, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use rustix::process::{Signal, getpid, kill_process};
+use tsc_family::Training;
+use tsc_family::traffic::own::{Host, Hosted};
+
+use crate::controller::PyController;
+
+/// Module that loads files.
+const LOADER: &str = "tsc_family._host";
+
+/// Time that the interpreter has to write where it is.
+const PATIENCE: Duration = Duration::from_millis(300);
+
+/// Where the interpreter writes where it is when it is asked by a signal; below 0 before it was told to.
+static STACK_FILE: AtomicI32 = AtomicI32::new(-1);
+
+/// Opens classes of controllers.
+#[derive(Debug)]
+pub(crate) struct PyHost;
+
+/// Says that the interpreter writes where it is into this open file when it gets USR2.
+#[pyfunction]
+pub(crate) fn stack_in(file: i32) {
+    STACK_FILE.store(file, Ordering::Relaxed);
+}
+
+impl Host for PyHost {
+    fn open(&self, source: &str) -> Result<Hosted, String> {
+        Python::attach(|py| {
+            let opened = py
+                .import(LOADER)
+                .and_then(|module| module.call_method1("open_source", (source,)))
+                .map_err(|e| explained(py, &e))?;
+            self.hosted(&opened).map_err(|e| explained(py, &e))
+        })
+    }
+
+    /// A controller that hangs may never give back the interpreter, so that it is asked by a signal.
+    fn stack(&self) -> Option<String> {
+        let file = STACK_FILE.load(Ordering::Relaxed);
+        if file < 0 || kill_process(getpid(), Signal::USR2).is_err() {
+            return None;
+        }
+        thread::sleep(PATIENCE);
+        let text = fs::read_to_string(format!("/proc/self/fd/{file}")).ok()?;
+        (!text.is_empty()).then(|| text.trim_end().to_owned())
+    }
+}
+
+impl PyHost {
+    fn hosted(&self, opened: &Bound<'_, PyAny>) -> PyResult<Hosted> {
+        let learns: bool = opened.getattr("learns")?.extract()?;
+        let name: String = opened.getattr("name")?.extract()?;
+        let name: &'static str = name.leak();
+        let class = opened.clone().unbind();
+        Ok(Hosted {
+            summary: opened.getattr("summary")?.extract()?,
+            training: if learns { Training::Learned } else { Training::None },
+            files: opened.getattr("files")?.extract::<BTreeMap<String, PathBuf>>()?,
+            versions: opened.getattr("versions")?.extract()?,
+            create: Box::new(move |setup| Box::new(PyController::new(name, &class, learns, setup))),
+        })
+    }
+}
+
+/// Returns what an exception says: of one of ours its words, of others the traceback.
+pub(crate) fn explained(py: Python<'_>, error: &PyErr) -> String {
+    let explained = py
+        .import(LOADER)
+        .and_then(|module| module.call_method1("explained", (error.value(py),)))
+        .and_then(|text| text.extract());
+    explained.unwrap_or_else(|_| error.to_string())
+}

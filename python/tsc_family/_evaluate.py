@@ -1,0 +1,196 @@
+"""Evaluates controllers over a family, beside those of tsc-family."""
+
+from __future__ import annotations
+
+import csv
+import sys
+import warnings
+from collections.abc import Iterable, Sequence
+from os import fspath
+from pathlib import Path
+from typing import Any, Union
+
+import numpy as np
+
+from . import _host
+from ._command import INCOMPLETE, SOME_FAILED, call, error_of
+from ._controller import Controller, arguments_of, name_of
+from ._family import Settings, flags
+from ._native import Error
+from ._place import Path as PathLike
+
+Controllers = Union[Controller, "type[Controller]", str, Iterable[Union[Controller, "type[Controller]", str]]]
+"""Controllers of your own, as objects or classes; texts are what ``--controller`` takes, such as ``mine=exec:./cmd``."""
+
+_WITH_RESULTS = (0, SOME_FAILED, INCOMPLETE)
+
+
+class Result:
+    """A results directory: tables as data, and the page."""
+
+    def __init__(self, folder: PathLike, table: str = "") -> None:
+        self.folder = Path(fspath(folder))
+        """The results directory."""
+        self._table = table
+
+    def __repr__(self) -> str:
+        return f"Result({str(self.folder)!r})"
+
+    def table(self) -> str:
+        """Returns the ranking as text: score with interval, delays, who is worst where."""
+        if not self._table:
+            self._table = _output(["report", fspath(self.folder)])
+        return self._table
+
+    def scores(self) -> Any:
+        """Returns a row per method, point MDP and training: a pandas DataFrame if pandas is there, else a dict of arrays."""
+        return self._read("scores.csv")
+
+    def summary(self) -> Any:
+        """Returns a row per method: score, interval and other means; as :meth:`scores` does."""
+        return self._read("summary.csv")
+
+    def report(self) -> Path:
+        """Returns the path of the page with all figures, for a browser."""
+        return self._written("index.html")
+
+    def _written(self, name: str) -> Path:
+        path = self.folder / "report" / name
+        if not path.is_file():
+            _output(["report", fspath(self.folder)])
+        return path
+
+    def _read(self, name: str) -> Any:
+        path = self._written(name)
+        try:
+            import pandas
+        except ImportError:
+            return _columns(path)
+        return pandas.read_csv(path)
+
+
+def _columns(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    """Returns the columns of a table: numbers where all of them are, else texts."""
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *rows = list(csv.reader(file))
+    columns = {}
+    for name, values in zip(header, zip(*rows) if rows else [()] * len(header)):
+        try:
+            columns[name] = np.array([float(value) if value else np.nan for value in values])
+        except ValueError:
+            columns[name] = np.array(values)
+    return columns
+
+
+def evaluate(
+    controllers: Controllers,
+    scenario: str = "salt-lake-city",
+    *,
+    budget: int | str | None = None,
+    sampling: str | None = None,
+    eval_seeds: int = 5,
+    against: Sequence[str] = (),
+    out: PathLike | None = None,
+    sumocfg: PathLike | Sequence[PathLike] = (),
+    preset: str | None = None,
+    settings: Settings | None = None,
+    episodes: int | None = None,
+    replicates: int = 1,
+    seed: int = 0,
+    jobs: int | None = None,
+    stall_timeout: int | None = None,
+    networks: PathLike | None = None,
+    retry_failed: bool = False,
+    quiet: bool = False,
+) -> Result:
+    """Evaluates controllers on a sample of a family, ranked beside the methods ``against`` and the baseline.
+
+    ``budget`` is the number of point MDPs, all of them where it is None; the other options are those of
+    ``tsc-family run``. A run is resumable: the same call continues it, and what is done is kept; a controller whose file
+    has changed is another run and needs another ``out``. A controller that fails on a point MDP has a failed record
+    there with its own traceback; the run goes on, and a warning says so.
+
+    In the script that a controller is written in, this ends the loading of that script where a worker loads it: whatever
+    stands below is not run there, so that ``if __name__ == "__main__"`` is not needed.
+    """
+    if _host.loading:
+        raise _host.Loaded
+    given = [controllers] if isinstance(controllers, (Controller, type, str)) else list(controllers)
+    if not given:
+        raise Error("give at least one controller")
+    sources = [source if isinstance(source, str) else source_of(source) for source in given]
+    names = [source.partition("=")[0] for source in sources]
+    folder = Path("results") / names[0] if out is None else Path(fspath(out))
+    arguments = ["run", fspath(scenario), "--out", fspath(folder), "--methods", ",".join([*names, *against])]
+    for source in sources:
+        arguments += ["--controller", source]
+    configs = [sumocfg] if isinstance(sumocfg, str) or hasattr(sumocfg, "__fspath__") else list(sumocfg)  # type: ignore[arg-type]
+    for config in configs:
+        arguments += ["--sumocfg", fspath(config)]
+    for setting in flags(settings):
+        arguments += ["--set", setting]
+    options = {
+        "budget": budget,
+        "sampling": sampling,
+        "eval-seeds": eval_seeds,
+        "preset": preset,
+        "episodes": episodes,
+        "replicates": replicates,
+        "seed": seed,
+        "jobs": jobs,
+        "stall-timeout": stall_timeout,
+        "networks": None if networks is None else fspath(networks),
+    }
+    for name, value in options.items():
+        if value is not None:
+            arguments += [f"--{name}", str(value)]
+    if retry_failed:
+        arguments.append("--retry-failed")
+    code, table, words = call(arguments, show_output=False, show_progress=not quiet)
+    if code not in _WITH_RESULTS:
+        raise error_of(words, code)
+    if code == SOME_FAILED:
+        warnings.warn(f"some tasks failed; {folder}/report says which and why", stacklevel=2)
+    if code == INCOMPLETE:
+        warnings.warn("some tasks have no record, for reasons of the machine; the same call continues", stacklevel=2)
+    return Result(folder, table)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Runs the command ``tsc-family`` with any arguments, such as ``["list", "smoke"]``, and returns its exit code.
+
+    Raises :class:`Error` with its words where it can do nothing (exit codes other than 0, 3 and 6).
+    """
+    if _host.loading:
+        raise _host.Loaded
+    code, _, words = call([str(a) for a in arguments], show_output=True, show_progress=True)
+    if code not in _WITH_RESULTS:
+        raise error_of(words, code)
+    return code
+
+
+def _output(arguments: Sequence[str]) -> str:
+    """Returns what a command puts out."""
+    code, text, words = call(arguments, show_output=False, show_progress=False)
+    if code not in _WITH_RESULTS:
+        raise error_of(words, code)
+    return text
+
+
+def source_of(controller: Controller | type[Controller]) -> str:
+    """Returns what ``--controller`` takes: name, file, class and arguments."""
+    cls = controller if isinstance(controller, type) else type(controller)
+    if not issubclass(cls, Controller):
+        raise Error(f"{cls.__name__} is no tsc_family.Controller")
+    # Not inspect's file: in a notebook, that is one that no other process can read.
+    file = getattr(sys.modules.get(cls.__module__), "__file__", None)
+    if file is None or not Path(file).is_file():
+        raise Error(
+            f"{cls.__name__} is written in no file, and every task makes it anew in a process of its own: write it to a "
+            f"file (in a notebook: %%writefile mine.py), import it from there, and evaluate it"
+        )
+    if "<locals>" in cls.__qualname__:
+        raise Error(f"{cls.__name__} is defined within a function; move it to the top level of {Path(file).name}")
+    arguments = "" if isinstance(controller, type) else arguments_of(controller)
+    source = f"{name_of(cls)}={Path(file).absolute()}:{cls.__qualname__}"
+    return f"{source}?{arguments}" if arguments else source

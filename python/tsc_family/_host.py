@@ -1,0 +1,191 @@
+"""Loads the files that controllers are written in; the native part of the command calls this."""
+
+from __future__ import annotations
+
+import faulthandler
+import importlib
+import inspect
+import io
+import json
+import os
+import platform
+import signal
+import sys
+import sysconfig
+import tempfile
+import traceback
+import types
+from pathlib import Path
+from typing import Any
+
+from . import _controller, _native
+from ._controller import Controller
+from ._native import Error
+
+_OWN = str(Path(__file__).parent)
+_MODULE = "tsc_family_controller"
+
+# Whether a file is being loaded, in which evaluate() and run() end the loading: the class is there by then.
+loading = False
+
+
+class Loaded(BaseException):
+    """Ends the loading of a script that goes on to evaluate what it has defined."""
+
+
+class _NoInput(io.TextIOBase):
+    """Standard input of a controller, which has none: the worker's is a pipe of the run."""
+
+    def readable(self) -> bool:
+        return True
+
+    def read(self, size: int | None = -1) -> str:
+        raise Error("a controller has no standard input; read a file that `files` names")
+
+    def readline(self, size: int | None = -1) -> str:  # type: ignore[override]
+        return self.read()
+
+
+class Opened:
+    """A class of a file, and what a run records of it."""
+
+    def __init__(self, cls: type[Controller], path: Path, arguments: dict[str, Any]) -> None:
+        self._class, self._arguments = cls, arguments
+        self.name = cls.__name__
+        self.summary = (inspect.getdoc(cls) or "").split("\n")[0] if cls.__doc__ else ""
+        self.learns = callable(getattr(cls, "train", None))
+        self.files = {name: str(file) for name, file in _files(cls, path).items()}
+        self.versions = _versions()
+
+    def create(self, seed: int) -> Controller:
+        """Makes an object."""
+        _watch()
+        _controller.set_seed(seed)
+        return self._class(*self._arguments["args"], **self._arguments["kwargs"])
+
+
+def open_source(source: str) -> Opened:
+    """Opens ``FILE.py:CLASS``, with ``?JSON`` behind it for the arguments of the class."""
+    path_class, _, text = source.partition("?")
+    file, _, name = path_class.rpartition(":")
+    path = Path(file).absolute()
+    if not path.is_file():
+        raise Error(f"there is no file {file}; give FILE.py:CLASS")
+    try:
+        arguments = {"args": [], "kwargs": {}, **(json.loads(text) if text else {})}
+    except ValueError as e:
+        raise Error(f"what stands behind the ? is no JSON ({e})") from None
+    cls: Any = _load(path)
+    for part in name.split("."):
+        cls = getattr(cls, part, None)
+        if cls is None:
+            raise Error(
+                f"{path.name} has no class {name} at its top level; if it is below `if __name__ == \"__main__\"`, move it up"
+            )
+    if not (isinstance(cls, type) and issubclass(cls, Controller)):
+        raise Error(f"{path.name}: {name} is no tsc_family.Controller")
+    return Opened(cls, path, arguments)
+
+
+def _load(path: Path) -> Any:
+    """Runs a file as a module of another name than ``__main__``; one of a package under its own name."""
+    global loading
+    package = _package(path)
+    # As when the script itself is run, or the package is imported.
+    sys.path.insert(0, str(package[0]))
+    # Standard output has what the command says.
+    sys.stdout = sys.stderr
+    sys.stdin = _NoInput()
+    # What was hashed is what runs: no bytecode of an earlier file of that name, size and time.
+    sys.dont_write_bytecode = True
+    name = f"{_MODULE}_{path.stem}"
+    module = types.ModuleType(name)
+    module.__file__ = str(path)
+    loading = True
+    try:
+        if package[1]:
+            return importlib.import_module(package[1])
+        sys.modules[name] = module
+        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+    except (Loaded, SystemExit):
+        # The class is there by then, or whoever looks for it says that it is not.
+        return sys.modules.get(package[1], module)
+    finally:
+        loading = False
+    return module
+
+
+def _package(path: Path) -> tuple[Path, str]:
+    """Returns the folder to import from, and the name of a module of a package; empty for a file of its own."""
+    names, folder = [path.stem], path.parent
+    while (folder / "__init__.py").is_file():
+        names.insert(0, folder.name)
+        folder = folder.parent
+    return folder, ".".join(names) if len(names) > 1 else ""
+
+
+def _files(cls: type[Controller], path: Path) -> dict[str, Path]:
+    """Returns what a class consists of, by name: its file, modules from its folder or below, files that it names."""
+    folder = _package(path)[0]
+    found = {str(path.relative_to(folder)): path}
+    for module in list(sys.modules.values()):
+        origin = getattr(module, "__file__", None)
+        file = Path(origin).absolute() if origin else None
+        if file is None or folder not in file.parents or _is_installed(file):
+            continue
+        found[str(file.relative_to(folder))] = file
+    for name in cls.files:
+        file = path.parent / name
+        if not file.is_file():
+            raise Error(f"{cls.__name__} names a file that is not there: {file}")
+        found[str(name)] = file
+    return found
+
+
+def _is_installed(file: Path) -> bool:
+    """Whether a file is Python's, or of a package that is installed: versions say which."""
+    if str(file).startswith(_OWN + os.sep) or {"site-packages", "dist-packages"} & set(file.parts):
+        return True
+    paths = sysconfig.get_paths()
+    return any(str(file).startswith(paths[name] + os.sep) for name in ("stdlib", "platstdlib"))
+
+
+def _versions() -> dict[str, str]:
+    """Returns the versions of Python and of packages that are loaded and say theirs."""
+    versions = {"python": platform.python_version()}
+    for name, module in list(sys.modules.items()):
+        origin = getattr(module, "__file__", None) or ""
+        version = getattr(module, "__version__", None)
+        if "." not in name and isinstance(version, str) and "site-packages" in origin:
+            versions[name] = version
+    return versions
+
+
+def _watch() -> None:
+    """Lets the interpreter say where it is when it is asked by a signal, and counts forks."""
+    if not _watch.done:  # type: ignore[attr-defined]
+        stacks = tempfile.TemporaryFile()
+        faulthandler.register(signal.SIGUSR2, file=stacks, all_threads=True)
+        _watch.stacks = stacks  # type: ignore[attr-defined]
+        _native.stack_in(stacks.fileno())
+        os.register_at_fork(after_in_parent=_native.forked)
+        _watch.done = True  # type: ignore[attr-defined]
+
+
+_watch.done = False  # type: ignore[attr-defined]
+
+
+def explained(error: BaseException) -> str:
+    """Returns what an exception says: of one of ours its words, of others the traceback without our own lines."""
+    own = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_ours(frame.filename)]
+    if isinstance(error, Error) and not own:
+        return str(error)
+    head = ["Traceback (most recent call last):\n", *traceback.format_list(own)]
+    last = traceback.format_exception_only(type(error), error)
+    cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
+    before = [] if cause is None else [explained(cause), "\n\nwhich led to\n\n"]
+    return "".join([*before, *(head if own else []), *last]).rstrip()
+
+
+def _is_ours(file: str) -> bool:
+    return file.startswith(_OWN + os.sep) or "importlib" in file and "frozen" in file
