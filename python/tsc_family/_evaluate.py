@@ -63,7 +63,7 @@ class Result:
     def _read(self, name: str) -> Any:
         path = self._written(name)
         try:
-            import pandas
+            import pandas  # type: ignore[import-untyped,unused-ignore]
         except ImportError:
             return _columns(path)
         return pandas.read_csv(path)
@@ -124,7 +124,7 @@ def evaluate(
     arguments = ["run", fspath(scenario), "--out", fspath(folder), "--methods", ",".join([*names, *against])]
     for source in sources:
         arguments += ["--controller", source]
-    configs = [sumocfg] if isinstance(sumocfg, str) or hasattr(sumocfg, "__fspath__") else list(sumocfg)  # type: ignore[arg-type]
+    configs = [sumocfg] if isinstance(sumocfg, str) or hasattr(sumocfg, "__fspath__") else list(sumocfg)
     for config in configs:
         arguments += ["--sumocfg", fspath(config)]
     for setting in flags(settings):

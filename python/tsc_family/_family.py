@@ -75,7 +75,7 @@ class Family:
         points = [str(p) for p in self.points] or [f"p{i}" for i in range(count)]
         names = list(self.feature_names) or [f"x{i}" for i in range(width)]
         instances = np.asarray(self.instances, dtype=np.int64)
-        values = {
+        values: dict[str, Any] = {
             "features": features,
             "importance": importance / total,
             "points": points,

@@ -61,7 +61,8 @@ class Opened:
         """Makes an object."""
         _watch()
         _controller.set_seed(seed)
-        return self._class(*self._arguments["args"], **self._arguments["kwargs"])
+        made: Controller = self._class(*self._arguments["args"], **self._arguments["kwargs"])
+        return made
 
 
 def open_source(source: str) -> Opened:

@@ -23,6 +23,9 @@ RewardOf = Callable[[Observation, Signal], float]
 
 Path = Union[str, "PathLike[str]"]
 
+Place = Union[_native.Simulation, _native.Lesson]
+"""What simulates signals."""
+
 _OBSERVATIONS = ("idqn", "mplight")
 _REWARDS = ("wait", "pressure")
 _LARGEST_SEED = 2**31 - 1
@@ -37,7 +40,7 @@ class Where:
     settings: Settings | None = None
     networks: Path | None = None
 
-    def place(self, point: str | None, sumocfg: Path | None) -> Any:
+    def place(self, point: str | None, sumocfg: Path | None) -> _native.Simulation:
         """Returns the simulation of a place; its network is built if it is missing."""
         if (point is None) == (sumocfg is None):
             raise Error('give either point="..." of a scenario or sumocfg="..."')
@@ -110,13 +113,13 @@ class View:
         low[0] = 0.0
         return spaces.Box(low, np.inf, dtype=np.float32)
 
-    def observe(self, place: Any, index: int, signal: Signal) -> Any:
+    def observe(self, place: Place, index: int, signal: Signal) -> Any:
         """Returns what is seen of a signal."""
         if callable(self._observation):
             return self._observation(place.observe(index), signal)
         return place.idqn(index) if self._observation == "idqn" else place.mplight(index)
 
-    def reward(self, place: Any, index: int, signal: Signal) -> float:
+    def reward(self, place: Place, index: int, signal: Signal) -> float:
         """Returns what the last interval at a signal was worth."""
         if callable(self._reward):
             return float(self._reward(place.observe(index), signal))

@@ -21,7 +21,7 @@ class Training:
     step: the next episode, or :attr:`delay_s`.
     """
 
-    def __init__(self, lesson: Any, episodes: int) -> None:
+    def __init__(self, lesson: _native.Lesson, episodes: int) -> None:
         self._lesson = lesson
         self._first: Observation | None = None
         self.episodes = episodes
@@ -78,6 +78,6 @@ class Training:
         return TrainingEnv(self, self._lesson, signals[0], observation, reward, observation_space)
 
 
-def train(controller: Any, lesson: Any, episodes: int) -> None:
+def train(controller: Any, lesson: _native.Lesson, episodes: int) -> None:
     """Trains a controller; the native part calls this on a thread of its own."""
     controller.train(Training(lesson, episodes))

@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from . import _native
 from ._native import Error, Signal
 from ._place import ObservationOf, RewardOf, View
 from ._training import Training
@@ -21,7 +22,7 @@ class TrainingEnv(gymnasium.Env[Any, Any]):
     def __init__(
         self,
         training: Training,
-        lesson: Any,
+        lesson: _native.Lesson,
         signal: Signal,
         observation: str | ObservationOf,
         reward: str | RewardOf,

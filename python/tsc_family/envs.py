@@ -15,6 +15,7 @@ from gymnasium import spaces
 from gymnasium.vector import AsyncVectorEnv
 from numpy.typing import NDArray
 
+from . import _native
 from ._family import Settings
 from ._native import Error, Signal
 from ._place import ObservationOf, Path, RewardOf, View, Where, check_seed, sizes as sizes_of
@@ -68,6 +69,8 @@ class SignalEnv(gymnasium.Env[Any, Any]):
         self._signal_id = signal
         self._points: list[str | None] = [point] if point is None or isinstance(point, str) else list(point)
         self._episode = -1
+        self._number = -1
+        self._place: _native.Simulation | None = None
         if not self._points:
             raise Error("no point MDPs are given")
         if sizes is None and len(self._points) > 1:
@@ -75,17 +78,16 @@ class SignalEnv(gymnasium.Env[Any, Any]):
             sizes = sizes_of(names, scenario=scenario, preset=preset, settings=settings, networks=networks)
         self._sizes = dict(sizes or {})
         self._enter(0)
-        self._view = View(observation, reward, observation_space, {**self._place.sizes(), **self._sizes})
+        self._view = View(observation, reward, observation_space, {**self._now.sizes(), **self._sizes})
         self.observation_space = self._view.observation_space
         self.action_space = self._view.action_space
 
     def _enter(self, number: int) -> None:
         """Takes the place with a number, which may be the one it is."""
         point = self._points[number % len(self._points)]
-        if getattr(self, "_number", None) == number % len(self._points):
+        if self._number == number % len(self._points):
             return
-        if hasattr(self, "_place"):
-            self._place.close()
+        self.close()
         place = self._where.place(point, self._sumocfg)
         ids = place.ids()
         if self._signal_id is None and len(ids) > 1:
@@ -104,9 +106,15 @@ class SignalEnv(gymnasium.Env[Any, Any]):
         self._mask: NDArray[np.int8] = self.signal.phase_mask.astype(np.int8)
 
     @property
+    def _now(self) -> _native.Simulation:
+        if self._place is None:
+            raise Error("there is no place")
+        return self._place
+
+    @property
     def delta_time_s(self) -> int:
         """Simulated seconds between two decisions."""
-        return int(self._place.delta_time_s)
+        return int(self._now.delta_time_s)
 
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"action_mask": self._mask.copy()}
@@ -121,8 +129,8 @@ class SignalEnv(gymnasium.Env[Any, Any]):
         self._episode += 1
         self._enter(self._episode)
         self._seed = of_episode
-        self._place.reset(of_episode)
-        return self._view.observe(self._place, self._index, self.signal), {**self._info(), "seed": of_episode}
+        self._now.reset(of_episode)
+        return self._view.observe(self._now, self._index, self.signal), {**self._info(), "seed": of_episode}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Asks for a phase and lets the interval go by."""
@@ -132,19 +140,19 @@ class SignalEnv(gymnasium.Env[Any, Any]):
             if not self.action_space.contains(phase):
                 raise Error(f"action {action!r} is not in {self.action_space}")
             info["invalid_action"] = True
-            phase = self._place.phase(self._index)
+            phase = self._now.phase(self._index)
         phases = [0] * self._count
         phases[self._index] = phase
-        over = self._place.step(phases)
-        seen = self._view.observe(self._place, self._index, self.signal)
-        reward = self._view.reward(self._place, self._index, self.signal)
+        over = self._now.step(phases)
+        seen = self._view.observe(self._now, self._index, self.signal)
+        reward = self._view.reward(self._now, self._index, self.signal)
         if over:
-            info.update(self._place.finish(), seed=self._seed)
+            info.update(self._now.finish(), seed=self._seed)
         return seen, reward, False, over, info
 
     def close(self) -> None:
         """Ends the episode, so that another environment may simulate in this process."""
-        if hasattr(self, "_place"):
+        if self._place is not None:
             self._place.close()
 
 

@@ -1,0 +1,52 @@
+"""What the tests share: a folder of networks that are built once, and a run in a folder of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(scope="session")
+def networks(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The networks of ``smoke``."""
+    return str(tmp_path_factory.mktemp("networks"))
+
+
+@pytest.fixture
+def tsc_family(networks: str, tmp_path: Path):
+    """Runs the command in an empty folder; returns the finished process."""
+
+    def run(*args: str, timeout: float = 120, **kwargs):
+        return subprocess.run(
+            [sys.executable, "-m", "tsc_family", *args],
+            cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=timeout, **kwargs,
+        )  # fmt: skip
+
+    return run
+
+
+@pytest.fixture
+def evaluated(tsc_family, networks: str, tmp_path: Path):
+    """Evaluates a class of a file on ``quiet`` for a minute; returns the records of it and the process."""
+
+    def evaluate(text: str, name: str = "Mine", *options: str):
+        (tmp_path / "mine.py").write_text("import numpy as np, tsc_family as tf\n" + text)
+        done = tsc_family(
+            "run", "smoke", "--controller", f"mine=mine.py:{name}", "--methods", "mine", "--out", "out",
+            "--eval-seeds", "1", "--set", "demand.horizon_s=60", "--networks", networks, *options,
+        )  # fmt: skip
+        return records(tmp_path / "out"), done
+
+    return evaluate
+
+
+def records(folder: Path) -> list[dict]:
+    """Returns the first lines of the records of ``mine``, in the order of the plan."""
+    lines = [json.loads(path.read_text().splitlines()[0]) for path in sorted((folder / "done").rglob("*.jsonl"))]
+    return [line for line in lines if line["method"] == "mine"]
