@@ -1,6 +1,7 @@
 //! The command within Python.
 
 use std::ffi::OsString;
+use std::io::Write;
 
 use pyo3::prelude::*;
 use tsc_family::Traffic;
@@ -16,6 +17,9 @@ use crate::host::PyHost;
 pub(crate) fn run_command(py: Python<'_>, args: Vec<OsString>, start: Vec<OsString>) -> u8 {
     py.detach(|| {
         let program = Program { traffic: Traffic::default(), start, host: Some(Box::new(PyHost)) };
-        main_of(program, args)
+        let code = main_of(program, args);
+        // The process ends without what a program of Rust does at its end.
+        let _ = std::io::stdout().flush();
+        code
     })
 }

@@ -13,9 +13,7 @@ use tsc_family::Training;
 use tsc_family::traffic::own::{Host, Hosted};
 
 use crate::controller::PyController;
-
-/// Module that loads files.
-const LOADER: &str = "tsc_family._host";
+use crate::error::{LOADER, explained};
 
 /// Time that the interpreter has to write where it is.
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -70,13 +68,4 @@ impl PyHost {
             create: Box::new(move |setup| Box::new(PyController::new(name, &class, learns, setup))),
         })
     }
-}
-
-/// Returns what an exception says: of one of ours its words, of others the traceback.
-pub(crate) fn explained(py: Python<'_>, error: &PyErr) -> String {
-    let explained = py
-        .import(LOADER)
-        .and_then(|module| module.call_method1("explained", (error.value(py),)))
-        .and_then(|text| text.extract());
-    explained.unwrap_or_else(|_| error.to_string())
 }

@@ -15,10 +15,9 @@ use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
 
-use crate::controller::choose;
-use crate::error::raised;
+use crate::answer::choose;
+use crate::error::{explained, raised};
 use crate::fork::Guard;
-use crate::host::explained;
 use crate::observation::{Frame, PyObservation};
 use crate::signals::{PySignal, Sizes, signals};
 use crate::view;
@@ -60,6 +59,9 @@ pub(crate) struct Lesson {
     seen: Mutex<Vec<Observation>>,
     frame: Mutex<Option<Arc<Frame>>>,
     guard: Guard,
+    /// Decisions of an episode.
+    #[pyo3(get)]
+    decisions: u32,
 }
 
 #[pymethods]
@@ -111,7 +113,8 @@ impl Lesson {
     /// What a signal's detectors tell.
     fn observe<'py>(&self, py: Python<'py>, signal: usize) -> PyResult<Bound<'py, PyObservation>> {
         let (specs, seen) = (locked(&self.specs), locked(&self.seen));
-        Frame::new(py, &[&specs[signal]], Sizes::of(&specs))?.observe(py, &[&seen[signal]])
+        let frame = Frame::new(py, std::slice::from_ref(&specs[signal]), Sizes::of(&specs))?;
+        frame.observe(py, std::slice::from_ref(&seen[signal]))
     }
 
     /// What IDQN sees of a signal.
@@ -169,11 +172,11 @@ impl Lesson {
             Some(frame) => frame,
             None => {
                 let specs = locked(&self.specs).clone();
-                let frame = Frame::new(py, &specs.iter().collect::<Vec<_>>(), Sizes::of(&specs))?;
+                let frame = Frame::new(py, &specs, Sizes::of(&specs))?;
                 Arc::clone(locked(&self.frame).insert(Arc::new(frame)))
             }
         };
-        frame.observe(py, &seen.iter().collect::<Vec<_>>())
+        frame.observe(py, seen)
     }
 }
 
@@ -271,6 +274,7 @@ pub(crate) fn teach(
         specs: Arc::clone(&specs),
         seen: Mutex::default(),
         frame: Mutex::default(),
+        decisions: trainer.decisions_per_episode(),
         guard: Guard::new().map_err(|e| own(format!("no file for temporary data: {e}")))?,
     };
     let guard = Guard::new().map_err(|e| own(format!("no file for temporary data: {e}")))?;

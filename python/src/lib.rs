@@ -2,6 +2,7 @@
 //!
 //! What Python sees is in `tsc_family/_native.pyi`; everything that needs no Rust is Python, beside it.
 
+mod answer;
 mod command;
 mod controller;
 mod error;

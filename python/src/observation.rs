@@ -1,23 +1,36 @@
 //! What signals' detectors tell, as arrays.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use tsc_family::traffic::control::{Observation, SignalSpec};
 
+use crate::error::raised;
 use crate::signals::Sizes;
+use crate::view;
 
 /// Numbers per lane: queue, approach, total and longest waiting time, speeds.
 const LANE_NUMBERS: usize = 5;
 
 /// What the signals' detectors tell at a decision.
-#[pyclass(frozen, get_all, module = "tsc_family", name = "Observation")]
+#[pyclass(frozen, module = "tsc_family", name = "Observation")]
 pub(crate) struct PyObservation {
+    #[pyo3(get)]
     lanes: Py<PyArray3<f32>>,
+    #[pyo3(get)]
     phase: Py<PyArray1<i64>>,
+    #[pyo3(get)]
     downstream_queue: Py<PyArray2<f32>>,
+    #[pyo3(get)]
     seen: Py<PyArray2<f32>>,
+    #[pyo3(get)]
     lane_mask: Py<PyArray2<bool>>,
+    #[pyo3(get)]
     phase_mask: Py<PyArray2<bool>>,
+    signals: Arc<Vec<SignalSpec>>,
+    sizes: Sizes,
+    plain: Vec<Observation>,
 }
 
 #[pymethods]
@@ -26,21 +39,56 @@ impl PyObservation {
         let shape = self.lanes.bind(py).getattr("shape")?;
         Ok(format!("Observation(lanes: float32 {shape}, phase: {})", self.phase.bind(py)))
     }
+
+    /// What IDQN sees of a signal: a row per lane or phase, whichever are more.
+    #[pyo3(signature = (signal = 0))]
+    fn idqn<'py>(&self, py: Python<'py>, signal: usize) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        view::idqn(py, self.of(signal)?, self.sizes)
+    }
+
+    /// What MPLight sees of a signal: its phase, and the pressure of every movement.
+    #[pyo3(signature = (signal = 0))]
+    fn mplight<'py>(&self, py: Python<'py>, signal: usize) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        Ok(view::mplight(py, self.of(signal)?, self.sizes))
+    }
+
+    /// What IDQN is paid for: waiting times, scaled and cut.
+    #[pyo3(signature = (signal = 0))]
+    fn wait(&self, signal: usize) -> PyResult<f32> {
+        Ok(view::wait(self.of(signal)?.1))
+    }
+
+    /// What MPLight is paid for: queues behind less queues at the signal.
+    #[pyo3(signature = (signal = 0))]
+    fn pressure(&self, signal: usize) -> PyResult<f32> {
+        Ok(view::pressure(self.of(signal)?.1))
+    }
+}
+
+impl PyObservation {
+    /// Returns a signal and what its detectors tell.
+    fn of(&self, signal: usize) -> PyResult<(&SignalSpec, &Observation)> {
+        let both = self.signals.get(signal).zip(self.plain.get(signal));
+        both.ok_or_else(|| {
+            raised(format!("there are {} signals, and none {signal}", self.signals.len()))
+        })
+    }
 }
 
 /// The room of arrays, and the masks that all observations of some signals share.
 pub(crate) struct Frame {
     /// The room.
-    pub(crate) sizes: Sizes,
+    sizes: Sizes,
+    signals: Arc<Vec<SignalSpec>>,
     lane_mask: Py<PyArray2<bool>>,
     phase_mask: Py<PyArray2<bool>>,
 }
 
 impl Frame {
     /// Returns the frame of signals.
-    pub(crate) fn new(py: Python<'_>, signals: &[&SignalSpec], sizes: Sizes) -> PyResult<Self> {
+    pub(crate) fn new(py: Python<'_>, signals: &[SignalSpec], sizes: Sizes) -> PyResult<Self> {
         let mask = |size: usize, count: &dyn Fn(&SignalSpec) -> usize| -> PyResult<_> {
-            let row = |s: &&SignalSpec| (0..size).map(|i| i < count(s)).collect::<Vec<_>>();
+            let row = |s: &SignalSpec| (0..size).map(|i| i < count(s)).collect::<Vec<_>>();
             let rows: Vec<bool> = signals.iter().flat_map(row).collect();
             let array = PyArray1::from_vec(py, rows).reshape([signals.len(), size])?;
             array.readwrite().make_nonwriteable();
@@ -48,14 +96,14 @@ impl Frame {
         };
         let lane_mask = mask(sizes.lanes, &|s| s.lanes.len())?;
         let phase_mask = mask(sizes.phases, &|s| s.phases.len())?;
-        Ok(Self { sizes, lane_mask, phase_mask })
+        Ok(Self { sizes, signals: Arc::new(signals.to_vec()), lane_mask, phase_mask })
     }
 
     /// Returns what the signals of the frame see; arrays are new, masks are shared.
     pub(crate) fn observe<'py>(
         &self,
         py: Python<'py>,
-        seen: &[&Observation],
+        seen: &[Observation],
     ) -> PyResult<Bound<'py, PyObservation>> {
         let count = seen.len();
         let Sizes { lanes: width, movements, downstream, .. } = self.sizes;
@@ -88,6 +136,9 @@ impl Frame {
             seen: padded(movements, &|s| &s.seen)?,
             lane_mask: self.lane_mask.clone_ref(py),
             phase_mask: self.phase_mask.clone_ref(py),
+            signals: Arc::clone(&self.signals),
+            sizes: self.sizes,
+            plain: seen.to_vec(),
         };
         Bound::new(py, made)
     }

@@ -197,7 +197,7 @@ impl Simulation {
     fn observe<'py>(&self, py: Python<'py>, signal: usize) -> PyResult<Bound<'py, PyObservation>> {
         let frame =
             self.frames[signal].as_ref().expect("only signals that are decided are asked for");
-        frame.observe(py, &[&self.env.observations()[signal]])
+        frame.observe(py, std::slice::from_ref(&self.env.observations()[signal]))
     }
 
     /// What IDQN sees of a signal: a row per lane or phase, whichever are more.
@@ -237,8 +237,8 @@ impl Simulation {
 
 impl Simulation {
     fn frame(&mut self, py: Python<'_>) -> PyResult<()> {
-        let frame = |(spec, decides): (_, &bool)| {
-            decides.then(|| Frame::new(py, &[spec], self.sizes)).transpose()
+        let frame = |(spec, decides): (&SignalSpec, &bool)| {
+            decides.then(|| Frame::new(py, std::slice::from_ref(spec), self.sizes)).transpose()
         };
         self.frames = self.specs.iter().zip(&self.decides).map(frame).collect::<PyResult<_>>()?;
         Ok(())

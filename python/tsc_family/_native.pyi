@@ -123,6 +123,14 @@ class Observation:
     @property
     def phase_mask(self) -> NDArray[np.bool_]:
         """Which phases are there, shape ``[signals, phases]``."""
+    def idqn(self, signal: int = 0) -> NDArray[np.float32]:
+        """Returns what IDQN sees of a signal: a row per lane or phase, whichever are more; scaled."""
+    def mplight(self, signal: int = 0) -> NDArray[np.float32]:
+        """Returns what MPLight sees of a signal: its phase, and the pressure of every movement."""
+    def wait(self, signal: int = 0) -> float:
+        """Returns what IDQN is paid for: waiting times, scaled and cut."""
+    def pressure(self, signal: int = 0) -> float:
+        """Returns what MPLight is paid for: queues behind less queues at the signal."""
 
 class Simulation:
     """A place whose signals are simulated, episode after episode; one per process at a time."""
@@ -155,6 +163,8 @@ class Simulation:
 class Lesson:
     """The class's end of a training."""
 
+    @property
+    def decisions(self) -> int: ...
     def reset(self) -> Observation: ...
     def step(self, phases: Any) -> tuple[Observation, bool]: ...
     def finish(self) -> float: ...

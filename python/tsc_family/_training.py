@@ -28,6 +28,11 @@ class Training:
         """Episodes that learners are trained for in this run (``--episodes``); ``train`` decides what it does."""
 
     @property
+    def decisions(self) -> int:
+        """Decisions of an episode."""
+        return self._lesson.decisions
+
+    @property
     def signals(self) -> list[Signal]:
         """The signals, as ``begin`` gets them."""
         self._look()

@@ -333,7 +333,10 @@ mod tests {
             ("sleep 5".to_owned(), "it did not answer begin within 0.4 s"),
             ("echo hello; cat".to_owned(), "it answered begin with \"hello\\n\", which is not {}"),
             (act("kill -9 $$"), "it ended (signal: 9 (SIGKILL)) instead of answering act"),
-            (act("exec >&-; exec sleep 5"), "it closed its standard output instead of answering act"),
+            (
+                act("exec >&-; exec sleep 5"),
+                "it closed its standard output instead of answering act",
+            ),
             (act("echo '{\"phases\":[2]}'"), "it chose phase 2 of signal 0, which has 2, from 0"),
             (act("echo '{\"phases\":[0,0]}'"), "it decided for 2 signals, and there are 1"),
             (act("echo '{\"phases\":[NaN]}'"), "it answered act with"),

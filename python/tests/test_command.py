@@ -1,0 +1,69 @@
+"""The command as the package has it, and where it finds SUMO."""
+
+import re
+import sysconfig
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from tsc_family import _sumo
+
+
+def test_doctor_says_where_sumo_is(tsc_family):
+    done = tsc_family("doctor")
+    assert done.returncode == 0, done.stdout + done.stderr
+    site = sysconfig.get_paths()["purelib"]
+    assert re.search(rf"libsumo +{re.escape(site)}/sumo/lib64/libsumocpp.so", done.stdout), done.stdout
+    assert re.search(rf"netconvert +{re.escape(site)}/sumo/bin/netconvert", done.stdout), done.stdout
+    assert f"SUMO {_sumo.required()}" in done.stdout and "all is well" in done.stdout
+
+
+@pytest.mark.parametrize("version", [None, "1.15.0"])
+def test_another_sumo_and_none_are_said_with_the_way_out(monkeypatch, version):
+    real = metadata.distribution
+
+    def distribution(name):
+        if name != "eclipse-sumo":
+            return real(name)
+        if version is None:
+            raise metadata.PackageNotFoundError(name)
+        return type("Package", (), {"version": version})
+
+    monkeypatch.setattr(metadata, "distribution", distribution)
+    folder, reason = _sumo.home()
+    assert folder is None and "pip install 'tsc-family[sumo]'" in reason
+    assert (version or "is not installed") in reason
+
+
+def test_without_sumo_doctor_and_run_say_so_and_the_rest_works(tmp_path, networks):
+    import subprocess
+    import sys
+
+    text = (
+        "import sys\nfrom tsc_family import _sumo\n"
+        "_sumo.home = lambda: (None, 'the package is not here; pip install it')\n"
+        "from tsc_family.__main__ import main\nmain()\n"
+    )
+    (tmp_path / "without.py").write_text(text)
+
+    def run(*args):
+        return subprocess.run([sys.executable, "without.py", *args], cwd=tmp_path, capture_output=True, text=True,
+                              env={"PATH": "/nowhere"})  # fmt: skip
+
+    doctor = run("doctor")
+    assert doctor.returncode == 4 and "SUMO cannot be used: the package is not here; pip install it" in doctor.stdout
+    assert run("list", "smoke").returncode == 0
+    refused = run("signals", "busy", "smoke", "--networks", networks)
+    assert refused.returncode == 4 and "pip install it" in refused.stderr + refused.stdout
+
+
+def test_the_package_is_built_with_the_sumo_that_it_asks_for():
+    pyproject = Path(__file__).parents[1] / "pyproject.toml"
+    named = re.findall(r"eclipse-sumo==([\d.]+)", pyproject.read_text())
+    assert len(named) == 2 and set(named) == {_sumo.required()}
+
+
+def test_wrong_usage_is_exit_code_2(tsc_family):
+    assert tsc_family("run", "--no-such").returncode == 2
+    assert tsc_family("--version").stdout.startswith("tsc-family ")

@@ -1,0 +1,250 @@
+"""Controllers of one's own, evaluated from a script: same results however they are run."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import tsc_family as tf
+
+# The issue's example, on ``smoke``, without a guard for the main module.
+SCRIPT = """
+import numpy as np, tsc_family as tf
+
+class Longest(tf.Controller):
+    "The phase with the most vehicles that have halted."
+    name = "longest-queue"
+    def begin(self, signals):
+        self.serves = [s.phase_lanes for s in signals]
+    def act(self, obs):
+        return [int((m * o[:, 0]).sum(1).argmax()) for m, o in zip(self.serves, obs.lanes)]
+
+result = tf.evaluate(Longest(), "smoke", budget=2, eval_seeds=2, against=["max-pressure", "fixed-time"],
+                     settings={"demand.horizon_s": 300}, networks=%r, out="results/longest")
+print(result.table())
+print(sorted(result.scores()["method"].unique()), result.summary()["method"].tolist())
+print(result.report())
+"""
+
+
+def python(text: str, folder: Path, *, name: str = "script.py", timeout: float = 180) -> subprocess.CompletedProcess:
+    (folder / name).write_text(text)
+    return subprocess.run(
+        [sys.executable, name], cwd=folder, capture_output=True, text=True, timeout=timeout, stdin=subprocess.DEVNULL
+    )
+
+
+def done_files(folder: Path) -> dict[str, list[str]]:
+    """Returns the records without what is of the clock."""
+    files = {}
+    for path in sorted((folder / "done").rglob("*.jsonl")):
+        first, *rows = path.read_text().splitlines()
+        summary = json.loads(first)
+        for name in ("wall", "checksum", "sha256"):
+            summary.pop(name, None)
+        files[path.name] = [json.dumps(summary, sort_keys=True), *rows]
+    return files
+
+
+def test_the_example_runs_line_by_line(tmp_path, networks):
+    done = python(SCRIPT % networks, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "longest-queue" in done.stdout and "max-pressure" in done.stdout
+    assert "['baseline', 'fixed-time', 'longest-queue', 'max-pressure']" in done.stdout
+    page = tmp_path / done.stdout.splitlines()[-1]
+    assert "longest-queue" in page.read_text() and "most vehicles that have halted" in (
+        page.read_text() + (tmp_path / "results/longest/manifest.json").read_text()
+    )
+    about = json.loads((tmp_path / "results/longest/manifest.json").read_text())
+    own = (about.get("identity") or about)["controllers"][0]
+    assert own["name"] == "longest-queue" and set(own["sha256"]) == {"script.py"}
+    assert {"python", "numpy"} <= set(own["versions"])
+
+
+RULE = """
+import tsc_family as tf
+class Mine(tf.Controller):
+    def __init__(self, every=2, weights=(1, 2)): self.every, self.turn = every, 0
+    def begin(self, signals): self.count = [len(s.phases) for s in signals]
+    def act(self, obs):
+        self.turn += 1
+        draw = int(self.rng.integers(2))
+        return [(self.turn // self.every + draw) % count for count in self.count]
+"""
+
+
+def run_args(out: str, networks: str, *more: str) -> list[str]:
+    return ["run", "smoke", "--controller", 'mine=rule.py:Mine?{"kwargs": {"every": 3}}', "--methods", "mine",
+            "--eval-seeds", "2", "--set", "demand.horizon_s=300", "--networks", networks, "--out", out, *more]  # fmt: skip
+
+
+def test_the_results_are_the_same_with_any_jobs_and_after_kill_and_resume(tsc_family, tmp_path, networks):
+    (tmp_path / "rule.py").write_text(RULE)
+    for out, jobs in [("one", "1"), ("two", "2")]:
+        done = tsc_family(*run_args(out, networks, "--jobs", jobs))
+        assert done.returncode == 0, done.stderr
+    child = subprocess.Popen(
+        [sys.executable, "-m", "tsc_family", *run_args("killed", networks, "--jobs", "1")],
+        cwd=tmp_path, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    limit = time.monotonic() + 60
+    while not list((tmp_path / "killed" / "done").rglob("*.jsonl")) and time.monotonic() < limit:
+        time.sleep(0.02)
+    child.send_signal(signal.SIGKILL)
+    child.wait()
+    before = len(done_files(tmp_path / "killed"))
+    assert 1 <= before < 4, before
+    done = tsc_family(*run_args("killed", networks))
+    assert done.returncode == 0, done.stderr
+    one = done_files(tmp_path / "one")
+    assert len(one) == 4
+    assert one == done_files(tmp_path / "two") == done_files(tmp_path / "killed")
+
+
+def test_a_controller_that_has_changed_is_another_run(tsc_family, tmp_path, networks):
+    (tmp_path / "rule.py").write_text(RULE)
+    assert tsc_family(*run_args("out", networks)).returncode == 0
+    (tmp_path / "rule.py").write_text(RULE + "# changed\n")
+    done = tsc_family(*run_args("out", networks))
+    assert done.returncode == 5 and "rule.py has changed" in done.stderr, done.stderr
+
+
+LEARNER = """
+import json, tsc_family as tf
+class Mine(tf.Controller):
+    "Tries both phases and keeps the better one."
+    def __init__(self): self.best = 0
+    def train(self, env):
+        delays = []
+        for phase in range(2):
+            obs, done = env.reset(), False
+            assert obs.lanes.shape[0] == len(env.signals) == 1
+            while not done:
+                obs, done = env.step([phase])
+            env.log(tried=phase, nothing=float("nan"))
+            delays.append(env.delay_s)
+        env.reset()
+        env.step([0])
+        self.best = delays.index(min(delays))
+    def act(self, obs): return [self.best]
+    def save(self, path):
+        with open(path, "w") as file: json.dump(self.best, file)
+    def load(self, path):
+        with open(path) as file: self.best = json.load(file)
+"""
+
+
+def test_a_training_has_rows_with_delays_and_figures_and_a_model(evaluated, tmp_path):
+    mine, done = evaluated(LEARNER)
+    assert done.returncode == 0, done.stderr
+    assert len(mine) == 2
+    rows = []
+    for path in sorted((tmp_path / "out" / "done").rglob("*.jsonl")):
+        first, *lines = [json.loads(line) for line in path.read_text().splitlines()]
+        if first["method"] == "mine":
+            rows.append([row for row in lines if row["kind"] == "training"])
+    for training in rows:
+        assert [row["metrics"]["tried"] for row in training] == [0, 1]
+        assert all(row["metrics"]["delay_s"] > 0 and "nothing" not in row["metrics"] for row in training)
+        assert len({row["seed"] for row in training}) == 2
+    assert len(list((tmp_path / "out" / "models").rglob("*.safetensors"))) == 2
+
+
+GYM = """
+import tsc_family as tf
+class Mine(tf.Controller):
+    def train(self, env):
+        gym = env.gym("mplight", reward="pressure")
+        for _ in range(2):
+            seen, info = gym.reset(seed=1)
+            over, total = False, 0.0
+            while not over:
+                seen, reward, _, over, info = gym.step(int(seen[1:].argmax()) % gym.action_space.n)
+                total += reward
+            assert info["delay_s"] > 0 and gym.observation_space.contains(seen)
+    def act(self, obs): return [0]
+"""
+
+
+def test_a_training_is_a_gymnasium_environment_too(evaluated):
+    mine, done = evaluated(GYM)
+    assert done.returncode == 0, (done.stderr, [record.get("reason") for record in mine])
+
+
+class Plain(tf.Controller):
+    """Always the first."""
+
+    def __init__(self, phase: int = 0, table: object = None) -> None:
+        self.phase = phase
+
+    def act(self, obs):
+        return [self.phase]
+
+
+def test_a_class_is_named_by_file_and_arguments():
+    from tsc_family._evaluate import source_of
+
+    file = Path(__file__).absolute()
+    assert source_of(Plain) == source_of(Plain()) == f"plain={file}:Plain"
+    assert source_of(Plain(1, table=[2])) == f'plain={file}:Plain?{{"args": [1], "kwargs": {{"table": [2]}}}}'
+    assert Plain().rng.integers(10) == Plain().rng.integers(10)
+
+
+def test_what_cannot_be_made_anew_is_refused_with_the_way_out(tmp_path):
+    with pytest.raises(tf.Error, match="plain data"):
+        tf.evaluate(Plain(table=object()), "smoke", out=tmp_path / "out")
+
+    class Inner(tf.Controller):
+        pass
+
+    with pytest.raises(tf.Error, match="within a function"):
+        tf.evaluate(Inner(), "smoke", out=tmp_path / "out")
+    text = "import tsc_family as tf\nclass A(tf.Controller): pass\ntf.evaluate(A(), 'smoke')"
+    done = subprocess.run([sys.executable, "-c", text], cwd=tmp_path, capture_output=True, text=True)
+    assert "%%writefile" in done.stderr and not os.listdir(tmp_path)
+
+
+def test_an_error_of_the_command_is_an_exception_with_its_words(tmp_path):
+    with pytest.raises(tf.Error, match="did you mean smoke"):
+        tf.evaluate(Plain(), "smok", out=tmp_path / "out", quiet=True)
+    with pytest.raises(tf.Error, match="budget 3: the family has 2 point MDPs"):
+        tf.evaluate(Plain(), "smoke", budget=3, out=tmp_path / "out", quiet=True)
+
+
+def test_every_other_command_can_be_run(capfd):
+    assert tf.run(["list", "smoke"]) == 0
+    assert "busy" in capfd.readouterr().out
+    with pytest.raises(tf.Error, match="unexpected argument"):
+        tf.run(["list", "--no-such-option"])
+
+
+def test_an_interrupt_ends_a_run_that_the_same_call_continues(tmp_path, networks):
+    text = (
+        "import tsc_family as tf, time\n"
+        "class Slow(tf.Controller):\n"
+        "    def act(self, obs):\n        time.sleep(0.05)\n        return [0]\n"
+        "import os; first = not os.path.exists('once')\n"
+        f"tf.evaluate(Slow(), 'smoke', eval_seeds=2, jobs=1, out='out', networks={networks!r},\n"
+        "            settings={'demand.horizon_s': 300})\n"
+        "print('finished')\n"
+    )
+    (tmp_path / "slow.py").write_text(text)
+    child = subprocess.Popen([sys.executable, "slow.py"], cwd=tmp_path, stdin=subprocess.DEVNULL,
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # fmt: skip
+    limit = time.monotonic() + 60
+    while not list((tmp_path / "out" / "done").rglob("*.jsonl")) and time.monotonic() < limit:
+        time.sleep(0.02)
+    # Python alone hears of it, as in a notebook.
+    child.send_signal(signal.SIGINT)
+    out, err = child.communicate(timeout=60)
+    assert "KeyboardInterrupt" in err and "finished" not in out, (out, err)
+    before = len(done_files(tmp_path / "out"))
+    assert before < 4
+    done = python(text, tmp_path, name="slow.py")
+    assert done.returncode == 0 and "finished" in done.stdout, done.stderr
+    assert len(done_files(tmp_path / "out")) == 4

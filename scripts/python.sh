@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# Builds the Python package against the eclipse-sumo wheel, installs it with SUMO into a fresh virtual environment, and
+# uses it there as its README says: the smoke scenario with the installed command, the example of a controller, the tests.
+#
+#   scripts/python.sh          PYTHON=python3.12 scripts/python.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+python=${PYTHON:-python3}
+target=${CARGO_TARGET_DIR:-target}
+sumo=$(sed -n 's/^requires = .*"\(eclipse-sumo==[0-9.]*\)".*/\1/p' python/pyproject.toml)
+maturin=$(sed -n 's/^requires = .*"\(maturin[^"]*\)".*/\1/p' python/pyproject.toml)
+
+step() { printf '\n--- %s (%s s)\n' "$1" "$SECONDS"; }
+
+step "what the build needs"
+# Not the build's own environment of pip: its path is another each time, and everything would be compiled again.
+build=$target/$sumo-build
+if [ ! -e "$build/installed" ]; then
+    "$python" -m venv "$build"
+    "$build/bin/pip" install --quiet "$sumo" "$maturin"
+    touch "$build/installed"
+fi
+SUMO_HOME=$("$build/bin/python" -c 'import importlib.metadata as m; print(m.distribution("eclipse-sumo").locate_file("sumo"))')
+SUMO_HOME=$SUMO_HOME scripts/setup.sh
+
+step "the wheel"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+CARGO_TARGET_DIR=$(realpath -m "$target/wheel") PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
+    --no-build-isolation --wheel-dir "$work/wheel" ./python
+wheel=$(echo "$work"/wheel/*.whl)
+ls -l "$work/wheel"
+
+step "a fresh virtual environment, and from there to a report"
+start=$SECONDS
+"$python" -m venv "$work/venv"
+"$work/venv/bin/pip" install --quiet "$wheel[sumo,test]"
+echo "pip install: $((SECONDS - start)) s"
+# Nothing of this shell's may help to find SUMO, nor this folder to find the package.
+unset SUMO_HOME PYTHONPATH
+mkdir "$work/user"
+cp python/examples/longest_queue.py "$work/user"
+(cd "$work/user" && "$work/venv/bin/python" longest_queue.py smoke)
+test -s "$work/user/results/longest/report/index.html"
+echo "from pip install to report: $((SECONDS - start)) s"
+
+step "the smoke scenario with the installed command"
+scripts/smoke.sh "$work/venv/bin/tsc-family"
+
+step "tests of the package"
+"$work/venv/bin/pytest" python/tests -o cache_dir="$work/pytest"
+step "done"
