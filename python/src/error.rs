@@ -21,9 +21,10 @@ pub(crate) fn raised(error: impl fmt::Display) -> PyErr {
 
 /// Returns what an exception says: of one of ours its words, of others the traceback.
 pub(crate) fn explained(py: Python<'_>, error: &PyErr) -> String {
+    let value = error.value(py);
     let explained = py
         .import(LOADER)
-        .and_then(|module| module.call_method1("explained", (error.value(py),)))
+        .and_then(|module| module.call_method1("explained", (value, error.traceback(py))))
         .and_then(|text| text.extract());
     explained.unwrap_or_else(|_| error.to_string())
 }

@@ -36,7 +36,7 @@ def test_another_sumo_and_none_are_said_with_the_way_out(monkeypatch, version):
     assert (version or "is not installed") in reason
 
 
-def test_without_sumo_doctor_and_run_say_so_and_the_rest_works(tmp_path, networks):
+def test_without_sumo_doctor_and_run_say_so_and_the_rest_works(tsc_family, tmp_path, networks):
     import subprocess
     import sys
 
@@ -54,6 +54,8 @@ def test_without_sumo_doctor_and_run_say_so_and_the_rest_works(tmp_path, network
     doctor = run("doctor")
     assert doctor.returncode == 4 and "SUMO cannot be used: the package is not here; pip install it" in doctor.stdout
     assert run("list", "smoke").returncode == 0
+    # The network is there, so that nothing but SUMO is missing.
+    assert tsc_family("build-networks", "smoke", "--out", networks).returncode == 0
     refused = run("signals", "busy", "smoke", "--networks", networks)
     assert refused.returncode == 4 and "pip install it" in refused.stderr + refused.stdout
 

@@ -61,7 +61,7 @@ def play(env, seed=None):
         _, reward, terminated, over, info = env.step(turn // 3 % int(info["action_mask"].sum()))
         rewards.append(reward)
         assert not terminated
-    return rewards, info
+    return rewards, {**info, "action_mask": info["action_mask"].tolist()}
 
 
 def test_a_seed_has_the_same_vehicles_and_no_seed_follows_from_the_last(env):

@@ -9,10 +9,10 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from typing import TYPE_CHECKING, Any
 
 from ._native import Error, Lane, Limits, Movement, Observation, Phase, Signal
+from ._register import is_command as _is_command
 from ._register import register as _register
 
 if TYPE_CHECKING:
@@ -24,9 +24,12 @@ if TYPE_CHECKING:
     from .envs import SignalEnv, make_vec
     from .parallel import SignalsEnv, parallel_env
 
-if "gymnasium" in sys.modules:
-    # Otherwise gymnasium finds the environment itself, when it is imported.
-    _register()
+if not _is_command():
+    # A worker is started for every task, and importing gymnasium takes longer than some of them.
+    try:
+        _register()
+    except ImportError:
+        pass
 
 __all__ = [
     "Controller",

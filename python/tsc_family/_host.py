@@ -21,6 +21,7 @@ from typing import Any
 from . import _controller, _native
 from ._controller import Controller
 from ._native import Error
+from ._register import register
 
 _OWN = str(Path(__file__).parent)
 _MODULE = "tsc_family_controller"
@@ -99,6 +100,12 @@ def _load(path: Path) -> Any:
     sys.stdin = _NoInput()
     # What was hashed is what runs: no bytecode of an earlier file of that name, size and time.
     sys.dont_write_bytecode = True
+    source = path.read_bytes()
+    if b"gymnasium" in source:
+        try:
+            register()
+        except ImportError:
+            pass
     name = f"{_MODULE}_{path.stem}"
     module = types.ModuleType(name)
     module.__file__ = str(path)
@@ -107,7 +114,7 @@ def _load(path: Path) -> Any:
         if package[1]:
             return importlib.import_module(package[1])
         sys.modules[name] = module
-        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+        exec(compile(source, str(path), "exec"), module.__dict__)
     except (Loaded, SystemExit):
         # The class is there by then, or whoever looks for it says that it is not.
         return sys.modules.get(package[1], module)
@@ -176,15 +183,15 @@ def _watch() -> None:
 _watch.done = False  # type: ignore[attr-defined]
 
 
-def explained(error: BaseException) -> str:
+def explained(error: BaseException, trace: types.TracebackType | None) -> str:
     """Returns what an exception says: of one of ours its words, of others the traceback without our own lines."""
-    own = [frame for frame in traceback.extract_tb(error.__traceback__) if not _is_ours(frame.filename)]
+    own = [frame for frame in traceback.extract_tb(trace) if not _is_ours(frame.filename)]
     if isinstance(error, Error) and not own:
         return str(error)
     head = ["Traceback (most recent call last):\n", *traceback.format_list(own)]
     last = traceback.format_exception_only(type(error), error)
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
-    before = [] if cause is None else [explained(cause), "\n\nwhich led to\n\n"]
+    before = [] if cause is None else [explained(cause, cause.__traceback__), "\n\nwhich led to\n\n"]
     return "".join([*before, *(head if own else []), *last]).rstrip()
 
 

@@ -166,7 +166,7 @@ fn trial(error: &TrialError) -> u8 {
         TrialError::Input(_) | TrialError::Model(_) | TrialError::Diverged(_) => USAGE,
         TrialError::Machine(e) => code(e.as_ref()),
         TrialError::Stopped => STOPPED,
-        TrialError::Failed(_) | TrialError::Disturbed(_) => UNEXPECTED,
+        TrialError::Failed(_) | TrialError::Own(_) | TrialError::Disturbed(_) => UNEXPECTED,
     }
 }
 

@@ -34,6 +34,9 @@ pub enum TrialError {
     /// The episode failed.
     #[error(transparent)]
     Failed(Cause),
+    /// A method that is somebody's own failed, and says itself what happened.
+    #[error(transparent)]
+    Own(Cause),
 }
 
 /// Why a training does not go on after a checkpoint.

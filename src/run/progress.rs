@@ -57,6 +57,8 @@ pub enum Fault {
     Input,
     /// The task's: it is tried again, and fails for good if that ends the same.
     Task,
+    /// A method's that is somebody's own: as the task's, and its words say why, so that a log adds nothing.
+    Own,
     /// Something from outside came between, such as a signal: it is tried again, and left undone if that happens
     /// once more.
     Disturbed,
@@ -77,6 +79,7 @@ impl Failure {
             | RunError::Io(_)
             | RunError::Controller { .. } => Fault::Machine,
             RunError::Trial(TrialError::Failed(_) | TrialError::Model(_)) => Fault::Task,
+            RunError::Trial(TrialError::Own(_)) => Fault::Own,
             RunError::Trial(TrialError::Disturbed(_) | TrialError::Stopped) => Fault::Disturbed,
             _ => Fault::Input,
         };

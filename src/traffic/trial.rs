@@ -129,7 +129,7 @@ pub(super) fn of_control(error: ControlError) -> TrialError {
         ControlError::Diverged { .. } => TrialError::Diverged(error.to_string()),
         ControlError::Model(e) => TrialError::Model(e),
         ControlError::Checkpoint(e) => e.into(),
-        ControlError::Own { .. } => TrialError::Failed(error.into()),
+        ControlError::Own { .. } => TrialError::Own(error.into()),
         // A training episode fails for reasons of the simulation, not of what was given.
         ControlError::Episode(e) => match e.downcast::<TrafficError>() {
             Ok(e) => of_files(*e),

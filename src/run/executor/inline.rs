@@ -75,7 +75,7 @@ impl Inline<'_> {
         match fault {
             Fault::Machine | Fault::Simulator => return Err(error),
             Fault::Disturbed => return Ok(Event::Undone { task: task.task, reason }),
-            Fault::Input | Fault::Task => {}
+            Fault::Input | Fault::Task | Fault::Own => {}
         }
         let wall_s = start.elapsed().as_secs_f64();
         let wall = Wall { wall_s, attempts: 1, ..Wall::default() };

@@ -178,7 +178,9 @@ impl Local {
             }
             let Failure { fault, reason } = match (failure.fault, self.has_room()) {
                 // It may have failed because it could not write, and not have said so.
-                (Fault::Task, Err(e)) => Failure { fault: Fault::Machine, reason: e.to_string() },
+                (Fault::Task | Fault::Own, Err(e)) => {
+                    Failure { fault: Fault::Machine, reason: e.to_string() }
+                }
                 _ => failure,
             };
             let is_last = match fault {
@@ -188,7 +190,7 @@ impl Local {
                 }
                 // What is wrong with the input is still wrong at the next attempt.
                 Fault::Input => true,
-                Fault::Task => {
+                Fault::Task | Fault::Own => {
                     failed += 1;
                     failed == ATTEMPTS
                 }

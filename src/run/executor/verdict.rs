@@ -20,9 +20,7 @@ const NO_MEMORY: [&str; 2] = ["memory allocation of ", "std::bad_alloc"];
 pub(super) fn verdict(status: ExitStatus, said: Option<Failure>, log: &Path) -> Failure {
     let quoted = quoted(log);
     match said {
-        Some(said)
-            if matches!(said.fault, Fault::Machine | Fault::Simulator | Fault::Disturbed) =>
-        {
+        Some(said) if !matches!(said.fault, Fault::Input | Fault::Task) => {
             return said;
         }
         // It ended itself, because it hung.
@@ -106,6 +104,7 @@ mod tests {
         assert_eq!(fault, Fault::Input);
         assert_eq!(reason, "the worker ended with exit code 2: Error: no such edge | Quitting");
         assert_eq!(of(1 << 8, Some(Fault::Machine), "x"), (Fault::Machine, "its words".to_owned()));
+        assert_eq!(of(1 << 8, Some(Fault::Own), "x"), (Fault::Own, "its words".to_owned()));
         assert_eq!(of(9, Some(Fault::Task), "x"), (Fault::Task, "its words".to_owned()));
     }
 }
