@@ -15,7 +15,7 @@ step() { printf '\n--- %s (%s s)\n' "$1" "$SECONDS"; }
 
 step "what the build needs"
 # Not the build's own environment of pip: its path is another each time, and everything would be compiled again.
-build=$target/$sumo-build
+build=${SUMO_WHEEL_DIR:-$target/$sumo-build}
 if [ ! -e "$build/installed" ]; then
     "$python" -m venv "$build"
     "$build/bin/pip" install --quiet "$sumo" "$maturin"
