@@ -66,6 +66,19 @@ def test_the_example_runs_line_by_line(tmp_path, networks):
     assert {"python", "numpy"} <= set(own["versions"])
 
 
+def test_a_script_has_its_arguments_where_a_worker_loads_it(tmp_path, networks):
+    text = (
+        "import sys, tsc_family as tf\n"
+        "scenario, seeds = sys.argv[1:]\n"
+        "class Mine(tf.Controller):\n    def act(self, obs): return [int(seeds) - 1]\n"
+        "tf.evaluate(Mine, scenario, eval_seeds=int(seeds), out='out', quiet=True, settings={'demand.horizon_s': 60},\n"
+        f"            networks={networks!r})\n"
+    )
+    (tmp_path / "with.py").write_text(text)
+    done = subprocess.run([sys.executable, "with.py", "smoke", "1"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0 and not done.stderr, done.stderr
+
+
 RULE = """
 import tsc_family as tf
 class Mine(tf.Controller):

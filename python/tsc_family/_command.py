@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import json
 import os
 import signal
 import subprocess
@@ -12,6 +13,9 @@ from collections.abc import Sequence
 from typing import IO, Any
 
 from ._native import Error
+
+# What a script was called with, for the workers that load it.
+ARGUMENTS = "TSC_FAMILY_SCRIPT_ARGUMENTS"
 
 # Exit codes with results: some tasks failed, or are left for the next run.
 SOME_FAILED = 3
@@ -38,7 +42,11 @@ def call(arguments: Sequence[str], *, show_output: bool, show_progress: bool) ->
     as it does in a shell, and is raised again.
     """
     child = subprocess.Popen(
-        [*start(), *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [*start(), *arguments],
+        env={**os.environ, ARGUMENTS: json.dumps(sys.argv[1:])},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
     )
     output, said = _Heard(child.stdout, sys.stdout, show_output), _Heard(child.stderr, sys.stderr, show_progress)
     try:

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _controller, _native
+from ._command import ARGUMENTS
 from ._controller import Controller
 from ._native import Error
 from ._register import register
@@ -95,6 +96,7 @@ def _load(path: Path) -> Any:
     package = _package(path)
     # As when the script itself is run, or the package is imported.
     sys.path.insert(0, str(package[0]))
+    sys.argv = [str(path), *json.loads(os.environ.get(ARGUMENTS, "[]"))]
     # Standard output has what the command says.
     sys.stdout = sys.stderr
     sys.stdin = _NoInput()

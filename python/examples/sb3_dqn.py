@@ -1,10 +1,11 @@
 """A DQN of Stable-Baselines3, trained on every point MDP and ranked beside tsc-family's methods.
 
-``pip install 'tsc-family[sumo]' stable-baselines3``, then ``python stable_baselines3.py [SCENARIO] [BUDGET] [EPISODES]``.
+``pip install 'tsc-family[sumo]' stable-baselines3``, then ``python sb3_dqn.py [SCENARIO] [BUDGET] [EPISODES]``.
 """
 
 import sys
 
+import torch
 from stable_baselines3 import DQN
 from stable_baselines3.common.callbacks import BaseCallback
 
@@ -17,6 +18,8 @@ class StableDqn(tf.Controller):
     name = "sb3-dqn"
 
     def train(self, env):
+        # Workers share the processors.
+        torch.set_num_threads(1)
         gym = env.gym(observation="idqn", reward="wait")
         decisions = env.decisions
         self.model = DQN(
