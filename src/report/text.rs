@@ -1,6 +1,7 @@
 //! The ranking as a table for terminals: plain text, no colours.
 
 use super::divisor::baseline_in_full;
+use super::figures::shown;
 use super::plain_table::plain_table;
 use super::whole::Report;
 use super::{format, further, rests};
@@ -54,7 +55,7 @@ fn row(data: &Report, m: &MethodSummary, points: usize) -> Vec<String> {
         (!data.reference.is_none()).then(|| m.objective.map_or_else(dash, |v| data.words.value(v)));
     let mut cells = vec![
         m.rank.map_or_else(dash, |r| r.to_string()),
-        if m.is_reference { data.reference.marked() } else { m.method.clone() },
+        if m.is_reference { data.reference.marked() } else { shown(data, &m.method) },
         m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
         match m.interval {
             _ if m.is_reference && m.overall.is_some() => "by definition".to_owned(),
