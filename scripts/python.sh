@@ -35,7 +35,7 @@ ls -l "$work/wheel"
 step "a fresh virtual environment, and from there to a report"
 start=$SECONDS
 "$python" -m venv "$work/venv"
-"$work/venv/bin/pip" install --quiet "$wheel[sumo,test]"
+"$work/venv/bin/pip" install --quiet "$wheel[sumo]"
 echo "pip install: $((SECONDS - start)) s"
 # Nothing of this shell's may help to find SUMO, nor this folder to find the package.
 unset SUMO_HOME PYTHONPATH
@@ -48,6 +48,7 @@ echo "from pip install to report: $((SECONDS - start)) s"
 step "the smoke scenario with the installed command"
 scripts/smoke.sh "$work/venv/bin/tsc-family"
 
-step "tests of the package"
+step "tests of the package, with gymnasium, PettingZoo and pandas"
+"$work/venv/bin/pip" install --quiet "$wheel[test]"
 "$work/venv/bin/pytest" python/tests -o cache_dir="$work/pytest"
 step "done"

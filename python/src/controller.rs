@@ -1,6 +1,7 @@
 //! A controller whose decisions Python makes.
 
 use std::fs;
+use std::path::Path;
 
 use pyo3::prelude::*;
 use tsc_family::nn::archive::{Archive, ArchiveError};
@@ -19,7 +20,13 @@ use crate::signals::{Sizes, signals};
 const WORDS: &str = "bytes";
 
 /// Entry of a model's card with the number of those bytes.
-const LENGTH: &str = "bytes";
+const LENGTH: &str = "saved_bytes";
+
+/// Entry of a model's card with the name of the file that they were in, within its folder.
+const FILE: &str = "saved_as";
+
+/// Name of the file that `save` and `load` get, without what they add to it.
+const MODEL: &str = "model";
 
 /// An object of a class, or why there is none.
 pub(crate) struct PyController {
@@ -74,19 +81,17 @@ impl PyController {
     fn keep(&mut self) -> Result<(), ControlError> {
         let folder =
             tempfile::tempdir().map_err(|e| self.own(format!("no temporary folder: {e}")))?;
-        let path = folder.path().join("model");
+        let path = folder.path().join(MODEL);
         let saves = self.call("save", |object| {
             let saves = object.hasattr("save")?;
             if saves {
-                object.call_method1("save", (&path,))?;
+                object.call_method1("save", (path.as_os_str(),))?;
             }
             Ok(saves)
         })?;
         if saves {
-            let bytes = fs::read(&path);
-            let bytes =
-                bytes.map_err(|e| self.own(format!("save(path) wrote no file at path: {e}")))?;
-            self.model = Some(packed(&bytes));
+            let model = saved(folder.path());
+            self.model = Some(model.map_err(|reason| self.own(reason))?);
         }
         Ok(())
     }
@@ -142,17 +147,34 @@ impl Controller for PyController {
         let bytes = unpacked(&model)?;
         let folder =
             tempfile::tempdir().map_err(|e| self.own(format!("no temporary folder: {e}")))?;
-        let path = folder.path().join("model");
-        fs::write(&path, bytes)
+        let path = folder.path().join(MODEL);
+        // The name may be a stranger's.
+        let name: String = model.get(FILE)?;
+        let is_plain = name.starts_with(MODEL) && !name.contains(['/', '\\', '\0']);
+        let name = if is_plain { name.as_str() } else { MODEL };
+        fs::write(folder.path().join(name), bytes)
             .map_err(|e| self.own(format!("the model cannot be written: {e}")))?;
-        self.call("load", |object| object.call_method1("load", (&path,)).map(drop))?;
+        self.call("load", |object| object.call_method1("load", (path.as_os_str(),)).map(drop))?;
         self.model = Some(model);
         Ok(())
     }
 }
 
-/// Returns bytes as a model.
-fn packed(bytes: &[u8]) -> Archive {
+/// Returns the model of the one file in a folder. Some libraries add an ending to the path that they are given.
+fn saved(folder: &Path) -> Result<Archive, String> {
+    let files = fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let files = files.map_err(|e| format!("what save(path) wrote cannot be listed: {e}"))?;
+    let [file] = files.as_slice() else {
+        let count = files.len();
+        return Err(format!("save(path) wrote {count} files; write one, at path"));
+    };
+    let bytes = fs::read(file.path());
+    let bytes = bytes.map_err(|e| format!("what save(path) wrote cannot be read: {e}"))?;
+    Ok(packed(&bytes, &file.file_name().to_string_lossy()))
+}
+
+/// Returns the bytes of a file as a model.
+fn packed(bytes: &[u8], name: &str) -> Archive {
     let word = |chunk: &[u8]| {
         let mut word = [0; 4];
         word[..chunk.len()].copy_from_slice(chunk);
@@ -162,6 +184,7 @@ fn packed(bytes: &[u8]) -> Archive {
     let mut archive = Archive::default();
     archive.put_u32(WORDS, &[words.len()], &words);
     archive.put(LENGTH, bytes.len());
+    archive.put(FILE, name);
     archive
 }
 

@@ -18,6 +18,9 @@ use crate::error::{LOADER, explained};
 /// Time that the interpreter has to write where it is.
 const PATIENCE: Duration = Duration::from_millis(300);
 
+/// What lines of a stack have that say nothing of the controller.
+const OURS: [&str; 2] = ["/tsc_family/__main__.py", "<frozen runpy>"];
+
 /// Where the interpreter writes where it is when it is asked by a signal; below 0 before it was told to.
 static STACK_FILE: AtomicI32 = AtomicI32::new(-1);
 
@@ -50,7 +53,9 @@ impl Host for PyHost {
         }
         thread::sleep(PATIENCE);
         let text = fs::read_to_string(format!("/proc/self/fd/{file}")).ok()?;
-        (!text.is_empty()).then(|| text.trim_end().to_owned())
+        let is_ours = |line: &str| OURS.iter().any(|part| line.contains(part));
+        let lines: Vec<&str> = text.lines().filter(|line| !is_ours(line)).collect();
+        (!lines.is_empty()).then(|| lines.join("\n").trim_end().to_owned())
     }
 }
 

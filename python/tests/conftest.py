@@ -14,8 +14,12 @@ HERE = Path(__file__).parent
 
 @pytest.fixture(scope="session")
 def networks(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The networks of ``smoke``."""
-    return str(tmp_path_factory.mktemp("networks"))
+    """The networks of ``smoke`` for the lengths of episodes that the tests have."""
+    folder = str(tmp_path_factory.mktemp("networks"))
+    for seconds in (60, 120, 300):
+        build = ["build-networks", "smoke", "--out", folder, "--set", f"demand.horizon_s={seconds}", "--quiet"]
+        subprocess.run([sys.executable, "-m", "tsc_family", *build], check=True, stdin=subprocess.DEVNULL)
+    return folder
 
 
 @pytest.fixture

@@ -69,3 +69,23 @@ def test_the_package_is_built_with_the_sumo_that_it_asks_for():
 def test_wrong_usage_is_exit_code_2(tsc_family):
     assert tsc_family("run", "--no-such").returncode == 2
     assert tsc_family("--version").stdout.startswith("tsc-family ")
+
+
+def test_neither_gymnasium_nor_pandas_is_needed_to_evaluate(tmp_path):
+    import subprocess
+    import sys
+
+    text = (
+        "import sys\n"
+        "for name in ('gymnasium', 'pettingzoo', 'pandas'): sys.modules[name] = None\n"
+        "import tsc_family as tf\n"
+        "class Mine(tf.Controller):\n"
+        "    def train(self, env): env.reset()\n"
+        "    def act(self, obs): return [0]\n"
+        "result = tf.evaluate(Mine(), 'smoke', eval_seeds=1, settings={'demand.horizon_s': 60}, out='out', quiet=True)\n"
+        "assert set(result.scores()['method']) == {'baseline', 'mine'}, result.scores()\n"
+        "assert result.scores()['delay_s'].dtype == float\n"
+    )
+    (tmp_path / "plain.py").write_text(text)
+    done = subprocess.run([sys.executable, "plain.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr

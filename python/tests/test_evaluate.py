@@ -146,9 +146,10 @@ class Mine(tf.Controller):
         self.best = delays.index(min(delays))
     def act(self, obs): return [self.best]
     def save(self, path):
-        with open(path, "w") as file: json.dump(self.best, file)
+        # As libraries do that add an ending of their own.
+        with open(path + ".json", "w") as file: json.dump(self.best, file)
     def load(self, path):
-        with open(path) as file: self.best = json.load(file)
+        with open(path + ".json") as file: self.best = json.load(file)
 """
 
 

@@ -140,8 +140,9 @@ def _files(cls: type[Controller], path: Path) -> dict[str, Path]:
     found = {str(path.relative_to(folder)): path}
     for module in list(sys.modules.values()):
         origin = getattr(module, "__file__", None)
-        file = Path(origin).absolute() if origin else None
-        if file is None or folder not in file.parents or _is_installed(file):
+        # Some modules that are made while a program runs say a name that is no file.
+        file = Path(origin) if isinstance(origin, str) and os.path.isabs(origin) else None
+        if file is None or folder not in file.parents or _is_installed(file) or not file.is_file():
             continue
         found[str(file.relative_to(folder))] = file
     for name in cls.files:

@@ -10,7 +10,7 @@ from ._native import Error, Observation, Signal
 if TYPE_CHECKING:
     from gymnasium import Env, spaces
 
-    from ._place import ObservationOf, RewardOf
+    from ._view import ObservationOf, RewardOf
 
 
 class Training:

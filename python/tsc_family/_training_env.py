@@ -10,7 +10,7 @@ from gymnasium import spaces
 
 from . import _native
 from ._native import Error, Signal
-from ._place import ObservationOf, RewardOf, View
+from ._view import ObservationOf, RewardOf, View
 from ._training import Training
 
 

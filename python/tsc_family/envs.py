@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from . import _native
 from ._family import Settings
 from ._native import Error, Signal
-from ._place import ObservationOf, Path, RewardOf, View, Where, check_seed, sizes as sizes_of
+from ._place import Path, Where, check_seed
+from ._place import sizes as sizes_of
+from ._view import ObservationOf, RewardOf, View
 
 _SEEDS = 2**30
 

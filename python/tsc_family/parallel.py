@@ -12,7 +12,8 @@ from pettingzoo import ParallelEnv  # type: ignore[import-untyped]
 
 from ._family import Settings
 from ._native import Error, Signal
-from ._place import ObservationOf, Path, RewardOf, View, Where, check_seed
+from ._place import Path, Where, check_seed
+from ._view import ObservationOf, RewardOf, View
 
 _SEEDS = 2**30
 
