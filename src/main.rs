@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use tsc_family::{Traffic, cli};
+use tsc_family::cli;
 
 fn main() -> ExitCode {
-    cli::main_with(Traffic::default())
+    cli::main_with(Default::default())
 }

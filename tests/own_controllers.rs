@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use common::{program, stderr, stdout};
+use common::{program, run, stderr, stdout, succeed};
 use serde_json::Value;
 
 const SHORT: &str = "--eval-seeds 2 --set demand.horizon_s=120";
@@ -67,10 +67,10 @@ fn a_command_is_ranked_and_a_changed_one_is_another_run() {
             && page.contains(own["sha256"]["mine.sh"].as_str().unwrap())
     );
     // Whoever only reads needs no controller, whoever goes on does.
-    assert_eq!(code(&tsc(folder, "status a")), 0);
-    assert_eq!(code(&tsc(folder, "check a")), 0);
+    succeed(folder, "status a");
+    succeed(folder, "check a");
     fs::remove_file(folder.join("a/done/000/2.jsonl")).unwrap();
-    let output = tsc(folder, "resume a");
+    let output = run(folder, "resume a");
     assert_eq!(code(&output), 2);
     assert!(
         stderr(&output).contains("controller mine (exec:sh mine.sh) was not given"),
@@ -131,25 +131,25 @@ fn scores_from_elsewhere_rank_beside_the_others_and_are_marked() {
             .unwrap();
     };
     table("12.5");
-    let run = format!(
+    let command = format!(
         "run smoke --methods max-pressure {SHORT} --controller-results theirs=s.csv --out a"
     );
-    let output = tsc(folder, &run);
+    let output = tsc(folder, &command);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stdout(&output).contains("theirs (external)"), "{}", stdout(&output));
     assert_eq!(rows(folder, "a", 2)[1]["metrics"]["delay_s"], 12.5);
     let page = fs::read_to_string(folder.join("a/report/index.html")).unwrap();
     assert!(page.contains("theirs (external)") && page.contains("measured elsewhere"));
     table("13.5");
-    assert_eq!(code(&tsc(folder, &run)), 5, "another table is another run");
+    assert_eq!(code(&tsc(folder, &command)), 5, "another table is another run");
     fs::write(folder.join("s.csv"), "point,episode,delay_s\nquiet,0,3\nquiet,1,3\n").unwrap();
-    let output = tsc(folder, &run.replace("--out a", "--out b"));
+    let output = tsc(folder, &command.replace("--out a", "--out b"));
     assert_eq!(code(&output), 3);
     assert!(
         rows(folder, "b", 5)[0]["reason"].to_string().contains("no row of busy with episode 0")
     );
     fs::write(folder.join("s.csv"), "point,delay_s\n").unwrap();
-    let output = tsc(folder, &run);
+    let output = tsc(folder, &command);
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("s.csv: line 1: give one column of"), "{}", stderr(&output));
 }
@@ -188,6 +188,6 @@ fn a_program_with_a_method_of_its_own_is_command_and_worker() {
     let manifest = fs::read_to_string(dir.path().join("a/manifest.json")).unwrap();
     assert!(manifest.contains("\"kind\": \"program\""), "{manifest}");
     // The plain command reads what came of it, and does not take it for its own.
-    assert_eq!(code(&tsc(dir.path(), "status a")), 0);
-    assert_eq!(code(&tsc(dir.path(), "report a")), 0);
+    succeed(dir.path(), "status a");
+    succeed(dir.path(), "report a");
 }

@@ -24,7 +24,6 @@ mod own;
 mod plain;
 mod plan;
 pub mod point;
-mod program;
 mod protocol;
 mod recorded;
 pub mod refused;
@@ -51,12 +50,15 @@ mod worker;
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::process::ExitCode;
 
 use plain::plain;
-pub use program::{Program, main_of, main_with};
 
 use clap::{CommandFactory, Parser, Subcommand};
 use own::ControllersArgs;
+
+use crate::traffic::domain::Traffic;
+use crate::traffic::own::Host;
 
 /// Evaluate traffic signal controllers over the whole family of a city's intersections
 #[derive(Debug, Parser)]
@@ -128,6 +130,53 @@ pub enum Command {
     Completions(shell::CompletionsArgs),
     /// Print the manual page
     Man,
+}
+
+/// A program that is this command line with something of its own.
+#[derive(Default)]
+pub struct Program {
+    /// Signals, with further methods.
+    pub traffic: Traffic,
+    /// How the program is started again, as workers are: program and first arguments. Empty for its executable alone.
+    pub start: Vec<OsString>,
+    /// What opens controllers in another language.
+    pub host: Option<Box<dyn Host>>,
+}
+
+/// Runs the command line of this process with further methods of signals, and returns its exit code. Workers are the
+/// same program, so that they have them too.
+///
+/// ```no_run
+/// use tsc_family::{Traffic, cli};
+///
+/// fn main() -> std::process::ExitCode {
+///     cli::main_with(Traffic::default())
+/// }
+/// ```
+pub fn main_with(traffic: Traffic) -> ExitCode {
+    // It answers the script of a shell and ends the process, if it is that which asks.
+    shell::complete(Cli::command);
+    let program = Program { traffic, ..Program::default() };
+    ExitCode::from(main_of(program, std::env::args_os().collect()))
+}
+
+/// Runs a command line and returns its exit code; to be called once in a process.
+///
+/// # Arguments
+///
+/// * `args` — the program's name and its arguments.
+pub fn main_of(program: Program, args: Vec<OsString>) -> u8 {
+    let cli = match parse(&args) {
+        Ok(cli) => cli,
+        Err(code) => return code,
+    };
+    let Program { traffic, start, host } = program;
+    let known = own::set_up(cli.command.controllers(), traffic, start, host);
+    let done = known.and_then(|()| run(cli));
+    done.unwrap_or_else(|error| {
+        complain(&error);
+        exit::code(error.as_ref())
+    })
 }
 
 /// Runs a command and returns its exit code.

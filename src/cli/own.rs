@@ -9,7 +9,6 @@ use anyhow::Context;
 
 use super::refused::Refused;
 use super::values::at_least_a_second;
-use super::{Command, Program};
 use crate::domains;
 use crate::run::domain::Domain;
 use crate::run::executor::Launcher;
@@ -102,14 +101,23 @@ impl ControllersArgs {
 
 /// Makes the methods known that a command is about: the program's, those that were given, and those that only the
 /// results directory has, which can be read and not played.
-pub(super) fn set_up(command: &Command, program: Program) -> anyhow::Result<()> {
-    let Program { mut traffic, start, host } = program;
+///
+/// # Arguments
+///
+/// * `given` — what the command line says of them.
+/// * `dir` — the results directory that the command only reads or goes on with.
+/// * `start` — how this program is started again; empty for its executable alone.
+pub(super) fn set_up(
+    (given, dir): (Option<&ControllersArgs>, Option<&Path>),
+    mut traffic: Traffic,
+    start: Vec<OsString>,
+    host: Option<Box<dyn Host>>,
+) -> anyhow::Result<()> {
     // A process sets this up once.
     let _ = START.set(start);
     if let Some(host) = host {
         let _ = HOST.set(host);
     }
-    let (given, dir) = command.controllers();
     if let Some(given) = given {
         traffic = given.add_to(traffic, HOST.get().map(AsRef::as_ref))?;
     }

@@ -95,7 +95,7 @@ fn block(language: String, text: String, place: String, marker: &str) -> Result<
         "run" | "parse" => &["sh", "console"],
         "file" => &["toml", "csv"],
         "doctest" => &["rust", "rust,no_run"],
-        _ => &["text"],
+        _ => &["text", "python", "sh"],
     };
     if !languages.contains(&&*language) {
         return wrong(&format!("the language is `{language}`, with `{word}` one of {languages:?}"));

@@ -98,6 +98,13 @@ impl Exec {
             Ok(Err(e)) => {
                 return Err(self.failed(format!("its answer to {what} cannot be read: {e}")));
             }
+            // What it has started may hold its standard output open when it has ended.
+            Err(RecvTimeoutError::Timeout)
+                if self.running.as_mut().is_some_and(Running::is_over) =>
+            {
+                let how = self.running.as_mut().map(Running::ended).unwrap_or_default();
+                return Err(self.failed(format!("it {how} instead of answering {what}")));
+            }
             Err(RecvTimeoutError::Timeout) => {
                 let limit = limit.as_secs_f64();
                 return Err(self.failed(format!(
@@ -204,6 +211,11 @@ impl Running {
                 Err(e)
             }
         }
+    }
+
+    /// Whether it has ended.
+    fn is_over(&mut self) -> bool {
+        self.child.try_wait().is_ok_and(|status| status.is_some())
     }
 
     /// Returns how it has ended, in words.
