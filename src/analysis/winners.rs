@@ -8,7 +8,7 @@ use super::points::PointSummary;
 use super::reference::Reference;
 use crate::seed::derive;
 use crate::stats::bootstrap::bootstrap;
-use crate::stats::ranks::rank_probabilities;
+use crate::stats::ranks::probability_of_first;
 use crate::stats::{Bootstrap, Direction, PointObjectives, Resampling};
 use crate::store::manifest::Identity;
 
@@ -81,8 +81,8 @@ impl Contest<'_> {
     fn resampled(&self, place: usize) -> Option<Bootstrap> {
         let (method, measured) = self.methods.get(place)?;
         let objectives = PointObjectives { weight: 1.0, draws: 1, ..(*measured)?.clone() };
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        bootstrap(&[objectives], &Resampling::whole(), &mut rng, *method as u64).ok()
+        let rng = ChaCha8Rng::seed_from_u64(self.seed);
+        bootstrap(&[objectives], &Resampling::whole(), &rng, *method as u64).ok()
     }
 
     /// Returns the 95% interval of how far a method's score is behind another's.
@@ -101,7 +101,7 @@ impl Contest<'_> {
         let rest = rest.map(|place| self.resampled(place));
         let all: Vec<Bootstrap> = [own, next].into_iter().chain(rest).collect::<Option<_>>()?;
         let resamples: Vec<&[f64]> = all.iter().map(|b| b.resamples.as_slice()).collect();
-        let probability = rank_probabilities(&resamples, self.direction)?[0][0];
+        let probability = probability_of_first(&resamples, self.direction)?;
         let is_ahead = |other| self.lead(&all[0], other).is_some_and(|(low, _)| low > 0.0);
         Some((probability, all[1..].iter().all(is_ahead)))
     }

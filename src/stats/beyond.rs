@@ -6,6 +6,9 @@ use super::profile::key;
 use super::summary::Statistics;
 use super::{Direction, PointMeans};
 
+/// Thresholds whose shares are summed at once.
+const AT_ONCE: usize = 32;
+
 /// The shares of the weight with a score better than each of some thresholds, as [`super::profile::share_beyond`] has them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SharesBeyond {
@@ -32,22 +35,35 @@ fn directed(value: f64, direction: Direction) -> i64 {
 
 impl Statistics for SharesBeyond {
     fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
+        let of = |p: &PointMeans| (directed(p.score, self.direction), p.weight);
+        let scores: Vec<(i64, f64)> = points.iter().map(of).collect();
+        let bottom = scores.iter().fold(0.0, |sum, (_, weight)| sum + weight);
         let mut tops = vec![0.0; self.keys.len()];
-        let mut bottom = 0.0;
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for point in points {
-                    let score = directed(point.score, self.direction);
-                    for (top, threshold) in tops.iter_mut().zip(&self.keys) {
-                        *top += if score < *threshold { point.weight } else { 0.0 };
-                    }
-                    bottom += point.weight;
-                }
-            },
-        );
+        for (tops, keys) in tops.chunks_mut(AT_ONCE).zip(self.keys.chunks(AT_ONCE)) {
+            // Nothing is below the least number.
+            let mut padded = [i64::MIN; AT_ONCE];
+            padded[..keys.len()].copy_from_slice(keys);
+            let mut sums = [0.0; AT_ONCE];
+            Arch::new().dispatch(
+                #[inline(always)]
+                || sums = shares(&scores, &padded),
+            );
+            tops.copy_from_slice(&sums[..keys.len()]);
+        }
         values.extend(tops.into_iter().map(|top| (bottom > 0.0).then(|| top / bottom)));
     }
+}
+
+/// Returns the weight of the scores below each key, summed in their order; few enough keys that the sums stay in registers.
+#[inline(always)]
+fn shares(scores: &[(i64, f64)], keys: &[i64; AT_ONCE]) -> [f64; AT_ONCE] {
+    let mut sums = [0.0; AT_ONCE];
+    for (score, weight) in scores {
+        for (sum, key) in sums.iter_mut().zip(keys) {
+            *sum += if score < key { *weight } else { 0.0 };
+        }
+    }
+    sums
 }
 
 #[cfg(test)]

@@ -36,7 +36,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::quantile::{ALPHA, central};
 use super::resamples::resample;
-use super::summary::{Statistic, Statistics, mean_of_scores};
+use super::summary::Statistics;
+use super::together::bootstrap_each;
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
 
 /// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to about 1% of its
@@ -81,12 +82,11 @@ impl Bootstrap {
 pub fn bootstrap(
     points: &[PointObjectives],
     resampling: &Resampling,
-    rng: &mut ChaCha8Rng,
+    rng: &ChaCha8Rng,
     trainings: u64,
 ) -> Result<Bootstrap, StatsError> {
-    let of_scores: Statistic<'_> = &mean_of_scores;
-    let mut all = bootstrap_all(points, resampling, rng, (trainings, RESAMPLES), &[of_scores])?;
-    all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
+    let mut all = bootstrap_each(&[points], resampling, rng, (trainings, RESAMPLES));
+    all.pop().expect("there is one result for each")
 }
 
 /// Estimates statistics over point MDPs and resamples all of them `count` times, each from the same draws.

@@ -5,6 +5,7 @@ pub mod bootstrap;
 pub mod combinations;
 pub mod direction;
 pub mod dominance;
+mod draws;
 pub mod histogram;
 pub mod improvement;
 pub mod iqm;
@@ -17,6 +18,7 @@ mod resamples;
 pub mod resampling;
 pub mod score;
 pub mod summary;
+mod together;
 pub mod weighted_quantile;
 
 pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all, means};
@@ -27,6 +29,7 @@ pub use limit::{Limit, Side};
 pub use objectives::{PointMeans, PointObjectives};
 pub use resampling::Resampling;
 pub use score::{overall_performance, score};
+pub use together::bootstrap_each;
 
 /// Why a statistic cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

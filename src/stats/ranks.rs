@@ -49,6 +49,25 @@ pub fn rank_probabilities(resamples: &[&[f64]], direction: Direction) -> Option<
     Some(sums)
 }
 
+/// Returns the probability that the first method is the best, as [`rank_probabilities`] has it, without ordering the others.
+///
+/// # Arguments
+///
+/// * `resamples` — shape `[methods, resamples]`; equal positions are of the same draw.
+pub fn probability_of_first(resamples: &[&[f64]], direction: Direction) -> Option<f64> {
+    let (first, others) = resamples.split_first()?;
+    if first.is_empty() || others.iter().any(|r| r.len() != first.len()) {
+        return None;
+    }
+    let share = |(draw, own): (usize, &f64)| {
+        let values = || others.iter().map(|r| r[draw]);
+        let is_best = values().all(|other| direction.compare(*own, other).is_le() || *own == other);
+        if is_best { 1.0 / (1 + values().filter(|other| other == own).count()) as f64 } else { 0.0 }
+    };
+    let sum = first.iter().enumerate().map(share).fold(0.0, |sum, share| sum + share);
+    Some(sum / first.len() as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,6 +105,7 @@ mod tests {
         ) {
             let rows: Vec<&[f64]> = table.iter().map(Vec::as_slice).collect();
             let p = rank_probabilities(&rows, Direction::Lower).unwrap();
+            prop_assert_eq!(probability_of_first(&rows, Direction::Lower), Some(p[0][0]));
             for i in 0..rows.len() {
                 prop_assert!((p[i].iter().sum::<f64>() - 1.0).abs() < 1e-9);
                 prop_assert!((p.iter().map(|row| row[i]).sum::<f64>() - 1.0).abs() < 1e-9);

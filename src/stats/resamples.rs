@@ -4,9 +4,10 @@
 //! every two, so here nothing is allocated per resample: what was measured lies in one list, and means are written
 //! over those of the resample before.
 
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::draws::{Draws, size};
 use super::{PointMeans, PointObjectives, Resampling};
 
 /// One resample: means after seeds and replicates were drawn anew, and the same with moved weights.
@@ -33,15 +34,13 @@ pub(super) fn resample(
     take: &mut dyn FnMut(&Resample<'_>),
 ) {
     let between = resampling.draws_points();
-    let noise = points.iter().any(|p| p.baseline.len() > 1 || p.method.len() > 1);
-    if !resampling.is_known() || !(between || noise) {
+    if !resampling.is_known() || !(between || has_noise(points)) {
         return;
     }
     let weights: Vec<f64> = points.iter().map(|p| p.weight).collect();
-    // Methods differ in their replicates but not in their seeds, so these have their own source.
-    let mut replicates = ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings));
+    let mut replicates = replicates(rng, trainings);
     let measured = Measured::of(points);
-    let mut drawn = Drawn::default();
+    let mut drawn = measured.drawn();
     let mut within = whole.to_vec();
     let mut moved = if between { whole.to_vec() } else { Vec::new() };
     let mut new_weights = Vec::with_capacity(weights.len());
@@ -59,6 +58,16 @@ pub(super) fn resample(
     }
 }
 
+/// Whether seeds or replicates can be drawn anew.
+pub(super) fn has_noise(points: &[PointObjectives]) -> bool {
+    points.iter().any(|p| p.baseline.len() > 1 || p.method.len() > 1)
+}
+
+/// Returns the source of replicates: methods differ in these but not in their seeds.
+pub(super) fn replicates(rng: &mut ChaCha8Rng, trainings: u64) -> ChaCha8Rng {
+    ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings))
+}
+
 /// What was measured on all point MDPs, in one list.
 struct Measured {
     /// Per point MDP the baseline's objectives by seed, then those of every replicate.
@@ -67,11 +76,12 @@ struct Measured {
     shapes: Vec<(usize, usize)>,
 }
 
-/// Indices that were drawn; kept so that there is one list for all.
-#[derive(Default)]
+/// Indices that are drawn in a resample; kept so that there is one list for all.
 struct Drawn {
-    seeds: Vec<usize>,
-    replicates: Vec<usize>,
+    of_seeds: Draws,
+    of_replicates: Draws,
+    seeds: Vec<u32>,
+    replicates: Vec<u32>,
 }
 
 impl Measured {
@@ -85,44 +95,47 @@ impl Measured {
         Self { values, shapes }
     }
 
+    /// Returns room for the indices of a resample.
+    fn drawn(&self) -> Drawn {
+        let of_seeds = Draws::of(self.shapes.iter().map(|shape| shape.0));
+        let of_replicates = Draws::of(self.shapes.iter().map(|shape| shape.1));
+        let (seeds, replicates) = (vec![0; of_seeds.len()], vec![0; of_replicates.len()]);
+        Drawn { of_seeds, of_replicates, seeds, replicates }
+    }
+
     /// Writes the means after drawing seeds and replicates anew; `whole` is what all of them give.
     fn draw_anew(
         &self,
         whole: &[PointMeans],
-        (seeds, replicates): (&mut impl Rng, &mut impl Rng),
+        (seeds, replicates): (&mut ChaCha8Rng, &mut ChaCha8Rng),
         drawn: &mut Drawn,
         means: &mut [PointMeans],
     ) {
+        drawn.of_seeds.fill(seeds, &mut drawn.seeds);
+        drawn.of_replicates.fill(replicates, &mut drawn.replicates);
+        let (mut seeds, mut replicates) = (&drawn.seeds[..], &drawn.replicates[..]);
         let mut rest = &self.values[..];
         for ((mean, whole), (n, r)) in means.iter_mut().zip(whole).zip(&self.shapes) {
             let (baseline, others) = rest.split_at(*n);
             let (method, others) = others.split_at(n * r);
             rest = others;
-            draw(*n, seeds, &mut drawn.seeds);
-            draw(*r, replicates, &mut drawn.replicates);
-            let of_drawn = |values: &[f64]| drawn.seeds.iter().map(|k| values[*k]).sum::<f64>();
+            let (of_seeds, other_seeds) = seeds.split_at(size(*n));
+            let (of_replicates, other_replicates) = replicates.split_at(size(*r));
+            (seeds, replicates) = (other_seeds, other_replicates);
+            let of_drawn =
+                |values: &[f64]| of_seeds.iter().map(|k| values[*k as usize]).sum::<f64>();
             let bottom = of_drawn(baseline);
-            let of_replicate = |r: &usize| of_drawn(&method[r * n..(r + 1) * n]);
-            let top: f64 = drawn.replicates.iter().map(of_replicate).sum::<f64>()
-                / drawn.replicates.len() as f64;
+            let of_replicate = |r: &u32| of_drawn(&method[*r as usize * n..][..*n]);
+            let top: f64 =
+                of_replicates.iter().map(of_replicate).sum::<f64>() / of_replicates.len() as f64;
             // Only a point MDP where some seeds bring no delay at all can come here with 0.
             *mean = if bottom <= 0.0 {
                 *whole
             } else {
-                let n = drawn.seeds.len() as f64;
+                let n = of_seeds.len() as f64;
                 PointMeans { method: top / n, baseline: bottom / n, score: top / bottom, ..*whole }
             };
         }
-    }
-}
-
-/// Draws `n - 1` of `n` indices with replacement; the only one when there is one.
-fn draw(n: usize, rng: &mut impl Rng, drawn: &mut Vec<usize>) {
-    drawn.clear();
-    match n {
-        0 => {}
-        1 => drawn.push(0),
-        n => drawn.extend((0..n - 1).map(|_| rng.random_range(0..n))),
     }
 }
 
@@ -145,7 +158,7 @@ mod tests {
         for _ in 0..20 {
             let mut means = whole;
             let rngs = (&mut seeds, &mut replicates);
-            measured.draw_anew(&whole, rngs, &mut Drawn::default(), &mut means);
+            measured.draw_anew(&whole, rngs, &mut measured.drawn(), &mut means);
             assert_eq!(means[0].score, 0.5);
             assert!(means == whole || means[0].baseline == 8.0, "{means:?}");
         }

@@ -95,6 +95,17 @@ pub trait Estimator: Sync {
         all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
     }
 
+    /// Returns [`Estimator::estimate`] of several lists of scores on the same point MDPs, each from a generator in the same
+    /// state.
+    fn estimate_each(
+        &self,
+        sample: Sample<'_>,
+        scores: &[&[PointObjectives]],
+        rng: &ChaCha8Rng,
+    ) -> Vec<Result<Estimate, StatsError>> {
+        scores.iter().map(|scores| self.estimate(sample, scores, &mut rng.clone())).collect()
+    }
+
     /// Returns the estimates of several statistics of the family from the same draws, in their order; `None`
     /// where one is undefined, such as the mean over a regime without a point MDP.
     ///

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::contract::{Estimate, Estimator, Sample};
 use super::weighted::estimates;
 use crate::stats::summary::Statistics;
-use crate::stats::{PointObjectives, Resampling, StatsError};
+use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_each};
 
 /// The estimator of a whole family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +21,23 @@ impl Estimator for Whole {
 
     fn assumptions(&self) -> &'static str {
         "What is missing is missing at random."
+    }
+
+    fn estimate_each(
+        &self,
+        sample: Sample<'_>,
+        scores: &[&[PointObjectives]],
+        rng: &ChaCha8Rng,
+    ) -> Vec<Result<Estimate, StatsError>> {
+        let missing = |scores: &&[PointObjectives]| scores.len() != sample.family_size;
+        if scores.iter().any(missing) {
+            let alone =
+                |scores: &&[PointObjectives]| self.estimate(sample, scores, &mut rng.clone());
+            return scores.iter().map(alone).collect();
+        }
+        let count = (sample.method, sample.resamples);
+        let all = bootstrap_each(scores, &Resampling::whole(), rng, count);
+        all.into_iter().map(|b| b.map(|b| Estimate::of(b, sample.alpha))).collect()
     }
 
     fn estimate_all(
