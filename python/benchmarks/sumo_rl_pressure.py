@@ -6,9 +6,12 @@ import os
 import resource
 import time
 
-os.environ["LIBSUMO_AS_TRACI"] = "1"
+import numpy as np
+import sumo
 
-import numpy as np  # noqa: E402
+os.environ["LIBSUMO_AS_TRACI"] = "1"
+os.environ.setdefault("SUMO_HOME", sumo.SUMO_HOME)
+
 import sumo_rl  # noqa: E402
 
 parser = argparse.ArgumentParser()
