@@ -12,7 +12,7 @@ const SEEDS: usize = 4;
 
 /// A bootstrap of a whole family, so that only seeds and trainings are drawn anew.
 fn whole(points: &[PointObjectives], trainings: u64) -> Bootstrap {
-    bootstrap(points, &Resampling::whole(), &mut ChaCha8Rng::seed_from_u64(0), trainings).unwrap()
+    bootstrap(points, &Resampling::whole(), &ChaCha8Rng::seed_from_u64(0), trainings).unwrap()
 }
 
 fn width(points: &[PointObjectives]) -> f64 {

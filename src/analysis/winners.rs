@@ -7,9 +7,8 @@ use rayon::prelude::*;
 use super::points::PointSummary;
 use super::reference::Reference;
 use crate::seed::derive;
-use crate::stats::bootstrap::bootstrap;
 use crate::stats::ranks::probability_of_first;
-use crate::stats::{Bootstrap, Direction, PointObjectives, Resampling};
+use crate::stats::{Bootstrap, Direction, PointObjectives, Resampling, bootstrap};
 use crate::store::manifest::Identity;
 
 /// The best method of a point MDP.

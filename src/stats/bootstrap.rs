@@ -37,7 +37,6 @@ use rand_chacha::ChaCha8Rng;
 use super::quantile::{ALPHA, central};
 use super::resamples::resample;
 use super::summary::Statistics;
-use super::together::bootstrap_each;
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
 
 /// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to about 1% of its
@@ -68,25 +67,6 @@ impl Bootstrap {
         let resamples = self.resamples.iter().zip(&other.resamples).map(|(a, b)| b - a).collect();
         Self { estimate: other.estimate - self.estimate, resamples }
     }
-}
-
-/// Estimates the overall performance of a method and resamples it [`RESAMPLES`] times.
-///
-/// # Arguments
-///
-/// Those of [`bootstrap_all`].
-///
-/// # Errors
-///
-/// [`StatsError`] without points, for weights that sum to 0, and where a score is undefined.
-pub fn bootstrap(
-    points: &[PointObjectives],
-    resampling: &Resampling,
-    rng: &ChaCha8Rng,
-    trainings: u64,
-) -> Result<Bootstrap, StatsError> {
-    let mut all = bootstrap_each(&[points], resampling, rng, (trainings, RESAMPLES));
-    all.pop().expect("there is one result for each")
 }
 
 /// Estimates statistics over point MDPs and resamples all of them `count` times, each from the same draws.
@@ -167,7 +147,7 @@ mod tests {
         resampling: Resampling,
         rng: &mut ChaCha8Rng,
     ) -> Result<Bootstrap, StatsError> {
-        super::bootstrap(points, &resampling, rng, 0)
+        crate::stats::bootstrap(points, &resampling, rng, 0)
     }
 
     fn rng(seed: u64) -> ChaCha8Rng {

@@ -21,7 +21,7 @@ pub mod summary;
 mod together;
 pub mod weighted_quantile;
 
-pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all, means};
+pub use bootstrap::{Bootstrap, bootstrap_all, means};
 pub use direction::Direction;
 pub use dominance::{Dominance, Verdict};
 pub use histogram::Histogram;
@@ -29,7 +29,7 @@ pub use limit::{Limit, Side};
 pub use objectives::{PointMeans, PointObjectives};
 pub use resampling::Resampling;
 pub use score::{overall_performance, score};
-pub use together::bootstrap_each;
+pub use together::{bootstrap, bootstrap_each};
 
 /// Why a statistic cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

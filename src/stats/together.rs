@@ -9,6 +9,7 @@
 use pulp::Arch;
 use rand_chacha::ChaCha8Rng;
 
+use super::bootstrap::RESAMPLES;
 use super::draws::{Draws, size};
 use super::resamples::{has_noise, replicates};
 use super::summary::{Statistic, mean_of_scores};
@@ -22,6 +23,25 @@ const INDICES: usize = 1 << 20;
 
 /// What an empty sum is, so that adding to it changes not even the sign of a zero.
 const NOTHING: f64 = -0.0;
+
+/// Estimates the overall performance of a method and resamples it [`super::bootstrap::RESAMPLES`] times.
+///
+/// # Arguments
+///
+/// Those of [`super::bootstrap_all`].
+///
+/// # Errors
+///
+/// [`StatsError`] without points, for weights that sum to 0, and where a score is undefined.
+pub fn bootstrap(
+    points: &[PointObjectives],
+    resampling: &Resampling,
+    rng: &ChaCha8Rng,
+    trainings: u64,
+) -> Result<Bootstrap, StatsError> {
+    let mut all = bootstrap_each(&[points], resampling, rng, (trainings, RESAMPLES));
+    all.pop().expect("there is one result for each")
+}
 
 /// Estimates the mean of scores of each of several sets of objectives as [`super::bootstrap_all`] does it, each from a generator
 /// in the same state. Sets that draw the same from it are drawn once.
