@@ -7,7 +7,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 python=${PYTHON:-python3}
-target=${CARGO_TARGET_DIR:-target}
+# Absolute: what builds works in other folders.
+target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 sumo=$(sed -n 's/^requires = .*"\(eclipse-sumo==[0-9.]*\)".*/\1/p' python/pyproject.toml)
 maturin=$(sed -n 's/^requires = .*"\(maturin[^"]*\)".*/\1/p' python/pyproject.toml)
 
@@ -27,7 +28,7 @@ SUMO_HOME=$SUMO_HOME scripts/setup.sh
 step "the wheel"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-CARGO_TARGET_DIR=$(realpath -m "$target/wheel") PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
+CARGO_TARGET_DIR=$target/wheel PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
     --no-build-isolation --wheel-dir "$work/wheel" ./python
 wheel=$(echo "$work"/wheel/*.whl)
 ls -l "$work/wheel"
