@@ -6,6 +6,7 @@
 //! turn for whoever derives movements, phases and limits, the scene is mirrored where it comes from
 //! the simulator: movements have the numbers and turns of the mirror image.
 
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 use osm_signals::DrivingSide;
@@ -22,6 +23,10 @@ use crate::traffic::sim::{Direction, Scene};
 /// Source: SUMO 1.15, `StringUtils::toBool`.
 const TRUE: [&str; 6] = ["1", "yes", "true", "on", "x", "t"];
 
+/// Most bytes that are read in search of the first element: the comments before it, and it. A file of nothing else would
+/// fill the memory.
+const BEFORE_FIRST_ELEMENT: u64 = 1 << 24;
+
 /// Returns the side of the street that traffic keeps to in the networks of a configuration; right where
 /// none can be read, which SUMO will say.
 pub fn driving_side(config: &SumoConfig) -> DrivingSide {
@@ -31,10 +36,10 @@ pub fn driving_side(config: &SumoConfig) -> DrivingSide {
 
 /// Returns whether a network says so in its first element; `None` if it cannot be read.
 fn is_left_hand(network: &Path) -> Option<bool> {
-    first_element_says(&mut Reader::from_reader(open(network).ok()?))
+    first_element_says(&mut Reader::from_reader(open(network).ok()?.take(BEFORE_FIRST_ELEMENT)))
 }
 
-fn first_element_says<R: std::io::BufRead>(reader: &mut Reader<R>) -> Option<bool> {
+fn first_element_says<R: BufRead>(reader: &mut Reader<R>) -> Option<bool> {
     let mut buffer = Vec::new();
     loop {
         match reader.read_event_into(&mut buffer).ok()? {
