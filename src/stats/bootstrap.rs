@@ -137,6 +137,7 @@ pub fn means(points: &[PointObjectives]) -> Result<Vec<PointMeans>, StatsError> 
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::any_points;
     use super::*;
     use crate::stats::score::mean;
     use proptest::prelude::*;
@@ -275,18 +276,6 @@ mod tests {
             covered += usize::from(low <= truth && truth <= high);
         }
         assert!((90..=99).contains(&covered), "{covered} of {RUNS}");
-    }
-
-    fn any_points() -> impl Strategy<Value = Vec<PointObjectives>> {
-        let values = || prop::collection::vec(0.1f64..100.0, 3);
-        let one = (0.01f64..1.0, 1u32..4, prop::collection::vec(values(), 1..3), values());
-        let one = one.prop_map(|(weight, draws, method, baseline)| PointObjectives {
-            weight,
-            draws,
-            method,
-            baseline,
-        });
-        prop::collection::vec(one, 1..6)
     }
 
     proptest! {

@@ -18,6 +18,8 @@ mod resamples;
 pub mod resampling;
 pub mod score;
 pub mod summary;
+#[cfg(test)]
+mod testing;
 mod together;
 pub mod weighted_quantile;
 

@@ -262,22 +262,11 @@ mod tests {
     use proptest::prelude::*;
     use rand::SeedableRng;
 
+    use super::super::testing::any_points;
     use super::*;
 
     fn rng(seed: u64) -> ChaCha8Rng {
         ChaCha8Rng::seed_from_u64(seed)
-    }
-
-    fn any_points() -> impl Strategy<Value = Vec<PointObjectives>> {
-        let values = || prop::collection::vec(0.1f64..100.0, 3);
-        let one = (0.01f64..1.0, 1u32..4, prop::collection::vec(values(), 1..3), values());
-        let one = one.prop_map(|(weight, draws, method, baseline)| PointObjectives {
-            weight,
-            draws,
-            method,
-            baseline,
-        });
-        prop::collection::vec(one, 1..6)
     }
 
     proptest! {

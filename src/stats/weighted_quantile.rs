@@ -24,9 +24,6 @@
 /// Largest share of one value for which shares move in small steps: half of the weight is then at least ten values.
 const LARGEST_SHARE: f64 = 0.05;
 
-/// Most pairs that are sorted as they are.
-const MANY: usize = 64;
-
 /// Share of the total weight by which rounding may miss the share.
 const ROUNDING: f64 = 1e-12;
 
@@ -44,53 +41,8 @@ pub fn weighted_quantile(pairs: impl IntoIterator<Item = (f64, f64)>, q: f64) ->
 /// that they came in.
 pub fn sorted(pairs: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     let mut sorted: Vec<(f64, f64)> = pairs.into_iter().filter(|(w, _)| *w > 0.0).collect();
-    match sorted.len() > MANY {
-        true => by_value(sorted),
-        false => {
-            sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
-            sorted
-        }
-    }
-}
-
-/// Sorts pairs by value: each goes to where it would be if values lay evenly between the ends, which leaves little to
-/// sort where they nearly do.
-fn by_value(pairs: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    let ends = (f64::INFINITY, f64::NEG_INFINITY);
-    let (low, high) = pairs.iter().fold(ends, |(low, high), p| (low.min(p.1), high.max(p.1)));
-    let steps = pairs.len() as f64 / (high - low);
-    // What is not finite becomes some place within the list too, and is sorted with the rest.
-    let place = |p: &(f64, f64)| (((p.1 - low) * steps) as usize).min(pairs.len() - 1);
-    let mut next = vec![0u32; pairs.len() + 1];
-    let places: Vec<u32> = pairs.iter().map(|p| place(p) as u32).collect();
-    places.iter().for_each(|place| next[*place as usize + 1] += 1);
-    for i in 1..next.len() {
-        next[i] += next[i - 1];
-    }
-    let mut sorted = vec![(0.0, 0.0); pairs.len()];
-    for (pair, place) in pairs.iter().zip(&places) {
-        let next = &mut next[*place as usize];
-        sorted[*next as usize] = *pair;
-        *next += 1;
-    }
-    // Now every entry is where the next place begins.
-    let mut begin = 0;
-    for end in &next[..pairs.len()] {
-        let same = &mut sorted[begin..*end as usize];
-        if same.len() > 1 {
-            same.sort_by(|a, b| a.1.total_cmp(&b.1));
-        }
-        begin = *end as usize;
-    }
-    match sorted.is_sorted_by(|a, b| a.1.total_cmp(&b.1).is_le()) {
-        true => sorted,
-        // Not in order of places: some value is no number.
-        false => {
-            let mut sorted = pairs;
-            sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
-            sorted
-        }
-    }
+    sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+    sorted
 }
 
 /// Returns [`weighted_quantile`] of what [`sorted`] gives.
