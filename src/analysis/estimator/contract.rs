@@ -103,7 +103,7 @@ pub trait Estimator: Sync {
         scores: &[&[PointObjectives]],
         rng: &ChaCha8Rng,
     ) -> Vec<Result<Estimate, StatsError>> {
-        scores.iter().map(|scores| self.estimate(sample, scores, &mut rng.clone())).collect()
+        one_by_one(self, sample, scores, rng)
     }
 
     /// Returns the estimates of several statistics of the family from the same draws, in their order; `None`
@@ -129,6 +129,16 @@ pub trait Estimator: Sync {
         statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError>;
+}
+
+/// Estimates each of several lists of scores alone.
+pub(super) fn one_by_one<E: Estimator + ?Sized>(
+    estimator: &E,
+    sample: Sample<'_>,
+    scores: &[&[PointObjectives]],
+    rng: &ChaCha8Rng,
+) -> Vec<Result<Estimate, StatsError>> {
+    scores.iter().map(|scores| estimator.estimate(sample, scores, &mut rng.clone())).collect()
 }
 
 impl Estimate {

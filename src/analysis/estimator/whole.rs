@@ -5,7 +5,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::contract::{Estimate, Estimator, Sample};
+use super::contract::{Estimate, Estimator, Sample, one_by_one};
 use super::weighted::estimates;
 use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_each};
@@ -31,9 +31,7 @@ impl Estimator for Whole {
     ) -> Vec<Result<Estimate, StatsError>> {
         let missing = |scores: &&[PointObjectives]| scores.len() != sample.family_size;
         if scores.iter().any(missing) {
-            let alone =
-                |scores: &&[PointObjectives]| self.estimate(sample, scores, &mut rng.clone());
-            return scores.iter().map(alone).collect();
+            return one_by_one(self, sample, scores, rng);
         }
         let count = (sample.method, sample.resamples);
         let all = bootstrap_each(scores, &Resampling::whole(), rng, count);
