@@ -54,6 +54,19 @@ pub struct OwnMethod {
 }
 
 impl OwnMethod {
+    /// Returns a method that does not learn, of which nothing is said and hashed yet.
+    pub fn new(name: &str, kind: OwnKind, source: String) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind,
+            source,
+            summary: String::new(),
+            learns: false,
+            sha256: BTreeMap::new(),
+            versions: BTreeMap::new(),
+        }
+    }
+
     /// Returns what differs between the method that a run has and one of the same name, in words; `None` if nothing does.
     pub fn difference(&self, now: &Self) -> Option<String> {
         let name = &self.name;

@@ -114,8 +114,8 @@ impl Traffic {
         let controller = self.controller(method, scenario, imported, seed);
         let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
         let env = environment(sim, world, scenario, site.scratch);
-        for (path, sha256) in self.own_of(method).map_or(Ok(vec![]), Own::read)? {
-            held.add(path, Some(&sha256)).map_err(of_files)?;
+        for path in self.own_of(method).into_iter().flat_map(Own::read) {
+            held.hold(path).map_err(of_files)?;
         }
         Ok(Box::new(SignalTrial { env, controller, held }))
     }

@@ -77,15 +77,6 @@ pub fn add(
     let form = "write NAME=exec:COMMAND or NAME=FILE.py:CLASS";
     let (name, source) = named(given, form)?;
     check_name(&traffic, &name).map_err(wrong)?;
-    let about = |kind, source: String, learns| OwnMethod {
-        name: name.clone(),
-        kind,
-        source,
-        summary: String::new(),
-        learns,
-        sha256: BTreeMap::new(),
-        versions: BTreeMap::new(),
-    };
     if let Some(line) = source.strip_prefix(EXEC) {
         let words = shlex::split(line).filter(|words| !words.is_empty());
         let words = words.ok_or_else(|| wrong("no command can be read there".to_owned()))?;
@@ -95,7 +86,7 @@ pub fn add(
         let create = move |setup: &_| {
             Box::new(Exec::new(leaked, words.clone(), *setup, answer)) as Box<dyn Controller>
         };
-        let about = about(OwnKind::Exec, format!("{EXEC}{}", label.join(" ")), false);
+        let about = OwnMethod::new(&name, OwnKind::Exec, format!("{EXEC}{}", label.join(" ")));
         let method = Method::new(leaked, "a command of your own", Training::None);
         let play = Play::Controller(Box::new(create));
         return Ok(traffic.with_own(method, Own { about, files, play }));
@@ -112,14 +103,14 @@ pub fn add(
     };
     let hosted = host.open(source);
     let hosted = hosted.map_err(|reason| OwnError::Host { name: name.clone(), reason })?;
-    let learns = hosted.training == Training::Learned;
     // Where it lies is no part of what it is.
     let (file, class) = source.split_once(".py:").unwrap_or((source, ""));
     let file = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
     let about = OwnMethod {
         summary: hosted.summary.clone(),
         versions: hosted.versions,
-        ..about(OwnKind::Python, format!("{file}.py:{class}"), learns)
+        learns: hosted.training == Training::Learned,
+        ..OwnMethod::new(&name, OwnKind::Python, format!("{file}.py:{class}"))
     };
     let summary = match hosted.summary.as_str() {
         "" => "a class of your own",
@@ -147,15 +138,7 @@ pub fn add_external(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> 
     let scores = Scores::read(&path);
     let scores = scores.map_err(|reason| OwnError::Scores { path: path.clone(), reason })?;
     let file = label(source);
-    let about = OwnMethod {
-        name: name.clone(),
-        kind: OwnKind::External,
-        source: file.clone(),
-        summary: String::new(),
-        learns: false,
-        sha256: BTreeMap::new(),
-        versions: BTreeMap::new(),
-    };
+    let about = OwnMethod::new(&name, OwnKind::External, file.clone());
     let method = Method::new(name.leak(), OwnKind::External.in_words(), Training::None);
     let play = Play::External(Arc::new(scores));
     Ok(traffic.with_own(method, Own { about, files: BTreeMap::from([(file, path)]), play }))

@@ -49,14 +49,23 @@ impl Held {
     ///
     /// [`TrafficError::Altered`] when it is not the planned one.
     pub fn add(&mut self, path: &Path, sha256: Option<&String>) -> Result<(), TrafficError> {
+        match sha256.map(String::as_str) == Some(self.hold(path)?) {
+            true => Ok(()),
+            false => Err(altered(path, "was altered")),
+        }
+    }
+
+    /// Holds on to a file as it is, which somebody else has compared with the plan, and returns its sha256.
+    ///
+    /// # Errors
+    ///
+    /// [`TrafficError::Altered`] when there is none.
+    pub fn hold(&mut self, path: &Path) -> Result<&str, TrafficError> {
         // Before it is read: what is written in between shows in the next stamp.
         let stamp = stamp(path)?.ok_or_else(|| altered(path, "was deleted"))?;
-        let found = sha256_file(path)?;
-        if sha256 != Some(&found) {
-            return Err(altered(path, "was altered"));
-        }
-        self.files.push(HeldFile { path: path.to_path_buf(), sha256: found, stamp });
-        Ok(())
+        let sha256 = sha256_file(path)?;
+        self.files.push(HeldFile { path: path.to_path_buf(), sha256, stamp });
+        Ok(&self.files[self.files.len() - 1].sha256)
     }
 
     /// Checks that no file was written, exchanged or deleted since it was added.

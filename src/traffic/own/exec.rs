@@ -99,20 +99,14 @@ impl Exec {
                 return Err(self.failed(format!("its answer to {what} cannot be read: {e}")));
             }
             // What it has started may hold its standard output open when it has ended.
-            Err(RecvTimeoutError::Timeout)
-                if self.running.as_mut().is_some_and(Running::is_over) =>
-            {
-                let how = self.running.as_mut().map(Running::ended).unwrap_or_default();
-                return Err(self.failed(format!("it {how} instead of answering {what}")));
-            }
-            Err(RecvTimeoutError::Timeout) => {
+            Err(RecvTimeoutError::Timeout) if !running.is_over() => {
                 let limit = limit.as_secs_f64();
                 return Err(self.failed(format!(
                     "it did not answer {what} within {limit} s; --answer-timeout allows more time"
                 )));
             }
-            Err(RecvTimeoutError::Disconnected) => {
-                let how = self.running.as_mut().map(Running::ended).unwrap_or_default();
+            Err(_) => {
+                let how = running.ended();
                 let how = match sent {
                     Err(e) if e.kind() != io::ErrorKind::BrokenPipe => format!("{how} ({e})"),
                     _ => how,

@@ -45,13 +45,9 @@ impl Own {
     pub fn compiled(name: &str, summary: &str, learns: bool, create: Create) -> Self {
         let program = std::env::current_exe().ok();
         let about = OwnMethod {
-            name: name.to_owned(),
-            kind: OwnKind::Program,
-            source: "the program".to_owned(),
             summary: summary.to_owned(),
             learns,
-            sha256: BTreeMap::new(),
-            versions: BTreeMap::new(),
+            ..OwnMethod::new(name, OwnKind::Program, "the program".to_owned())
         };
         let files = program.map(|path| ("program".to_owned(), path)).into_iter().collect();
         Self { about, files, play: Play::Controller(create) }
@@ -71,16 +67,10 @@ impl Own {
         Ok(Some(OwnMethod { sha256, ..self.about.clone() }))
     }
 
-    /// Returns the files that a task reads, with the hashes that they have now. The program itself is none of them: what
-    /// runs stays what it was when it was started.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when one cannot be read.
-    pub fn read(&self) -> Result<Vec<(&Path, String)>, FileError> {
-        if self.about.kind == OwnKind::Program {
-            return Ok(Vec::new());
-        }
-        self.files.values().map(|path| Ok((path.as_path(), sha256_file(path)?))).collect()
+    /// Returns the files that a task reads. The program itself is none of them: what runs stays what it was when it was
+    /// started.
+    pub fn read(&self) -> impl Iterator<Item = &Path> {
+        let is_read = self.about.kind != OwnKind::Program;
+        self.files.values().filter(move |_| is_read).map(PathBuf::as_path)
     }
 }
