@@ -18,7 +18,8 @@ import tempfile
 import time
 from pathlib import Path
 
-RUN = ["run", "--methods", "max-pressure,actuated", "--eval-seeds", "4", "--quiet", "--networks", "networks"]
+RUN = ["run", "--methods", "max-pressure,actuated", "--eval-seeds", "2", "--quiet", "--networks", "networks",
+       "--set", "demand.horizon_s=300"]
 
 
 def finished(out, tasks):

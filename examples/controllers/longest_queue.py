@@ -9,7 +9,7 @@ for line in sys.stdin:
     elif question["event"] == "act":
         phases = []
         for lanes_of, seen in zip(serves, question["signals"]):
-            queues = [sum(seen["lanes"][l]["queue"] for l in lanes) for lanes in lanes_of]
+            queues = [sum(seen["queue"][l] for l in lanes) for lanes in lanes_of]
             phases.append(queues.index(max(queues)))
         answer = {"phases": phases}
     else:

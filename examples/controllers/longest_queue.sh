@@ -8,7 +8,7 @@ while read -r question; do
         ;;
     act)
         jq -c --argjson phases "$phases" '{phases: [.signals, $phases] | transpose | map(
-            .[0].lanes as $seen | .[1] | map(map($seen[.].queue) | add // 0) | index(max))}' <<<"$question"
+            .[0].queue as $queue | .[1] | map(map($queue[.]) | add // 0) | index(max))}' <<<"$question"
         ;;
     end) exit ;;
     esac

@@ -12,7 +12,7 @@ for line in sys.stdin:
     elif question["event"] == "act":
         phases = []
         for s, seen in zip(signals, question["signals"]):
-            queue, ahead = [lane["queue"] for lane in seen["lanes"]], seen["downstream_queue"]
+            queue, ahead = seen["queue"], seen["downstream_queue"]
             pressure = [
                 sum(queue[lane] for lane in m["lanes"]) - sum(ahead[lane] for lane in m["downstream"])
                 for m in s["movements"]

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tsc_family import _sumo
+
 HERE = Path(__file__).parent
 
 
@@ -20,6 +22,26 @@ def networks(tmp_path_factory: pytest.TempPathFactory) -> str:
         build = ["build-networks", "smoke", "--out", folder, "--set", f"demand.horizon_s={seconds}", "--quiet"]
         subprocess.run([sys.executable, "-m", "tsc_family", *build], check=True, stdin=subprocess.DEVNULL)
     return folder
+
+
+@pytest.fixture(scope="session")
+def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A SUMO configuration of four signals with two lanes on each arm, its network from SUMO's own generator."""
+    folder, (sumo, missing) = tmp_path_factory.mktemp("grid"), _sumo.home()
+    assert sumo is not None, missing
+    streets = ["--grid", "--grid.number", "2", "--grid.attach-length", "150", "--grid.length", "150", "-L", "2"]
+    network = [*streets, "-j", "traffic_light", "-o", str(folder / "grid.net.xml")]
+    subprocess.run([str(sumo / "bin" / "netgenerate"), *network], check=True, capture_output=True)
+    flows = "".join(
+        f'<flow id="{number}" begin="0" end="120" period="4" from="{begin}" to="{end}"/>'
+        for number, (begin, end) in enumerate([("left0A0", "B0right0"), ("bottom0A0", "A1top0"), ("top1B1", "B0bottom1")])
+    )
+    (folder / "grid.rou.xml").write_text(f"<routes>{flows}</routes>")
+    (folder / "grid.sumocfg").write_text(
+        '<configuration><input><net-file value="grid.net.xml"/><route-files value="grid.rou.xml"/></input>'
+        '<time><begin value="0"/><end value="200"/></time></configuration>'
+    )
+    return folder / "grid.sumocfg"
 
 
 @pytest.fixture

@@ -140,6 +140,40 @@ def test_pettingzoo_s_checks_pass(networks):
     env.close()
 
 
+def test_several_signals_of_a_sumocfg_act_at_once_as_in_a_run(grid, tsc_family, tmp_path):
+    env = tf.parallel_env(sumocfg=grid)
+    parallel_api_test(env, num_cycles=50)
+    assert sorted(env.possible_agents) == ["A0", "A1", "B0", "B1"]
+    (tmp_path / "mine.py").write_text(
+        "import tsc_family as tf\n"
+        "class Mine(tf.Controller):\n"
+        "  def begin(self, signals): self.turn, self.count = 0, len(signals)\n"
+        "  def act(self, obs):\n"
+        "    self.turn += 1\n"
+        "    return [(self.turn + i) // 3 % 2 for i in range(self.count)]\n"
+    )
+    run = ["run", "--sumocfg", str(grid), "--controller", "mine=mine.py:Mine", "--methods", "mine", "--eval-seeds", "1"]
+    done = tsc_family(*run, "--out", "out")
+    assert done.returncode == 0, done.stderr
+    files = [path.read_text().splitlines() for path in (tmp_path / "out" / "done").rglob("*.jsonl")]
+    row = next(json.loads(lines[1]) for lines in files if json.loads(lines[0])["method"] == "mine")
+    env.reset(seed=row["seed"])
+    turn, rewards = 0, set()
+    while env.agents:
+        turn += 1
+        _, reward, _, _, infos = env.step({agent: (turn + i) // 3 % 2 for i, agent in enumerate(env.possible_agents)})
+        rewards.update(reward.values())
+    assert len(rewards) > 1 and row["metrics"]["delay_s"] > 0
+    for info in infos.values():
+        assert {name: info[name] for name in row["metrics"]} == row["metrics"]
+    with pytest.raises(tf.Error, match="all signals decide at once"):
+        env.reset(seed=1)
+        env.step({"A0": 0})
+    with pytest.raises(tf.Error, match="parallel_env"):
+        tf.SignalEnv(sumocfg=grid).reset(seed=1)
+    env.close()
+
+
 def test_vector_environments_are_processes_with_equal_spaces(networks, tmp_path):
     script = tmp_path / "vector.py"
     script.write_text(

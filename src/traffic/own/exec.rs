@@ -6,21 +6,18 @@
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
 
+use super::pipes::{MOST_LINE, Pipes, Silence};
 use super::protocol::{Decision, Question, Ready, Seen, Signal, VERSION};
 use crate::traffic::control::{
     ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec,
 };
-
-/// Longest line that is read, bytes.
-const MOST_LINE: u64 = 1 << 20;
 
 /// Most characters of an answer that are quoted.
 const QUOTED: usize = 200;
@@ -52,8 +49,7 @@ pub struct Exec {
 #[derive(Debug)]
 struct Running {
     child: Child,
-    questions: Option<ChildStdin>,
-    answers: Receiver<io::Result<Vec<u8>>>,
+    pipes: Pipes,
     last_words: Arc<Mutex<VecDeque<String>>>,
     listener: Option<JoinHandle<()>>,
 }
@@ -87,30 +83,21 @@ impl Exec {
     ) -> Result<A, ControlError> {
         let limit = self.answer;
         let running = self.running.as_mut().expect("it was started");
-        let mut line = serde_json::to_vec(question).expect("plain data");
-        line.push(b'\n');
-        let pipe = running.questions.as_mut().expect("it is open while it runs");
-        // One that has ended says so by what it answers, which is nothing.
-        let sent = pipe.write_all(&line).and_then(|()| pipe.flush());
-        let answer = running.answers.recv_timeout(limit);
+        let answer = running.pipes.ask(&line_of(question), limit);
         let text = match answer {
-            Ok(Ok(text)) => text,
-            Ok(Err(e)) => {
+            Ok(text) => text,
+            Err(Silence::Unreadable(e)) => {
                 return Err(self.failed(format!("its answer to {what} cannot be read: {e}")));
             }
             // What it has started may hold its standard output open when it has ended.
-            Err(RecvTimeoutError::Timeout) if !running.is_over() => {
+            Err(Silence::Late) if !running.is_over() => {
                 let limit = limit.as_secs_f64();
                 return Err(self.failed(format!(
                     "it did not answer {what} within {limit} s; --answer-timeout allows more time"
                 )));
             }
-            Err(_) => {
+            Err(Silence::Late | Silence::Closed) => {
                 let how = running.ended();
-                let how = match sent {
-                    Err(e) if e.kind() != io::ErrorKind::BrokenPipe => format!("{how} ({e})"),
-                    _ => how,
-                };
                 return Err(self.failed(format!("it {how} instead of answering {what}")));
             }
         };
@@ -185,18 +172,17 @@ impl Running {
         command.args(&words[1..]);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn()?;
-        let questions = child.stdin.take();
-        let stdout = child.stdout.take().expect("the standard output is piped");
+        let questions = child.stdin.take().expect("the standard input is piped");
+        let answers = child.stdout.take().expect("the standard output is piped");
         let stderr = child.stderr.take().expect("the standard error is piped");
-        let (sender, answers) = channel();
         let last_words = Arc::new(Mutex::new(VecDeque::new()));
         let kept = Arc::clone(&last_words);
-        let threads = thread::Builder::new()
-            .spawn(move || read_answers(stdout, &sender))
-            .and_then(|_| thread::Builder::new().spawn(move || listen(stderr, &kept)));
-        match threads {
-            Ok(listener) => {
-                Ok(Self { child, questions, answers, last_words, listener: Some(listener) })
+        let listener = move || listen(stderr, &kept);
+        let started = Pipes::new(questions, answers)
+            .and_then(|pipes| Ok((pipes, thread::Builder::new().spawn(listener)?)));
+        match started {
+            Ok((pipes, listener)) => {
+                Ok(Self { child, pipes, last_words, listener: Some(listener) })
             }
             Err(e) => {
                 // It may have ended by itself meanwhile.
@@ -220,7 +206,7 @@ impl Running {
         }
     }
 
-    fn wait(&mut self) -> Option<std::process::ExitStatus> {
+    fn wait(&mut self) -> Option<ExitStatus> {
         let begin = Instant::now();
         while begin.elapsed() < PATIENCE {
             match self.child.try_wait() {
@@ -234,13 +220,7 @@ impl Running {
 
     /// Ends it, and returns its last words on standard error.
     fn end(mut self) -> Vec<String> {
-        if let Some(mut questions) = self.questions.take() {
-            // It may have gone.
-            let _ = serde_json::to_vec(&Question::End {})
-                .map_err(io::Error::from)
-                .and_then(|line| questions.write_all(&line))
-                .and_then(|()| questions.write_all(b"\n"));
-        }
+        self.pipes.part(&line_of(&Question::End {}));
         if self.wait().is_none() {
             // It may have ended by itself meanwhile.
             let _ = self.child.kill();
@@ -258,24 +238,11 @@ impl Running {
     }
 }
 
-/// Passes on lines until there are no more.
-fn read_answers(stdout: impl Read, answers: &Sender<io::Result<Vec<u8>>>) {
-    let mut reader = BufReader::new(stdout);
-    loop {
-        let mut line = Vec::new();
-        let read = reader.by_ref().take(MOST_LINE).read_until(b'\n', &mut line);
-        let answer = match read {
-            Ok(0) => return,
-            Ok(_) if line.len() as u64 == MOST_LINE => {
-                Err(io::Error::other(format!("its line has more than {MOST_LINE} bytes")))
-            }
-            Ok(_) => Ok(line),
-            Err(e) => Err(e),
-        };
-        if answers.send(answer).is_err() {
-            return;
-        }
-    }
+/// Returns a question as a line.
+fn line_of(question: &Question) -> Vec<u8> {
+    let mut line = serde_json::to_vec(question).expect("plain data");
+    line.push(b'\n');
+    line
 }
 
 /// Copies lines to the log and keeps the last ones.
@@ -283,7 +250,7 @@ fn listen(stderr: impl Read, kept: &Mutex<VecDeque<String>>) {
     let mut reader = BufReader::new(stderr);
     loop {
         let mut line = Vec::new();
-        match reader.by_ref().take(MOST_LINE).read_until(b'\n', &mut line) {
+        match reader.by_ref().take(MOST_LINE as u64).read_until(b'\n', &mut line) {
             Ok(0) | Err(_) => return,
             Ok(_) => {}
         }
@@ -337,7 +304,7 @@ mod tests {
                 "it ended (exit status: 3) instead of answering begin; it said last\nno such thing",
             ),
             ("sleep 5".to_owned(), "it did not answer begin within 0.4 s"),
-            ("echo hello; cat".to_owned(), "it answered begin with \"hello\\n\", which is not {}"),
+            ("echo hello; cat".to_owned(), "it answered begin with \"hello\", which is not {}"),
             (act("kill -9 $$"), "it ended (signal: 9 (SIGKILL)) instead of answering act"),
             (
                 act("exec >&-; exec sleep 5"),

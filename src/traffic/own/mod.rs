@@ -4,6 +4,7 @@
 pub mod exec;
 pub mod external;
 pub mod host;
+mod pipes;
 pub mod protocol;
 
 pub use host::{Host, Hosted};

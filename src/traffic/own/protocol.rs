@@ -4,10 +4,10 @@
 use osm_signals::Turn;
 use serde::{Deserialize, Serialize};
 
-use crate::traffic::control::{Light, Observation, SignalSpec};
+use crate::traffic::control::{LaneObservation, Light, Observation, SignalSpec};
 
 /// Version of the protocol; a change that a command would have to know raises it.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// What is said to a command.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -92,34 +92,26 @@ pub struct Phase {
     pub max_green_s: Option<f64>,
 }
 
-/// What is seen of a signal.
+/// What is seen of a signal: of its lanes what detectors tell, a number per lane.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Seen {
     /// The phase that is green or comes next.
     pub phase: usize,
-    /// Its lanes.
-    pub lanes: Vec<SeenLane>,
+    /// Per lane the vehicles that have halted within the detection distance.
+    pub queue: Vec<f64>,
+    /// Per lane the other vehicles there.
+    pub approach: Vec<f64>,
+    /// Per lane the sum of waiting times, seconds.
+    pub total_wait_s: Vec<f64>,
+    /// Per lane the longest waiting time, seconds.
+    pub max_wait_s: Vec<f64>,
+    /// Per lane the sum of speeds, metres per second.
+    pub total_speed_mps: Vec<f64>,
     /// Queues of lanes at other signals.
     pub downstream_queue: Vec<f64>,
     /// Vehicles that have come so far in the episode, per movement.
     pub seen: Vec<f64>,
-}
-
-/// What detectors tell of a lane.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct SeenLane {
-    /// Vehicles that have halted within the detection distance.
-    pub queue: f64,
-    /// The other vehicles there.
-    pub approach: f64,
-    /// Sum of waiting times, seconds.
-    pub total_wait_s: f64,
-    /// Longest waiting time, seconds.
-    pub max_wait_s: f64,
-    /// Sum of speeds, metres per second.
-    pub total_speed_mps: f64,
 }
 
 /// The answer to `begin`.
@@ -166,16 +158,14 @@ impl From<&SignalSpec> for Signal {
 
 impl From<&Observation> for Seen {
     fn from(seen: &Observation) -> Self {
-        let lanes = seen.lanes.iter().map(|l| SeenLane {
-            queue: l.queue,
-            approach: l.approach,
-            total_wait_s: l.total_wait_s,
-            max_wait_s: l.max_wait_s,
-            total_speed_mps: l.total_speed_mps,
-        });
+        let per_lane = |value: fn(&LaneObservation) -> f64| seen.lanes.iter().map(value).collect();
         Self {
             phase: seen.phase,
-            lanes: lanes.collect(),
+            queue: per_lane(|lane| lane.queue),
+            approach: per_lane(|lane| lane.approach),
+            total_wait_s: per_lane(|lane| lane.total_wait_s),
+            max_wait_s: per_lane(|lane| lane.max_wait_s),
+            total_speed_mps: per_lane(|lane| lane.total_speed_mps),
             downstream_queue: seen.downstream_queue.clone(),
             seen: seen.seen.clone(),
         }
@@ -248,7 +238,7 @@ mod tests {
         assert_eq!(value["signals"][0]["phases"][1]["lanes"], json!([1]));
         let seen = observation([2.0, 3.0], [0.0, 0.0]);
         let act = serde_json::to_value(Question::Act { signals: vec![Seen::from(&seen)] }).unwrap();
-        assert_eq!(act["signals"][0]["lanes"][1]["queue"], 3.0);
+        assert_eq!(act["signals"][0]["queue"][1], 3.0);
         assert_eq!(serde_json::to_string(&Question::End {}).unwrap(), r#"{"event":"end"}"#);
     }
 
