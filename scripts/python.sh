@@ -3,6 +3,9 @@
 # uses it there as its README says: the smoke scenario with the installed command, the example of a controller, the tests.
 #
 #   scripts/python.sh          PYTHON=python3.12 scripts/python.sh
+#
+# It is compiled in target/wheel, or in WHEEL_TARGET_DIR: where that is the folder of other builds, crates are compiled once
+# for both, but what depends on SUMO again whenever builds for another SUMO take turns.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -28,7 +31,7 @@ SUMO_HOME=$SUMO_HOME scripts/setup.sh
 step "the wheel"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-CARGO_TARGET_DIR=$target/wheel PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
+CARGO_TARGET_DIR=$(realpath -m "${WHEEL_TARGET_DIR:-$target/wheel}") PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
     --no-build-isolation --wheel-dir "$work/wheel" ./python
 wheel=$(echo "$work"/wheel/*.whl)
 ls -l "$work/wheel"

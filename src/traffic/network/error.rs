@@ -10,8 +10,8 @@ use crate::files::FileError;
 pub enum NetworkError {
     /// No netconvert to build with.
     #[error(
-        "netconvert was not found ({tried}); install SUMO (Debian: `apt-get install sumo`) or set \
-         SUMO_HOME to the folder above its `bin`"
+        "netconvert was not found ({tried}); install SUMO (Debian: `apt-get install sumo`; anywhere: \
+         `pip install eclipse-sumo`) or set SUMO_HOME to the folder above its `bin`"
     )]
     NoNetconvert {
         /// Places looked at.
