@@ -19,10 +19,11 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 HERE = Path(__file__).parent
-OWN = [
-    "--controller", f"pressure-python={HERE / 'pressure.py'}:MaxPressure",
-    "--controller", f"pressure-exec=exec:{sys.executable} {HERE / 'pressure_exec.py'}",
-]
+OWN = {
+    "max-pressure-resco": [],
+    "pressure-python": ["--controller", f"pressure-python={HERE / 'pressure.py'}:MaxPressure"],
+    "pressure-exec": ["--controller", f"pressure-exec=exec:{sys.executable} {HERE / 'pressure_exec.py'}"],
+}
 COMMAND = [sys.executable, "-m", "tsc_family"]
 
 
@@ -63,7 +64,7 @@ def compare(config, folder, args):
     out, episodes = folder / "results", args.episodes
     # 5 s between decisions, as sumo-rl has it; the same rule in all.
     run = ["run", "--sumocfg", str(config), "--methods", "max-pressure-resco", "--eval-seeds", str(episodes),
-           "--set", "signal.delta_time_s=5", "--out", str(out), "--quiet", *OWN]
+           "--set", "signal.delta_time_s=5", "--out", str(out), "--quiet", *sum(OWN.values(), [])]
     subprocess.run([*COMMAND, *run], check=True)
     plan = [json.loads(line) for line in (out / "plan.jsonl").read_text().splitlines()]
     tasks = {task["method"]: task["task"] for task in plan}
@@ -73,11 +74,10 @@ def compare(config, folder, args):
     begin, end = float(value(config, {"begin", "b"}) or 0), float(value(config, {"end", "e"}))
     seen = {}
     for _ in range(args.repeats):
-        for method in ["max-pressure-resco", "pressure-python", "pressure-exec"]:
+        for method, own in OWN.items():
             (out / f"done/000/{tasks[method]}.jsonl").unlink()
-            worker = [*COMMAND, "worker", str(out), "--task", str(tasks[method]), *OWN]
-            # The Rust one in the process of a worker that knows no other, as `run` without controllers starts it.
-            worker = worker if method != "max-pressure-resco" else worker[: -len(OWN)]
+            # In a worker that is given its own controller alone, as a run of it starts one.
+            worker = [*COMMAND, "worker", str(out), "--task", str(tasks[method]), *own]
             seen.setdefault(method, []).append(measured(worker))
         plain = [args.sumo, "-c", str(config), "--no-step-log", "--no-warnings", "--xml-validation", "never",
                  "--tripinfo-output", str(folder / "trips.xml"), "--time-to-teleport", "-1"]

@@ -30,7 +30,7 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, (sumo, missing) = tmp_path_factory.mktemp("grid"), _sumo.home()
     assert sumo is not None, missing
     streets = ["--grid", "--grid.number", "2", "--grid.attach-length", "150", "--grid.length", "150", "-L", "2"]
-    network = [*streets, "-j", "traffic_light", "-o", str(folder / "grid.net.xml")]
+    network = [*streets, "--tls.set", "A0,A1,B0,B1", "-o", str(folder / "grid.net.xml")]
     subprocess.run([str(sumo / "bin" / "netgenerate"), *network], check=True, capture_output=True)
     flows = "".join(
         f'<flow id="{number}" begin="0" end="120" period="4" from="{begin}" to="{end}"/>'

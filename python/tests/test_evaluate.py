@@ -248,8 +248,10 @@ def test_an_interrupt_ends_a_run_that_the_same_call_continues(tmp_path, networks
         "print('finished')\n"
     )
     (tmp_path / "slow.py").write_text(text)
+    # What a shell starts in the background ignores SIGINT, and so would all that the tests start.
     child = subprocess.Popen([sys.executable, "slow.py"], cwd=tmp_path, stdin=subprocess.DEVNULL,
-                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # fmt: skip
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # fmt: skip
     limit = time.monotonic() + 60
     while not list((tmp_path / "out" / "done").rglob("*.jsonl")) and time.monotonic() < limit:
         time.sleep(0.02)
