@@ -1,13 +1,13 @@
 //! The share of the family beyond many thresholds at once, as performance profiles and their bands need it.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::profile::key;
 use super::summary::Statistics;
 use super::{Direction, PointMeans};
 
-/// Thresholds whose shares are summed at once.
-const AT_ONCE: usize = 32;
+/// Registers of thresholds whose shares are summed at once.
+const AT_ONCE: usize = 8;
 
 /// The shares of the weight with a score better than each of some thresholds, as [`super::profile::share_beyond`] has them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -38,32 +38,42 @@ impl Statistics for SharesBeyond {
         let of = |p: &PointMeans| (directed(p.score, self.direction), p.weight);
         let scores: Vec<(i64, f64)> = points.iter().map(of).collect();
         let bottom = scores.iter().fold(0.0, |sum, (_, weight)| sum + weight);
-        let mut tops = vec![0.0; self.keys.len()];
-        for (tops, keys) in tops.chunks_mut(AT_ONCE).zip(self.keys.chunks(AT_ONCE)) {
-            // Nothing is below the least number.
-            let mut padded = [i64::MIN; AT_ONCE];
-            padded[..keys.len()].copy_from_slice(keys);
-            let mut sums = [0.0; AT_ONCE];
-            Arch::new().dispatch(
-                #[inline(always)]
-                || sums = shares(&scores, &padded),
-            );
-            tops.copy_from_slice(&sums[..keys.len()]);
-        }
+        let tops = Arch::new().dispatch(Shares { scores: &scores, keys: &self.keys });
         values.extend(tops.into_iter().map(|top| (bottom > 0.0).then(|| top / bottom)));
     }
 }
 
-/// Returns the weight of the scores below each key, summed in their order; few enough keys that the sums stay in registers.
-#[inline(always)]
-fn shares(scores: &[(i64, f64)], keys: &[i64; AT_ONCE]) -> [f64; AT_ONCE] {
-    let mut sums = [0.0; AT_ONCE];
-    for (score, weight) in scores {
-        for (sum, key) in sums.iter_mut().zip(keys) {
-            *sum += if score < key { *weight } else { 0.0 };
+/// The weight of the scores below each key, summed in their order.
+struct Shares<'a> {
+    scores: &'a [(i64, f64)],
+    keys: &'a [i64],
+}
+
+impl WithSimd for Shares<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+        let mut keys = self.keys.to_vec();
+        // Nothing is below the least number.
+        keys.resize(keys.len().next_multiple_of(AT_ONCE * S::F64_LANES), i64::MIN);
+        let mut tops = vec![0.0; keys.len()];
+        let own = S::as_mut_simd_f64s(&mut tops).0.as_chunks_mut::<AT_ONCE>().0;
+        let none = simd.splat_f64s(0.0);
+        for (tops, keys) in own.iter_mut().zip(S::as_simd_i64s(&keys).0.as_chunks::<AT_ONCE>().0) {
+            let mut sums = [none; AT_ONCE];
+            for (score, weight) in self.scores {
+                let (score, weight) = (simd.splat_i64s(*score), simd.splat_f64s(*weight));
+                for (sum, key) in sums.iter_mut().zip(keys) {
+                    let is_below = simd.less_than_i64s(score, *key);
+                    *sum = simd.add_f64s(*sum, simd.select_f64s(is_below, weight, none));
+                }
+            }
+            *tops = sums;
         }
+        tops.truncate(self.keys.len());
+        tops
     }
-    sums
 }
 
 #[cfg(test)]

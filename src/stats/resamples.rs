@@ -122,12 +122,20 @@ impl Measured {
             let (of_seeds, other_seeds) = seeds.split_at(size(*n));
             let (of_replicates, other_replicates) = replicates.split_at(size(*r));
             (seeds, replicates) = (other_seeds, other_replicates);
-            let of_drawn =
-                |values: &[f64]| of_seeds.iter().map(|k| values[*k as usize]).sum::<f64>();
-            let bottom = of_drawn(baseline);
-            let of_replicate = |r: &u32| of_drawn(&method[*r as usize * n..][..*n]);
-            let top: f64 =
-                of_replicates.iter().map(of_replicate).sum::<f64>() / of_replicates.len() as f64;
+            let (bottom, sum) = match of_seeds {
+                [seed] => {
+                    let of_seed = &method[*seed as usize..];
+                    let of = |r: &u32| of_seed[*r as usize * n];
+                    (baseline[*seed as usize], of_replicates.iter().map(of).sum::<f64>())
+                }
+                _ => {
+                    let of_drawn =
+                        |values: &[f64]| of_seeds.iter().map(|k| values[*k as usize]).sum::<f64>();
+                    let of = |r: &u32| of_drawn(&method[*r as usize * n..][..*n]);
+                    (of_drawn(baseline), of_replicates.iter().map(of).sum::<f64>())
+                }
+            };
+            let top = sum / of_replicates.len() as f64;
             // Only a point MDP where some seeds bring no delay at all can come here with 0.
             *mean = if bottom <= 0.0 {
                 *whole

@@ -6,7 +6,7 @@
 //! while what was measured on a point MDP is at hand. Every sum has the order that [`super::resamples`] gives it, and so
 //! the same last digit.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rand_chacha::ChaCha8Rng;
 
 use super::bootstrap::RESAMPLES;
@@ -19,7 +19,7 @@ use super::{Bootstrap, PointMeans, PointObjectives, Resampling, StatsError, boot
 const LANES: usize = 8;
 
 /// Indices that are in memory at once, but for those of a resample of a large family.
-const INDICES: usize = 1 << 20;
+const INDICES: usize = 1 << 22;
 
 /// What an empty sum is, so that adding to it changes not even the sign of a zero.
 const NOTHING: f64 = -0.0;
@@ -188,32 +188,40 @@ impl<const N: usize> Lanes<N> {
             of_replicates.fill(&mut source, replicates);
             let sums = &mut sums[..now];
             sums.fill([0.0; N]);
-            Arch::new().dispatch(
-                #[inline(always)]
-                || self.add((seeds, of_seeds.len()), (replicates, of_replicates.len()), sums),
-            );
+            let seeds = (&*seeds, of_seeds.len());
+            let replicates = (&*replicates, of_replicates.len());
+            Arch::new().dispatch(Adding { lanes: self, seeds, replicates, sums: &mut *sums });
             for sum in sums.iter() {
                 all.iter_mut().zip(sum).for_each(|(of_set, sum)| of_set.push(sum / weight));
             }
         }
         all
     }
+}
 
-    /// Adds weight times score of every point MDP, for as many resamples as there are sums.
-    ///
-    /// # Arguments
-    ///
-    /// * `seeds`, `replicates` — what is drawn, and how many of them belong to a resample.
+/// Weight times score of every point MDP, added for as many resamples as there are sums.
+struct Adding<'a, const N: usize> {
+    lanes: &'a Lanes<N>,
+    /// What is drawn, and how many of it belong to a resample.
+    seeds: (&'a [u32], usize),
+    replicates: (&'a [u32], usize),
+    sums: &'a mut [[f64; N]],
+}
+
+impl<const N: usize> WithSimd for Adding<'_, N> {
+    type Output = ();
+
     #[inline(always)]
-    fn add(
-        &self,
-        (seeds, all_seeds): (&[u32], usize),
-        (replicates, all_replicates): (&[u32], usize),
-        sums: &mut [[f64; N]],
-    ) {
-        let mut rest = &self.values[..];
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            lanes,
+            seeds: (seeds, all_seeds),
+            replicates: (replicates, all_replicates),
+            sums,
+        } = self;
+        let mut rest = &lanes.values[..];
         let (mut first_seed, mut first_replicate) = (0, 0);
-        for Shape { weight, seeds: n, replicates: r } in &self.shapes {
+        for Shape { weight, seeds: n, replicates: r } in &lanes.shapes {
             let (whole, others) = rest.split_at(1);
             let (baseline, others) = others.split_at(*n);
             let (method, others) = others.split_at(n * r);
