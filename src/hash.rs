@@ -1,6 +1,5 @@
 //! sha256 as lower-case hexadecimal digits, of bytes and of files.
 
-use std::fmt::Write;
 use std::io::Read;
 use std::path::Path;
 
@@ -35,10 +34,8 @@ pub fn sha256_file(path: &Path) -> Result<String, FileError> {
 
 /// Returns bytes as hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        write!(text, "{byte:02x}").expect("writing to a string cannot fail");
-        text
-    })
+    let digit = |half: u8| char::from(if half < 10 { b'0' + half } else { b'a' + half - 10 });
+    bytes.iter().flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]).collect()
 }
 
 #[cfg(test)]
@@ -51,6 +48,13 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), &bytes).unwrap();
         assert_eq!(sha256_file(file.path()).unwrap(), sha256(&bytes));
+    }
+
+    #[test]
+    fn every_byte_has_its_digits() {
+        let all: Vec<u8> = (0..=255).collect();
+        let digits: String = all.iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(hex(&all), digits);
     }
 
     #[test]
