@@ -1,5 +1,6 @@
 //! The domains that this program can evaluate on; a further one is a folder and a line here.
 
+use std::path::Path;
 use std::sync::OnceLock;
 
 use crate::analysis::{LOSS, RETURN};
@@ -12,7 +13,7 @@ use crate::settings::source::{domain_of, file_of, read_scenario};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::kept::Keep;
-use crate::store::manifest::Identity;
+use crate::store::manifest::{Identity, Manifest};
 use crate::store::results::Results;
 use crate::traffic::domain::Traffic;
 use crate::traffic::report::{OF_EPISODES, TrafficSections};
@@ -104,18 +105,30 @@ pub fn sections(layout: &Layout, results: &Results) -> Result<Box<dyn Sections>,
     }))
 }
 
+/// Returns what to keep of a run's records: those numbers of every episode of which something is computed.
+fn keep(manifest: &Manifest) -> Keep {
+    let Identity { domain, objective, .. } = &manifest.identity;
+    let own: &[&str] = if domain == Traffic::NAME { &OF_EPISODES } else { &[] };
+    let names = own.iter().copied().chain([objective, RETURN, LOSS]);
+    Keep::Only(names.map(str::to_owned).collect())
+}
+
 /// Reads everything in a results directory, with those numbers of every episode of which something is computed.
 ///
 /// # Errors
 ///
 /// Those of [`Results::load_all`].
 pub fn load_all(layout: &Layout) -> Result<Results, StoreError> {
-    Results::load_all(layout, |manifest| {
-        let Identity { domain, objective, .. } = &manifest.identity;
-        let own: &[&str] = if domain == Traffic::NAME { &OF_EPISODES } else { &[] };
-        let names = own.iter().copied().chain([objective, RETURN, LOSS]);
-        Keep::Only(names.map(str::to_owned).collect())
-    })
+    Results::load_all(layout, keep)
+}
+
+/// Reads what counts in a results directory as [`load`] does, and sets aside in a folder what tables of all episodes need.
+///
+/// # Errors
+///
+/// Those of [`Results::load_all`].
+pub fn load_setting_aside(layout: &Layout, folder: &Path) -> Result<Results, StoreError> {
+    Results::load_setting_aside(layout, keep, folder).map(Results::so_far)
 }
 
 /// Reads what counts in a results directory, as [`Results::load`] does it, without what no report needs in memory.

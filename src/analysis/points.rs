@@ -2,6 +2,9 @@
 //! what scores are divided by.
 
 use std::collections::HashMap;
+use std::fmt;
+use std::ops::Deref;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -12,7 +15,7 @@ use crate::sample::Draw;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
 use crate::store::kept::Kept;
-use crate::store::manifest::PointRow;
+use crate::store::manifest::{Manifest, PointRow};
 use crate::store::record::{Metrics, Outcome};
 use crate::store::results::Results;
 
@@ -25,7 +28,7 @@ pub struct PointSummary {
     /// Position among the chosen point MDPs.
     pub index: usize,
     /// The point MDP.
-    pub row: PointRow,
+    pub row: RowOf,
     /// Weight of its scores in the estimates.
     pub weight: f64,
     /// Position of its regime in [`Measures::regimes`], by what the baseline achieves there, whatever
@@ -33,6 +36,33 @@ pub struct PointSummary {
     pub regime: Option<usize>,
     /// What each method achieved, in the order of the manifest; `None` without a record.
     pub results: Vec<Option<PointResult>>,
+}
+
+/// A point MDP as its manifest keeps it, which nobody copies: of a large family that is a tenth of the memory.
+#[derive(Clone)]
+pub struct RowOf {
+    manifest: Arc<Manifest>,
+    index: usize,
+}
+
+impl Deref for RowOf {
+    type Target = PointRow;
+
+    fn deref(&self) -> &PointRow {
+        &self.manifest.identity.points[self.index]
+    }
+}
+
+impl fmt::Debug for RowOf {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (**self).fmt(f)
+    }
+}
+
+impl PartialEq for RowOf {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
 }
 
 /// What a method achieved on a point MDP: means over its replicates.
@@ -78,7 +108,8 @@ pub(super) fn summarise_points(
     reference: &Reference,
     measures: &dyn Measures,
 ) -> (Vec<PointSummary>, Vec<TaskScore>) {
-    let identity = &results.manifest.identity;
+    let manifest = &results.manifest;
+    let identity = &manifest.identity;
     let position: HashMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
     let cells = Cells::of(results, &position);
@@ -103,7 +134,7 @@ pub(super) fn summarise_points(
         .enumerate()
         .map(|(point, row)| {
             let draw = draws.get(row.point.as_str());
-            let results: Vec<Option<PointResult>> = (0..identity.methods.len())
+            let achieved: Vec<Option<PointResult>> = (0..identity.methods.len())
                 .map(|method| {
                     let cell = cells.records(method, point);
                     let own = Some(method) == reference.index;
@@ -114,10 +145,11 @@ pub(super) fn summarise_points(
                     Some(result)
                 })
                 .collect();
-            let of_baseline = baseline.and_then(|b| results[b].as_ref());
+            let of_baseline = baseline.and_then(|b| achieved[b].as_ref());
             let regime = of_baseline.and_then(|r| measures.regime(objective, &r.metrics));
             let weight = draw.map_or(0.0, |d| d.weight);
-            PointSummary { index: point, row: row.clone(), weight, regime, results }
+            let row = RowOf { manifest: manifest.clone(), index: point };
+            PointSummary { index: point, row, weight, regime, results: achieved }
         })
         .collect();
     let rows = (0..results.plan().len()).into_par_iter().map(|at| {

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
 use super::choice::choice;
 use super::comparison::{Comparison, compare};
@@ -28,7 +29,7 @@ use crate::store::results::Results;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
     /// What the run was.
-    pub manifest: Manifest,
+    pub manifest: Arc<Manifest>,
     /// Classes of point MDPs.
     pub regimes: &'static [Regime],
     /// What is measured of evaluation episodes.

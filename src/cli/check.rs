@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::interrupt::interrupted;
 use super::output::{line, note};
-use super::own::ControllersArgs;
+use super::own::{ControllersArgs, manifest_of};
 use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
@@ -82,9 +82,9 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
 }
 
 fn look(layout: &Layout, networks: Option<&Path>) -> anyhow::Result<Looked> {
-    let mut audit = Audit::of(layout)?;
+    let mut audit = Audit::of(layout, manifest_of(layout))?;
     let (mut beside, mut prepared) = (Beside::default(), PathBuf::new());
-    if let Some(Manifest { identity, provenance }) = &audit.manifest {
+    if let Some(Manifest { identity, provenance }) = audit.manifest.as_deref() {
         prepared = networks.map_or_else(|| PathBuf::from(&provenance.networks), Path::to_path_buf);
         let domain = domain_of(&domains(), layout, identity)?;
         beside = audit_beside(domain, layout, &prepared, &mut audit)?;
@@ -199,7 +199,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
         return Err(Refused(reason).into());
     }
     let domains = domains();
-    let session = reopen(&domains, layout, prepared.clone())?;
+    let session = reopen(&domains, layout, manifest.clone(), prepared.clone())?;
     for damage in &audit.damage {
         match damage.remedy {
             Remedy::Repeat(_) | Remedy::Discard | Remedy::Renew => {

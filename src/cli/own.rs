@@ -1,8 +1,8 @@
 //! Methods that are not the program's own: what the command line says of them, and how workers are told.
 
 use std::ffi::OsString;
-use std::path::Path;
-use std::sync::OnceLock;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -13,6 +13,7 @@ use crate::domains;
 use crate::run::domain::Domain;
 use crate::run::executor::Launcher;
 use crate::store::Layout;
+use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
 use crate::traffic::domain::Traffic;
 use crate::traffic::given::{add, add_external, add_named};
@@ -23,6 +24,9 @@ const ANSWER_TIMEOUT_S: u64 = 60;
 
 /// How this program is started again; empty for its executable alone.
 static START: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// The manifest of the results directory that the command is about.
+static READ: OnceLock<(PathBuf, Arc<Manifest>)> = OnceLock::new();
 
 /// What opens classes, where this program has it.
 static HOST: OnceLock<Box<dyn Host>> = OnceLock::new();
@@ -121,18 +125,24 @@ pub(super) fn set_up(
     if let Some(given) = given {
         traffic = given.add_to(traffic, HOST.get().map(AsRef::as_ref))?;
     }
-    for about in dir.map(recorded).unwrap_or_default() {
-        traffic = add_named(traffic, &about);
+    // Whoever needs the manifest says what is wrong with it.
+    let read = dir.and_then(|dir| Some((dir, Manifest::read(&Layout::new(dir)).ok()?)));
+    if let Some((dir, manifest)) = read {
+        for about in &manifest.identity.controllers {
+            traffic = add_named(traffic, about);
+        }
+        let _ = READ.set((dir.to_path_buf(), Arc::new(manifest)));
     }
     domains::set_traffic(traffic);
     Ok(())
 }
 
-/// Returns the methods of somebody's own that a results directory has. Whoever needs its manifest says what is wrong with
-/// it.
-fn recorded(dir: &Path) -> Vec<crate::store::own::OwnMethod> {
-    let manifest = Manifest::read(&Layout::new(dir));
-    manifest.map(|manifest| manifest.identity.controllers).unwrap_or_default()
+/// Returns the manifest of the results directory that the command is about, which [`set_up`] has read, if that can be.
+pub(super) fn manifest_of(layout: &Layout) -> Result<Arc<Manifest>, StoreError> {
+    match READ.get() {
+        Some((root, manifest)) if root == layout.root() => Ok(manifest.clone()),
+        _ => Manifest::read(layout).map(Arc::new),
+    }
 }
 
 /// Returns where a class is just now, for the record of one that hangs.

@@ -45,7 +45,7 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let target = Target::new(layout.root(), layout.report(), args.out.as_ref());
     target.check(&REPORT)?;
-    let results = domains::load(&layout)?;
+    let results = domains::load_setting_aside(&layout, target.there())?;
     let sections = domains::sections(&layout, &results)?;
     let data = match &args.against {
         Some(method) => Report::against(&results, method, sections)?,

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::forecast::range;
 use super::handover::{Abroad, abroad, counted};
 use super::output::{line, note};
+use super::own::manifest_of;
 use crate::cli::exit;
 use crate::domains::domains;
 use crate::run::batch::Standing;
@@ -42,7 +43,7 @@ pub struct StatusArgs {
 
 pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
-    let manifest = Manifest::read(&layout)?;
+    let manifest = manifest_of(&layout)?;
     let plan = manifest.identity.tasks();
     let tally = Tally::of(&layout, plan.len())?;
     let (there, silent) = match abroad(&layout) {

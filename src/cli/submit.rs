@@ -7,7 +7,7 @@ use super::handover::{Executes, WorkersArgs, abroad, hand_over};
 use super::interrupt::interrupted;
 use super::labour::Labour;
 use super::output::note;
-use super::own::ControllersArgs;
+use super::own::{ControllersArgs, manifest_of};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
@@ -18,7 +18,6 @@ use crate::run::session::reopen;
 use crate::run::worker::check_own;
 use crate::store::Layout;
 use crate::store::kept::Keep;
-use crate::store::manifest::Manifest;
 use crate::store::results::Results;
 
 /// `tsc-family submit` and `tsc-family resume`.
@@ -66,7 +65,7 @@ pub(super) fn resume(args: &SubmitArgs) -> anyhow::Result<u8> {
 
 fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
-    let manifest = Manifest::read(&layout)?;
+    let manifest = manifest_of(&layout)?;
     let known = domains();
     let domain = domain_of(&known, &layout, &manifest.identity)?;
     let own = env!("CARGO_PKG_VERSION");
@@ -84,7 +83,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         .try_for_each(|method| check_own(domain, &layout, &manifest.identity, method))?;
     let prepared =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
-    let session = reopen(&known, &layout, prepared)?;
+    let session = reopen(&known, &layout, manifest, prepared)?;
     let submissions = submission::all(&layout).map_err(RunError::from)?;
     let last = submissions.last();
     let executor = args.executor.unwrap_or(match last.map(|s| s.executor.as_str()) {
@@ -92,7 +91,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         Some(name) if name == Script.name() => Executes::Script,
         _ => Executes::Local,
     });
-    let results = Results::load_all(&layout, |_| Keep::nothing())?.so_far();
+    let results = Results::load_known(&layout, &session.manifest, |_| Keep::nothing())?.so_far();
     let labour = Labour {
         session: &session,
         domain,

@@ -38,13 +38,11 @@ impl Target {
             kind.check(&self.folder, "--out", None)?;
         }
         beneath(&self.root, &self.folder)?;
-        let there = self.folder.ancestors().find(|folder| folder.exists());
-        let there = there.filter(|folder| !folder.as_os_str().is_empty());
         // A results directory that is not there is named by whoever reads it.
         if !self.is_given && !self.root.exists() {
             return Ok(());
         }
-        let Err(e) = access(there.unwrap_or(Path::new(".")), Access::WRITE_OK) else {
+        let Err(e) = access(self.there(), Access::WRITE_OK) else {
             return Ok(());
         };
         let reason = std::io::Error::from(e);
@@ -52,5 +50,11 @@ impl Target {
             if self.is_given { "give another folder" } else { "give a folder with --out" };
         let folder = self.folder.display();
         Err(Refused(format!("cannot write to {folder}: {reason}; {way_out}")).into())
+    }
+
+    /// Returns the folder, or where it is to be made the nearest one above it that is there.
+    pub(super) fn there(&self) -> &Path {
+        let there = self.folder.ancestors().find(|folder| folder.exists());
+        there.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
     }
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub use beneath::{beneath, make_folder, make_folder_beneath};
 pub use draft::{Streamed, readable, replace, write_atomically};
-pub use rows::lines;
+pub use rows::{Lines, lines};
 
 /// A file operation that failed, with the file's name.
 #[derive(Debug, thiserror::Error)]

@@ -9,8 +9,8 @@ use super::sections::Table;
 use super::streamed::write_rows;
 use super::whole::Report;
 use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary};
-use crate::files::{Streamed, lines};
-use crate::store::record::{Metrics, Outcome, Record, Row, RowKind};
+use crate::files::{Lines, Streamed, lines};
+use crate::store::record::{Metrics, Outcome, Row, RowKind};
 
 /// Name of the column of the score.
 const SCORE: &str = "score";
@@ -63,32 +63,36 @@ pub(super) fn scores(data: &Report, file: Streamed) -> Result<(), ReportError> {
     header.extend(identity.features.iter().map(|f| f.name.clone()));
     header.extend(["weight", "against"].map(str::to_owned));
     let titled = Titled(data.titles());
-    let of = |row: &TaskScore| titled.row(row.point, score_row(data, row, &names));
+    let of = |row: &TaskScore, lines: &mut Lines| {
+        score_row(data, row, &names, lines);
+        titled.end(row.point, lines);
+    };
     write_rows(file, &titled.header(header), &data.tasks, of)
 }
 
-fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
+fn score_row(data: &Report, row: &TaskScore, names: &[String], lines: &mut Lines) {
     let point = &data.points[row.point].row;
     let objective = data.manifest.identity.objective.as_str();
     let value = match row.outcome {
         Some(Outcome::Ok) => row.metrics.get(objective).copied(),
         _ => None,
     };
-    let mut cells = vec![
-        data.manifest.identity.methods[row.method].clone(),
-        point.point.clone(),
-        point.importance.to_string(),
-        row.replicate.to_string(),
-        number(value),
-    ];
-    cells.extend((!data.reference.is_none()).then(|| number(row.reference)));
-    cells.extend(score_column(data).map(|_| number(row.score)));
-    cells.extend(cells_of(names, &row.metrics));
-    cells.extend(data.sections.score_cells(data, row, value));
-    cells.extend(point.features.iter().map(f64::to_string));
-    cells.push(data.points[row.point].weight.to_string());
-    cells.push(data.reference.name.clone());
-    cells
+    lines.text(&data.manifest.identity.methods[row.method]);
+    lines.text(&point.point);
+    lines.number(Some(point.importance));
+    lines.whole(row.replicate.into());
+    lines.number(value);
+    if !data.reference.is_none() {
+        lines.number(row.reference);
+    }
+    if score_column(data).is_some() {
+        lines.number(row.score);
+    }
+    names.iter().for_each(|name| lines.number(row.metrics.get(name).copied()));
+    data.sections.score_cells(data, row, value).iter().for_each(|cell| lines.text(cell));
+    point.features.iter().for_each(|feature| lines.number(Some(*feature)));
+    lines.number(Some(data.points[row.point].weight));
+    lines.text(&data.reference.name);
 }
 
 /// Returns the names of the summaries beside the overall performance, each with an interval; those of regimes
@@ -199,33 +203,33 @@ pub(super) fn episodes(data: &Report, mut file: Streamed) -> Result<(), ReportEr
         .collect();
     let titled = Titled(data.titles());
     file.write(&lines(&[titled.header(header)]))?;
-    let of = |position: usize, record: Record| {
+    let of = |position: usize, rows: Vec<Row>| {
         let task = &data.tasks[position];
-        let rows = record.rows.iter().map(|row| episode_row(data, (task, row), &names));
-        lines(&rows.map(|cells| titled.row(task.point, cells)).collect::<Vec<_>>())
+        let mut lines = Lines::default();
+        for row in &rows {
+            episode_row(data, (task, row), &names, &mut lines);
+            titled.end(task.point, &mut lines);
+        }
+        lines.into_bytes()
     };
     let has_record = |position: usize| data.tasks[position].outcome.is_some();
-    data.origin.each(has_record, of, |text| Ok::<_, ReportError>(file.write(&text)?))?;
+    data.origin.each_rows(has_record, of, |text| Ok::<_, ReportError>(file.write(&text)?))?;
     Ok(file.finish()?)
 }
 
-fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String]) -> Vec<String> {
+fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String], lines: &mut Lines) {
     let identity = &data.manifest.identity;
-    let kind = match e.kind {
+    lines.text(&identity.methods[task.method]);
+    lines.text(&data.points[task.point].row.point);
+    lines.whole(task.replicate.into());
+    lines.text(match e.kind {
         RowKind::Evaluation => "evaluation",
         RowKind::Training => "training",
-    };
-    let mut cells = vec![
-        identity.methods[task.method].clone(),
-        data.points[task.point].row.point.clone(),
-        task.replicate.to_string(),
-        kind.to_owned(),
-        e.episode.to_string(),
-        e.seed.to_string(),
-    ];
-    cells.push(number(e.metrics.get(&identity.objective).copied()));
-    cells.extend(cells_of(names, &e.metrics));
-    cells
+    });
+    lines.whole(e.episode.into());
+    lines.whole(e.seed);
+    lines.number(e.metrics.get(&identity.objective).copied());
+    names.iter().for_each(|name| lines.number(e.metrics.get(name).copied()));
 }
 
 /// Writes `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
@@ -240,7 +244,10 @@ pub(super) fn training(data: &Report, file: Streamed) -> Result<(), ReportError>
         .chain(of_episodes(data))
         .collect::<Vec<_>>();
     let titled = Titled(data.titles());
-    let of = |t: &TrainingSummary| titled.row(t.point, training_row(data, t));
+    let of = |t: &TrainingSummary, lines: &mut Lines| {
+        training_row(data, t).iter().for_each(|cell| lines.text(cell));
+        titled.end(t.point, lines);
+    };
     write_rows(file, &titled.header(header), &data.trainings, of)
 }
 
@@ -296,6 +303,12 @@ impl Titled<'_> {
     pub(crate) fn row(self, point: usize, mut cells: Vec<String>) -> Vec<String> {
         cells.extend(self.0.map(|titles| titles[point].clone()));
         cells
+    }
+
+    /// Ends a row of the point MDP at a position.
+    fn end(self, point: usize, lines: &mut Lines) {
+        self.0.into_iter().for_each(|titles| lines.text(&titles[point]));
+        lines.end();
     }
 }
 

@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 
 use super::error::ReportError;
-use crate::files::{Streamed, lines};
+use crate::files::{Lines, Streamed, lines};
 
 /// Rows that are in memory at once, and those that a thread makes at a time.
 const AT_ONCE: usize = 8192;
 const PART: usize = 256;
 
-/// Writes a table; every row has as many cells as the header.
+/// Writes a table; `of` adds the cells of a row, as many as the header has, and ends it.
 ///
 /// # Errors
 ///
@@ -18,10 +18,14 @@ pub(crate) fn write_rows<T: Sync>(
     mut file: Streamed,
     header: &[String],
     rows: &[T],
-    of: impl Fn(&T) -> Vec<String> + Sync,
+    of: impl Fn(&T, &mut Lines) + Sync,
 ) -> Result<(), ReportError> {
     file.write(&lines(&[header]))?;
-    let text = |part: &[T]| lines(&part.iter().map(&of).collect::<Vec<_>>());
+    let text = |part: &[T]| {
+        let mut lines = Lines::default();
+        part.iter().for_each(|row| of(row, &mut lines));
+        lines.into_bytes()
+    };
     for rows in rows.chunks(AT_ONCE) {
         for text in rows.par_chunks(PART).map(text).collect::<Vec<_>>() {
             file.write(&text)?;

@@ -5,6 +5,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 use std::time::Duration;
@@ -30,7 +31,7 @@ pub struct Session<'a> {
     /// The results directory.
     pub layout: Layout,
     /// What the run is.
-    pub manifest: Manifest,
+    pub manifest: Arc<Manifest>,
     /// Folder of what was prepared.
     pub prepared: PathBuf,
     _lock: RunLock,
@@ -61,7 +62,7 @@ pub fn open<'a>(
     let layout = Layout::new(out);
     layout.make()?;
     let lock = lock(&layout, started)?;
-    let manifest = establish(&layout, manifest, &tasks, draft.design.as_ref())?;
+    let manifest = Arc::new(establish(&layout, manifest, &tasks, draft.design.as_ref())?);
     let session =
         Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock };
     session.stand_in(request.problem, &draft.sample)?;
@@ -74,6 +75,7 @@ pub fn open<'a>(
 /// # Arguments
 ///
 /// * `domains` — those that it may be of.
+/// * `manifest` — that of the directory.
 /// * `prepared` — folder of what was prepared; it is not looked at.
 ///
 /// # Errors
@@ -82,9 +84,9 @@ pub fn open<'a>(
 pub fn reopen<'a>(
     domains: &[&'a dyn Domain],
     layout: &Layout,
+    manifest: Arc<Manifest>,
     prepared: PathBuf,
 ) -> Result<Session<'a>, RunError> {
-    let manifest = Manifest::read(layout)?;
     let domain = domain_of(domains, layout, &manifest.identity)?;
     let lock = lock(layout, now())?;
     Ok(Session { domain, layout: layout.clone(), manifest, prepared, _lock: lock })
@@ -108,7 +110,8 @@ impl Session<'_> {
     ///
     /// [`RunError`] when the directory cannot be read or written.
     pub fn forget_failed(&self) -> Result<(), RunError> {
-        for (task, _) in Results::load_all(&self.layout, |_| Keep::nothing())?.failed() {
+        let all = Results::load_known(&self.layout, &self.manifest, |_| Keep::nothing())?;
+        for (task, _) in all.failed() {
             let path = self.layout.record(task.task);
             beneath(self.layout.root(), &path)?;
             fs::remove_file(&path).map_err(FileError::at("remove", &path))?;

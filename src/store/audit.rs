@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::Layout;
 use super::manifest::{Manifest, Task};
@@ -47,7 +48,7 @@ pub enum Remedy {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Audit {
     /// What the run is; `None` where that cannot be read, or is not of the records.
-    pub manifest: Option<Manifest>,
+    pub manifest: Option<Arc<Manifest>>,
     /// All tasks, as the manifest has them.
     pub tasks: Vec<Task>,
     /// Tasks with a sound record.
@@ -61,15 +62,22 @@ pub struct Audit {
 }
 
 impl Audit {
-    /// Reads the manifest, the plan, the design of the sample and all records.
+    /// Reads the plan, the design of the sample and all records.
+    ///
+    /// # Arguments
+    ///
+    /// * `manifest` — what reading the manifest gave.
     ///
     /// # Errors
     ///
     /// [`StoreError::NotResults`] and [`StoreError::Version`] where there is nothing to audit, [`StoreError::Io`]
     /// where the disk is at fault.
-    pub fn of(layout: &Layout) -> Result<Self, StoreError> {
+    pub fn of(
+        layout: &Layout,
+        manifest: Result<Arc<Manifest>, StoreError>,
+    ) -> Result<Self, StoreError> {
         let mut audit = Self::default();
-        let manifest = match Manifest::read(layout) {
+        let manifest = match manifest {
             Err(StoreError::Manifest { path, reason }) => {
                 audit.add(path, reason, Remedy::Begin);
                 return Ok(audit);

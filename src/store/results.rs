@@ -1,12 +1,13 @@
 //! Reads a results directory: whatever is there, exactly once per task, and what is missing.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::Layout;
+use super::aside::{Packed, Setting};
 use super::kept::{Keep, Kept};
 use super::manifest::{Manifest, Task};
 use super::origin::Origin;
@@ -24,7 +25,7 @@ pub(super) const AT_ONCE: usize = 4096;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
     /// What the run is; of a sample that grows, as far as it has.
-    pub manifest: Manifest,
+    pub manifest: Arc<Manifest>,
     /// Where the records are, and all tasks; of a sample that grows, those of the point MDPs that it has so far.
     pub origin: Origin,
     /// What was known of the whole family when a balanced sample was drawn.
@@ -54,18 +55,65 @@ impl Results {
     ///
     /// Those of [`Self::load`].
     pub fn load_all(layout: &Layout, keep: impl Fn(&Manifest) -> Keep) -> Result<Self, StoreError> {
-        let manifest = Manifest::read(layout)?;
+        Self::load_of(layout, Arc::new(Manifest::read(layout)?), keep, None)
+    }
+
+    /// Reads everything as [`Self::load_all`] does, for whoever has read the manifest.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::load`].
+    pub fn load_known(
+        layout: &Layout,
+        manifest: &Arc<Manifest>,
+        keep: impl Fn(&Manifest) -> Keep,
+    ) -> Result<Self, StoreError> {
+        Self::load_of(layout, manifest.clone(), keep, None)
+    }
+
+    /// Reads everything as [`Self::load_all`] does, for whoever needs all episodes of all records later: they are set aside in
+    /// a file without a name, where one can be made.
+    ///
+    /// # Arguments
+    ///
+    /// * `folder` — where that file is.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::load`].
+    pub fn load_setting_aside(
+        layout: &Layout,
+        keep: impl Fn(&Manifest) -> Keep,
+        folder: &Path,
+    ) -> Result<Self, StoreError> {
+        let manifest = Arc::new(Manifest::read(layout)?);
+        Self::load_of(layout, manifest, keep, Setting::new(folder))
+    }
+
+    fn load_of(
+        layout: &Layout,
+        manifest: Arc<Manifest>,
+        keep: impl Fn(&Manifest) -> Keep,
+        mut setting: Option<Setting>,
+    ) -> Result<Self, StoreError> {
         let plan = read_plan(layout, &manifest.identity)?;
         let sha256 = manifest.sha256();
         let keep = keep(&manifest);
         let mut records = Vec::with_capacity(plan.len());
-        let of = |record| Kept::of(record, &keep);
+        let sets_aside = setting.is_some();
+        let of = |record: Record| {
+            let packed = sets_aside.then(|| Packed::of(&record.rows));
+            (Kept::of(record, &keep), packed)
+        };
         let damaged = read_records(layout, &plan, &sha256, &of, &mut |_, record| {
-            records.push(record);
+            let (kept, packed) = record.unzip();
+            setting = setting.take().and_then(|setting| setting.add(packed.flatten()));
+            records.push(kept);
         })?;
         refuse(layout, records.iter().flatten().count(), damaged)?;
         let design = read_design(layout, &manifest)?;
-        let origin = Origin { layout: layout.clone(), sha256, plan: Arc::new(plan) };
+        let aside = setting.and_then(Setting::finish).map(Arc::new);
+        let origin = Origin { layout: layout.clone(), sha256, plan: Arc::new(plan), aside };
         Ok(Self { manifest, origin, design, records })
     }
 
@@ -82,12 +130,13 @@ impl Results {
     pub fn at_look(&self, look: usize) -> Option<Self> {
         let sample = self.manifest.identity.sample.at_look(look)?;
         let of_look: BTreeSet<&str> = sample.draws.iter().map(|d| d.point.as_str()).collect();
-        let mut manifest = self.manifest.clone();
+        let mut manifest = Manifest::clone(&self.manifest);
         manifest.identity.points.retain(|p| of_look.contains(p.point.as_str()));
         let has = |(task, _): &(&Task, Option<&Kept>)| of_look.contains(&*task.point);
         let rows = self.rows().filter(has).map(|(task, kept)| (task.clone(), kept.cloned()));
         let (plan, records) = rows.unzip();
         manifest.identity.sample = sample;
+        let manifest = Arc::new(manifest);
         let origin = Origin { plan: Arc::new(plan), ..self.origin.clone() };
         Some(Self { manifest, origin, design: self.design.clone(), records })
     }

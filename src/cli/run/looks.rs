@@ -65,7 +65,9 @@ pub(super) fn next(
         return Ok(None);
     }
     if !grows {
-        return Ok(Some(Results::load_all(&session.layout, |_| Keep::nothing())?));
+        return Ok(Some(Results::load_known(&session.layout, &session.manifest, |_| {
+            Keep::nothing()
+        })?));
     }
     let all = domains::load_all(&session.layout)?;
     // What was worked on and still lacks tasks is not tried again.
