@@ -120,7 +120,7 @@ fn without_slurm_the_message_says_where_to_go_and_nothing_is_left_submitted() {
     let status = run(dir.path(), "status out");
     assert_eq!(status.status.code(), Some(6));
     assert!(
-        stdout(&status).contains("0 of 4 tasks are done, 4 are with nobody"),
+        stdout(&status).contains("0 of 4 tasks are done, 4 not under way"),
         "{}",
         stdout(&status)
     );
@@ -182,11 +182,79 @@ fn a_pack_that_is_asked_to_stop_keeps_its_training_and_goes_on_to_the_same_recor
         assert!(dir.path().join("out/ckpt/000/1.safetensors").exists(), "{signal:?}");
     }
     let begun = run(dir.path(), "status out");
-    assert!(stdout(&begun).contains("1 others have a checkpoint"), "{}", stdout(&begun));
+    assert!(stdout(&begun).contains("1 more with a checkpoint"), "{}", stdout(&begun));
     succeed(dir.path(), "resume out --quiet --executor local");
     let log = fs::read_to_string(dir.path().join("out/logs/000/1.log")).unwrap();
     assert!(log.contains("training goes on after episode"), "{log}");
     assert_eq!(records(&dir.path().join("out")), records(&dir.path().join("here")));
+}
+
+#[test]
+fn a_copy_of_a_directory_has_nothing_of_the_jobs_that_write_into_the_original() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    slurm(folder);
+    let begun = with_slurm(folder, &format!("{RUN} --out out --executor slurm"));
+    assert_eq!(begun.status.code(), Some(0), "{}", stderr(&begun));
+    fs::write(folder.join("queue"), "40|0|RUNNING|None\n").unwrap();
+    assert!(
+        Command::new("cp")
+            .args(["-r", "out", "a copy"])
+            .current_dir(folder)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let path = format!("{}:{}", folder.join("bin").display(), std::env::var("PATH").unwrap());
+    let with = |args: &[&str]| program(folder).env("PATH", &path).args(args).output().unwrap();
+    let status = with(&["status", "a copy"]);
+    assert!(stdout(&status).contains("4 not under way"), "{}", stdout(&status));
+    assert!(stderr(&status).contains("this directory is a copy"), "{}", stderr(&status));
+    assert!(stderr(&status).contains("tsc-family resume 'a copy'"), "{}", stderr(&status));
+    let cancel = with(&["cancel", "a copy"]);
+    assert!(stdout(&cancel).contains("no batch system has anything of it"), "{}", stdout(&cancel));
+    assert!(!fs::read_to_string(folder.join("told")).unwrap().contains("scancel"));
+    // What the original has is done twice by whoever works on it here, which is said.
+    let both = with(&["resume", "out", "--executor", "local"]);
+    assert!(stderr(&both).contains("has 4 tasks of this run as well"), "{}", stderr(&both));
+}
+
+#[test]
+fn who_was_asked_is_asked_again_and_nobody_works_here_unasked() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    slurm(folder);
+    let sbatch = folder.join("bin/sbatch");
+    let takes = fs::read_to_string(&sbatch).unwrap();
+    fs::write(&sbatch, "#!/bin/sh\necho 'invalid partition' >&2; exit 1\n").unwrap();
+    let refused = with_slurm(folder, &format!("{RUN} --out out --executor slurm"));
+    assert!(stderr(&refused).contains("invalid partition"), "{}", stderr(&refused));
+    let status = with_slurm(folder, "status out");
+    assert!(stdout(&status).contains("4 not under way"), "{}", stdout(&status));
+    fs::write(&sbatch, takes).unwrap();
+    let resumed = with_slurm(folder, "resume out");
+    assert!(stdout(&resumed).contains("Slurm has it as job 40"), "{}", stdout(&resumed));
+
+    succeed(folder, &format!("{RUN} --out here --executor script"));
+    fs::remove_dir_all(folder.join("here/jobs")).unwrap();
+    let submitted = with_slurm(folder, "submit here");
+    assert_eq!(submitted.status.code(), Some(2));
+    assert!(stderr(&submitted).contains("say who is to do the tasks"), "{}", stderr(&submitted));
+    let mut elsewhere = program(Path::new("/"));
+    let output = elsewhere.arg("resume").arg(folder.join("here")).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let said = stderr(&output);
+    assert!(said.contains("there is no folder networks/smoke here"), "{said}");
+    assert!(said.contains("--networks"), "{said}");
+    let lock = fs::File::open(folder.join("here/lock.json")).unwrap();
+    lock.lock().unwrap();
+    let status = run(folder, "status here");
+    assert!(stdout(&status).contains("4 to do"), "{}", stdout(&status));
+    assert!(stderr(&status).contains("a run is going on: process"), "{}", stderr(&status));
+    drop(lock);
+    let resumed = run(folder, "resume here");
+    assert_eq!(resumed.status.code(), Some(0), "{}", stderr(&resumed));
+    assert!(stderr(&resumed).contains("this machine does what is missing: 4 tasks"));
 }
 
 #[test]

@@ -28,6 +28,7 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     Manifest::read(&layout)?;
     let there = abroad(&layout).map_err(RunError::from)?;
+    there.say_of_another();
     if there.submissions.is_empty() {
         let scripts = submission::all(&layout).map_err(RunError::from)?;
         let by_hand = scripts.iter().any(|s| s.executor != Slurm.name());

@@ -90,6 +90,20 @@ pub(super) struct Abroad {
     pub(super) tasks: BTreeSet<usize>,
     /// Submissions with packs that are not over, and how these stand.
     pub(super) submissions: Vec<(Submission, Vec<Count>)>,
+    /// Results directories of submissions that came along when one of these was copied to here.
+    pub(super) of_another: BTreeSet<PathBuf>,
+}
+
+impl Abroad {
+    /// Says which submissions are left alone.
+    pub(super) fn say_of_another(&self) {
+        for results in &self.of_another {
+            note(format!(
+                "what was handed over from {} works there: this directory is a copy, and has nothing of it",
+                results.display()
+            ));
+        }
+    }
 }
 
 /// How packs stand, why they wait, and how many do.
@@ -103,8 +117,12 @@ pub(super) type Count = (Standing, String, usize);
 pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
     let mut abroad = Abroad::default();
     let submissions = submission::all(layout)?;
-    let of_slurm: Vec<Submission> =
-        submissions.into_iter().filter(|s| s.executor == Slurm.name()).collect();
+    let (own, copied): (Vec<Submission>, Vec<Submission>) = submissions
+        .into_iter()
+        .filter(|s| s.executor == Slurm.name() && !s.ids.is_empty())
+        .partition(|submission| submission.is_of(layout));
+    abroad.of_another = copied.into_iter().filter_map(|submission| submission.results).collect();
+    let of_slurm = own;
     let waiting = Slurm.waiting(&of_slurm)?;
     for (submission, waiting) in of_slurm.into_iter().zip(waiting) {
         if waiting.is_empty() {
@@ -172,6 +190,7 @@ pub(super) fn hand_over(
         number,
         executor: system.name().to_owned(),
         manifest: manifest.sha256(),
+        results: Some(absolute(layout.root()).map_err(RunError::from)?),
         packs: packs.len(),
         tasks: missing.len(),
         longest_s: packs.first().map_or(0.0, |pack| pack.seconds),
@@ -192,9 +211,11 @@ pub(super) fn hand_over(
         launcher,
         lines,
     };
+    // Who was asked is known also when the answer is no, so that `resume` asks the same one again.
+    submission::write(layout, &submission)?;
     submission.ids = system.submit(&submission, &place).map_err(RunError::from)?;
     submission::write(layout, &submission)?;
-    let dir = layout.root().display();
+    let dir = quoted(layout.root());
     line(format!(
         "{} in {}, about {} of processor time in all",
         counted(submission.tasks, "task"),
@@ -206,9 +227,43 @@ pub(super) fn hand_over(
     Ok(())
 }
 
+/// Returns a path as a shell takes it, for commands that people copy.
+pub(super) fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    shlex::try_quote(&text).map(|quoted| quoted.into_owned()).unwrap_or(text)
+}
+
 /// Returns a number of things.
 pub(super) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Says that tasks are done twice where batch systems have them too. One that does not answer is not waited for.
+pub(super) fn note_doubled(layout: &Layout) {
+    let there = abroad(layout).unwrap_or_default();
+    if !there.tasks.is_empty() {
+        note(format!(
+            "the batch system has {} of this run as well, and what is done twice is done for nothing; \
+             tsc-family cancel {} takes them back",
+            counted(there.tasks.len(), "task"),
+            quoted(layout.root())
+        ));
+    }
+}
+
+/// Checks that the folder of what was prepared is there.
+pub(super) fn is_prepared(session: &Session<'_>) -> anyhow::Result<()> {
+    let folder = &session.prepared;
+    if folder.as_os_str().is_empty() || folder.is_dir() {
+        return Ok(());
+    }
+    let command = &session.manifest.provenance.command;
+    Err(Refused(format!(
+        "there is no folder {} here, in which the run had what its tasks read; go to where it was started, say with \
+         --networks where they are now, or repeat its command, which makes them: {command}",
+        folder.display()
+    ))
+    .into())
 }
 
 /// Checks that the files which tasks read are there, before jobs find out one by one.

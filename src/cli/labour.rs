@@ -123,8 +123,8 @@ impl Labour<'_> {
         if failed > 0 {
             if !self.quiet {
                 note(format!(
-                    "{failed} of {tasks} tasks failed; their reasons are in the report, --retry-failed tries \
-                     them again"
+                    "{failed} of {tasks} tasks failed; their reasons are in the report, the same command with \
+                     --retry-failed tries them again"
                 ));
             }
             return Ok(exit::SOME_FAILED);

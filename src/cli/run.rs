@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::estimate::estimate;
 use super::folder::RESULTS;
-use super::handover::{Executes, abroad, hand_over};
+use super::handover::{Executes, abroad, hand_over, note_doubled};
 use super::interrupt::interrupted;
 use super::json::merge;
 use super::labour::Labour;
@@ -208,6 +208,9 @@ fn work(
         if let Some(system) = args.executor.batch_system() {
             return hand_over_rest(args, system, &labour, &results);
         }
+        if !args.quiet {
+            note_doubled(&session.layout);
+        }
         if let Some(code) = labour.work_on(&results, &interrupted)? {
             return Ok(code);
         }
@@ -227,6 +230,7 @@ fn hand_over_rest(
         return labour.summarise();
     }
     let there = abroad(&labour.session.layout).map_err(RunError::from)?;
+    there.say_of_another();
     let launcher = labour.launcher.clone();
     hand_over(system, (labour.session, labour.domain), results, &there, &args.workers, launcher)?;
     Ok(exit::DONE)

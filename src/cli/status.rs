@@ -6,15 +6,16 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::forecast::range;
-use super::handover::{Abroad, abroad, counted};
+use super::handover::{Abroad, abroad, counted, quoted};
 use super::output::{line, note};
 use super::own::manifest_of;
 use crate::cli::exit;
 use crate::domains::domains;
-use crate::run::batch::Standing;
 use crate::run::batch::cost::Costs;
+use crate::run::batch::{BatchSystem, Script, Standing, submission};
 use crate::run::domain::domain_of;
 use crate::store::Layout;
+use crate::store::lock::holder;
 use crate::store::manifest::{Manifest, Task};
 use crate::store::record::Record;
 use crate::store::tally::Tally;
@@ -51,13 +52,23 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         // What is done is known all the same.
         Err(e) => (Abroad::default(), Some(e.to_string())),
     };
+    let holder = holder(&layout);
     let count = |of: Standing| -> usize {
         let counts = there.submissions.iter().flat_map(|(_, counts)| counts);
         counts.filter(|(standing, ..)| *standing == of).map(|(.., count)| count).sum()
     };
     let [running, queued, held] = [Standing::Running, Standing::Queued, Standing::Held].map(count);
     let missing = tally.missing();
-    let nobody = (0..plan.len()).filter(|t| !tally.done[*t] && !there.tasks.contains(t)).count();
+    let rest = (0..plan.len()).filter(|t| !tally.done[*t] && !there.tasks.contains(t)).count();
+    let script = submission::all(&layout).unwrap_or_default().pop();
+    let script = script.filter(|last| last.executor == Script.name()).map(|last| last.number);
+    let rests = match (&holder, &silent, script) {
+        _ if rest == 0 => Rest::Nobody,
+        (Some(holder), ..) => Rest::Here(holder.clone()),
+        (_, Some(said), _) => Rest::Unknown(said.clone()),
+        (.., Some(number)) => Rest::Script(number),
+        _ => Rest::Nobody,
+    };
     let left_s = match running {
         0 => None,
         jobs => Some(seconds_left(&layout, &manifest, &plan, &tally)? / jobs as f64),
@@ -87,7 +98,8 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
             "first_failed": failed,
             "begun": tally.begun.len(),
             "missing": missing,
-            "with_nobody": nobody,
+            "with_nobody": matches!(rests, Rest::Nobody).then_some(rest),
+            "running_here": holder,
             "packs_running": running,
             "packs_queued": queued,
             "packs_held": held,
@@ -99,8 +111,8 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let mut parts = vec![format!("{done} of {} tasks are done", plan.len())];
     let others = [
         (tally.failed.len(), "of them failed"),
-        (tally.begun.len(), "others have a checkpoint"),
-        (nobody, "are with nobody"),
+        (tally.begun.len(), "more with a checkpoint"),
+        (rest, rests.words()),
     ];
     parts.extend(others.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
     line(format!("{}: {}", args.dir.display(), parts.join(", ")))?;
@@ -136,16 +148,49 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     if tally.failed.len() > NAMED {
         line(format!("and {} more", tally.failed.len() - NAMED))?;
     }
-    if let Some(said) = silent {
-        note(format!("the batch system cannot be asked: {said}"));
-    }
-    if nobody > 0 {
-        note(format!("tsc-family resume {} does what is with nobody", args.dir.display()));
-    }
-    if missing == 0 {
-        note(format!("tsc-family report {} writes tables, figures and page", args.dir.display()));
+    there.say_of_another();
+    let dir = quoted(&args.dir);
+    match rests {
+        _ if missing == 0 => {
+            note(format!("tsc-family report {dir} writes tables, figures and page"))
+        }
+        _ if rest == 0 => {}
+        Rest::Here(holder) => note(format!("a run is going on: {holder}")),
+        Rest::Unknown(said) => {
+            note(format!(
+                "the batch system cannot be asked, so that nobody knows who has them: {said}"
+            ));
+        }
+        Rest::Script(number) => note(format!(
+            "whatever starts {} may have them; if nothing does any more, tsc-family resume {dir}",
+            quoted(&submission::folder(&layout, number).join("job.sh"))
+        )),
+        Rest::Nobody => note(format!("tsc-family resume {dir} goes on with them")),
     }
     Ok(code(missing, tally.failed.len()))
+}
+
+/// Who has the tasks that have no record and that no batch system names.
+enum Rest {
+    /// A process that works on the directory.
+    Here(String),
+    /// A batch system that does not answer may, for what it says.
+    Unknown(String),
+    /// Whatever starts the script of a submission, of which only people know.
+    Script(usize),
+    /// Nobody.
+    Nobody,
+}
+
+impl Rest {
+    /// Returns what is said of them after their number.
+    fn words(&self) -> &'static str {
+        match self {
+            Self::Here(_) => "to do",
+            Self::Unknown(_) | Self::Script(_) => "without a record",
+            Self::Nobody => "not under way",
+        }
+    }
 }
 
 fn code(missing: usize, failed: usize) -> u8 {

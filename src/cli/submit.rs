@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 
-use super::handover::{Executes, WorkersArgs, abroad, hand_over};
+use super::handover::{
+    Executes, WorkersArgs, abroad, counted, hand_over, is_prepared, note_doubled,
+};
 use super::interrupt::interrupted;
 use super::labour::Labour;
 use super::output::note;
@@ -11,7 +13,8 @@ use super::own::{ControllersArgs, manifest_of};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
-use crate::run::batch::{BatchSystem, Script, Slurm, Standing, submission};
+use crate::run::batch::submission::{self, Submission};
+use crate::run::batch::{BatchSystem, Script, Slurm, Standing};
 use crate::run::domain::domain_of;
 use crate::run::error::RunError;
 use crate::run::session::reopen;
@@ -38,6 +41,9 @@ pub struct SubmitArgs {
     /// Folder of the networks or whatever was prepared [default: where the run had it]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
+    /// Try failed tasks again
+    #[arg(long)]
+    pub retry_failed: bool,
     /// Methods that are not the program's own, as they were given to the run
     #[command(flatten)]
     pub controllers: ControllersArgs,
@@ -55,12 +61,26 @@ pub(super) fn submit(args: &SubmitArgs) -> anyhow::Result<u8> {
         let reason = "this machine is no batch system: `resume` works here";
         return Err(Refused(reason.to_owned()).into());
     }
+    if args.executor.is_none() && asked_last(&Layout::new(&args.dir))?.is_none() {
+        let reason = "say who is to do the tasks: --executor slurm or --executor script; `resume` does them here";
+        return Err(Refused(reason.to_owned()).into());
+    }
     go_on(args)
 }
 
 /// Does what is missing, where it was done last.
 pub(super) fn resume(args: &SubmitArgs) -> anyhow::Result<u8> {
     go_on(args)
+}
+
+/// Returns the batch system that was asked last, and the submission.
+fn asked_last(layout: &Layout) -> anyhow::Result<Option<(Executes, Submission)>> {
+    let last = submission::all(layout).map_err(RunError::from)?.pop();
+    Ok(last.and_then(|last| match last.executor.as_str() {
+        name if name == Slurm.name() => Some((Executes::Slurm, last)),
+        name if name == Script.name() => Some((Executes::Script, last)),
+        _ => None,
+    }))
 }
 
 fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
@@ -76,21 +96,15 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         );
         return Err(Refused(reason).into());
     }
-    manifest
-        .identity
-        .methods
-        .iter()
-        .try_for_each(|method| check_own(domain, &layout, &manifest.identity, method))?;
     let prepared =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
     let session = reopen(&known, &layout, manifest, prepared)?;
-    let submissions = submission::all(&layout).map_err(RunError::from)?;
-    let last = submissions.last();
-    let executor = args.executor.unwrap_or(match last.map(|s| s.executor.as_str()) {
-        Some(name) if name == Slurm.name() => Executes::Slurm,
-        Some(name) if name == Script.name() => Executes::Script,
-        _ => Executes::Local,
-    });
+    if args.retry_failed {
+        session.forget_failed()?;
+    }
+    let last = asked_last(&layout)?;
+    let asked = last.as_ref().map_or(Executes::Local, |(executor, _)| *executor);
+    let executor = args.executor.unwrap_or(asked);
     let results = Results::load_known(&layout, &session.manifest, |_| Keep::nothing())?.so_far();
     let labour = Labour {
         session: &session,
@@ -102,20 +116,32 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         json: false,
         quiet: args.quiet,
     };
-    if results.missing().next().is_none() {
+    let missing = results.missing().count();
+    if missing == 0 {
         return labour.summarise();
     }
+    let identity = &session.manifest.identity;
+    let methods = identity.methods.iter();
+    methods
+        .map(|method| check_own(domain, &layout, identity, method))
+        .collect::<Result<(), _>>()?;
     args.workers.check(executor)?;
+    is_prepared(&session)?;
     let Some(system) = executor.batch_system() else {
+        if !args.quiet {
+            note(format!("this machine does what is missing: {}", counted(missing, "task")));
+            note_doubled(&layout);
+        }
         let code = labour.work_on(&results, interrupted()?.as_ref())?;
         return code.map_or_else(|| labour.summarise(), Ok);
     };
-    let had_lines = last.is_some_and(|s| s.has_lines && s.executor == Slurm.name());
+    let had_lines = last.is_some_and(|(last, s)| last == Executes::Slurm && s.has_lines);
     if executor == Executes::Slurm && had_lines && args.workers.sbatch.is_none() {
         let reason = "the jobs before had #SBATCH lines; give them again with --sbatch FILE, or an empty file";
         return Err(Refused(reason.to_owned()).into());
     }
     let there = abroad(&layout).map_err(RunError::from)?;
+    there.say_of_another();
     for (submission, counts) in &there.submissions {
         if counts.iter().any(|(standing, ..)| *standing == Standing::Held) {
             Slurm.release(submission).map_err(RunError::from)?;

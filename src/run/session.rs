@@ -205,9 +205,10 @@ fn provenance(prepared: &str) -> Provenance {
     let program = args.next().unwrap_or_default();
     let program =
         Path::new(&program).file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let command: Vec<String> = std::iter::once(program).chain(args).collect();
+    let words: Vec<String> = std::iter::once(program).chain(args).collect();
     Provenance {
-        command: command.join(" "),
+        // As a shell takes it again.
+        command: shlex::try_join(words.iter().map(String::as_str)).unwrap_or(words.join(" ")),
         git: env!("TSC_FAMILY_GIT").to_owned(),
         rustc: env!("TSC_FAMILY_RUSTC").to_owned(),
         host: format!(

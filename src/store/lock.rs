@@ -3,6 +3,8 @@
 use std::fs::{File, TryLockError};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::thread;
+use std::time::Duration;
 
 use rustix::io::Errno;
 use serde::{Deserialize, Serialize};
@@ -14,6 +16,9 @@ use crate::store::error::StoreError;
 
 /// Most bytes that are read of it.
 const HOLDER_BYTES: u64 = 4096;
+
+/// Time after which a lock is asked for again.
+const INSTANT: Duration = Duration::from_millis(20);
 
 /// Who holds the lock, for people.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,7 +46,15 @@ impl RunLock {
     pub fn take(layout: &Layout, holder: &Holder) -> Result<Self, StoreError> {
         let path = layout.lock();
         let mut file = open_beneath(layout.root(), &path, false)?;
-        match file.try_lock() {
+        let mut taken = file.try_lock();
+        // Whoever asks for the holder has it for an instant.
+        for _ in 0..3 {
+            if matches!(taken, Err(TryLockError::WouldBlock)) {
+                thread::sleep(INSTANT);
+                taken = file.try_lock();
+            }
+        }
+        match taken {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let holder = describe(&mut file);
@@ -53,6 +66,15 @@ impl RunLock {
         }
         write_holder(&mut file, holder).map_err(FileError::at("write", Path::new(&path)))?;
         Ok(Self { _file: file })
+    }
+}
+
+/// Returns who works on a results directory just now, in words; `None` where nobody does or that cannot be told.
+pub fn holder(layout: &Layout) -> Option<String> {
+    let mut file = File::open(layout.lock()).ok()?;
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Some(describe(&mut file)),
+        _ => None,
     }
 }
 

@@ -23,7 +23,10 @@ impl BatchSystem for Script {
              # Does one pack of tasks of a tsc-family run: job.sh PACK, from 0 to {last}.\n\
              # PBS and Kubernetes' indexed jobs give the number by themselves. Exit code 75: stopped at a checkpoint,\n\
              # start it again. A pack that is over ends at once, and one that runs twice does no harm.\n\
-             pack=${{1:-${{PBS_ARRAY_INDEX:-${{JOB_COMPLETION_INDEX:?say which pack: job.sh PACK}}}}}}\n\
+             pack=${{1:-${{PBS_ARRAY_INDEX:-$JOB_COMPLETION_INDEX}}}}\n\
+             case $pack in\n\
+             '' | *[!0-9]*) echo \"usage: $0 PACK, from 0 to {last}\" >&2; exit 2 ;;\n\
+             esac\n\
              cd {from} || exit 1\n\
              exec {work} --pack \"$pack\"\n",
             last = submission.packs.saturating_sub(1),

@@ -189,6 +189,8 @@ fn parse(text: &str, submission: &Submission) -> Vec<Waiting> {
         let array = submission.ids.iter().position(|own| own == id)?;
         let pack = array.checked_mul(submission.packs_per_id)?.checked_add(index)?;
         let standing = match state {
+            // Whatever it did is done, or was kept when it was told to stop.
+            "COMPLETING" => return None,
             "PENDING" if reason.to_ascii_lowercase().contains("held") => Standing::Held,
             "PENDING" | "REQUEUED" | "REQUEUE_HOLD" | "SPECIAL_EXIT" => Standing::Queued,
             _ => Standing::Running,

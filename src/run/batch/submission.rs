@@ -31,6 +31,10 @@ pub struct Submission {
     pub executor: String,
     /// sha256 of the manifest.
     pub manifest: String,
+    /// The results directory, absolute, into which its jobs write: not the one that it is read from, where that is a
+    /// copy. Unknown of submissions that are older than this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub results: Option<PathBuf>,
     /// Number of packs.
     pub packs: usize,
     /// Tasks in them.
@@ -57,6 +61,12 @@ pub struct Submission {
 impl Submission {
     /// Version of the file; a change of its form raises it.
     pub const VERSION: u32 = 1;
+
+    /// Whether its jobs write into a results directory.
+    pub fn is_of(&self, layout: &Layout) -> bool {
+        let here = || fs::canonicalize(layout.root()).ok();
+        self.results.as_ref().is_none_or(|results| here().as_ref() == Some(results))
+    }
 }
 
 /// Where a submission lies, and from where jobs work.
@@ -247,6 +257,7 @@ mod tests {
             number,
             executor: "slurm".into(),
             manifest: "abc".into(),
+            results: None,
             packs: 2,
             tasks: 3,
             longest_s: 60.0,
