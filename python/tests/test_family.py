@@ -89,6 +89,7 @@ def test_missing_scores_are_left_out():
     ("act", "words"),
     [
         (lambda: tf.Family([[1.0]], [0.5]), "importance sums to 0.5"),
+        (lambda: tf.Family([[1.0], [2.0], [3.0]], [1.0, -1.0, 1.0]), "the importance of point 1 is -1"),
         (lambda: tf.Family([[1.0], [2.0]], [1.0]), "one number for each of 2 points"),
         (lambda: tf.Family([[np.nan]], [1.0]), "finite"),
         (lambda: tf.sample("smoke", 3), "the family has 2 point MDPs"),

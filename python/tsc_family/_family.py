@@ -68,6 +68,9 @@ class Family:
             raise Error(f"importance has shape {importance.shape}; give one number for each of {len(features)} points")
         if not np.isfinite(features).all() or not np.isfinite(importance).all():
             raise Error("features and importance must be finite numbers")
+        if (importance < 0).any():
+            first = int(np.flatnonzero(importance < 0)[0])
+            raise Error(f"the importance of point {first} is {importance[first]:g}; nothing is below 0")
         total = float(importance.sum())
         if abs(total - 1) > _TOLERANCE:
             raise Error(f"importance sums to {total:g}, not to 1; divide by the sum")
