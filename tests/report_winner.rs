@@ -84,7 +84,8 @@ fn without_a_share_of_the_day_the_hour_is_counted_and_without_vehicles_nothing()
     let layout = results(dir.path());
     let text = fs::read_to_string(layout.manifest()).unwrap();
     let mut data = reported(&layout);
-    data.analysis.manifest.identity.settings["family"]["approaches"] = serde_json::Value::Null;
+    let manifest = std::sync::Arc::make_mut(&mut data.analysis.manifest);
+    manifest.identity.settings["family"]["approaches"] = serde_json::Value::Null;
     let page = written(&layout, &data);
     assert!(page.contains("| 25.7 | 7.1 |") && !page.contains("of a day"), "{page}");
     for point in &mut data.analysis.points {

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::handover::{abroad, counted};
+use super::handover::{Count, abroad, counted};
 use super::output::line;
 use crate::cli::exit;
-use crate::run::batch::{BatchSystem, Slurm, submission};
+use crate::run::batch::{BatchSystem, Slurm, Standing, submission};
 use crate::run::error::RunError;
 use crate::run::session::now;
 use crate::store::Layout;
@@ -29,7 +29,17 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
     Manifest::read(&layout)?;
     let there = abroad(&layout).map_err(RunError::from)?;
     there.say_of_another();
-    if there.submissions.is_empty() {
+    let ends = |(standing, ..): &Count| *standing == Standing::Ending;
+    let (ending, there): (Vec<_>, Vec<_>) =
+        there.submissions.into_iter().partition(|(_, counts)| counts.iter().all(ends));
+    for (submission, _) in &ending {
+        line(format!(
+            "submission {} ({}) is ending",
+            submission.number,
+            submission.ids.join(", ")
+        ))?;
+    }
+    if there.is_empty() && ending.is_empty() {
         let scripts = submission::all(&layout).map_err(RunError::from)?;
         let by_hand = scripts.iter().any(|s| s.executor != Slurm.name());
         line(if by_hand {
@@ -39,11 +49,12 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
         })?;
         return Ok(exit::DONE);
     }
-    for (mut submission, counts) in there.submissions {
+    for (mut submission, counts) in there {
         Slurm.cancel(&submission).map_err(RunError::from)?;
         submission.cancelled = Some(now());
         submission::write(&layout, &submission)?;
-        let packs: usize = counts.iter().map(|(.., count)| count).sum();
+        let counts = counts.iter().filter(|count| !ends(count));
+        let packs: usize = counts.map(|(.., count)| count).sum();
         line(format!(
             "submission {} ({}): {} taken back; what was done stays, resume goes on from there",
             submission.number,

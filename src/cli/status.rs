@@ -122,6 +122,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
                 Standing::Running => "running",
                 Standing::Queued => "queued",
                 Standing::Held => "held",
+                Standing::Ending => "ending",
             };
             let why = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
             format!("{count} {what}{why}")

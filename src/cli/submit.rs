@@ -121,10 +121,8 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         return labour.summarise();
     }
     let identity = &session.manifest.identity;
-    let methods = identity.methods.iter();
-    methods
-        .map(|method| check_own(domain, &layout, identity, method))
-        .collect::<Result<(), _>>()?;
+    let mut methods = identity.methods.iter();
+    methods.try_for_each(|method| check_own(domain, &layout, identity, method))?;
     args.workers.check(executor)?;
     is_prepared(&session)?;
     let Some(system) = executor.batch_system() else {

@@ -30,6 +30,8 @@ pub enum Standing {
     Queued,
     /// It waits for somebody to release it.
     Held,
+    /// It was done or taken back, and what is left of it ends.
+    Ending,
 }
 
 /// A pack that a batch system has.

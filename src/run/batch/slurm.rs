@@ -189,13 +189,13 @@ fn parse(text: &str, submission: &Submission) -> Vec<Waiting> {
         let array = submission.ids.iter().position(|own| own == id)?;
         let pack = array.checked_mul(submission.packs_per_id)?.checked_add(index)?;
         let standing = match state {
-            // Whatever it did is done, or was kept when it was told to stop.
-            "COMPLETING" => return None,
+            "COMPLETING" => Standing::Ending,
             "PENDING" if reason.to_ascii_lowercase().contains("held") => Standing::Held,
             "PENDING" | "REQUEUED" | "REQUEUE_HOLD" | "SPECIAL_EXIT" => Standing::Queued,
             _ => Standing::Running,
         };
-        let reason = if standing == Standing::Running || reason == "None" { "" } else { reason };
+        let waits = matches!(standing, Standing::Queued | Standing::Held) && reason != "None";
+        let reason = if waits { reason } else { "" };
         Some(Waiting { pack, standing, reason: reason.trim_matches(['(', ')']).to_owned() })
     };
     text.lines().filter_map(waiting).filter(|w| w.pack < submission.packs).collect()

@@ -8,6 +8,7 @@ fn submission() -> Submission {
         format_version: Submission::VERSION,
         number: 3,
         executor: "slurm".into(),
+        results: None,
         manifest: "abc".into(),
         packs: 1500,
         tasks: 2000,
@@ -50,7 +51,7 @@ fn what_squeue_says_is_told_by_pack() {
             of(0, Standing::Running, ""),
             of(999, Standing::Queued, "Resources"),
             of(1005, Standing::Held, "launch failed requeued held"),
-            of(1007, Standing::Running, ""),
+            of(1007, Standing::Ending, ""),
         ]
     );
 }
