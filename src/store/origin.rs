@@ -1,4 +1,5 @@
-//! Where records are, for whoever needs of all of them what is too much to be kept: they are read again.
+//! Where records are, for whoever needs of all of them what is too much to be kept: they are read again, or their
+//! episodes are read from what was set aside of them.
 
 use std::io::ErrorKind;
 use std::sync::Arc;

@@ -71,8 +71,8 @@ impl Results {
         Self::load_of(layout, manifest.clone(), keep, None)
     }
 
-    /// Reads everything as [`Self::load_all`] does, for whoever needs all episodes of all records later: they are set aside in
-    /// a file without a name, where one can be made.
+    /// Reads everything as [`Self::load_all`] does, for whoever needs all episodes of all records later: they are set
+    /// aside in a file without a name, where one can be made.
     ///
     /// # Arguments
     ///
