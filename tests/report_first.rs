@@ -68,6 +68,36 @@ fn what_is_not_known_of_a_day_or_of_counts_is_left_out() {
     assert!(!page.contains("vehicle-hours"), "{page}");
 }
 
+#[test]
+fn what_chance_alone_may_explain_is_no_title() {
+    let title = |delays_s: [[[f64; 2]; 2]; 2]| {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = made_up::write_results(dir.path(), &manifest(&METHODS[..2]), |task| {
+            let of_method = delays_s[usize::from(task.method != "baseline")];
+            let rows = evaluations(&of_method[usize::from(task.point == "busy")]);
+            Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+        });
+        report::write(&layout, &reported(&layout)).unwrap();
+        let page = fs::read_to_string(layout.report().join("index.html")).unwrap();
+        let between = |from: &str, to: &str| {
+            page.split_once(from).unwrap().1.split_once(to).unwrap().0.to_owned()
+        };
+        let (title, heading) = (between("<title>", "</title>"), between("<h1>", "</h1>"));
+        assert_eq!(title, format!("{heading} - smoke"));
+        heading
+    };
+    let baseline = [[20.0, 22.0], [90.0, 96.0]];
+    assert_eq!(
+        title([baseline, [[10.0, 12.0], [60.0, 66.0]]]),
+        "max-pressure: 44% less delay than the baseline"
+    );
+    // Much better with one seed, much worse with the other.
+    assert_eq!(
+        title([baseline, [[2.0, 30.0], [9.0, 150.0]]]),
+        "max-pressure: perhaps 22% less delay than the baseline (open: it may be chance)"
+    );
+}
+
 /// A sample of two of four point MDPs.
 fn sample() -> Manifest {
     let mut manifest = city();

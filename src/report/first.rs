@@ -54,11 +54,14 @@ pub(super) fn answers(data: &Report) -> Vec<Answer> {
     .collect()
 }
 
+/// What [`change`] says of no change.
+pub(super) const AS_MUCH: &str = "as much";
+
 /// Returns a score as a change from what it is relative to: `41% less`.
 pub(super) fn change(score: f64) -> String {
     let direction = if score < 1.0 { "less" } else { "more" };
     match (1.0 - score).abs() {
-        change if change < 0.000_5 => "as much".to_owned(),
+        change if change < 0.000_5 => AS_MUCH.to_owned(),
         change => format!("{} {direction}", format::percent(change)),
     }
 }

@@ -1,11 +1,11 @@
 //! The headline of a report: who won, and by how much.
 
-use super::first::change;
+use super::first::{AS_MUCH, change};
 use super::format;
 use super::sections::About;
 use super::whole::Report;
 use super::words::Words;
-use crate::analysis::MethodSummary;
+use crate::analysis::{Decided, MethodSummary, Pair};
 
 /// Returns the headline: the best method and its score, and what the domain adds.
 pub(super) fn headline(data: &Report) -> String {
@@ -31,9 +31,29 @@ fn verdict(data: &Report) -> String {
         Some(best) => {
             let change = best.overall.map_or_else(|| "-".to_owned(), change);
             let noun = &data.words.noun;
-            format!("{}: {change} {noun} than {reference}{}", best.method, unranked(data))
+            let than = if change == AS_MUCH { "as" } else { "than" };
+            let (perhaps, chance) = match is_open(data, best) {
+                true => ("perhaps ", " (open: it may be chance)"),
+                false => ("", ""),
+            };
+            format!(
+                "{}: {perhaps}{change} {noun} {than} {reference}{chance}{}",
+                best.method,
+                unranked(data)
+            )
         }
     }
+}
+
+/// Whether the best method may be no better than what scores are divided by: the interval of its score contains 1, or
+/// that of their difference contains 0.
+fn is_open(data: &Report, best: &MethodSummary) -> bool {
+    let within = best.interval.is_some_and(|(low, high)| low <= 1.0 && high >= 1.0);
+    let place = |of: &dyn Fn(&MethodSummary) -> bool| data.methods.iter().position(of);
+    let two = [place(&|m| m.method == best.method), place(&|m| m.is_reference)];
+    let of_both = |p: &&Pair| two.contains(&Some(p.first)) && two.contains(&Some(p.second));
+    let pair = data.comparison.pairs.iter().find(of_both);
+    within || pair.is_some_and(|p| p.decided() == Decided::Open)
 }
 
 /// Says how many methods are not ranked.
