@@ -98,6 +98,29 @@ fn what_chance_alone_may_explain_is_no_title() {
     );
 }
 
+#[test]
+fn another_time_than_an_hour_is_said_and_what_is_extrapolated_from_it_too() {
+    let said = |horizon_s: f64, table: serde_json::Value| {
+        let dir = tempfile::tempdir().unwrap();
+        let mut manifest = city();
+        manifest.identity.settings["demand"]["horizon_s"] = horizon_s.into();
+        manifest.identity.settings["family"]["approaches"] = table;
+        let page = first_page(dir.path(), &manifest);
+        let (_, said) = page.split_once("Over all 4 intersections").unwrap();
+        said.split_once('\n').unwrap().0.to_owned()
+    };
+    let days = || serde_json::json!("a.csv");
+    insta::assert_snapshot!(
+        [
+            said(60.0, serde_json::Value::Null),
+            said(300.0, serde_json::Value::Null),
+            said(300.0, days()),
+            said(3600.0, days()),
+        ]
+        .join("\n")
+    );
+}
+
 /// A sample of two of four point MDPs.
 fn sample() -> Manifest {
     let mut manifest = city();

@@ -5,6 +5,10 @@ use serde_json::Value;
 use crate::report::format::percent;
 use crate::store::manifest::Identity;
 
+/// Seconds in an hour, and in a minute.
+pub(super) const HOUR_S: f64 = 3600.0;
+const MINUTE_S: f64 = 60.0;
+
 /// Share of the approaches with a default inflow above which a headline says so.
 const MOSTLY: f64 = 0.5;
 
@@ -69,6 +73,15 @@ pub(super) fn horizon_s(identity: &Identity) -> Option<f64> {
     identity.settings.pointer("/demand/horizon_s")?.as_f64()
 }
 
+/// Returns a length of episodes as the end of `in the simulated`: `hour`, `minute`, or `300 s`.
+pub(super) fn span(horizon_s: f64) -> String {
+    match horizon_s {
+        HOUR_S => "hour".to_owned(),
+        MINUTE_S => "minute".to_owned(),
+        s => format!("{s} s"),
+    }
+}
+
 /// Returns the share of a day's traffic that the simulated hour has, for families of approaches.
 pub(super) fn hourly_share(settings: &Value) -> Option<f64> {
     settings.pointer("/family/approaches").filter(|table| !table.is_null())?;
@@ -106,6 +119,12 @@ mod tests {
              street, 5% the mean of counted streets of their class, 60% defaults by class"
         );
         assert!(on_defaults(&settings));
+    }
+
+    #[test]
+    fn a_length_of_episodes_is_said_as_it_is() {
+        let texts = [3600.0, 60.0, 300.0, 7200.0, 0.5].map(span);
+        assert_eq!(texts, ["hour", "minute", "300 s", "7200 s", "0.5 s"]);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! What traffic adds to the first page: vehicle-hours, where a method fails, what a sample has of congestion.
 
-use super::demand;
-use super::hours::HOUR_S;
+use super::demand::{self, HOUR_S};
 use super::level_of_service::{DELAY, LEVELS, THRESHOLDS_S, letter};
 use super::measures::AT_F;
 use crate::analysis::{Analysis, PointSummary, Reference};
@@ -9,8 +8,9 @@ use crate::report::format;
 use crate::sample::Measure;
 use crate::stats::score::weighted_mean;
 
-/// Says how many vehicle-hours the best method saves over the family, in the simulated hour and, where the settings
-/// say which share of a day that hour is, in a day; `None` where intersections or vehicles were not counted.
+/// Says how many vehicle-hours the best method saves over the family, in the time that was simulated and, where the
+/// settings say which share of a day an hour of it has, in a day; `None` where intersections or vehicles were not
+/// counted.
 pub(super) fn gain(data: &Analysis) -> Option<String> {
     let identity = &data.manifest.identity;
     if identity.objective != DELAY {
@@ -18,27 +18,34 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
     }
     let (best, reference) = (data.best()?.index, data.reference.index?);
     let intersections = data.family_instances()?;
-    let per_hour = HOUR_S / demand::horizon_s(identity)?;
+    let horizon_s = demand::horizon_s(identity)?;
     let saved = |p: &PointSummary| {
         let (own, other) = (p.results[best].as_ref()?, p.results[reference].as_ref()?);
         let vehicles = own.metrics.get("vehicles_veh")?;
         Some((p.weight, (other.objective - own.objective) * vehicles / HOUR_S))
     };
     let known: Option<Vec<(f64, f64)>> = data.points.iter().map(saved).collect();
-    let hours = intersections * weighted_mean(known?)? * per_hour;
+    let hours = intersections * weighted_mean(known?)?;
     let direction = if hours < 0.0 { "more" } else { "less" };
     let about = if data.is_whole() { "" } else { "about " };
     let mut text = format!(
-        "Over all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated hour",
-        format::thousands(hours.abs())
+        "Over all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated {}",
+        format::thousands(hours.abs()),
+        demand::span(horizon_s)
     );
     if let Some(share) = demand::hourly_share(&identity.settings) {
-        text.push_str(&format!(
-            ", and {} a day if every vehicle of the day has as much {direction} as one in that hour, which has {:.1}% \
-             of the day\u{2019}s traffic",
-            format::thousands(hours.abs() / share),
-            100.0 * share
-        ));
+        let a_day = format::thousands(hours.abs() * (HOUR_S / horizon_s) / share);
+        let share = format!("{:.1}% of the day\u{2019}s traffic", 100.0 * share);
+        text.push_str(&match horizon_s == HOUR_S {
+            true => format!(
+                ", and {a_day} a day if every vehicle of the day has as much {direction} as one in that hour, which \
+                 has {share}"
+            ),
+            false => format!(
+                "; extrapolated from that alone, {a_day} a day if every vehicle of the day has as much \
+                 {direction} as one in that time, of which an hour has {share}"
+            ),
+        });
     }
     Some(text + ".")
 }
