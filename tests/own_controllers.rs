@@ -136,10 +136,14 @@ fn scores_from_elsewhere_rank_beside_the_others_and_are_marked() {
     );
     let output = tsc(folder, &command);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stdout(&output).contains("theirs (external)"), "{}", stdout(&output));
+    let said = stdout(&output);
+    assert_eq!(said.matches("theirs (external)").count(), 2, "in both tables: {said}");
     assert_eq!(rows(folder, "a", 2)[1]["metrics"]["delay_s"], 12.5);
     let page = fs::read_to_string(folder.join("a/report/index.html")).unwrap();
-    assert!(page.contains("theirs (external)") && page.contains("measured elsewhere"));
+    assert!(page.contains("measured elsewhere"));
+    assert!(page.contains("<th scope=\"row\">theirs (external)</th>"), "in the ranking");
+    assert!(page.contains(">theirs (external)</th>") && !page.contains(">theirs</th>"));
+    assert!(!page.contains("<td>theirs</td>"));
     table("13.5");
     assert_eq!(code(&tsc(folder, &command)), 5, "another table is another run");
     fs::write(folder.join("s.csv"), "point,episode,delay_s\nquiet,0,3\nquiet,1,3\n").unwrap();

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::choice::{choices, dash, decided, probability};
 use super::error::ReportError;
+use super::figures::shown;
 use super::first::FEW_SEEDS;
 use super::page::render;
 use super::sections::Spot;
@@ -93,7 +94,7 @@ fn values(data: &Report) -> Result<Value, String> {
         probable,
         failure,
         cells => data.sections.point_columns(data).join(", ").to_lowercase(),
-        methods => data.manifest.identity.methods.clone(),
+        methods => data.manifest.identity.methods.iter().map(|m| shown(data, m)).collect::<Vec<_>>(),
         features => columns.iter().map(heading).collect::<Vec<_>>(),
         count => spots.len(),
         rows => Value::from_safe_string(rows?.concat()),
@@ -149,7 +150,7 @@ fn row(data: &Report, number: usize, spot: &Spot) -> Value {
         dot => spot.dot.map(|dot| format!("dot-{dot}")),
         name => spot.name.as_str(),
         detail => spot.detail.as_str(),
-        best => winner.map_or_else(dash, |w| methods[w.best].clone()),
+        best => winner.map_or_else(dash, |w| shown(data, &methods[w.best])),
         probability => probability(winner),
         decided => decided(winner),
         fails => match point.zip(winner).and_then(|(p, w)| data.fails(p, w.best)) {

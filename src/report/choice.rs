@@ -3,6 +3,7 @@
 
 use minijinja::{Value, context};
 
+use super::figures::shown;
 use super::format;
 use super::sure::certain;
 use super::whole::Report;
@@ -85,12 +86,12 @@ fn choice(
         row => row.map(|row| format!("row-{row}")),
         name => data.title_of(&p.row.point),
         stands_for => data.sections.stands_for(&p.row),
-        best => methods[winner.best].as_str(),
+        best => shown(data, &methods[winner.best]),
         own => data.words.value(own),
         others => data.words.value(mean),
         difference => data.words.value(difference),
         stake => stake.map_or_else(dash, format::thousands),
-        worst => format!("{} under {}", data.words.value(worst.1), methods[worst.0]),
+        worst => format!("{} under {}", data.words.value(worst.1), shown(data, &methods[worst.0])),
         probability => probability(Some(winner)),
         decided => decided(Some(winner)),
     };

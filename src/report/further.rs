@@ -1,5 +1,6 @@
 //! The second table for terminals, summaries beside the score, and sentences on where they disagree.
 
+use super::figures::shown;
 use super::format;
 use super::plain_table::plain_table;
 use super::whole::Report;
@@ -57,7 +58,7 @@ fn row(data: &Report, m: &MethodSummary) -> Vec<String> {
     let value = |e: Option<Estimated>| e.map_or_else(dash, |e| format::score(e.value));
     let share = |s: Option<f64>| s.map_or_else(dash, format::percent);
     let (s, e) = (&m.summaries, &m.episodes);
-    let mut cells = vec![m.method.clone()];
+    let mut cells = vec![shown(data, &m.method)];
     cells.extend(summaries(data, m).into_iter().map(|(_, e)| value(e)));
     cells.extend(s.by_regime.iter().copied().map(value));
     cells.extend(e.shares.iter().copied().map(share));

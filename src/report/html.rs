@@ -8,7 +8,7 @@ use super::curves::common_points;
 use super::divisor::baseline_in_full;
 use super::error::ReportError;
 use super::figure::Figure;
-use super::figures::label;
+use super::figures::{label, shown};
 use super::first::{Answer, answers};
 use super::headline::{headline, lead};
 use super::page::render;
@@ -64,7 +64,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         last => LAST_EPISODES,
         best => data.best().map(|m| m.method.clone()),
         methods => data.methods.iter().map(|m| method(data, m, &metrics)).collect::<Vec<_>>(),
-        names => data.methods.iter().map(|m| m.method.clone()).collect::<Vec<_>>(),
+        names => data.methods.iter().map(|m| shown(data, &m.method)).collect::<Vec<_>>(),
         common => common(data),
         further => further_values(data),
         once => text::trained_once(data).join(", "),
@@ -196,6 +196,7 @@ fn method(data: &Report, m: &MethodSummary, metrics: &[Metric]) -> Value {
     let worst = m.worst.as_ref().filter(|_| !m.is_reference);
     context! {
         name => m.method.as_str(),
+        shown => shown(data, &m.method),
         label => label(data, m),
         is_reference => m.is_reference,
         rank => m.rank.map_or_else(dash, |r| r.to_string()),
@@ -369,7 +370,7 @@ fn features(data: &Report, row: &PointRow) -> String {
 
 fn failure(data: &Report, row: &TaskScore) -> Value {
     context! {
-        method => data.manifest.identity.methods[row.method].as_str(),
+        method => shown(data, &data.manifest.identity.methods[row.method]),
         point => data.called(&data.points[row.point].row.point),
         replicate => row.replicate,
         reason => row.reason.as_deref().unwrap_or("no reason was recorded"),

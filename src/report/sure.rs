@@ -4,7 +4,7 @@ use minijinja::{Value, context};
 
 use super::error::ReportError;
 use super::figure::Figure;
-use super::figures::label;
+use super::figures::{label, shown};
 use super::page::render;
 use super::whole::Report;
 use super::{format, profiles, ranks, text};
@@ -66,7 +66,7 @@ fn values(data: &Report, figures: &[Figure]) -> Value {
 
 fn row(data: &Report, p: &Pair) -> Value {
     let name = |m: usize| label(data, &data.methods[m]);
-    let plain = |m: usize| data.methods[m].method.clone();
+    let plain = |m: usize| shown(data, &data.methods[m].method);
     let share = |value: f64| format::percent(value);
     let dominance = p.dominance.map(|d| match d.verdict {
         Verdict::First => but(plain(p.first), d.ahead.1),
