@@ -149,9 +149,18 @@ fn scores_from_elsewhere_rank_beside_the_others_and_are_marked() {
     fs::write(folder.join("s.csv"), "point,episode,delay_s\nquiet,0,3\nquiet,1,3\n").unwrap();
     let output = tsc(folder, &command.replace("--out a", "--out b"));
     assert_eq!(code(&output), 3);
-    assert!(
-        rows(folder, "b", 5)[0]["reason"].to_string().contains("no row of busy with episode 0")
-    );
+    let lacks = "theirs (s.csv) has no rows, or too few, of busy; the task there will fail";
+    assert!(stderr(&output).contains(lacks), "{}", stderr(&output));
+    let reason = &rows(folder, "b", 5)[0]["reason"];
+    assert_eq!(reason, "the table has no row of busy with episode 0");
+    fs::write(folder.join("s.csv"), "point,episode,delay_s\nquiet,0,3\nbsuy,0,3\n").unwrap();
+    for last in ["--out c", "--out c --dry-run"] {
+        let output = tsc(folder, &command.replace("--out a", last));
+        assert_eq!(code(&output), 2);
+        let wrong = "s.csv: line 3: the family has no point MDP \"bsuy\"; did you mean busy?";
+        assert!(stderr(&output).contains(wrong), "{}", stderr(&output));
+        assert!(!folder.join("c").exists());
+    }
     fs::write(folder.join("s.csv"), "point,delay_s\n").unwrap();
     let output = tsc(folder, &command);
     assert_eq!(code(&output), 2);

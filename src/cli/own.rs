@@ -12,6 +12,7 @@ use super::values::at_least_a_second;
 use crate::domains;
 use crate::run::domain::Domain;
 use crate::run::executor::Launcher;
+use crate::run::plan::{Draft, Request};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
@@ -69,6 +70,21 @@ impl ControllersArgs {
             return Err(Refused(reason.to_owned()).into());
         }
         Ok(())
+    }
+
+    /// Refuses scores of point MDPs that the family has not, and returns what to warn of: those of the sample that lack
+    /// theirs.
+    pub(super) fn check_sample(
+        &self,
+        request: &Request<'_>,
+        draft: &Draft,
+    ) -> anyhow::Result<Vec<String>> {
+        let (family, chosen) = (request.problem.family(), draft.chosen());
+        let of = |name: String| {
+            request.domain.lacking(&name, family, &chosen, request.evaluation_seeds).transpose()
+        };
+        let all: Result<_, _> = self.names().filter_map(of).collect();
+        all.map_err(|reason| Refused(reason).into())
     }
 
     /// Returns how workers are started that have these methods too.

@@ -77,6 +77,28 @@ pub trait Domain: Sync {
         Ok(None)
     }
 
+    /// Returns what somebody's own method lacks for a sample, to be warned of before anything runs; `None` where it lacks
+    /// nothing, as a method that is played.
+    ///
+    /// # Arguments
+    ///
+    /// * `chosen` — ids of point MDPs of the family.
+    /// * `episodes` — evaluation episodes of a task.
+    ///
+    /// # Errors
+    ///
+    /// What it has that is of no such family, in words.
+    fn lacking(
+        &self,
+        method: &str,
+        family: &MdpFamily,
+        chosen: &BTreeSet<&str>,
+        episodes: u32,
+    ) -> Result<Option<String>, String> {
+        let _ = (method, family, chosen, episodes);
+        Ok(None)
+    }
+
     /// Returns a method on a point MDP, untrained.
     ///
     /// # Arguments

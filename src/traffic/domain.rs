@@ -1,5 +1,6 @@
 //! Traffic signals as a domain of evaluation.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
@@ -21,6 +22,7 @@ use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
 use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
+use crate::family::MdpFamily;
 use crate::files::FileError;
 use crate::hash::sha256_file;
 use crate::run::RunError;
@@ -148,6 +150,16 @@ impl Domain for Traffic {
 
     fn own(&self, method: &str) -> Result<Option<OwnMethod>, FileError> {
         self.own_of(method).map_or(Ok(None), Own::described)
+    }
+
+    fn lacking(
+        &self,
+        method: &str,
+        family: &MdpFamily,
+        chosen: &BTreeSet<&str>,
+        episodes: u32,
+    ) -> Result<Option<String>, String> {
+        self.own_of(method).map_or(Ok(None), |own| own.lacking(family, chosen, episodes))
     }
 
     fn trial(

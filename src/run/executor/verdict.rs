@@ -39,11 +39,18 @@ pub(super) fn verdict(status: ExitStatus, said: Option<Failure>, log: &Path) -> 
     let fault = match said {
         _ if no_memory => Fault::Disturbed,
         _ if machine::is_at_fault(&quoted) => Fault::Machine,
-        Some(failure) => failure.fault,
+        Some(ref failure) => failure.fault,
         None if killed => Fault::Disturbed,
         None => Fault::Task,
     };
-    let reason = if quoted.is_empty() { how } else { format!("{how}: {quoted}") };
+    let reason = match said {
+        // There is nothing else to tell, such as what SUMO says of the input.
+        Some(said) if fault == Fault::Input && quoted == format!("error: {}", said.reason) => {
+            said.reason
+        }
+        _ if quoted.is_empty() => how,
+        _ => format!("{how}: {quoted}"),
+    };
     Failure { fault, reason }
 }
 
@@ -103,6 +110,8 @@ mod tests {
             of(2 << 8, Some(Fault::Input), "\n Error: no such edge \n\nQuitting\n");
         assert_eq!(fault, Fault::Input);
         assert_eq!(reason, "the worker ended with exit code 2: Error: no such edge | Quitting");
+        let alone = of(2 << 8, Some(Fault::Input), "error: its words\n");
+        assert_eq!(alone, (Fault::Input, "its words".to_owned()), "the log has nothing else");
         assert_eq!(of(1 << 8, Some(Fault::Machine), "x"), (Fault::Machine, "its words".to_owned()));
         assert_eq!(of(1 << 8, Some(Fault::Own), "x"), (Fault::Own, "its words".to_owned()));
         assert_eq!(of(9, Some(Fault::Task), "x"), (Fault::Task, "its words".to_owned()));

@@ -5,11 +5,13 @@ use std::path::Path;
 
 use sheet::Sheet;
 
+use crate::family::MdpFamily;
 use crate::files::{self, limits};
 use crate::run::domain::Course;
 use crate::run::domain::Trial;
 use crate::run::fault::TrialError;
 use crate::store::record::Metrics;
+use crate::suggest::did_you_mean;
 
 /// Column of the point MDP.
 const POINT: &str = "point";
@@ -33,6 +35,8 @@ enum Which {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scores {
     rows: BTreeMap<String, BTreeMap<Which, Metrics>>,
+    /// Line on which each point MDP is first.
+    lines: BTreeMap<String, u64>,
     has_seeds: bool,
 }
 
@@ -77,6 +81,7 @@ impl Scores {
             return Err(at(line, format!("the column {name:?} is there twice")));
         }
         let mut rows: BTreeMap<String, BTreeMap<Which, Metrics>> = BTreeMap::new();
+        let mut lines = BTreeMap::new();
         while let Some(row) = sheet.next_row().map_err(|fault| at(fault.line, fault.message))? {
             let line = row.line;
             let mut metrics = Metrics::new();
@@ -106,6 +111,7 @@ impl Scores {
                 at(line, format!("{} is {text:?}, which is no whole number", headers[which]))
             })?;
             let episode = if has_seeds { Which::Seed(number) } else { Which::Episode(number) };
+            lines.entry(row.text(point).to_owned()).or_insert(line);
             let of_point = rows.entry(row.text(point).to_owned()).or_default();
             if of_point.insert(episode, metrics).is_some() {
                 let (point, name) = (row.text(point), &headers[which]);
@@ -115,7 +121,45 @@ impl Scores {
         if rows.is_empty() {
             return Err("it has no rows".to_owned());
         }
-        Ok(Self { rows, has_seeds })
+        Ok(Self { rows, lines, has_seeds })
+    }
+
+    /// Checks that all point MDPs of the table are of a family, and returns those of a sample that lack rows.
+    ///
+    /// # Arguments
+    ///
+    /// * `episodes` — evaluation episodes of a task.
+    ///
+    /// # Errors
+    ///
+    /// Which is not, with its line.
+    pub fn lacking<'a>(
+        &self,
+        family: &MdpFamily,
+        chosen: &BTreeSet<&'a str>,
+        episodes: u32,
+    ) -> Result<Vec<&'a str>, String> {
+        let is_known = |name: &str| {
+            family.position(name).is_some_and(|position| family.points[position].id == name)
+        };
+        let unknown = self.lines.iter().filter(|(point, _)| !is_known(point));
+        if let Some((point, line)) = unknown.min_by_key(|(_, line)| **line) {
+            let meant = match family.position(point) {
+                // What it is called is there in its place.
+                Some(position) => format!("; did you mean {}?", family.points[position].id),
+                None => did_you_mean(point, family.points.iter().map(|p| p.id.as_str())),
+            };
+            return Err(format!("line {line}: the family has no point MDP {point:?}{meant}"));
+        }
+        let has_all = |point: &str| {
+            let Some(rows) = self.rows.get(point) else { return false };
+            match self.has_seeds {
+                // Which seeds it takes is known when the point MDP is prepared.
+                true => rows.len() >= episodes as usize,
+                false => (0..episodes.into()).all(|k| rows.contains_key(&Which::Episode(k))),
+            }
+        };
+        Ok(chosen.iter().copied().filter(|point| !has_all(point)).collect())
     }
 
     /// Returns the scores on a point MDP as a trial.
@@ -163,6 +207,7 @@ impl Trial for ExternalTrial {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::family::PointMdp;
 
     #[test]
     fn rows_are_found_by_seed_or_by_the_number_of_the_episode() {
@@ -180,6 +225,42 @@ mod tests {
         let e = trial.episode(73).unwrap_err().to_string();
         assert_eq!(e, "the table has no row of a with episode 2");
         assert!(scores.trial("b").episode(71).is_err());
+    }
+
+    #[test]
+    fn a_table_is_of_the_family_and_what_it_lacks_is_known_before_the_run() {
+        let point = |id: &str| PointMdp {
+            id: id.to_owned(),
+            title: format!("the {id} one"),
+            importance: 1.0,
+            instances: 1,
+            features: vec![],
+        };
+        let points = ["quiet", "busy", "full"].map(point).to_vec();
+        let family = MdpFamily::new("toy", vec![], points, "toy").unwrap();
+        let chosen = BTreeSet::from(["quiet", "busy"]);
+        let lacking = |text: &str, episodes: u32| {
+            let scores = Scores::parse(text.as_bytes()).unwrap();
+            scores.lacking(&family, &chosen, episodes)
+        };
+        let table = "point,episode,delay_s\nquiet,0,1\nquiet,1,1\nfull,0,1\nbusy,1,1\n";
+        assert_eq!(lacking(table, 2).unwrap(), ["busy"], "it has the second episode alone");
+        assert_eq!(lacking(table, 3).unwrap(), ["busy", "quiet"]);
+        let table = "point,seed,delay_s\nquiet,7,1\nquiet,9,1\nbusy,7,1\n";
+        assert_eq!(lacking(table, 1).unwrap(), [""; 0]);
+        assert_eq!(lacking(table, 2).unwrap(), ["busy"]);
+        for (name, expected) in [
+            ("bsuy", "line 3: the family has no point MDP \"bsuy\"; did you mean busy?"),
+            (
+                "the busy one",
+                "line 3: the family has no point MDP \"the busy one\"; did you mean busy?",
+            ),
+            ("Z", "line 3: the family has no point MDP \"Z\""),
+        ] {
+            let table = format!("point,seed,delay_s\nquiet,7,1\n{name},7,1\nA,7,1\n");
+            let e = lacking(&table, 1).unwrap_err();
+            assert_eq!(e, expected);
+        }
     }
 
     #[test]
