@@ -25,6 +25,9 @@ const QUOTED: usize = 200;
 /// Last lines of standard error that are quoted.
 const LAST_LINES: usize = 30;
 
+/// What is said of a command from which nothing ever came.
+const UNHEARD: &str = " (it has written nothing: does it flush its output after every line, and read its input line by line?)";
+
 /// Time that a command has to end when it was told to, and that its last words have to arrive.
 const PATIENCE: Duration = Duration::from_secs(2);
 
@@ -92,8 +95,9 @@ impl Exec {
             // What it has started may hold its standard output open when it has ended.
             Err(Silence::Late) if !running.is_over() => {
                 let limit = limit.as_secs_f64();
+                let hint = if running.pipes.was_heard() { "" } else { UNHEARD };
                 return Err(self.failed(format!(
-                    "it did not answer {what} within {limit} s; --answer-timeout allows more time"
+                    "it did not answer {what} within {limit} s{hint}; --answer-timeout allows more time"
                 )));
             }
             Err(Silence::Late | Silence::Closed) => {
@@ -303,7 +307,11 @@ mod tests {
                 "echo no such thing >&2; exit 3".to_owned(),
                 "it ended (exit status: 3) instead of answering begin; it said last\nno such thing",
             ),
-            ("sleep 5".to_owned(), "it did not answer begin within 0.4 s"),
+            (
+                "sleep 5".to_owned(),
+                "it did not answer begin within 0.4 s (it has written nothing: does it flush its output",
+            ),
+            (act("sleep 5"), "it did not answer act within 0.4 s; --answer-timeout"),
             ("echo hello; cat".to_owned(), "it answered begin with \"hello\", which is not {}"),
             (act("kill -9 $$"), "it ended (signal: 9 (SIGKILL)) instead of answering act"),
             (

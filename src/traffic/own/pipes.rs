@@ -35,6 +35,8 @@ pub(super) struct Pipes {
     answers: File,
     /// What was read and is not yet handed out.
     read: Vec<u8>,
+    /// Whether anything ever came.
+    was_heard: bool,
 }
 
 impl Pipes {
@@ -48,7 +50,13 @@ impl Pipes {
         // Of our ends alone: the other ends are other descriptions, which wait as they did.
         ioctl_fionbio(&questions, true)?;
         ioctl_fionbio(&answers, true)?;
-        Ok(Self { questions: Some(questions.into()), answers: answers.into(), read: Vec::new() })
+        let (questions, answers) = (Some(questions.into()), answers.into());
+        Ok(Self { questions, answers, read: Vec::new(), was_heard: false })
+    }
+
+    /// Whether anything ever came, be it no whole line.
+    pub(super) fn was_heard(&self) -> bool {
+        self.was_heard
     }
 
     /// Says a line and returns the next one that comes back, without its end.
@@ -114,7 +122,10 @@ impl Pipes {
         self.read.truncate(before + count.as_ref().copied().unwrap_or(0));
         match count {
             Ok(0) => Err(Silence::Closed),
-            Ok(_) => Ok(()),
+            Ok(_) => {
+                self.was_heard = true;
+                Ok(())
+            }
             Err(e) => match e.kind() {
                 io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted => Ok(()),
                 _ => Err(Silence::Unreadable(e)),
