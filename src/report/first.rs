@@ -337,8 +337,8 @@ fn unlike(data: &Report, design: &Design) -> Option<String> {
     });
     let (f, sample, mean, off) = most.max_by(|a, b| a.3.total_cmp(&b.3))?;
     Some(format!(
-        "Of the features {} differs most from the family: on average {} in the sample, {} in the family ({} of its \
-         standard deviation).",
+        "The feature that differs most from the family is \u{201c}{}\u{201d}: on average {} in the sample, {} in the \
+         family ({} of its standard deviation).",
         format::feature_label(&columns[f]),
         format::feature(sample),
         format::feature(mean),
