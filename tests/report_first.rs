@@ -94,7 +94,7 @@ fn what_chance_alone_may_explain_is_no_title() {
     // Much better with one seed, much worse with the other.
     assert_eq!(
         title([baseline, [[2.0, 30.0], [9.0, 150.0]]]),
-        "max-pressure: perhaps 22% less delay than the baseline (open: it may be chance)"
+        "max-pressure: perhaps 21% less delay than the baseline (open: it may be chance)"
     );
 }
 

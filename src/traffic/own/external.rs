@@ -232,7 +232,7 @@ mod tests {
         let point = |id: &str| PointMdp {
             id: id.to_owned(),
             title: format!("the {id} one"),
-            importance: 1.0,
+            importance: 1.0 / 3.0,
             instances: 1,
             features: vec![],
         };

@@ -4,6 +4,7 @@ use minijinja::{Value, context};
 
 use super::plans::{Source, TaskPlan};
 use super::shown::Seen;
+use crate::report::figures::shown as named;
 use crate::report::format;
 
 /// Returns the section on signal plans; undefined without a finished task.
@@ -23,7 +24,7 @@ pub(super) fn plan_values(seen: Seen<'_>) -> Option<Value> {
             let weight: f64 = wins().map(|p| data.points[p].weight).sum();
             (!plans.is_empty()).then(|| {
                 context! {
-                    name => method.as_str(),
+                    name => named(data, method),
                     wins => wins().count(),
                     share => format::percent(weight),
                     behaviour => behaviour(&plans),
