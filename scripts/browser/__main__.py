@@ -16,9 +16,9 @@ import checks
 from planted import FAULTS
 from playwright.sync_api import sync_playwright
 
-# Longest opening of the page of a large family, seconds. It is meant to be below 2 on an idle machine; a busy one may
-# take twice as long.
-OPENS_WITHIN_S = 4.0
+# Longest opening of the page of a large family, seconds. It is meant to be below 2 on an idle machine; a busy one
+# took 9 s for a page that took 4 minutes later, so that this finds only what opens many times slower.
+OPENS_WITHIN_S = 15.0
 
 # Faults of a page that are printed.
 SHOWN = 10
