@@ -117,12 +117,11 @@ pub(super) type Count = (Standing, String, usize);
 pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
     let mut abroad = Abroad::default();
     let submissions = submission::all(layout)?;
-    let (own, copied): (Vec<Submission>, Vec<Submission>) = submissions
+    let (of_slurm, copied): (Vec<Submission>, Vec<Submission>) = submissions
         .into_iter()
         .filter(|s| s.executor == Slurm.name() && !s.ids.is_empty())
         .partition(|submission| submission.is_of(layout));
     abroad.of_another = copied.into_iter().filter_map(|submission| submission.results).collect();
-    let of_slurm = own;
     let waiting = Slurm.waiting(&of_slurm)?;
     for (submission, waiting) in of_slurm.into_iter().zip(waiting) {
         if waiting.is_empty() {
@@ -184,13 +183,14 @@ pub(super) fn hand_over(
         args.job_minutes.map(|minutes| minutes * 60.0),
     );
     let whole: f64 = packs.iter().map(|pack| pack.seconds).sum();
+    let results = absolute(layout.root()).map_err(RunError::from)?;
     let number = submission::begin(layout, &packs)?;
     let mut submission = Submission {
         format_version: Submission::VERSION,
         number,
         executor: system.name().to_owned(),
         manifest: manifest.sha256(),
-        results: Some(absolute(layout.root()).map_err(RunError::from)?),
+        results: Some(results.clone()),
         packs: packs.len(),
         tasks: missing.len(),
         longest_s: packs.first().map_or(0.0, |pack| pack.seconds),
@@ -203,7 +203,7 @@ pub(super) fn hand_over(
         cancelled: None,
     };
     let place = Place {
-        results: absolute(layout.root()).map_err(RunError::from)?,
+        results,
         folder: absolute(&submission::folder(layout, number)).map_err(RunError::from)?,
         from: absolute(&std::env::current_dir().context("cannot find this folder")?)
             .map_err(RunError::from)?,
