@@ -48,9 +48,8 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     }
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX))?;
-    // What the system makes up has no size, and a file may grow while it is read.
-    let limit = if size > 0 { size } else { most.saturating_add(1) };
-    file.take(limit).read_to_end(&mut bytes)?;
+    // A file may grow while it is read.
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     match bytes.len() as u64 {
         size if size > most => refused(size),
         _ => Ok(bytes),
