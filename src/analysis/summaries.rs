@@ -18,6 +18,16 @@ pub struct Estimated {
     pub interval: Option<(f64, f64)>,
 }
 
+impl Estimated {
+    /// Returns it with what its interval has below 0 cut off, for what cannot be there, such as a mean of delays. The change
+    /// of a statistic is scaled up in resamples of a small sample, which can take its lower end so far; without, the
+    /// interval covers no less.
+    fn not_below_zero(self) -> Self {
+        let lowest = self.value.min(0.0);
+        Self { interval: self.interval.map(|(low, high)| (low.max(lowest), high)), ..self }
+    }
+}
+
 /// What else can be said of a method than its overall performance; relative to the reference.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Summaries {
@@ -55,8 +65,10 @@ pub(super) fn summarise(
     let Ok(mut all) = estimator.estimate_all(sample, objectives, &statistics, rng) else {
         return (None, Summaries { by_regime: vec![None; regimes], ..Summaries::default() });
     };
+    let positive = whole.iter().all(|m| m.method >= 0.0);
+    let possible = |e: Estimated| if positive { e.not_below_zero() } else { e };
     let estimated = |e: &Option<Estimate>| {
-        e.as_ref().map(|e| Estimated { value: e.value, interval: e.interval })
+        e.as_ref().map(|e| possible(Estimated { value: e.value, interval: e.interval }))
     };
     // One representative of a regime says nothing of how much its point MDPs differ.
     let sampled = !estimator.is_whole(sample.family_size, objectives.len());
@@ -74,9 +86,10 @@ pub(super) fn summarise(
             ..e
         }),
         geometric_mean: estimated(&all[GEOMETRIC]).filter(|_| relative),
-        interquartile_mean: all[IQM].as_ref().map(|e| shifted(e, coarse)),
+        interquartile_mean: all[IQM].as_ref().map(|e| possible(shifted(e, coarse))),
     };
-    (all.swap_remove(0), summaries)
+    let score = estimated(&all[0]).and_then(|e| e.interval);
+    (all.swap_remove(0).map(|e| Estimate { interval: score, ..e }), summaries)
 }
 
 /// Returns the interval of the median: Woodruff's, where the estimator takes the sample's own and shares mean anything.
@@ -110,7 +123,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
-    use crate::analysis::estimator::Whole;
+    use crate::analysis::estimator::{Whole, WithReplacement};
     use crate::stats::bootstrap::RESAMPLES;
     use crate::stats::quantile::{ALPHA, median as plain_median};
     use crate::stats::summary::Statistic;
@@ -194,6 +207,36 @@ mod tests {
     fn the_interval_of_the_median_of_whole_families_covers_what_percentiles_do_not() {
         let (before, now) = (covered(200, percentile), covered(200, summarised));
         assert!(before < 38 && (43..=50).contains(&now), "{before} and {now} of 50");
+    }
+
+    /// Returns the summaries of five point MDPs drawn with replacement, one of which decides; objectives are moved by `by`.
+    fn of_five(by: f64) -> (Option<Estimate>, Summaries) {
+        let drawn = |score: &f64| PointObjectives {
+            weight: 1.0,
+            draws: 1,
+            method: vec![vec![score + by, score * 1.01 + by]],
+            baseline: vec![10.0, 10.0],
+        };
+        let objectives: Vec<_> = [2.0, 3.0, 2.5, 2.0, 400.0].iter().map(drawn).collect();
+        let of = (&vec![None; objectives.len()][..], &objectives[..]);
+        let (sample, mut rng) = (sample(100, &objectives), ChaCha8Rng::seed_from_u64(0));
+        summarise(of, &WithReplacement, sample, (0, true), &mut rng)
+    }
+
+    #[test]
+    fn intervals_of_what_cannot_be_negative_end_at_zero() {
+        let (score, summaries) = of_five(0.0);
+        let ends = [
+            score.unwrap().interval,
+            summaries.ratio_of_means.unwrap().interval,
+            summaries.interquartile_mean.unwrap().interval,
+        ];
+        assert!(
+            ends.iter().all(|e| e.is_some_and(|(low, high)| 0.0 <= low && low < high)),
+            "{ends:?}"
+        );
+        let (negative, _) = of_five(-3.0);
+        assert!(negative.unwrap().interval.unwrap().0 < 0.0);
     }
 
     #[test]
