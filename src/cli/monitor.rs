@@ -76,6 +76,8 @@ pub(super) struct Monitor<'d> {
     latest: Option<usize>,
     /// What learners have said of point MDPs.
     remarks: BTreeSet<String>,
+    /// The task for which a reason was told first.
+    reasons: BTreeMap<String, usize>,
     finished: usize,
     failed: usize,
     json: bool,
@@ -121,6 +123,7 @@ impl<'d> Monitor<'d> {
             domain,
             latest: None,
             remarks: BTreeSet::new(),
+            reasons: BTreeMap::new(),
             finished: 0,
             failed: 0,
             json,
@@ -157,19 +160,21 @@ impl<'d> Monitor<'d> {
                 work.episodes = 0;
                 work.recent.clear();
                 self.forecast.retry(task, now_s);
-                let text =
-                    format!("task {task} ({}) failed and is tried again: {reason}", work.name());
+                let name = work.name();
+                let reason = self.told(task, reason);
+                let text = format!("task {task} ({name}) failed and is tried again: {reason}");
                 self.latest = self.latest.filter(|latest| *latest != task);
                 self.say(&text);
             }
             Event::Undone { task, reason } => {
                 let Some(work) = self.work.get(&task) else { return };
                 self.forecast.finish(task, false, now_s);
-                let text = format!("task {task} ({}) is left undone: {reason}", work.name());
+                let (name, Task { method, point, replicate, .. }) =
+                    (work.name(), work.task.clone());
                 self.latest = self.latest.filter(|latest| *latest != task);
-                self.say(&text);
+                let told = self.told(task, reason.clone());
+                self.say(&format!("task {task} ({name}) is left undone: {told}"));
                 if self.json {
-                    let Task { method, point, replicate, .. } = &work.task;
                     // A closed pipe shows at the summary; the tasks go on.
                     let _ = line(json!({
                         "event": "undone",
@@ -221,6 +226,18 @@ impl<'d> Monitor<'d> {
         format!("{finished}/{tasks} tasks{failed}{}", latest.unwrap_or_default())
     }
 
+    /// Returns a reason as it is told: of many tasks that fail alike, such as with one traceback, once.
+    fn told(&mut self, task: usize, reason: String) -> String {
+        match self.reasons.get(&reason) {
+            Some(first) if *first == task => "for the same reason".to_owned(),
+            Some(first) => format!("as task {first}"),
+            None => {
+                self.reasons.insert(reason.clone(), task);
+                reason
+            }
+        }
+    }
+
     fn finish(&mut self, record: &Record) {
         let summary = &record.summary;
         self.finished += 1;
@@ -242,6 +259,7 @@ impl<'d> Monitor<'d> {
         if summary.outcome == Outcome::Failed {
             self.failed += 1;
             let reason = summary.reason.as_deref().unwrap_or("unknown reason");
+            let reason = self.told(summary.task, reason.to_owned());
             self.say(&format!(
                 "task {} ({} on {}) failed: {reason}",
                 summary.task, summary.method, summary.point
@@ -365,5 +383,15 @@ mod tests {
         m.handle(progress(1, 1, 80.0));
         let expected = "1/3 tasks, 1 failed, idqn on p: episode 1 of 105, delay 80.0 s";
         assert_eq!(m.message(), expected);
+    }
+
+    #[test]
+    fn a_reason_of_many_tasks_is_told_once() {
+        let mut m = monitor(&[]);
+        let mut told = |task: usize, reason: &str| m.told(task, reason.to_owned());
+        assert_eq!(told(1, "Traceback"), "Traceback");
+        assert_eq!(told(1, "Traceback"), "for the same reason");
+        assert_eq!(told(2, "Traceback"), "as task 1");
+        assert_eq!(told(2, "killed"), "killed");
     }
 }
