@@ -94,7 +94,7 @@ fn a_command_is_ranked_and_a_changed_one_is_another_run() {
     );
     fs::remove_file(folder.join("a/done/000/2.jsonl")).unwrap();
     let output = tsc(folder, "resume a --controller \"mine=exec:sh mine.sh\"");
-    assert_eq!(code(&output), 2);
+    assert_eq!(code(&output), 5);
     assert!(stderr(&output).contains("mine.sh has changed"), "{}", stderr(&output));
 }
 

@@ -34,7 +34,7 @@ pub const USAGE: u8 = 2;
 pub const SOME_FAILED: u8 = 3;
 /// SUMO is missing or unsupported.
 pub const NO_SUMO: u8 = 4;
-/// The results directory holds another run, or is in use by one.
+/// The results directory holds another run, or is in use by one; or a controller of the user's is another than planned.
 pub const MISMATCH: u8 = 5;
 /// The run is over, but some tasks have no record, for reasons of the machine; run the same command again.
 pub const INCOMPLETE: u8 = 6;
@@ -65,9 +65,10 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             | RunError::Plan(_)
             | RunError::Method { .. }
             | RunError::NoTask { .. }
-            | RunError::Controller { .. }
+            | RunError::Controller { given: false, .. }
             | RunError::Domain { .. }
             | RunError::Model { .. } => USAGE,
+            RunError::Controller { given: true, .. } => MISMATCH,
             RunError::Batch(e) => batch(e),
             RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
             RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,

@@ -58,6 +58,8 @@ pub enum RunError {
         path: PathBuf,
         /// What differs.
         difference: String,
+        /// Whether it was given, and is another.
+        given: bool,
     },
     /// A task that the plan does not have.
     #[error("{} has no task {task}; its plan has {count}", .path.display())]

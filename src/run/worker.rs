@@ -79,7 +79,9 @@ pub fn check_own(
     method: &str,
 ) -> Result<(), RunError> {
     let Some(planned) = identity.controller(method) else { return Ok(()) };
-    let difference = match domain.own(method)? {
+    let now = domain.own(method)?;
+    let given = now.is_some();
+    let difference = match now {
         None => Some(format!(
             "controller {method} ({}) was not given; give it as the run had it, with --controller or \
              --controller-results",
@@ -88,7 +90,7 @@ pub fn check_own(
         Some(now) => planned.difference(&now),
     };
     let Some(difference) = difference else { return Ok(()) };
-    Err(RunError::Controller { path: layout.manifest(), difference })
+    Err(RunError::Controller { path: layout.manifest(), difference, given })
 }
 
 /// Returns a task of a run by its row of the plan. Whoever starts workers has read the plan; one that did so for every
