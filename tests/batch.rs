@@ -87,6 +87,7 @@ fn a_run_is_submitted_watched_taken_back_and_resumed() {
     fs::write(folder.join("queue"), "").unwrap();
     step("status out");
     step("cancel out");
+    step("status out");
     // A submission that nobody can read is named, and what is done is told all the same.
     fs::write(folder.join("out/jobs/000/submission.json"), "{").unwrap();
     step("status out");
@@ -96,7 +97,7 @@ fn a_run_is_submitted_watched_taken_back_and_resumed() {
         "--- what Slurm was told\n{}",
         told.replace(&*here.to_string_lossy(), "HERE")
     ));
-    insta::with_settings!({filters => vec![(r"about \d.* (s|min|h) (of|left)", "about TIME $2")]}, {
+    insta::with_settings!({filters => vec![(r"cancelled 20\S+Z", "cancelled TIME"), (r"about \d.* (s|min|h) (of|left)", "about TIME $2")]}, {
         insta::assert_snapshot!(text);
     });
     let job = fs::read_to_string(folder.join("out/jobs/000/job.sh")).unwrap();
@@ -182,7 +183,7 @@ fn a_pack_that_is_asked_to_stop_keeps_its_training_and_goes_on_to_the_same_recor
         assert!(dir.path().join("out/ckpt/000/1.safetensors").exists(), "{signal:?}");
     }
     let begun = run(dir.path(), "status out");
-    assert!(stdout(&begun).contains("1 more with a checkpoint"), "{}", stdout(&begun));
+    assert!(stdout(&begun).contains("of the missing 1 with a checkpoint"), "{}", stdout(&begun));
     succeed(dir.path(), "resume out --quiet --executor local");
     let log = fs::read_to_string(dir.path().join("out/logs/000/1.log")).unwrap();
     assert!(log.contains("training goes on after episode"), "{log}");

@@ -10,6 +10,7 @@ use anyhow::Context;
 use super::output::{duration, line, note};
 use super::values::{at_least_a_second, at_least_one_worker, minutes};
 use crate::cli::refused::Refused;
+use crate::files::quoted;
 use crate::run::batch::cost::Costs;
 use crate::run::batch::pack::packs;
 use crate::run::batch::submission::{self, Packs, Place, Submission, absolute};
@@ -90,6 +91,10 @@ pub(super) struct Abroad {
     pub(super) tasks: BTreeSet<usize>,
     /// Submissions with packs that are not over, and how these stand.
     pub(super) submissions: Vec<(Submission, Vec<Count>)>,
+    /// The last submission, if it was taken back and nothing of it is left.
+    pub(super) cancelled: Option<Submission>,
+    /// The last submission, if its script waits for somebody to start it.
+    pub(super) script: Option<Submission>,
     /// Results directories of submissions that came along when one of these was copied to here.
     pub(super) of_another: BTreeSet<PathBuf>,
 }
@@ -117,6 +122,8 @@ pub(super) type Count = (Standing, String, usize);
 pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
     let mut abroad = Abroad::default();
     let submissions = submission::all(layout)?;
+    let last = submissions.last().map_or(0, |last| last.number);
+    abroad.script = submissions.last().filter(|last| last.executor == Script.name()).cloned();
     let (of_slurm, copied): (Vec<Submission>, Vec<Submission>) = submissions
         .into_iter()
         .filter(|s| s.executor == Slurm.name() && !s.ids.is_empty())
@@ -125,6 +132,8 @@ pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
     let waiting = Slurm.waiting(&of_slurm)?;
     for (submission, waiting) in of_slurm.into_iter().zip(waiting) {
         if waiting.is_empty() {
+            abroad.cancelled =
+                Some(submission).filter(|s| s.number == last && s.cancelled.is_some());
             continue;
         }
         let packs = Packs::read(layout, submission.number)?;
@@ -174,7 +183,7 @@ pub(super) fn hand_over(
     let prepared = Some(&session.prepared).filter(|folder| !folder.as_os_str().is_empty());
     let prepared = prepared.map(|folder| absolute(folder)).transpose().map_err(RunError::from)?;
     let prepared = prepared.unwrap_or_default();
-    check_prepared(session, domain, &prepared)?;
+    check_prepared_files(session, domain, &prepared)?;
     let done: Vec<&Task> = results.done().map(|(task, _)| task).collect();
     let costs = Costs::new(domain, layout, manifest, &done)?;
     let cost = |task: &&Task| Ok((task.task, costs.seconds(task)?));
@@ -227,12 +236,6 @@ pub(super) fn hand_over(
     Ok(())
 }
 
-/// Returns a path as a shell takes it, for commands that people copy.
-pub(super) fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    shlex::try_quote(&text).map(|quoted| quoted.into_owned()).unwrap_or(text)
-}
-
 /// Returns a number of things.
 pub(super) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
@@ -252,7 +255,7 @@ pub(super) fn note_doubled(layout: &Layout) {
 }
 
 /// Checks that the folder of what was prepared is there.
-pub(super) fn is_prepared(session: &Session<'_>) -> anyhow::Result<()> {
+pub(super) fn check_prepared_folder(session: &Session<'_>) -> anyhow::Result<()> {
     let folder = &session.prepared;
     if folder.as_os_str().is_empty() || folder.is_dir() {
         return Ok(());
@@ -267,7 +270,7 @@ pub(super) fn is_prepared(session: &Session<'_>) -> anyhow::Result<()> {
 }
 
 /// Checks that the files which tasks read are there, before jobs find out one by one.
-fn check_prepared(
+fn check_prepared_files(
     session: &Session<'_>,
     domain: &dyn Domain,
     prepared: &Path,

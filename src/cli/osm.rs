@@ -9,9 +9,10 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use osm_signals::side::SideSetting;
 
 use super::folder::CITY;
-use super::output::{Progress, line, note, quoted};
+use super::output::{Progress, line, note};
 use super::refused::Refused;
 use crate::cli::exit;
+use crate::files::quoted;
 use crate::settings::overrides::Override;
 use crate::traffic::city::derive::{Event, derive};
 use crate::traffic::city::input::Request;

@@ -1,7 +1,6 @@
 //! What goes to the terminal: data to standard output, everything else to standard error.
 
 use std::io::{IsTerminal, Write};
-use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -159,22 +158,9 @@ pub(super) fn duration(duration: Duration) -> String {
     }
 }
 
-/// Returns a path for a shell.
-pub(super) fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./".contains(c);
-    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_path_with_spaces_is_quoted_for_the_shell() {
-        assert_eq!(quoted(Path::new("networks/a-b")), "networks/a-b");
-        assert_eq!(quoted(Path::new("my city's")), "'my city'\\''s'");
-    }
 
     #[test]
     fn a_plain_line_counts_units_that_have_a_name_and_percents_of_others() {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::thread::available_parallelism;
 
 use super::forecast::{Forecast, Job, range};
-use super::output::{line, note, quoted};
+use super::output::{line, note};
 use super::recorded::read;
 use super::scenario::ScenarioArg;
 use super::subject::Subject;
@@ -13,6 +13,7 @@ use super::values::{at_least_one_worker, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::family::MdpFamily;
+use crate::files::quoted;
 use crate::files::write_atomically;
 use crate::run::effort::Efforts;
 use crate::run::plan::{Request, draft};

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::build_networks::network;
 use super::effects::Use;
-use super::output::{line, note, quoted};
+use super::output::{line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
 use super::values::parse_seed;
 use crate::cli::exit;
+use crate::files::quoted;
 use crate::traffic::city::folder::default_folder;
 use crate::traffic::network::demand::DemandSpec;
 

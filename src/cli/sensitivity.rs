@@ -5,7 +5,7 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
 use super::folder::SENSITIVITY;
-use super::output::{Counted, line, note, quoted};
+use super::output::{Counted, line, note};
 use super::study::{budgets, kinds};
 use super::target::Target;
 use super::values::{MOST_REPEATS, from_one_to, parse_seed};
@@ -14,6 +14,7 @@ use crate::analysis::sensitivity::{Question, Sensitivity};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
+use crate::files::quoted;
 use crate::report::sensitivity::{SensitivityReport, folder};
 use crate::stats::Limit;
 use crate::store::Layout;

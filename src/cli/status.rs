@@ -6,13 +6,14 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::forecast::range;
-use super::handover::{Abroad, abroad, counted, quoted};
+use super::handover::{Abroad, abroad, counted};
 use super::output::{line, note};
 use super::own::manifest_of;
 use crate::cli::exit;
 use crate::domains::domains;
+use crate::files::quoted;
 use crate::run::batch::cost::Costs;
-use crate::run::batch::{BatchSystem, Script, Standing, submission};
+use crate::run::batch::{Standing, submission};
 use crate::run::domain::domain_of;
 use crate::store::Layout;
 use crate::store::lock::holder;
@@ -60,13 +61,11 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let [running, queued, held] = [Standing::Running, Standing::Queued, Standing::Held].map(count);
     let missing = tally.missing();
     let rest = (0..plan.len()).filter(|t| !tally.done[*t] && !there.tasks.contains(t)).count();
-    let script = submission::all(&layout).unwrap_or_default().pop();
-    let script = script.filter(|last| last.executor == Script.name()).map(|last| last.number);
-    let rests = match (&holder, &silent, script) {
+    let rests = match (&holder, &silent, &there.script) {
         _ if rest == 0 => Rest::Nobody,
         (Some(holder), ..) => Rest::Here(holder.clone()),
         (_, Some(said), _) => Rest::Unknown(said.clone()),
-        (.., Some(number)) => Rest::Script(number),
+        (.., Some(script)) => Rest::Script(script.number),
         _ => Rest::Nobody,
     };
     let left_s = match running {
@@ -109,12 +108,11 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         return Ok(code(missing, tally.failed.len()));
     }
     let mut parts = vec![format!("{done} of {} tasks are done", plan.len())];
-    let others = [
-        (tally.failed.len(), "of them failed"),
-        (tally.begun.len(), "more with a checkpoint"),
-        (rest, rests.words()),
-    ];
+    let others = [(tally.failed.len(), "of them failed"), (rest, rests.words())];
     parts.extend(others.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
+    if !tally.begun.is_empty() {
+        parts.push(format!("of the missing {} with a checkpoint", tally.begun.len()));
+    }
     line(format!("{}: {}", args.dir.display(), parts.join(", ")))?;
     for (submission, counts) in &there.submissions {
         let counts = counts.iter().map(|(standing, reason, count)| {
@@ -133,6 +131,14 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
             submission.ids.join(", "),
             counted(submission.packs, "pack"),
             counts.collect::<Vec<_>>().join(", ")
+        ))?;
+    }
+    for submission in there.cancelled.iter().filter(|_| missing > 0) {
+        line(format!(
+            "{} {}: cancelled {}",
+            submission.executor,
+            submission.ids.join(", "),
+            submission.cancelled.as_deref().unwrap_or_default()
         ))?;
     }
     if let Some(left_s) = left_s {

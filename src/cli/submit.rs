@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::thread::available_parallelism;
 
 use super::handover::{
-    Executes, WorkersArgs, abroad, counted, hand_over, is_prepared, note_doubled,
+    Executes, WorkersArgs, abroad, check_prepared_folder, counted, hand_over, note_doubled,
 };
 use super::interrupt::interrupted;
 use super::labour::Labour;
@@ -124,7 +124,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let mut methods = identity.methods.iter();
     methods.try_for_each(|method| check_own(domain, &layout, identity, method))?;
     args.workers.check(executor)?;
-    is_prepared(&session)?;
+    check_prepared_folder(&session)?;
     let Some(system) = executor.batch_system() else {
         if !args.quiet {
             note(format!("this machine does what is missing: {}", counted(missing, "task")));

@@ -5,6 +5,7 @@ mod draft;
 pub mod limits;
 pub mod numbers;
 mod rows;
+mod shell;
 
 use std::fs::File;
 use std::io::{self, ErrorKind};
@@ -13,6 +14,7 @@ use std::path::{Path, PathBuf};
 pub use beneath::{beneath, make_folder, make_folder_beneath};
 pub use draft::{Streamed, readable, replace, write_atomically};
 pub use rows::{Lines, lines};
+pub use shell::quoted;
 
 /// A file operation that failed, with the file's name.
 #[derive(Debug, thiserror::Error)]

@@ -3,8 +3,9 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 
-use super::submission::{Place, Submission, quoted};
+use super::submission::{Place, Submission};
 use super::{BatchError, BatchSystem, Waiting};
+use crate::files::quoted;
 use crate::files::{FileError, write_atomically};
 use crate::run::executor::Launcher;
 
