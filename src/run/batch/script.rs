@@ -5,8 +5,7 @@ use std::os::unix::fs::PermissionsExt;
 
 use super::submission::{Place, Submission};
 use super::{BatchError, BatchSystem, Waiting};
-use crate::files::quoted;
-use crate::files::{FileError, write_atomically};
+use crate::files::{FileError, quoted, write_atomically};
 use crate::run::executor::Launcher;
 
 /// Writes a script and leaves the rest to people.
@@ -53,14 +52,23 @@ impl BatchSystem for Script {
     fn how(&self, submission: &Submission, place: &Place) -> String {
         let (script, last) = (quoted(&place.script()), submission.packs.saturating_sub(1));
         let log = quoted(&place.folder.join("joblog"));
+        let pbs = for_pbs(&script, last);
         format!(
             "{script} does one pack, from 0 to {last}; for instance\n  \
              seq 0 {last} | parallel --joblog {log} --retries 3 {script}\n  \
              seq 0 {last} | parallel --sshlogin 4/one,4/two --retries 3 {script}\n  \
-             qsub -J 0-{last} {script}\n  \
+             {pbs}\n  \
              and in Kubernetes an indexed Job with completions: {packs} and backoffLimitPerIndex",
             packs = submission.packs
         )
+    }
+}
+
+/// Returns the command that has PBS do the packs from 0 to `last`; it has no arrays of one.
+fn for_pbs(script: &str, last: usize) -> String {
+    match last {
+        0 => format!("qsub -- {script} 0"),
+        _ => format!("qsub -J 0-{last} {script}"),
     }
 }
 
@@ -95,4 +103,15 @@ pub(super) fn write_executable(place: &Place, text: &str) -> Result<(), FileErro
     write_atomically(&path, text.as_bytes())?;
     let executable = fs::Permissions::from_mode(0o755);
     fs::set_permissions(&path, executable).map_err(FileError::at("make executable", &path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pbs_is_given_no_array_of_one_pack() {
+        assert_eq!(for_pbs("a/job.sh", 0), "qsub -- a/job.sh 0");
+        assert_eq!(for_pbs("a/job.sh", 1), "qsub -J 0-1 a/job.sh");
+    }
 }

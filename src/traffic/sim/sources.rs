@@ -237,8 +237,9 @@ fn parameter(key: &str, value: &str) -> Result<(), String> {
 }
 
 fn file_name(tag: &str, name: &str, value: &str) -> Result<String, String> {
-    let strange = value.is_empty() || value.contains("${") || value.bytes().any(|b| b == OTHER);
-    if strange {
+    // A reference such as `&#252;` is a character beyond ASCII too, which SUMO writes as the machine's locale has it.
+    let plain = value.bytes().all(|b| b.is_ascii() && !b.is_ascii_control());
+    if value.is_empty() || value.contains("${") || !plain {
         let way_out = "give the name of a file in ASCII";
         return Err(format!("<{tag} {name}=\"{}\">: {way_out}", value.replace('\u{1a}', "?")));
     }
@@ -306,6 +307,8 @@ mod tests {
             ("<a><location href='e.txt'/></a>", "none that is followed"),
             ("<a><include href='&#36;{HOME}/b.xml'/></a>", "give the name of a file in ASCII"),
             ("<a><include href='\u{fc}.xml'/></a>", "<include href=\"??.xml\">: give the name"),
+            ("<a><include href='&#252;.xml'/></a>", "<include href=\"ü.xml\">: give the name"),
+            ("<a><include href='b&#10;.xml'/></a>", "give the name of a file in ASCII"),
             (
                 "<a><include href='b.xml'/></a>",
                 "b.xml: the scenario names it, but it cannot be read",
