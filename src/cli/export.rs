@@ -1,6 +1,6 @@
 //! `tsc-family export`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
@@ -18,7 +18,7 @@ and weight of its point MDP; a task that failed has one row, with its reason. Th
 Examples:
   tsc-family export results/slc
   tsc-family export results/slc --out slc.parquet
-  tsc-family export results/slc --format csv --out slc.csv")]
+  tsc-family export results/slc --out slc.csv")]
 pub struct ExportArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
@@ -26,9 +26,9 @@ pub struct ExportArgs {
     /// File to write, over one that is there [default: DIR/records.parquet or DIR/records.csv]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = Format::Parquet)]
-    pub format: Format,
+    /// What to write [default: csv for a FILE that ends so, else parquet]
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
     /// Print a line of JSON instead of words
     #[arg(long)]
     pub json: bool,
@@ -36,9 +36,10 @@ pub struct ExportArgs {
 
 pub(super) fn run(args: &ExportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
-    let own = || layout.root().join(format!("records.{}", args.format.extension()));
+    let format = args.format.unwrap_or_else(|| by_name(args.out.as_deref()));
+    let own = || layout.root().join(format!("records.{}", format.extension()));
     let path = args.out.clone().unwrap_or_else(own);
-    let Exported { rows, tasks: (done, tasks) } = export(&layout, &path, args.format)?;
+    let Exported { rows, tasks: (done, tasks) } = export(&layout, &path, format)?;
     if args.json {
         line(json!({"event": "export", "path": path, "rows": rows, "done": done, "tasks": tasks}))?;
         return Ok(exit::DONE);
@@ -48,4 +49,31 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<u8> {
     }
     line(format!("{}: {rows} episodes of {done} tasks", path.display()))?;
     Ok(exit::DONE)
+}
+
+/// Returns what a file of this name is expected to be.
+fn by_name(path: Option<&Path>) -> Format {
+    let extension = path.and_then(|path| path.extension()).and_then(|e| e.to_str());
+    match extension.is_some_and(|e| e.eq_ignore_ascii_case(Format::Csv.extension())) {
+        true => Format::Csv,
+        false => Format::Parquet,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_what_its_name_says() {
+        for (name, expected) in [
+            (Some("a/slc.csv"), Format::Csv),
+            (Some("SLC.CSV"), Format::Csv),
+            (Some("slc.parquet"), Format::Parquet),
+            (Some("csv"), Format::Parquet),
+            (None, Format::Parquet),
+        ] {
+            assert_eq!(by_name(name.map(Path::new)), expected, "{name:?}");
+        }
+    }
 }
