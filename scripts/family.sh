@@ -24,6 +24,7 @@ runs=(
     "resco-0084 --preset resco --set family.hourly_share=0.084 --methods $untrained"
     "resco-0055 --preset resco --set family.hourly_share=0.055 --methods $untrained"
     "learners --preset resco --methods $learners"
+    "learners-field --preset field --budget 20 --assist results/salt-lake-city/field --methods $learners"
     "learners-budget-20 --preset resco --budget 20 --sampling k-means --replicates 3 --methods $learners,mplight-star-resco"
     "ippo-budget-4 --preset resco --budget 4 --sampling k-means --episodes 1400 --methods baseline,ippo"
 )
@@ -44,15 +45,23 @@ pack() {
     echo "$1: $(find "$1/done" -name '*.jsonl' | wc -l) of $(wc -l <"$1/plan.jsonl") tasks" >&2
 }
 
+# Unpacks what was committed of a run.
+unpack() {
+    if [ ! -d "$1/done" ] && [ -e "$1/records.tar.xz" ]; then
+        tar -xJf "$1/records.tar.xz" -C "$1"
+        gunzip -kf "$1/plan.jsonl.gz"
+    fi
+}
+
 for run in "${runs[@]}"; do
     name=${run%% *}
     if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then
         continue
     fi
     out=results/salt-lake-city/$name
-    if [ ! -d "$out/done" ] && [ -e "$out/records.tar.xz" ]; then
-        tar -xJf "$out/records.tar.xz" -C "$out"
-        gunzip -kf "$out/plan.jsonl.gz"
+    unpack "$out"
+    if [[ $run =~ --assist\ ([^ ]+) ]]; then
+        unpack "${BASH_REMATCH[1]}"
     fi
     code=0
     # shellcheck disable=SC2086 # the arguments of a run are words
