@@ -229,16 +229,19 @@ def linked(page):
     return faults
 
 
+def lay_out(page):
+    """Lays out what waits until it comes into view, for its text is not counted before."""
+    page.evaluate("() => document.querySelectorAll('.tall').forEach((t) => { t.style.contentVisibility = 'visible'; })")
+
+
 def plain(browser, path, page):
     """Without scripts the page says the same."""
+    lay_out(page)
     with_scripts = page.evaluate(
         "() => { document.querySelectorAll('.controls').forEach((c) => c.remove()); return document.body.innerText; }"
     )
     without, faults = opened(browser, path, 1280, scripts=False)
-    # Text that is laid out when it comes into view is not counted before.
-    without.evaluate(
-        "() => document.querySelectorAll('.tall').forEach((t) => { t.style.contentVisibility = 'visible'; })"
-    )
+    lay_out(without)
     said = without.inner_text("body")
     if said.split() != with_scripts.split():
         faults.append(f"{len(said.split())} words can be read without scripts, {len(with_scripts.split())} with them")
