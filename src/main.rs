@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use tsc_family::cli;
 
-/// A report of a million tasks takes half the time with it, and a tenth less memory: it is made of small things.
+/// A report of a million tasks is made of small things: with it that takes a fifth to two fifths less of the processor.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
