@@ -44,7 +44,7 @@ fi
 
 # A family of 1,000 point MDPs, made up by its test.
 mkdir "$folder/large"
-TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --workspace --release --quiet --test report_large >/dev/null
+TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --workspace --release --quiet --test analysis report_large >/dev/null
 
 cd "$folder"
 quiet() { "$@" >"$folder/out" 2>&1 || { cat "$folder/out" >&2; exit 1; }; }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Prints interquartile means, probabilities of improvement and performance profiles of made-up scores as rliable
-computes them; tests/rliable.rs holds ours against them.
+computes them; tests/analysis/rliable.rs holds ours against them.
 
     scripts/rliable_reference.py [SEED] > tests/rliable/reference.json
 

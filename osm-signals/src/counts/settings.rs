@@ -29,7 +29,7 @@ impl Default for CountSettings {
             // Half the width of a divided road of eight lanes with its median. In Salt Lake City
             // three quarters of the matches are within 4 m; at 30 m 69% of the arms have one and
             // 1.4% of streets moved by 60 m, where none is; 50 m finds 2% more arms and nearly
-            // triples the wrong ones (tests/osm_salt_lake_city.rs).
+            // triples the wrong ones (tests/networks/osm_salt_lake_city.rs).
             match_m: 30.0,
             // A grid of streets has its next axis at 90 degrees, a fork at 45.
             match_deg: 30.0,

@@ -1,0 +1,180 @@
+//! Ranks across families: what is printed, what is exact, what is refused.
+
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::common::{run, stderr, stdout, succeed};
+use crate::families::{MadeUp, equal};
+use tsc_family::seed::derive;
+use tsc_family::stats::Direction;
+use tsc_family::stats::combinations::{Candidate, rank_shares};
+
+fn swimmers(values: &[&[f64]]) -> MadeUp<'static> {
+    MadeUp {
+        objective: "distance_m",
+        direction: Direction::Higher,
+        baseline: "",
+        methods: &["drift", "stroke", "dive"],
+        points: equal(values),
+    }
+}
+
+/// Seconds, relative to those of `walk`.
+fn runners() -> MadeUp<'static> {
+    MadeUp {
+        objective: "time_s",
+        direction: Direction::Lower,
+        baseline: "walk",
+        methods: &["walk", "dive", "stroke", "sprint"],
+        points: equal(&[&[100.0, 50.0, 60.0, 20.0], &[200.0, 160.0, 40.0, 50.0]]),
+    }
+}
+
+/// Writes two families of swimmers, `river` and `lake`, and one of runners, `track`.
+fn written(folder: &Path) {
+    swimmers(&[&[1.0, 2.0, 3.0], &[1.0, 3.0, 2.0]]).write(&folder.join("river"));
+    swimmers(&[&[0.0, 0.0, 1.0], &[5.0, 4.0, 1.0], &[1.0, 2.0, 2.0]]).write(&folder.join("lake"));
+    runners().write(&folder.join("track"));
+}
+
+#[test]
+fn every_combination_counts_and_ties_share() {
+    let folder = tempfile::tempdir().unwrap();
+    written(folder.path());
+    let text = succeed(folder.path(), "across river lake --reported p0 --reported p1 --csv a.csv");
+    insta::assert_snapshot!("table", text);
+    // Six sums: (1,2,4) (6,6,4) (2,4,5) (1,3,3) (6,7,3) (2,5,4) of drift, stroke, dive.
+    let csv = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    let of = |method: &str| {
+        let row = csv.lines().find(|l| l.starts_with(method)).unwrap();
+        row.split(',').skip(3).take(3).map(|c| c.parse::<f64>().unwrap() * 12.0).collect::<Vec<_>>()
+    };
+    let near = |found: Vec<f64>, expected: [f64; 3]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
+    };
+    near(of("drift"), [1.0, 3.0, 8.0]);
+    near(of("stroke"), [6.0, 6.0, 0.0]);
+    near(of("dive"), [5.0, 3.0, 4.0]);
+    insta::assert_snapshot!("csv", csv);
+    let json = succeed(folder.path(), "across river lake --json --by importance");
+    assert_eq!(json.lines().count(), 4);
+    let first: serde_json::Value = serde_json::from_str(json.lines().next().unwrap()).unwrap();
+    assert_eq!((&first["combinations"], &first["by"]), (&6.0.into(), &"importance".into()));
+}
+
+#[test]
+fn families_of_other_objectives_are_brought_together_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    written(folder.path());
+    let refused = run(folder.path(), "across river track");
+    assert_eq!(refused.status.code(), Some(2));
+    insta::assert_snapshot!("not_on_one_scale", stderr(&refused));
+    for scale in ["range", "rank"] {
+        let output = run(folder.path(), &format!("across river track --scale {scale}"));
+        assert!(output.status.success(), "{}", stderr(&output));
+        insta::assert_snapshot!(
+            format!("by_{scale}"),
+            format!("{}\n{}", stdout(&output), stderr(&output))
+        );
+    }
+}
+
+#[test]
+fn importance_weighs_combinations() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut river = swimmers(&[&[1.0, 2.0, 3.0], &[3.0, 2.0, 1.0]]);
+    (river.points[0].1, river.points[1].1) = (0.75, 0.25);
+    river.write(&folder.path().join("river"));
+    swimmers(&[&[0.0, 0.0, 0.0], &[0.5, 0.5, 0.5]]).write(&folder.path().join("lake"));
+    let first = |by: &str| {
+        let json = succeed(folder.path(), &format!("across river lake --json --by {by}"));
+        let lines = json.lines().map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap());
+        let row = lines.into_iter().find(|l| l["method"] == "drift").unwrap();
+        row["rank_1"].as_f64().unwrap()
+    };
+    assert_eq!((first("equal"), first("importance")), (0.5, 0.25));
+}
+
+#[test]
+fn what_some_methods_lack_is_left_out_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    written(folder.path());
+    let mut lake = swimmers(&[&[0.0, 0.0, 1.0], &[5.0, 4.0, 1.0], &[1.0, 2.0, 2.0]]);
+    lake.points[1].3[2] = None;
+    fs::remove_dir_all(folder.path().join("lake")).unwrap();
+    lake.write(&folder.path().join("lake"));
+    let output = run(folder.path(), "across river lake");
+    assert!(stdout(&output).starts_with("4 combinations"), "{}", stdout(&output));
+    insta::assert_snapshot!("lacking", stderr(&output));
+}
+
+#[test]
+fn unusable_input_is_refused_with_its_place_and_a_way_out() {
+    let folder = tempfile::tempdir().unwrap();
+    written(folder.path());
+    let root = folder.path();
+    fs::create_dir(root.join("empty")).unwrap();
+    fs::create_dir(root.join("other")).unwrap();
+    fs::write(root.join("other/notes.txt"), "").unwrap();
+    let mut old = swimmers(&[&[1.0, 2.0, 3.0]]).manifest();
+    old.identity.schema_version = 0;
+    swimmers(&[&[1.0, 2.0, 3.0]]).write_with(&root.join("old"), &old);
+    let layout = swimmers(&[&[1.0, 2.0, 3.25]]).write(&root.join("nan"));
+    let record = fs::read_to_string(layout.record(2)).unwrap();
+    fs::write(layout.record(2), record.replace("3.25", "NaN")).unwrap();
+    let mut twice = swimmers(&[&[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]]);
+    twice.points[1].0 = "p0".into();
+    twice.write(&root.join("twice"));
+    let mut methods = swimmers(&[&[1.0, 2.0, 3.0]]).manifest();
+    methods.identity.methods[1] = "drift".into();
+    swimmers(&[&[1.0, 2.0, 3.0]]).write_with(&root.join("methods"), &methods);
+    let mut none = swimmers(&[&[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]]);
+    (none.points[0].1, none.points[1].1) = (0.25, 0.75);
+    (none.points[0].3[0], none.points[1].3[1]) = (None, None);
+    none.write(&root.join("none"));
+    let cases = [
+        ("river", 2),
+        ("river empty", 2),
+        ("river other", 2),
+        ("river nowhere", 2),
+        ("river old", 5),
+        ("river nan", 2),
+        ("river twice", 2),
+        ("river methods", 2),
+        ("river river", 2),
+        ("river none", 2),
+        ("river lake --methods drift", 2),
+        ("river lake --methods drift,drift", 2),
+        ("river lake --methods drift,strok", 2),
+        ("river lake --reported p0", 2),
+        ("river lake --reported p0 --reported p7", 2),
+        ("river lake --csv nowhere/a.csv", 2),
+    ];
+    let said: String = cases
+        .iter()
+        .map(|(args, code)| {
+            let output = run(root, &format!("across {args}"));
+            assert_eq!(output.status.code(), Some(*code), "{args}: {}", stderr(&output));
+            format!("across {args}\n  {}", stderr(&output))
+        })
+        .collect();
+    insta::assert_snapshot!("refused", said);
+}
+
+#[test]
+fn ten_million_combinations_take_less_than_a_minute() {
+    let family = |seed: u64| -> Vec<Candidate> {
+        let score = |i: u64| (derive(seed, &[&i.to_string()]) % 1_000_003) as f64;
+        (0..216)
+            .map(|i| Candidate { scores: (0..4).map(|m| score(4 * i + m)).collect(), weight: 1.0 })
+            .collect()
+    };
+    let start = Instant::now();
+    let found = rank_shares(&[family(1), family(2), family(3)], Direction::Lower).unwrap();
+    let took = start.elapsed();
+    println!("{} combinations in {took:?}", found.distinct);
+    assert!(found.distinct > 10_000_000 && took < Duration::from_secs(60), "{took:?}");
+    let total: f64 = found.shares.iter().map(|row| row.iter().sum::<f64>()).sum();
+    assert!((total - 4.0).abs() < 1e-9);
+}

@@ -1,0 +1,259 @@
+//! `tsc-family estimate`: estimators on a family that is known as a whole.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::made_up::{evaluations, manifest, well_formed, well_linked, words, write_results};
+use tsc_family::sample::design::{Input, Measure};
+use tsc_family::sample::{Draw, Until};
+use tsc_family::stats::{Direction, PointObjectives};
+use tsc_family::store::manifest::Manifest;
+use tsc_family::store::record::TaskResult;
+use tsc_family::study::{Cell, Kind, Recorded, RecordedMethod, StudyPlan, grow, study};
+
+/// Point MDPs of the made-up family.
+const SIZE: usize = 120;
+
+/// Scores that follow the first feature, with a little that follows nothing.
+fn score(i: usize) -> f64 {
+    0.4 + 0.02 * (i % 30) as f64 + 0.05 * ((i * 7919 % 13) as f64 / 13.0)
+}
+
+fn recorded() -> Recorded {
+    let feature =
+        |name: &str| tsc_family::family::Feature { name: name.into(), unit: String::new() };
+    let total: f64 = (0..SIZE).map(|i| 1.0 + (i % 4) as f64).sum();
+    let points = (0..SIZE).map(|i| tsc_family::family::PointMdp {
+        id: format!("p{i:03}"),
+        title: format!("p{i:03}"),
+        features: vec![(i % 30) as f64, (i % 4) as f64],
+        importance: (1.0 + (i % 4) as f64) / total,
+        instances: 1,
+    });
+    let features = vec![feature("load"), feature("kind")];
+    let family = tsc_family::family::MdpFamily::new("made-up", features, points.collect(), "here");
+    let family = family.unwrap();
+    let number = |id: &str| id[1..].parse::<usize>().unwrap();
+    let scores: Vec<f64> = family.points.iter().map(|p| score(number(&p.id))).collect();
+    let objectives = scores.iter().map(|s| PointObjectives {
+        weight: 1.0,
+        draws: 1,
+        method: vec![vec![s * 20.0]],
+        baseline: vec![20.0],
+    });
+    // What a cheap method achieves differs from it by little.
+    let cheap = scores.iter().enumerate().map(|(i, s)| 1.1 * s + 0.002 * (i % 5) as f64);
+    let input = Input { method: "cheap".into(), measure: Measure::Score };
+    Recorded {
+        direction: Direction::Lower,
+        methods: vec![RecordedMethod {
+            name: "learner".into(),
+            learns: true,
+            objectives: objectives.collect(),
+            cost_s: vec![Some(3600.0); SIZE],
+            scores: scores.clone(),
+        }],
+        lacking: Vec::new(),
+        inputs: vec![(input, cheap.collect())],
+        family,
+    }
+}
+
+fn plan(budgets: &[usize], repeats: usize, kinds: &[Kind]) -> StudyPlan {
+    let (budgets, kinds) = (budgets.to_vec(), kinds.to_vec());
+    StudyPlan { budgets, repeats, kinds, seed: 3, resamples: 200 }
+}
+
+fn studied(plan: &StudyPlan) -> Vec<Cell> {
+    study(&recorded(), plan, &|_| {}).unwrap()
+}
+
+#[test]
+fn balanced_samples_are_unbiased_and_their_intervals_cover_what_they_promise() {
+    let kinds = [Kind::M1, Kind::Balanced, Kind::M4];
+    let cells = studied(&plan(&[20, 40], 300, &kinds));
+    for cell in &cells {
+        let bias = (cell.mean - cell.truth).abs();
+        assert!(bias < 0.2 * cell.deviation + 0.001, "{:?} {bias}", cell.kind);
+        let covered = cell.coverage.unwrap();
+        assert!((0.85..=1.0).contains(&covered), "{:?} at {}: {covered}", cell.kind, cell.budget);
+        // An hour per point MDP; with replacement one may be drawn twice and is trained once.
+        let hours = cell.cpu_hours.unwrap();
+        let all = (hours - cell.budget as f64).abs() < 1e-9;
+        assert!(if cell.kind == Kind::M1 { hours < cell.budget as f64 } else { all });
+    }
+    let error = |kind: Kind, budget: usize| {
+        cells.iter().find(|c| c.kind == kind && c.budget == budget).unwrap().error
+    };
+    for budget in [20, 40] {
+        assert!(error(Kind::Balanced, budget) < 0.6 * error(Kind::M1, budget));
+        assert!(error(Kind::M4, budget) < 0.5 * error(Kind::Balanced, budget));
+    }
+}
+
+#[test]
+fn a_sample_of_everything_misses_nothing_but_draws_with_replacement_do() {
+    for cell in studied(&plan(&[SIZE], 3, &Kind::ALL)) {
+        assert_eq!(cell.error < 1e-9, cell.kind != Kind::M1, "{:?} {}", cell.kind, cell.error);
+    }
+}
+
+#[test]
+fn runs_that_stop_early_save_point_mdps_and_hold_what_they_say() {
+    let mut recorded = recorded();
+    // Another method that is a little worse on average, and differs with the second feature.
+    let mut other = recorded.methods[0].clone();
+    other.name = "other".into();
+    for (i, objectives) in other.objectives.iter_mut().enumerate() {
+        let factor = if i % 4 == 0 { 0.98 } else { 1.05 };
+        objectives.method[0][0] *= factor;
+        other.scores[i] *= factor;
+    }
+    recorded.methods.push(other);
+    let plan = plan(&[10, 20, 40, 80], 200, &[Kind::M1, Kind::Balanced]);
+    let pair = ("learner".to_owned(), "other".to_owned());
+    for until in [Until::Decided(vec![pair]), Until::HalfWidth(0.02)] {
+        let stopped = grow(&recorded, &plan, &until, &|_| {}).unwrap();
+        let [spent, naive] = &stopped[..] else { panic!("{}", stopped.len()) };
+        assert!(spent.is_spent && !naive.is_spent);
+        assert!(naive.points < spent.points && spent.points < 80.0, "{until}: {stopped:?}");
+        assert!(spent.enough > 0.9 && spent.early > 0.5, "{until}: {spent:?}");
+        for (judged, share) in &spent.coverage {
+            assert!(share.unwrap() >= 0.92, "{until}, {judged}: {share:?}");
+        }
+        assert_eq!(spent.wrong, matches!(until, Until::Decided(_)).then_some(0.0));
+    }
+}
+
+#[test]
+fn the_same_plan_gives_the_same_cells_on_one_thread_and_on_four() {
+    let plan = plan(&[15], 8, &Kind::ALL);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| studied(&plan))
+    };
+    assert_eq!(on(1), on(4));
+}
+
+#[test]
+fn another_importance_is_another_truth_on_the_same_scores() {
+    let all = recorded();
+    let mut importance = vec![0.0; SIZE];
+    importance[7] = 3.0;
+    importance[9] = 1.0;
+    let other = all.with_importance(&importance).unwrap();
+    let expected = 0.75 * all.methods[0].scores[7] + 0.25 * all.methods[0].scores[9];
+    assert!((other.truth(&other.methods[0]) - expected).abs() < 1e-12);
+    let id = &all.family.points[50].id;
+    let at = other.family.position(id).unwrap();
+    assert_eq!(other.methods[0].scores[at], all.methods[0].scores[50]);
+    assert_eq!(other.inputs[0].1[at], all.inputs[0].1[50]);
+}
+
+/// A run of a family of twelve; delays rise with the inflow.
+fn twelve() -> Manifest {
+    let mut manifest = manifest(&["baseline", "steady", "nervous"]);
+    let identity = &mut manifest.identity;
+    let pattern = identity.points[0].clone();
+    identity.points = (0..12)
+        .map(|i| {
+            let mut point = pattern.clone();
+            point.point = format!("p{i:02}");
+            point.features = vec![2.0, 100.0 * f64::from(i)];
+            point.importance = 1.0 / 12.0;
+            point
+        })
+        .collect();
+    let draw = |p: &tsc_family::store::manifest::PointRow| Draw {
+        point: p.point.clone(),
+        weight: p.importance,
+        count: 1,
+        inclusion: None,
+    };
+    identity.sample.draws = identity.points.iter().map(draw).collect();
+    (identity.sample.budget, identity.sample.family_size) = (12, 12);
+    manifest
+}
+
+fn write_twelve(root: &Path, manifest: &Manifest, without: &str) {
+    std::fs::create_dir_all(root).unwrap();
+    write_results(root, manifest, |task| {
+        let i: f64 = task.point[1..].parse().unwrap();
+        let factor = match task.method.as_str() {
+            "baseline" => 1.0,
+            "steady" => 0.5 + 0.01 * i,
+            _ => 0.4 + 0.05 * i,
+        };
+        let delay = factor * (20.0 + i);
+        let rows = evaluations(&[delay, 1.02 * delay]);
+        (task.method != without || task.point != "p03")
+            .then_some(Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+}
+
+fn estimate(folder: &Path, args: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
+    command.current_dir(folder).arg("estimate").args(args.split_whitespace()).output().unwrap()
+}
+
+fn fails(folder: &Path, args: &str) -> String {
+    let output = estimate(folder, args);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn the_command_writes_a_table_a_figure_and_a_page() {
+    let dir = tempfile::tempdir().unwrap();
+    write_twelve(&dir.path().join("all"), &twelve(), "");
+    let output = estimate(dir.path(), "all --repeats 20");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let table = String::from_utf8(output.stdout).unwrap();
+    for expected in ["N = 10", "M4, model-assisted", "steady", "nervous"] {
+        assert!(table.contains(expected), "{table}");
+    }
+    let html = std::fs::read_to_string(dir.path().join("all/estimate/index.html")).unwrap();
+    well_linked(&html);
+    assert!(words(&html).contains("All 12 point MDPs were evaluated"));
+    well_formed(&std::fs::read_to_string(dir.path().join("all/estimate/budget.svg")).unwrap());
+    let csv = std::fs::read_to_string(dir.path().join("all/estimate/errors.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 2 * 5);
+    let json = estimate(dir.path(), "all --repeats 20 --json --budgets 3,5 --estimators m3");
+    assert_eq!(String::from_utf8(json.stdout).unwrap().lines().count(), 2 * 2);
+}
+
+#[test]
+fn what_has_no_truth_or_another_family_is_refused_with_the_way_out() {
+    let dir = tempfile::tempdir().unwrap();
+    write_twelve(&dir.path().join("all"), &twelve(), "");
+    let mut part = twelve();
+    part.identity.sample.family_size = 40;
+    write_twelve(&dir.path().join("part"), &part, "");
+    let mut other = twelve();
+    other.identity.points[4].point = "p77".into();
+    other.identity.sample.draws[4].point = "p77".into();
+    write_twelve(&dir.path().join("other"), &other, "");
+    std::fs::create_dir(dir.path().join("empty")).unwrap();
+    let e = fails(dir.path(), "part");
+    assert!(
+        e.contains("part has 12 of the 40 point MDPs of smoke") && e.contains("--budget all"),
+        "{e}"
+    );
+    let e = fails(dir.path(), "all --assist other");
+    assert!(e.contains("other has another family than all"), "{e}");
+    let e = fails(dir.path(), "all --inputs learner");
+    assert!(e.contains("methods without learning on all point MDPs are steady, nervous"), "{e}");
+    assert!(fails(dir.path(), "all --budgets 13").contains("give budgets from 1 to 12"));
+    assert!(fails(dir.path(), "all --estimators m1 --assist all").contains("has no effect"));
+    fails(dir.path(), "empty");
+}
+
+#[test]
+fn a_method_that_lacks_scores_is_left_out_and_named() {
+    let dir = tempfile::tempdir().unwrap();
+    write_twelve(&dir.path().join("all"), &twelve(), "nervous");
+    let output = estimate(dir.path(), "all --repeats 5");
+    let (table, notes) = (output.stdout, String::from_utf8(output.stderr).unwrap());
+    assert!(!String::from_utf8(table).unwrap().contains("nervous"));
+    assert!(notes.contains("nervous is left out: it has no score on 1 point MDP."), "{notes}");
+}

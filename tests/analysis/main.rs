@@ -1,0 +1,30 @@
+//! What is computed from records: statistics, reports, estimates, sensitivity.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod families;
+mod made_up;
+
+mod across;
+mod damaged;
+mod estimate;
+mod export;
+mod plan;
+mod published;
+mod quality_snapshot;
+mod replicates;
+mod report_first;
+mod report_large;
+mod report_places;
+mod report_plain;
+mod report_snapshot;
+mod report_summaries;
+mod report_sure;
+mod report_titles;
+mod report_training;
+mod report_winner;
+mod rliable;
+mod sensitivity;
+mod sensitivity_cases;
+mod summaries;

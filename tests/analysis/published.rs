@@ -1,0 +1,60 @@
+//! What was published stays readable, whatever becomes of the formats: every run below `results/`, and a model of the
+//! first version.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::common::{run, stderr, stdout, succeed};
+
+/// The folders with packed records.
+fn published() -> Vec<PathBuf> {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let folders = |folder: &Path| -> Vec<PathBuf> {
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()).collect()
+    };
+    let mut runs: Vec<PathBuf> = folders(&results).iter().flat_map(|f| folders(f)).collect();
+    runs.retain(|run| run.join("records.tar.xz").exists());
+    runs.sort();
+    runs
+}
+
+/// Unpacks a published run as its README says.
+fn unpacked(run: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(run).unwrap().map(Result::unwrap) {
+        let is_packed = !["plan.jsonl", "lock.json"].iter().any(|name| entry.file_name() == *name);
+        if entry.path().is_file() && is_packed {
+            fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+        }
+    }
+    let unpack = "tar -xJf records.tar.xz && gunzip -k plan.jsonl.gz";
+    assert!(Command::new("sh").args(["-c", unpack]).current_dir(to).status().unwrap().success());
+}
+
+#[test]
+fn every_published_run_is_sound_and_reported() {
+    let runs = published();
+    assert!(runs.len() >= 9, "{runs:?}");
+    let folder = tempfile::tempdir().unwrap();
+    for (number, path) in runs.iter().enumerate() {
+        let to = folder.path().join(number.to_string());
+        unpacked(path, &to);
+        let output = run(folder.path(), &format!("check {number} --json"));
+        let said = stdout(&output);
+        let whole: serde_json::Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
+        assert_eq!(whole["damaged"], 0, "{}: {said}", path.display());
+        // Some are still being computed.
+        let expected = if whole["missing"] == 0 { 0 } else { 6 };
+        assert_eq!(output.status.code(), Some(expected), "{}: {said}", path.display());
+        succeed(folder.path(), &format!("report {number}"));
+        assert!(to.join("report/index.html").exists());
+        if whole["missing"] == 0 && whole["failed"] == 0 {
+            let estimate =
+                format!("estimate {number} --budgets 10 --repeats 2 --out {number}/estimate");
+            let output = run(folder.path(), &estimate);
+            assert!(output.status.success(), "{}: {}", path.display(), stderr(&output));
+        }
+        fs::remove_dir_all(&to).unwrap();
+    }
+}

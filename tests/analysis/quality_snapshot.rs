@@ -1,0 +1,265 @@
+//! What the page on the quality of a derived family says, word by word.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use crate::made_up::{well_formed, well_linked, words};
+use osm_signals::DrivingSide;
+use osm_signals::flags::Flag as MapFlag;
+use osm_signals::intersections::Skip;
+use osm_signals::oddities::{Oddities, Oddity};
+use osm_signals::side::DecidedBy;
+use osm_signals::side::countries::Country;
+use osm_signals::side::evidence::Votes;
+use osm_signals::streets::Source;
+use osm_signals::tags::Highway;
+use osm_signals::traffic::InflowSource;
+use tsc_family::traffic::city::drawing::{Drawing, DrawnStreet};
+use tsc_family::traffic::city::flag::Flag;
+use tsc_family::traffic::city::quality::ListedRow;
+use tsc_family::traffic::city::quality::{
+    CountsSummary, Demand, Distribution, InputFile, Provenance, Quality, SkipCount,
+};
+use tsc_family::traffic::city::reason::Reason;
+use tsc_family::traffic::city::side::CitySide;
+use tsc_family::traffic::city::sketch::{Sketch, SketchArm};
+use tsc_family::traffic::city::spots::{Spot, SpotArm};
+use tsc_family::traffic::report::quality::write_quality;
+
+fn rests_on(feature: &'static str, tagged: f64, imputed: f64) -> Provenance {
+    Provenance { feature, tagged, spread: 0.0, imputed, default: 1.0 - tagged - imputed }
+}
+
+fn distribution(name: &str, unit: &str, bin: f64, values: [f64; 2]) -> Distribution {
+    let mean = (values[0] + values[1]) / 2.0;
+    let sd = (values[0] - mean).abs();
+    let (name, unit, values) = (name.to_owned(), unit.to_owned(), values.to_vec());
+    Distribution { name, unit, mean, sd, bin, values }
+}
+
+fn spot(id: &str, streets: &[&str], known: f64) -> Spot {
+    Spot {
+        id: id.to_owned(),
+        streets: streets.iter().map(|s| (*s).to_owned()).collect(),
+        latitude: 40.0 + known / 100.0,
+        longitude: -75.0,
+        arms: ["A", "B", "C", "D"].map(|name| arm(name, known)).to_vec(),
+        signals: 2,
+        known,
+        list_distance_m: None,
+        count_distance_m: None,
+        flags: if known > 0.0 {
+            vec![]
+        } else {
+            [MapFlag::CloseArms, MapFlag::Cut].map(Flag::Map).to_vec()
+        },
+    }
+}
+
+fn arm(name: &str, known: f64) -> SpotArm {
+    let source = if known > 0.0 { Source::Tagged } else { Source::Default };
+    let inflow = if known > 0.0 { InflowSource::Spread } else { InflowSource::Default };
+    SpotArm {
+        arm: name.to_owned(),
+        street: None,
+        class: "primary",
+        bearing_deg: 0.0,
+        lanes_in: if name == "D" { 0 } else { 2 },
+        lanes_out: 1,
+        left_turn_lanes: 0,
+        right_turn_lanes: 0,
+        speed_mph: 30.0,
+        lanes_source: source,
+        speed_source: Source::Imputed,
+        inflow_source: (name != "D").then_some(inflow),
+        count: None,
+        count_distance_m: None,
+    }
+}
+
+fn row(line: u64, matched: Option<(&str, f64, bool)>) -> ListedRow {
+    ListedRow {
+        id: format!("<{line}> & co"),
+        line,
+        latitude: 40.0,
+        longitude: -75.0,
+        intersection: matched.map(|m| m.0.to_owned()),
+        distance_m: matched.map(|m| m.1),
+        on_map: matched.is_some_and(|m| m.2),
+        reason: matched.is_none().then_some("roundabout"),
+        duplicate_of: None,
+    }
+}
+
+/// Two intersections without a list and without counts.
+fn plain() -> Quality {
+    let mut ignored = Oddities::default();
+    ignored.add("unusable number of lanes", || "way 17, lanes=<many>".to_owned());
+    let skip = |reason: Skip, signals, examples: &[i64]| SkipCount {
+        reason: Reason::Map(reason),
+        text: reason.reason(),
+        signals,
+        examples: examples.to_vec(),
+    };
+    let file =
+        |role, name: &str| InputFile { role, name: name.to_owned(), sha256: "ab".repeat(32) };
+    Quality {
+        name: "made-up".to_owned(),
+        version: "0.1.0",
+        inputs: vec![file("extract", "a <b> & \"c\".osm.pbf")],
+        written: BTreeMap::new(),
+        side: CitySide {
+            driving_side: DrivingSide::Left,
+            decided_by: DecidedBy::Streets,
+            countries: vec![Country {
+                code: "US".to_owned(),
+                driving_side: DrivingSide::Right,
+                places: 10,
+            }],
+            roundabouts: Votes { right: 0, left: 4 },
+            carriageways: Votes { right: 1, left: 9 },
+            tags: Votes::default(),
+            warning: Some("the streets say otherwise than the country".to_owned()),
+        },
+        ways: 30,
+        signals: 10,
+        signals_used: 4,
+        intersections: 2,
+        approaches: 8,
+        point_mdps: 2,
+        demand: Demand { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
+        skipped: vec![skip(Skip::Border, 4, &[11, 12]), skip(Skip::NotOnStreet, 1, &[13])],
+        provenance: vec![
+            rests_on("lanes", 0.75, 0.25),
+            rests_on("turn_lanes", 0.5, 0.0),
+            rests_on("speed", 0.25, 0.5),
+            rests_on("length", 0.875, 0.0),
+            rests_on("inflow", 0.0, 0.0),
+        ],
+        cut_approaches: 1,
+        no_way_across: 1,
+        counts: None,
+        left_out: BTreeMap::new(),
+        listed: Vec::new(),
+        ignored,
+        features: vec![
+            distribution("lanes", "lanes, both directions", 1.0, [2.0, 4.0]),
+            distribution("speed_mph", "mph", 5.0, [25.0, 30.0]),
+            distribution("length_m", "m", 100.0, [120.0, 5000.0]),
+            distribution("inflow_vph", "veh/h per approach", 250.0, [200.0, 800.0]),
+            distribution("left_turn_lanes", "lanes per approach", 1.0, [0.0, 0.0]),
+            distribution("right_turn_lanes", "lanes per approach", 1.0, [0.0, 0.5]),
+        ],
+        spots: vec![spot("n1", &["<script>A</script> & B", "C"], 0.5), spot("n2", &[], 0.0)],
+    }
+}
+
+/// The same with a list and counts.
+fn listed() -> Quality {
+    let mut listed = vec![row(2, Some(("a", 3.0, true))), row(3, Some(("b", 12.0, false)))];
+    listed.extend((4..56).map(|line| row(line, None)));
+    let oddity = Oddity { count: 3, example: "line 9".to_owned() };
+    let counts = CountsSummary {
+        field: "AADT<2019>".to_owned(),
+        counts: 70,
+        approaches: 8,
+        matched: 2,
+        spread: 1,
+        spread_m: 1000.0,
+        skipped: vec![("count that is no number".to_owned(), oddity)],
+    };
+    let mut q = plain();
+    q.provenance[4] = Provenance { spread: 0.125, ..rests_on("inflow", 0.25, 0.125) };
+    q.provenance[4].default -= 0.125;
+    Quality { listed, counts: Some(counts), ..q }
+}
+
+fn drawing() -> Drawing {
+    let street = |highway, places: &[(f64, f64)]| DrawnStreet { highway, places: places.to_vec() };
+    Drawing {
+        streets: vec![
+            street(Highway::Residential, &[(40.0, -75.01), (40.0, -75.0), (40.004, -74.9)]),
+            street(Highway::Primary, &[(39.9, -75.0), (40.1, -75.0)]),
+        ],
+        skipped: vec![(40.001, -75.001, "roundabout"), (40.002, -75.002, "roundabout")],
+        frame: [39.999, -75.005, 40.006, -74.995],
+        thinned: true,
+        sketches: vec![Sketch {
+            id: "n2".to_owned(),
+            arms: vec![SketchArm {
+                arm: "A".to_owned(),
+                bearing_deg: 0.0,
+                lanes_in: 2,
+                lanes_out: 1,
+            }],
+            streets: vec![vec![(0.0, 0.0), (0.0, 80.0)]],
+            nodes: vec![(0.0, 0.0)],
+            signals: vec![(1.0, 1.0)],
+        }],
+    }
+}
+
+fn page(quality: &Quality) -> String {
+    let dir = tempfile::tempdir().unwrap();
+    fs::read_to_string(write_quality(dir.path(), quality, &drawing()).unwrap()).unwrap()
+}
+
+#[test]
+fn the_words_of_the_page_are_these() {
+    insta::assert_snapshot!(words(&page(&plain())));
+}
+
+#[test]
+fn a_list_and_counts_have_sections_of_their_own() {
+    let words = words(&page(&listed()));
+    let (_, rest) = words.split_once("\nSignal list\nWhat").unwrap();
+    let (list, _) = rest.split_once("\nMap\n").unwrap();
+    let repeated = |line: &&str| line.contains("| roundabout") && !line.starts_with("&lt;4&gt;");
+    let lines: Vec<&str> = list.lines().filter(|line| !repeated(line)).collect();
+    insta::assert_snapshot!(format!("What{}", lines.join("\n")));
+    assert_eq!(list.lines().filter(repeated).count(), 51);
+}
+
+#[test]
+fn the_page_is_well_formed_and_loads_nothing() {
+    for quality in [plain(), listed()] {
+        let page = page(&quality);
+        // The two elements that HTML leaves open.
+        let closed = page.replace("utf-8\">", "utf-8\"/>").replace("scale=1\">", "scale=1\"/>");
+        well_formed(&closed.replace("<!DOCTYPE html>", ""));
+        // One script of its own, which sorts a table and without which everything can be read.
+        assert_eq!(page.matches("<script").count(), 1);
+        well_linked(&page.replace("<script>", ""));
+    }
+}
+
+#[test]
+fn the_map_has_a_path_per_class_of_street_and_per_reason() {
+    let page = page(&plain());
+    let (_, map) = page.split_once("map-figure-desc\"").unwrap();
+    // Two classes, one reason, the frame and the cross of the legend.
+    assert_eq!(map.split("</svg>").next().unwrap().matches("<path").count(), 5);
+    assert!(map.contains("n1: &lt;script&gt;A&lt;/script&gt; &amp; B / C; 4 arms; 50% known"));
+    assert!(map.contains("n2: streets without a name; 4 arms; 0% known"));
+    assert!(map.contains("Minor streets are left out."));
+}
+
+#[test]
+fn the_data_are_beside_the_page() {
+    let dir = tempfile::tempdir().unwrap();
+    write_quality(dir.path(), &plain(), &drawing()).unwrap();
+    let json = fs::read_to_string(dir.path().join("quality.json")).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["skipped"][0]["reason"], "border");
+    assert_eq!(value["spots"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn without_a_frame_there_is_no_map_and_without_oddities_nothing_was_ignored() {
+    let dir = tempfile::tempdir().unwrap();
+    let quality = Quality { ignored: Oddities::default(), ..plain() };
+    let path = write_quality(dir.path(), &quality, &Drawing::default()).unwrap();
+    let page = fs::read_to_string(path).unwrap();
+    assert!(!page.contains("id=\"places\"") && !page.contains("href=\"#places\""));
+    assert!(page.contains("Nothing: every value of the extract that matters could be used."));
+}

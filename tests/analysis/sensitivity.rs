@@ -1,0 +1,261 @@
+//! What other importance does to a ranking: what is printed and written, what is refused.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::{run, stderr, stdout, succeed};
+use crate::families::{MadeUp, equal};
+use crate::made_up::{well_formed, well_linked, words};
+use tsc_family::analysis::Analysis;
+use tsc_family::analysis::sensitivity::{Question, Sensitivity};
+use tsc_family::report::{Plain, Sections};
+use tsc_family::stats::Direction;
+use tsc_family::store::Layout;
+use tsc_family::store::results::Results;
+
+/// On small waters `dive` is best, on the large one `stroke`.
+fn swimmers() -> MadeUp<'static> {
+    let mut family = MadeUp {
+        objective: "distance_m",
+        direction: Direction::Higher,
+        baseline: "",
+        methods: &["drift", "stroke", "dive"],
+        points: equal(&[&[1.0, 2.0, 3.0], &[1.0, 3.0, 4.0], &[1.0, 9.0, 0.5]]),
+    };
+    for (point, importance) in family.points.iter_mut().zip([0.5, 0.4, 0.1]) {
+        point.1 = importance;
+    }
+    family.points[2].2 = 100.0;
+    family
+}
+
+fn analysis(layout: &Layout) -> Analysis {
+    Analysis::new(&Results::load(layout).unwrap(), Plain::default().measures())
+}
+
+fn question() -> Question {
+    Question {
+        methods: None,
+        failure: None,
+        weigh_by: Vec::new(),
+        concentration: 1.0,
+        seed: 0,
+        reported: Vec::new(),
+    }
+}
+
+#[test]
+fn importance_decides_the_ranking() {
+    let dir = tempfile::tempdir().unwrap();
+    let analysis = analysis(&swimmers().write(dir.path()));
+    let question = Question {
+        weigh_by: vec!["size_m".into()],
+        failure: Some("effort_j<20".parse().unwrap()),
+        reported: vec!["p2".into()],
+        ..question()
+    };
+    let found = Sensitivity::new(&analysis, &question, &[]).unwrap();
+    assert_eq!(found.board.methods, ["dive", "stroke", "drift"]);
+    let near = |found: &[f64], expected: [f64; 3]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    };
+    let of = |name: &str| found.distributions.iter().find(|d| d.name == name).unwrap();
+    near(&of("importance").overall, [1.5 + 1.6 + 0.05, 1.0 + 1.2 + 0.9, 1.0]);
+    near(&of("equal").overall, [2.5, 14.0 / 3.0, 1.0]);
+    // 0.5 * 1, 0.4 * 2, 0.1 * 100 of 11.3.
+    near(&of("size_m").weights, [0.5 / 11.3, 0.8 / 11.3, 10.0 / 11.3]);
+    // 0.13 + 0.28 + 0.44, more than 8, and 1.
+    assert_eq!(of("size_m").ranks, [3.0, 1.0, 2.0]);
+    let turned = found.reversals(of("equal"));
+    assert_eq!((turned[0].here.as_str(), turned[0].overall.as_str()), ("stroke", "dive"));
+    let failures = found.failures.unwrap();
+    let counts: Vec<_> = failures
+        .methods
+        .iter()
+        .map(|f| (f.method.as_str(), f.points.len(), f.importance))
+        .collect();
+    assert_eq!(counts, [("dive", 1, 0.1), ("stroke", 0, 0.0), ("drift", 3, 1.0)]);
+    assert_eq!((failures.by_half.as_slice(), failures.by_all, failures.by_any), (&[2][..], 0, 3));
+    let reported = &found.reported[0];
+    assert_eq!(reported.ranks, [Some(3.0), Some(1.0), Some(2.0)]);
+    assert_eq!(reported.overall_ranks, [Some(1.0), Some(2.0), Some(3.0)]);
+    assert_eq!(reported.reversals.len(), 2);
+    assert_eq!(found.distributions.len(), 3 + 5);
+    for shares in &found.random.shares {
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+    let drift: f64 = found.random.shares[2][2];
+    assert!(drift > 0.8, "drift is last nearly always: {drift}");
+}
+
+#[test]
+fn a_small_concentration_makes_single_point_mdps_decide() {
+    let dir = tempfile::tempdir().unwrap();
+    let analysis = analysis(&swimmers().write(dir.path()));
+    let first = |concentration: f64| {
+        let found =
+            Sensitivity::new(&analysis, &Question { concentration, ..question() }, &[]).unwrap();
+        found.random.shares[0][0]
+    };
+    // `dive` is best on two of the three point MDPs, and not on their mean.
+    assert!((first(0.001) - 2.0 / 3.0).abs() < 0.05, "{}", first(0.001));
+    assert_eq!(first(1000.0), 0.0);
+}
+
+#[test]
+fn what_is_printed_and_written_are_these_words() {
+    let folder = tempfile::tempdir().unwrap();
+    swimmers().write(&folder.path().join("river"));
+    let mut sea = swimmers();
+    sea.points.truncate(1);
+    sea.points[0].0 = "sea".into();
+    sea.points[0].1 = 1.0;
+    sea.points[0].3 = vec![None, Some(5.0), Some(4.0)];
+    sea.write(&folder.path().join("sea"));
+    let args = "sensitivity river --weigh-by size_m --failure effort_j<20 --reported p2 --reported-results sea";
+    let output = run(folder.path(), args);
+    assert!(output.status.success(), "{}", stderr(&output));
+    insta::assert_snapshot!("printed", format!("{}\n{}", stdout(&output), stderr(&output)));
+    let written = folder.path().join("river/sensitivity");
+    let page = fs::read_to_string(written.join("index.html")).unwrap();
+    well_formed(&page[page.find("<body>").unwrap()..page.find("</html>").unwrap()]);
+    well_linked(&page);
+    for strange in
+        ["delay", "vehicle", "intersection", "signal", "traffic", "SUMO", "NaN", "<script"]
+    {
+        assert!(!page.contains(strange), "{strange}");
+    }
+    insta::assert_snapshot!("page", words(&page));
+    let drawing = fs::read_to_string(written.join("sensitivity.svg")).unwrap();
+    well_formed(&drawing);
+    assert!(drawing.contains("higher is better") && drawing.contains("reported: sea"));
+    for table in ["distributions", "weights", "ranks", "failures", "reported"] {
+        let text = fs::read_to_string(written.join(format!("{table}.csv"))).unwrap();
+        insta::assert_snapshot!(format!("csv_{table}"), text);
+    }
+    let again = succeed(folder.path(), "sensitivity river --json");
+    let events: Vec<String> = again
+        .lines()
+        .map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap())
+        .map(|l| l["event"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!(events, [vec!["distribution"; 7], vec!["ranks"; 3]].concat());
+    assert!(!written.join("failures.csv").exists(), "it was of another question");
+}
+
+#[test]
+fn the_same_question_gives_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    swimmers().write(&folder.path().join("river"));
+    let read = |file: &str| fs::read(folder.path().join("out").join(file)).unwrap();
+    let mut seen = Vec::new();
+    for _ in 0..2 {
+        succeed(folder.path(), "sensitivity river --seed 3 --out out");
+        seen.push(["index.html", "weights.csv", "ranks.csv", "sensitivity.svg"].map(read));
+    }
+    assert!(seen[0] == seen[1]);
+    succeed(folder.path(), "sensitivity river --seed 4 --out out");
+    assert_ne!(seen[0][1], read("weights.csv"));
+}
+
+#[test]
+fn what_methods_lack_is_said_and_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut river = swimmers();
+    river.points[2].3[1] = None;
+    river.write(&folder.path().join("river"));
+    let output = run(folder.path(), "sensitivity river");
+    let said = stderr(&output);
+    assert!(
+        said.contains(
+            "of 3 point MDPs 2 are compared, on which all methods have a score; lacking: stroke 1"
+        ),
+        "{said}"
+    );
+    assert!(stdout(&output).contains("on 2 point MDPs"));
+    let page = fs::read_to_string(folder.path().join("river/sensitivity/index.html")).unwrap();
+    assert!(page.contains("lacking: stroke 1"));
+    let refused = run(folder.path(), "sensitivity river --reported p2");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("not every method has a score on point MDP `p2`"));
+}
+
+/// Writes results that cannot be used, and some that can.
+fn odd(root: &Path) {
+    swimmers().write(&root.join("river"));
+    fs::create_dir(root.join("empty")).unwrap();
+    fs::create_dir(root.join("thesis")).unwrap();
+    fs::write(root.join("thesis/chapter.tex"), "").unwrap();
+    let mut old = swimmers().manifest();
+    old.identity.schema_version = 2;
+    swimmers().write_with(&root.join("old"), &old);
+    let layout = swimmers().write(&root.join("nan"));
+    let record = fs::read_to_string(layout.record(2)).unwrap();
+    fs::write(layout.record(2), record.replace(":3.0", ":NaN")).unwrap();
+    let mut twice = swimmers();
+    twice.points[1].0 = "p0".into();
+    twice.write(&root.join("twice"));
+    let mut none = swimmers();
+    none.points.iter_mut().for_each(|p| p.3 = vec![Some(1.0), None, None]);
+    none.write(&root.join("none"));
+    let mut other = swimmers();
+    other.objective = "time_s";
+    other.write(&root.join("other"));
+    let mut sizes = swimmers();
+    sizes.points[0].2 = -1.0;
+    sizes.write(&root.join("sizes"));
+    let mut flat = swimmers();
+    flat.points.iter_mut().for_each(|p| p.2 = 0.0);
+    flat.write(&root.join("flat"));
+}
+
+#[test]
+fn unusable_input_is_refused_with_its_place_and_a_way_out() {
+    let folder = tempfile::tempdir().unwrap();
+    odd(folder.path());
+    let cases = [
+        ("empty", 2),
+        ("thesis", 2),
+        ("nowhere", 2),
+        ("old", 5),
+        ("nan", 2),
+        ("twice", 2),
+        ("none", 2),
+        ("none --methods drift,dive", 2),
+        ("river --methods drift", 2),
+        ("river --methods drift,drift", 2),
+        ("river --methods drift,dove", 2),
+        ("river --failure waiting_s>20", 2),
+        ("river --failure distance_m", 2),
+        ("river --weigh-by siz_m", 2),
+        ("sizes --weigh-by size_m", 2),
+        ("flat --weigh-by size_m", 2),
+        ("river --concentration 0", 2),
+        ("river --concentration nan", 2),
+        ("river --reported p9", 2),
+        ("river --reported-results other", 2),
+        ("river --reported-results none", 2),
+        ("river --reported-results empty", 2),
+        ("river --out thesis", 2),
+    ];
+    let said: String = cases
+        .iter()
+        .map(|(args, code)| {
+            let output = run(folder.path(), &format!("sensitivity {args}"));
+            assert_eq!(output.status.code(), Some(*code), "{args}: {}", stderr(&output));
+            assert!(stdout(&output).is_empty(), "{args}");
+            format!("sensitivity {args}\n  {}", stderr(&output))
+        })
+        .collect();
+    insta::assert_snapshot!("refused", said);
+    assert!(!folder.path().join("river/sensitivity").exists(), "nothing was written");
+}
+
+#[test]
+fn every_domain_says_what_a_failure_is_in_a_metric_that_it_records() {
+    let limits: Vec<String> = tsc_family::domains::domains()
+        .iter()
+        .map(|d| d.failure().expect("both domains say").to_string())
+        .collect();
+    assert_eq!(limits, ["waiting_s>20", "normalised_return<0.05"]);
+}

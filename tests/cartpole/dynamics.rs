@@ -1,0 +1,74 @@
+//! CartPole's dynamics against gymnasium's, step by step (`scripts/cartpole_steps.py` writes the table).
+
+use tsc_family::cartpole::dynamics::{Context, Dynamics, State, Variant, fell};
+
+/// Largest difference: absolute, relative where numbers are larger than 1.
+const TOLERANCE: f64 = 1e-12;
+
+/// A row of the table.
+struct Row {
+    dynamics: Dynamics,
+    start: bool,
+    before: State,
+    right: bool,
+    after: State,
+    terminated: bool,
+}
+
+fn rows() -> Vec<Row> {
+    let mut table = csv::Reader::from_path("tests/cartpole/gymnasium.csv").unwrap();
+    let row = |record: csv::StringRecord| {
+        let n: Vec<f64> = record.iter().skip(1).map(|n| n.parse().unwrap()).collect();
+        let context = Context::from_features(n[..5].try_into().unwrap());
+        let variant = match &record[0] {
+            "carl-compat" => Variant::CarlCompat,
+            "physical" => Variant::Physical,
+            other => panic!("no variant {other}"),
+        };
+        assert_eq!(n[15], 1.0, "a reward of 1 for every step");
+        Row {
+            dynamics: Dynamics::new(context, variant),
+            start: n[5] == 1.0,
+            before: n[6..10].try_into().unwrap(),
+            right: n[10] == 1.0,
+            after: n[11..15].try_into().unwrap(),
+            terminated: n[16] == 1.0,
+        }
+    };
+    table.records().map(|record| row(record.unwrap())).collect()
+}
+
+fn close(ours: &State, gymnasium: &State, row: usize) {
+    for (a, b) in ours.iter().zip(gymnasium) {
+        assert!((a - b).abs() <= TOLERANCE * b.abs().max(1.0), "row {row}: {ours:?} {gymnasium:?}");
+    }
+}
+
+#[test]
+fn every_step_is_gymnasium_s() {
+    let rows = rows();
+    assert_eq!(rows.len(), 1500);
+    let own = Dynamics::new(Context::default(), Variant::CarlCompat);
+    assert_eq!(rows.iter().filter(|r| r.dynamics == own).count(), 1000);
+    for (i, row) in rows.iter().enumerate() {
+        let after = row.dynamics.step(row.before, row.right);
+        close(&after, &row.after, i);
+        assert_eq!(fell(&after), row.terminated, "row {i}");
+    }
+}
+
+#[test]
+fn whole_episodes_stay_gymnasium_s() {
+    let mut state = [0.0; 4];
+    let (mut episodes, mut falls) = (0, 0);
+    for (i, row) in rows().iter().enumerate() {
+        if row.start {
+            state = row.before;
+            episodes += 1;
+        }
+        state = row.dynamics.step(state, row.right);
+        close(&state, &row.after, i);
+        falls += usize::from(fell(&state));
+    }
+    assert!(episodes > 50 && falls >= episodes - 11, "{episodes} {falls}");
+}

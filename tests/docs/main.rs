@@ -1,0 +1,113 @@
+//! Keeps the documentation together: no dead link or anchor in any page, every page within reach of the README,
+//! every code block true.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod pages;
+mod settings_page;
+mod snippets;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use pages::{Page, markdown, normal};
+
+/// Most lines of the README: two screens, and the table of pages.
+const MAX_README_LINES: usize = 138;
+
+/// Returns what is wrong with a link of a page, if anything is.
+fn dead(page: &Page, target: &str, pages: &BTreeMap<PathBuf, Page>) -> Option<String> {
+    if let Some((scheme, _)) = target.split_once(':') {
+        let known = ["http", "https", "mailto"].contains(&scheme);
+        return (!known).then(|| format!("unknown scheme {scheme}"));
+    }
+    let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
+    let file = if path.is_empty() {
+        page.path.clone()
+    } else {
+        normal(&page.path.parent().unwrap().join(path))
+    };
+    if !file.exists() && !pages.contains_key(&file) {
+        return Some("no such file".to_owned());
+    }
+    if anchor.is_empty() {
+        return None;
+    }
+    match pages.get(&file) {
+        None => Some("only pages have anchors".to_owned()),
+        Some(page) if page.anchors.contains(anchor) => None,
+        Some(_) => Some("no such heading".to_owned()),
+    }
+}
+
+#[test]
+fn every_relative_link_and_anchor_exists() {
+    let pages = markdown();
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for page in pages.values() {
+        for target in &page.links {
+            count += 1;
+            if let Some(reason) = dead(page, target, &pages) {
+                wrong.push(format!("{}: {target}: {reason}", page.path.display()));
+            }
+        }
+    }
+    assert!(count > 50, "only {count} links found: are the pages still read?");
+    assert!(wrong.is_empty(), "dead links:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_page_is_within_reach_of_the_readme() {
+    let pages = markdown();
+    let mut reached = BTreeSet::new();
+    let mut next = vec![PathBuf::from("README.md")];
+    while let Some(path) = next.pop() {
+        let Some(page) = pages.get(&path) else { continue };
+        if !reached.insert(path.clone()) {
+            continue;
+        }
+        let folder = page.path.parent().unwrap();
+        for target in page.links.iter().filter(|t| !t.contains(':')) {
+            let file = target.split('#').next().unwrap_or_default();
+            next.push(normal(&folder.join(file)));
+        }
+    }
+    let lost: Vec<_> = pages.keys().filter(|path| !reached.contains(*path)).collect();
+    assert!(lost.is_empty(), "no way from the README to {lost:?}");
+}
+
+#[test]
+fn the_readme_stays_short() {
+    let pages = markdown();
+    let text = &pages[Path::new("README.md")].text;
+    let comments: usize = text
+        .split("<!--")
+        .skip(1)
+        .map(|rest| rest.split("-->").next().unwrap().lines().count())
+        .sum();
+    let lines = text.lines().count() - comments;
+    assert!(lines <= MAX_README_LINES, "README.md has {lines} lines: the rest belongs to docs/");
+}
+
+#[test]
+fn every_page_of_docs_is_listed_in_the_readme_with_its_reader() {
+    let readme = &markdown()[Path::new("README.md")];
+    for (path, page) in markdown() {
+        if path.starts_with("docs") {
+            let link = path.display().to_string();
+            let row = readme.text.lines().find(|l| l.starts_with('|') && l.contains(&link));
+            assert!(row.is_some(), "README.md has no row for {link}");
+            assert!(page.text.starts_with("# "), "{link} does not start with its title");
+        }
+    }
+}
+
+#[test]
+fn a_dead_link_and_a_dead_anchor_are_found() {
+    let text =
+        "# A title\n[a](README.md) [b](none.md) [c](#a-title) [d](#none) ![e](x.svg) [f](odd:x)\n";
+    let page = Page::read(PathBuf::from("made-up.md"), text.to_owned());
+    let pages = BTreeMap::from([(page.path.clone(), page.clone())]);
+    let found: Vec<_> = page.links.iter().map(|l| dead(&page, l, &pages).is_some()).collect();
+    assert_eq!(found, [false, true, false, true, true, true]);
+}

@@ -1,0 +1,31 @@
+//! docs/settings.md says of every setting what its declaration says.
+//!
+//! `INSTA_UPDATE=always cargo test --release --test docs settings_page` writes the page anew.
+
+use std::fs;
+
+use tsc_family::cartpole::settings::Scenario;
+use tsc_family::settings::page::markdown;
+use tsc_family::traffic::settings::table::defaults;
+
+const PAGE: &str = "docs/settings.md";
+
+/// Ends what is written by hand.
+const MARK: &str = "<!-- from here on written by tests/docs/settings_page.rs -->\n";
+
+#[test]
+fn the_page_of_settings_says_what_they_are() {
+    let page = fs::read_to_string(PAGE).unwrap();
+    let (by_hand, _) = page.split_once(MARK).expect("the page has the mark");
+    let signals = markdown("", &defaults().sections());
+    let poles = markdown("CartPole: ", &Scenario::default().sections());
+    let expected =
+        format!("{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}");
+    if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
+        fs::write(PAGE, &expected).unwrap();
+        return;
+    }
+    let line = page.lines().zip(expected.lines()).position(|(a, b)| a != b);
+    let line = line.unwrap_or(page.lines().count().min(expected.lines().count())) + 1;
+    assert!(page == expected, "{PAGE}, line {line}, is not what the settings are declared as");
+}

@@ -1,0 +1,10 @@
+//! From maps and lists to the networks of point MDPs.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod xml;
+
+mod network_build;
+mod osm_city;
+mod osm_mirrored;
+mod osm_salt_lake_city;
+mod per_approach_sample;

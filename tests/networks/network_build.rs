@@ -1,0 +1,390 @@
+//! Networks as netconvert really builds them: shapes, both programs, repeatability, alteration.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use osm_signals::DrivingSide;
+use osm_signals::Turns;
+use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::family::load::{self, LoadedScenario};
+use tsc_family::traffic::network::build::{BuildOptions, BuildSummary, build_all};
+use tsc_family::traffic::network::demand::DemandSpec;
+use tsc_family::traffic::network::error::NetworkError;
+use tsc_family::traffic::network::index::Index;
+use tsc_family::traffic::network::intersection::{Arm, IntersectionSpec, intersections};
+use tsc_family::traffic::network::net_file::NetFile;
+use tsc_family::traffic::network::phases::ProgramPhase;
+use tsc_family::traffic::network::plain::DEFAULT_PROGRAM;
+use tsc_family::traffic::network::validate::validate;
+use tsc_family::traffic::settings::{DemandSettings, NetworkSettings, Scenario, SignalSettings};
+
+const EXIT_LENGTH_M: f64 = 60.0;
+
+/// Two-lane arms at these bearings.
+fn spec(point: &str, bearings_deg: &[f64]) -> IntersectionSpec {
+    let arm = |bearing_deg: &f64| Arm {
+        bearing_deg: *bearing_deg,
+        lanes_in: 2,
+        lanes_out: 2,
+        left_turn_lanes: 0,
+        right_turn_lanes: 0,
+        speed_mps: 13.41,
+        length_m: 234.5,
+        inflow_vph: 400.0,
+        turns: None,
+    };
+    let arms = bearings_deg.iter().map(arm).collect();
+    IntersectionSpec { point: point.into(), arms, side: DrivingSide::Right }
+}
+
+fn cross() -> IntersectionSpec {
+    spec("cross", &[0.0, 90.0, 180.0, 270.0])
+}
+
+fn tee() -> IntersectionSpec {
+    spec("tee", &[0.0, 90.0, 180.0])
+}
+
+fn with_double_lefts() -> IntersectionSpec {
+    let mut s = IntersectionSpec { point: "double-lefts".into(), ..cross() };
+    for arm in &mut s.arms {
+        (arm.lanes_in, arm.left_turn_lanes, arm.right_turn_lanes) = (4, 2, 1);
+    }
+    s
+}
+
+fn one_way() -> IntersectionSpec {
+    let mut s = IntersectionSpec { point: "one-way".into(), ..cross() };
+    s.arms[0].lanes_in = 0;
+    s.arms[1].lanes_out = 0;
+    s.arms[2].turns = Some(Turns { left: false, ..Turns::ALL });
+    s
+}
+
+fn shapes() -> Vec<IntersectionSpec> {
+    vec![
+        cross(),
+        with_double_lefts(),
+        one_way(),
+        tee(),
+        spec("wye", &[0.0, 120.0, 240.0]),
+        spec("five", &[0.0, 72.0, 144.0, 216.0, 288.0]),
+        spec("crooked-five", &[10.0, 47.0, 95.0, 182.0, 260.0]),
+        spec("six", &[0.0, 60.0, 120.0, 180.0, 240.0, 300.0]),
+        spec("straight", &[0.0, 180.0]),
+    ]
+}
+
+fn build(
+    specs: &[IntersectionSpec],
+    out: &Path,
+    force: bool,
+) -> Result<BuildSummary, NetworkError> {
+    let demand = DemandSettings { horizon_s: 300.0, ..DemandSettings::default() };
+    build_all(
+        specs,
+        &NetworkSettings::default(),
+        &demand,
+        &SignalSettings::default(),
+        out,
+        BuildOptions { force, leave_out: false },
+        &|_| (),
+    )
+}
+
+/// All files below a folder with their contents.
+fn files(folder: &Path) -> BTreeSet<(String, Vec<u8>)> {
+    let mut all = BTreeSet::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.extend(files(&path));
+        } else {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            all.insert((name, fs::read(&path).unwrap()));
+        }
+    }
+    all
+}
+
+/// The network of the four-armed cross, as text.
+fn cross_net() -> String {
+    let out = tempfile::tempdir().unwrap();
+    build(&[cross()], out.path(), false).unwrap();
+    fs::read_to_string(out.path().join("cross/cross.net.xml")).unwrap()
+}
+
+/// What validation says about a network of the four-armed cross.
+fn fault(net: &str) -> String {
+    let result = validate(&cross(), &NetFile::parse(net).unwrap(), EXIT_LENGTH_M);
+    result.map_or_else(|e| e.to_string(), |()| "sound".to_owned())
+}
+
+fn salt_lake_city(detail: &str) -> LoadedScenario {
+    let (_, text) = load::EMBEDDED[0];
+    let text = text.replace("detail = \"six-features\"", &format!("detail = \"{detail}\""));
+    let table = include_str!("../../data/salt-lake-city/approaches.csv");
+    load::from_text(&text, "t.toml", &[], &|_| Ok(table.to_owned())).unwrap()
+}
+
+#[test]
+fn every_shape_builds_and_is_sound() {
+    let out = tempfile::tempdir().unwrap();
+    let done = Mutex::new(BTreeSet::new());
+    let progress = |point: &str| assert!(done.lock().unwrap().insert(point.to_owned()));
+    let (network, demand) = (NetworkSettings::default(), DemandSettings::default());
+    let (signal, options) = (SignalSettings::default(), BuildOptions::default());
+    let summary =
+        build_all(&shapes(), &network, &demand, &signal, out.path(), options, &progress).unwrap();
+    assert_eq!((summary.built, done.lock().unwrap().len()), (9, 9));
+    let index = Index::load_if_present(out.path()).unwrap().unwrap();
+    let phases: Vec<_> = index.rows().map(|r| (r.point.as_str(), r.arms, r.phases)).collect();
+    let expected = [
+        ("crooked-five", 5, 3),
+        ("cross", 4, 2),
+        ("double-lefts", 4, 8),
+        ("five", 5, 5),
+        ("one-way", 4, 3),
+        ("six", 6, 3),
+        ("straight", 2, 1),
+        ("tee", 3, 2),
+        ("wye", 3, 3),
+    ];
+    assert_eq!(phases, expected);
+}
+
+#[test]
+fn real_arms_of_salt_lake_city_build() {
+    let specs = intersections(&salt_lake_city("per-approach")).unwrap();
+    let specs: Vec<_> = specs.into_iter().step_by(20).collect();
+    let out = tempfile::tempdir().unwrap();
+    assert_eq!(build(&specs, out.path(), false).unwrap().built, 15);
+}
+
+/// Every network of the embedded city, as point MDPs and as itself, under both presets: it can be built,
+/// both presets have the same greens, and an all-red is never longer than it has to be. Of the peak hour, whose
+/// intersections are the same with other inflows, every eighth.
+#[test]
+fn the_whole_city_builds_under_both_presets_with_the_same_greens() {
+    for (city, detail, step) in [
+        ("salt-lake-city", "six-features", 1),
+        ("salt-lake-city-peak", "six-features", 8),
+        ("salt-lake-city", "per-approach", 1),
+    ] {
+        let greens = ["resco", "field"].map(|preset| {
+            let settings = [format!("preset={preset}"), format!("family.detail={detail}")];
+            let settings: Vec<Override> = settings.iter().map(|s| s.parse().unwrap()).collect();
+            let loaded = load::load_with(city, &settings).unwrap();
+            let specs = intersections(&loaded).unwrap();
+            let specs: Vec<_> = specs.into_iter().step_by(step).collect();
+            let out = tempfile::tempdir().unwrap();
+            let Scenario { network, demand, signal, .. } = &loaded.scenario;
+            let options = BuildOptions::default();
+            build_all(&specs, network, demand, signal, out.path(), options, &|_| ()).unwrap();
+            let program = |spec: &IntersectionSpec| {
+                let path = out.path().join(format!("{0}/{0}.net.xml", spec.point));
+                let net = NetFile::parse(&fs::read_to_string(path).unwrap()).unwrap();
+                program_greens(spec, net.program(DEFAULT_PROGRAM).unwrap(), preset)
+            };
+            specs.iter().map(program).collect::<Vec<_>>()
+        });
+        assert_eq!(greens[0], greens[1], "{city}, {detail}");
+    }
+}
+
+/// The greens of a default program, by what follows yellow, after checks that need no other code.
+fn program_greens(spec: &IntersectionSpec, program: &[ProgramPhase], preset: &str) -> Vec<String> {
+    let point = &spec.point;
+    let mut greens = Vec::new();
+    for (i, phase) in program.iter().enumerate() {
+        let before = &program[(i + program.len() - 1) % program.len()];
+        let after_yellow = before.state.contains('y');
+        let all_red = after_yellow && before.state.replace('y', "r") == phase.state;
+        if phase.state.contains('y') {
+            assert!(phase.duration_s >= 3.0, "{point}: {phase:?}");
+        } else if all_red && phase.duration_s < 5.0 {
+            assert_eq!(preset, "field", "{point}: {phase:?}");
+        } else {
+            let least = if preset == "field" { 5.0 } else { 7.0 };
+            assert!(phase.duration_s >= least, "{point}: {phase:?}");
+            assert!(phase.state.contains(['G', 'g']), "{point}: {phase:?}");
+            greens.push(phase.state.clone());
+        }
+    }
+    greens
+}
+
+#[test]
+fn two_builds_are_equal_byte_by_byte_and_leave_nothing_else_behind() {
+    let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    build(&shapes(), one.path(), false).unwrap();
+    build(&shapes(), other.path(), false).unwrap();
+    assert_eq!(files(one.path()), files(other.path()));
+    assert_eq!(fs::read_dir(one.path()).unwrap().count(), 9 + 2);
+    assert_eq!(files(one.path()).len(), 9 * 4 + 1);
+}
+
+#[test]
+fn a_network_names_neither_date_nor_folder() {
+    let net = cross_net();
+    assert!(!net.contains("<!--") && !net.contains("generated"), "{}", &net[..400]);
+}
+
+#[test]
+fn what_is_up_to_date_is_not_built_again_and_what_changed_is() {
+    let out = tempfile::tempdir().unwrap();
+    let mut specs = vec![cross(), tee()];
+    build(&specs, out.path(), false).unwrap();
+    let summary = build(&specs, out.path(), false).unwrap();
+    assert_eq!((summary.built, summary.up_to_date, summary.netconvert), (0, 2, None));
+    specs[0].arms[0].inflow_vph = 500.0;
+    let summary = build(&specs, out.path(), false).unwrap();
+    assert_eq!((summary.built, summary.up_to_date), (1, 1));
+}
+
+#[test]
+fn networks_that_the_family_does_not_need_are_kept() {
+    let out = tempfile::tempdir().unwrap();
+    build(&[cross()], out.path(), false).unwrap();
+    let summary = build(&[tee()], out.path(), false).unwrap();
+    assert_eq!((summary.built, summary.other), (1, 1));
+    let index = Index::load_if_present(out.path()).unwrap().unwrap();
+    index.verify(index.rows().find(|row| row.point == "cross").unwrap()).unwrap();
+}
+
+/// The paths and bytes of all networks' files.
+fn networks(folder: &Path) -> BTreeSet<(PathBuf, Vec<u8>)> {
+    let entries = |folder: &Path| fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    let files = entries(&folder.join("by-hash")).flat_map(|network| entries(&network));
+    files.map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn a_build_with_other_settings_leaves_networks_as_they_are() {
+    let out = tempfile::tempdir().unwrap();
+    let build = |settings: &NetworkSettings, force| {
+        let (demand, signal) = (DemandSettings::default(), SignalSettings::default());
+        let options = BuildOptions { force, leave_out: false };
+        build_all(&[cross()], settings, &demand, &signal, out.path(), options, &|_| ()).unwrap()
+    };
+    let first = NetworkSettings::default();
+    let second = NetworkSettings { default_cycle_s: 30.0, ..first.clone() };
+    let shown = || fs::read_to_string(out.path().join("cross/cross.net.xml")).unwrap();
+    build(&first, false);
+    let (before, first_shown) = (networks(out.path()), shown());
+    assert_eq!(build(&second, false).built, 1);
+    let both = networks(out.path());
+    assert!(both.is_superset(&before) && both.len() == 8);
+    assert_ne!(shown(), first_shown);
+    // Back again: nothing is built, and people see the network that was asked for.
+    assert_eq!(build(&first, false).up_to_date, 1);
+    assert_eq!(shown(), first_shown);
+    build(&first, true);
+    assert_eq!(networks(out.path()), both);
+}
+
+#[test]
+fn an_altered_file_is_an_error_until_forced() {
+    let out = tempfile::tempdir().unwrap();
+    build(&[cross()], out.path(), false).unwrap();
+    let net = out.path().join("cross/cross.net.xml");
+    let original = fs::read(&net).unwrap();
+    fs::write(&net, "<net/>").unwrap();
+    let e = build(&[cross()], out.path(), false).unwrap_err();
+    assert!(matches!(e, NetworkError::Altered { what: "was altered", .. }), "{e}");
+    build(&[cross()], out.path(), true).unwrap();
+    assert_eq!(fs::read(&net).unwrap(), original);
+}
+
+#[test]
+fn a_deleted_file_is_an_error() {
+    let out = tempfile::tempdir().unwrap();
+    build(&[cross()], out.path(), false).unwrap();
+    fs::remove_file(out.path().join("cross/cross.demand.json")).unwrap();
+    let e = build(&[cross()], out.path(), false).unwrap_err();
+    assert!(matches!(e, NetworkError::Altered { what: "was deleted", .. }), "{e}");
+}
+
+#[test]
+fn an_impossible_intersection_leaves_no_files() {
+    let out = tempfile::tempdir().unwrap();
+    let mut bad = cross();
+    bad.arms.iter_mut().for_each(|arm| arm.lanes_out = 0);
+    let e = build(&[bad], out.path(), false).unwrap_err();
+    assert!(matches!(e, NetworkError::Intersection { .. }), "{e}");
+    let index = Index::load_if_present(out.path()).unwrap().unwrap();
+    assert_eq!((files(out.path()).len(), index.rows().count()), (1, 0));
+}
+
+#[test]
+fn a_folder_that_cannot_be_created_is_named() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let e = build(&[cross()], &file.path().join("out"), false).unwrap_err().to_string();
+    assert!(e.starts_with("cannot create ") && e.contains("out: "), "{e}");
+}
+
+#[test]
+fn the_routes_of_a_point_are_those_of_seed_0() {
+    let out = tempfile::tempdir().unwrap();
+    let built = build(&[cross()], out.path(), false).unwrap();
+    let files = &built.files["cross"];
+    let again = out.path().join("again.rou.xml");
+    let vehicles = DemandSpec::read(&files.demand).unwrap().write_routes(0, &again).unwrap();
+    assert_eq!(fs::read(&again).unwrap(), fs::read(&files.routes).unwrap());
+    assert!((80..200).contains(&vehicles), "{vehicles}");
+}
+
+#[test]
+fn a_sound_network_passes_and_its_lengths_are_exact() {
+    let net = cross_net();
+    assert_eq!(fault(&net), "sound");
+    let lanes = NetFile::parse(&net).unwrap().lanes;
+    let lengths = |kind: &str| -> Vec<_> {
+        lanes.iter().filter(|l| l.edge.starts_with(kind)).map(|l| l.length_m).collect()
+    };
+    assert_eq!((lengths("in"), lengths("out")), (vec![234.5; 8], vec![EXIT_LENGTH_M; 8]));
+}
+
+#[test]
+fn a_planted_conflicting_protected_green_is_found() {
+    // The fourth link turns left across the opposing through lanes.
+    let fault = fault(&cross_net().replacen("state=\"GGGg", "state=\"GGGG", 1));
+    assert!(fault.contains("program \"phases\", phase 0: in0_1 to out1_1 and in2_0"), "{fault}");
+    assert!(fault.ends_with("meet but are both protected"), "{fault}");
+}
+
+#[test]
+fn a_planted_link_that_is_never_green_is_found() {
+    let fault = fault(&cross_net().replace("state=\"G", "state=\"r"));
+    assert!(fault.ends_with("in0_0 to out3_0 is never green"), "{fault}");
+}
+
+#[test]
+fn a_planted_phase_that_serves_nothing_is_found() {
+    let fault = fault(&cross_net().replacen("GGGgrrrrGGGgrrrr", "rrrrrrrrrrrrrrrr", 1));
+    assert!(fault.ends_with("program \"phases\", phase 0: serves nothing"), "{fault}");
+}
+
+#[test]
+fn a_planted_wrong_length_is_found() {
+    let fault = fault(&cross_net().replace("length=\"234.50\" shape", "length=\"230.00\" shape"));
+    assert!(fault.ends_with("in0 is 230 m long instead of 234.5"), "{fault}");
+}
+
+#[test]
+fn a_missing_connection_is_found() {
+    let net = cross_net();
+    let start = net.find("<connection from=\"in0\" to=\"out3\"").unwrap();
+    let end = start + net[start..].find("/>").unwrap() + 2;
+    let fault = fault(&net.replacen(&net[start..end], "", 1));
+    assert!(fault.ends_with("movement in0 to out3 has no connection"), "{fault}");
+}
+
+#[test]
+fn a_program_that_vehicles_would_see_before_the_default_one_is_found() {
+    let other = "<tlLogic id=\"c\" type=\"static\" programID=\"zzz\"></tlLogic><tlLogic";
+    let fault = fault(&cross_net().replacen("<tlLogic", other, 1));
+    assert!(fault.ends_with("program \"program\" is not the one that SUMO starts with"), "{fault}");
+}

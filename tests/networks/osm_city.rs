@@ -1,0 +1,140 @@
+//! What a city makes of a survey of its map, on hand-written extracts.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Mutex;
+
+use osm_signals::side::{SideSetting, decide};
+use osm_signals::signals::{SignalColumns, SignalList};
+use osm_signals::{Extract, Inputs, Settings, Survey, read};
+use tsc_family::traffic::city::derive::{Event, derive};
+use tsc_family::traffic::city::flag::Flag;
+use tsc_family::traffic::city::input::Request;
+use tsc_family::traffic::city::reason::Reason;
+use tsc_family::traffic::city::sites::City;
+use tsc_family::traffic::city::table;
+use tsc_family::traffic::family::load::{from_text, load};
+
+fn case(name: &str) -> Extract {
+    let folder = Path::new("osm-signals/tests/networks").join(name);
+    read(&folder.join("input.osm"), &|_, _| {}).unwrap()
+}
+
+fn city(extract: &Extract, signals: Option<&SignalList>) -> City {
+    let decision = decide(extract, SideSetting::Auto, None).unwrap();
+    let driving_side = decision.driving_side;
+    let inputs = Inputs { signals, driving_side, ..Inputs::default() };
+    City::new(Survey::new(extract, &Settings::default(), &inputs), decision.into())
+}
+
+fn ids(city: &City) -> Vec<&str> {
+    city.sites().map(|site| site.found.id.as_str()).collect()
+}
+
+fn list(rows: &str) -> SignalList {
+    let text = format!("id,lat,lon\n{rows}");
+    SignalList::from_bytes(text.as_bytes(), Path::new("l.csv"), &SignalColumns::default()).unwrap()
+}
+
+#[test]
+fn an_id_of_free_text_names_the_intersection_and_its_network_gets_a_safe_one() {
+    let signals = list("\"../Main St,  5th\",40.0,-75.0\n");
+    let city = city(&case("four_arms"), Some(&signals));
+    assert_eq!(ids(&city), ["../Main St, 5th"]);
+    let (row, left_out) = city.listed().next().unwrap();
+    assert_eq!(row.intersection.as_deref(), Some("../Main St, 5th"));
+    assert_eq!((row.note, left_out), (None, None));
+    let settings = Settings::default().intersections;
+    let csv = table::csv(&city, &settings, Path::new("x.osm")).unwrap();
+    for detail in ["six-features", "per-approach"] {
+        let csv = |_: &str| Ok(String::from_utf8_lossy(&csv).into_owned());
+        let text =
+            format!("name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"{detail}\"\n");
+        let loaded = from_text(&text, "x.toml", &[], &csv).unwrap();
+        assert_eq!(loaded.intersections[0].id, "../Main St, 5th");
+        let point = &loaded.family.points[0];
+        assert!(!point.id.contains('/') && !point.id.contains(' '), "{}", point.id);
+        if detail == "per-approach" {
+            assert!(point.id.starts_with("Main-St-5th-"), "{}", point.id);
+            assert_eq!(point.title, "../Main St, 5th");
+        }
+    }
+}
+
+#[test]
+fn what_is_left_out_keeps_intersections_and_traffic_together() {
+    let signals = list("a,40.0,-75.0\nb,40.0,-74.9993\n");
+    let mut city = city(&case("two_signals_60_m"), Some(&signals));
+    assert_eq!(ids(&city), ["a", "b"]);
+    let second = city.survey().traffic[1].clone();
+    city.leave_out([("a".to_owned(), "no room".to_owned())].into());
+    assert_eq!(ids(&city), ["b"]);
+    assert_eq!(city.sites().next().unwrap().traffic, second);
+    assert_eq!(city.skips(), [(Reason::NoNetwork, 1)]);
+    assert_eq!(city.left_out["a"], "no room");
+    let left_out: Vec<_> = city.listed().map(|(_, reason)| reason).collect();
+    assert_eq!(left_out, [Some(Reason::NoNetwork), None]);
+}
+
+#[test]
+fn where_all_streams_can_go_at_once_nothing_is_to_decide() {
+    let flagged = |case: &str| {
+        let flags = city(&self::case(case), None).sites().next().unwrap().flags();
+        flags.contains(&Flag::OneGreen)
+    };
+    assert_eq!(["one_green", "four_arms", "left_hand_divided"].map(flagged), [true, false, false]);
+    let mut city = city(&case("one_green"), None);
+    assert_eq!((city.leave_out_one_green(&[].into()), ids(&city).len()), (1, 0));
+    assert_eq!(city.leave_out_one_green(&[].into()), 0);
+    let error = table::csv(&city, &Settings::default().intersections, Path::new("x.osm"));
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "x.osm: no signalised intersection; signals: 1 a single green; see which nodes have \
+         highway=traffic_signals"
+    );
+}
+
+#[test]
+fn a_city_is_derived_without_the_command_and_written_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("town");
+    let extract = Path::new("osm-signals/tests/networks/four_arms/input.osm");
+    let told = Mutex::new(Vec::new());
+    let derived = derive(&Request::new(extract, &out), &|event| {
+        let what = match event {
+            Event::Reading { .. } => "reading",
+            Event::Read => "read",
+            Event::Building { .. } => "building",
+            Event::Built => "built",
+            Event::Warning(_) => "warning",
+            Event::LeftOut(_) => "left out",
+        };
+        let mut told = told.lock().unwrap();
+        if told.last() != Some(&what) {
+            told.push(what);
+        }
+    })
+    .unwrap();
+    assert_eq!(told.into_inner().unwrap(), ["reading", "read", "building", "built"]);
+    assert_eq!((ids(&derived.city), derived.built), (vec!["n101"], 1));
+    assert_eq!((derived.quality.intersections, derived.loaded.family.points.len()), (1, 1));
+    let files = || -> Vec<String> {
+        let entries = fs::read_dir(&out).unwrap().map(|e| e.unwrap().file_name());
+        let mut names: Vec<String> = entries.map(|n| n.into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(files(), ["networks"]);
+    derived.write(&out).unwrap();
+    let expected = [
+        "approaches.csv",
+        "family.csv",
+        "intersections.geojson",
+        "networks",
+        "scenario.toml",
+        "streets.geojson",
+    ];
+    assert_eq!(files(), expected);
+    let loaded = load(&out.display().to_string()).unwrap();
+    assert_eq!(loaded.family.points, derived.loaded.family.points);
+}

@@ -1,0 +1,277 @@
+//! Batch systems as the command line knows them: a Slurm that is made up of scripts, and a script that does packs.
+//! scripts/cluster.sh tries real ones.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::common::{program, run, stderr, stdout, succeed};
+use rustix::process::{Pid, Signal, kill_process};
+
+const RUN: &str = "run smoke --methods max-pressure --eval-seeds 1 --set demand.horizon_s=60";
+
+/// A Slurm that takes everything and does nothing: what it was told is in `told`, what `squeue` says in `queue`.
+fn slurm(folder: &Path) {
+    let bin = folder.join("bin");
+    fs::create_dir(&bin).unwrap();
+    let log = "echo \"$(basename \"$0\") $*\" >> told";
+    for (name, does) in [
+        ("sbatch", "echo '40;trial'"),
+        ("squeue", "cat queue 2>/dev/null || true"),
+        ("scancel", ":"),
+        ("scontrol", ":"),
+    ] {
+        let path = bin.join(name);
+        fs::write(&path, format!("#!/bin/sh\n{log}\n{does}\n")).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    }
+}
+
+/// Runs the program where that Slurm is.
+fn with_slurm(folder: &Path, args: &str) -> Output {
+    let path = format!("{}:{}", folder.join("bin").display(), std::env::var("PATH").unwrap());
+    program(folder).env("PATH", path).args(args.split_whitespace()).output().unwrap()
+}
+
+/// Records without wall-clock values, by file name.
+fn records(folder: &Path) -> BTreeMap<String, String> {
+    let entries = fs::read_dir(folder.join("done/000")).unwrap().map(|e| e.unwrap().path());
+    let bare = |path: &Path| {
+        let text = fs::read_to_string(path).unwrap();
+        let wall = text.find("\"wall\":{").unwrap();
+        let end = wall + text[wall..].find('}').unwrap();
+        text[..wall].to_owned() + &text[end..]
+    };
+    entries.map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), bare(&p))).collect()
+}
+
+/// What a run with a Slurm says, with what differs between machines left out.
+fn said(folder: &Path, output: &Output) -> String {
+    let here = folder.canonicalize().unwrap();
+    let text = format!("{}{}code {:?}\n", stdout(output), stderr(output), output.status.code());
+    text.replace(&*here.to_string_lossy(), "HERE")
+}
+
+#[test]
+fn a_run_is_submitted_watched_taken_back_and_resumed() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    slurm(folder);
+    fs::write(folder.join("lines"), "#SBATCH --partition=long\n").unwrap();
+    let mut text = String::new();
+    let mut step = |args: &str| {
+        let output = with_slurm(folder, args);
+        text.push_str(&format!("$ tsc-family {args}\n{}\n", said(folder, &output)));
+    };
+    step(&format!("{RUN} --out out --executor slurm --sbatch lines --job-minutes 0.005"));
+    fs::write(
+        folder.join("queue"),
+        "40|0|RUNNING|None\n40|1|PENDING|(Resources)\n99|0|RUNNING|None\n",
+    )
+    .unwrap();
+    step("status out");
+    step("resume out --sbatch lines");
+    step("cancel out");
+    fs::write(folder.join("queue"), "40|1|PENDING|(launch failed requeued held)\n").unwrap();
+    step("status out");
+    step("resume out");
+    step("resume out --sbatch lines --job-minutes 0.005");
+    fs::write(folder.join("queue"), "").unwrap();
+    step("status out");
+    step("cancel out");
+    step("status out");
+    // A submission that nobody can read is named, and what is done is told all the same.
+    fs::write(folder.join("out/jobs/000/submission.json"), "{").unwrap();
+    step("status out");
+    let told = fs::read_to_string(folder.join("told")).unwrap();
+    let here = folder.canonicalize().unwrap();
+    text.push_str(&format!(
+        "--- what Slurm was told\n{}",
+        told.replace(&*here.to_string_lossy(), "HERE")
+    ));
+    insta::with_settings!({filters => vec![(r"cancelled 20\S+Z", "cancelled TIME"), (r"about \d.* (s|min|h) (of|left)", "about TIME $2")]}, {
+        insta::assert_snapshot!(text);
+    });
+    let job = fs::read_to_string(folder.join("out/jobs/000/job.sh")).unwrap();
+    assert!(job.contains("\n#SBATCH --partition=long\n"), "{job}");
+    // What a stranger left there is not executed, not even named, when somebody resumes.
+    assert!(
+        !fs::read_to_string(folder.join("out/jobs/001/submission.json")).unwrap().contains("bin")
+    );
+}
+
+#[test]
+fn without_slurm_the_message_says_where_to_go_and_nothing_is_left_submitted() {
+    let dir = tempfile::tempdir().unwrap();
+    succeed(dir.path(), &format!("{RUN} --out out --executor script"));
+    let mut command = program(dir.path());
+    command.env("PATH", dir.path().join("empty")).args(["submit", "out", "--executor", "slurm"]);
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("cannot start sbatch"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("such as a login node"), "{}", stderr(&output));
+    let status = run(dir.path(), "status out");
+    assert_eq!(status.status.code(), Some(6));
+    assert!(
+        stdout(&status).contains("0 of 4 tasks are done, 4 not under way"),
+        "{}",
+        stdout(&status)
+    );
+    // Here it can be done all the same.
+    succeed(dir.path(), "resume out --quiet --executor local");
+    assert_eq!(run(dir.path(), "status out").status.code(), Some(0));
+}
+
+#[test]
+fn packs_of_a_script_leave_the_records_of_one_machine_and_twice_is_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().join("it's my $HOME; folder");
+    fs::create_dir(&folder).unwrap();
+    succeed(&folder, &format!("{RUN} --quiet --out here"));
+    let how = succeed(&folder, &format!("{RUN} --out out --executor script --job-minutes 0.005"));
+    assert!(how.contains("seq 0 3 | parallel"), "{how}");
+    let job = folder.join("out/jobs/000/job.sh");
+    let pack = |pack: &str| Command::new(&job).arg(pack).current_dir("/").output().unwrap();
+    for k in ["0", "1", "1", "2"] {
+        let output = pack(k);
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
+    let before = fs::metadata(folder.join("out/done/000/0.jsonl")).unwrap().modified().unwrap();
+    assert!(pack("0").status.success());
+    assert_eq!(
+        fs::metadata(folder.join("out/done/000/0.jsonl")).unwrap().modified().unwrap(),
+        before
+    );
+    let by_index = Command::new(&job).env("PBS_ARRAY_INDEX", "3").output().unwrap();
+    assert!(by_index.status.success(), "{}", stderr(&by_index));
+    assert_eq!(records(&folder.join("out")), records(&folder.join("here")));
+    let wrong = pack("4");
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(stderr(&wrong).contains("submission 0 has 4 packs, from 0, and no pack 4"));
+    assert_eq!(Command::new(&job).output().unwrap().status.code().map(|c| c != 0), Some(true));
+}
+
+#[test]
+fn a_pack_that_is_asked_to_stop_keeps_its_training_and_goes_on_to_the_same_record() {
+    let dir = tempfile::tempdir().unwrap();
+    let learn = "run smoke --methods idqn --budget 1 --episodes 400 --eval-seeds 1 \
+                 --set demand.horizon_s=120";
+    succeed(dir.path(), &format!("{learn} --quiet --out here"));
+    succeed(dir.path(), &format!("{learn} --out out --executor script"));
+    for signal in [Signal::TERM, Signal::USR1] {
+        let log = dir.path().join("out/logs/000/1.log");
+        let _ = fs::remove_file(&log);
+        let work = "work out --submission 0 --pack 0 --prepared networks/smoke --grace 60";
+        let mut work = program(dir.path()).args(work.split_whitespace()).spawn().unwrap();
+        // The baseline has its record, and the training has begun.
+        let start = Instant::now();
+        while !log.exists() {
+            assert!(start.elapsed() < Duration::from_secs(60), "no training began");
+            thread::sleep(Duration::from_millis(5));
+        }
+        thread::sleep(Duration::from_millis(400));
+        kill_process(Pid::from_child(&work), signal).unwrap();
+        assert_eq!(work.wait().unwrap().code(), Some(75), "{signal:?}");
+        assert!(dir.path().join("out/ckpt/000/1.safetensors").exists(), "{signal:?}");
+    }
+    let begun = run(dir.path(), "status out");
+    assert!(stdout(&begun).contains("of the missing 1 with a checkpoint"), "{}", stdout(&begun));
+    succeed(dir.path(), "resume out --quiet --executor local");
+    let log = fs::read_to_string(dir.path().join("out/logs/000/1.log")).unwrap();
+    assert!(log.contains("training goes on after episode"), "{log}");
+    assert_eq!(records(&dir.path().join("out")), records(&dir.path().join("here")));
+}
+
+#[test]
+fn a_copy_of_a_directory_has_nothing_of_the_jobs_that_write_into_the_original() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    slurm(folder);
+    let begun = with_slurm(folder, &format!("{RUN} --out out --executor slurm"));
+    assert_eq!(begun.status.code(), Some(0), "{}", stderr(&begun));
+    fs::write(folder.join("queue"), "40|0|RUNNING|None\n").unwrap();
+    assert!(
+        Command::new("cp")
+            .args(["-r", "out", "a copy"])
+            .current_dir(folder)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let path = format!("{}:{}", folder.join("bin").display(), std::env::var("PATH").unwrap());
+    let with = |args: &[&str]| program(folder).env("PATH", &path).args(args).output().unwrap();
+    let status = with(&["status", "a copy"]);
+    assert!(stdout(&status).contains("4 not under way"), "{}", stdout(&status));
+    assert!(stderr(&status).contains("this directory is a copy"), "{}", stderr(&status));
+    assert!(stderr(&status).contains("tsc-family resume 'a copy'"), "{}", stderr(&status));
+    let cancel = with(&["cancel", "a copy"]);
+    assert!(stdout(&cancel).contains("no batch system has anything of it"), "{}", stdout(&cancel));
+    assert!(!fs::read_to_string(folder.join("told")).unwrap().contains("scancel"));
+    // What the original has is done twice by whoever works on it here, which is said.
+    let both = with(&["resume", "out", "--executor", "local"]);
+    assert!(stderr(&both).contains("has 4 tasks of this run as well"), "{}", stderr(&both));
+}
+
+#[test]
+fn who_was_asked_is_asked_again_and_nobody_works_here_unasked() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    slurm(folder);
+    let sbatch = folder.join("bin/sbatch");
+    let takes = fs::read_to_string(&sbatch).unwrap();
+    fs::write(&sbatch, "#!/bin/sh\necho 'invalid partition' >&2; exit 1\n").unwrap();
+    let refused = with_slurm(folder, &format!("{RUN} --out out --executor slurm"));
+    assert!(stderr(&refused).contains("invalid partition"), "{}", stderr(&refused));
+    let status = with_slurm(folder, "status out");
+    assert!(stdout(&status).contains("4 not under way"), "{}", stdout(&status));
+    fs::write(&sbatch, takes).unwrap();
+    let resumed = with_slurm(folder, "resume out");
+    assert!(stdout(&resumed).contains("Slurm has it as job 40"), "{}", stdout(&resumed));
+
+    succeed(folder, &format!("{RUN} --out here --executor script"));
+    fs::remove_dir_all(folder.join("here/jobs")).unwrap();
+    let submitted = with_slurm(folder, "submit here");
+    assert_eq!(submitted.status.code(), Some(2));
+    assert!(stderr(&submitted).contains("say who is to do the tasks"), "{}", stderr(&submitted));
+    let mut elsewhere = program(Path::new("/"));
+    let output = elsewhere.arg("resume").arg(folder.join("here")).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let said = stderr(&output);
+    assert!(said.contains("there is no folder networks/smoke here"), "{said}");
+    assert!(said.contains("--networks"), "{said}");
+    let lock = fs::File::open(folder.join("here/lock.json")).unwrap();
+    lock.lock().unwrap();
+    let status = run(folder, "status here");
+    assert!(stdout(&status).contains("4 to do"), "{}", stdout(&status));
+    assert!(stderr(&status).contains("a run is going on: process"), "{}", stderr(&status));
+    drop(lock);
+    let resumed = run(folder, "resume here");
+    assert_eq!(resumed.status.code(), Some(0), "{}", stderr(&resumed));
+    assert!(stderr(&resumed).contains("this machine does what is missing: 4 tasks"));
+}
+
+#[test]
+fn what_has_no_effect_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("lines"), "module load sumo\n").unwrap();
+    for (args, why) in [
+        ("--sbatch lines", "--sbatch has no effect: only --executor slurm takes lines"),
+        ("--executor script --sbatch lines", "--sbatch has no effect: only --executor slurm"),
+        ("--job-minutes 3", "--job-minutes has no effect: this machine needs no jobs"),
+        ("--job-minutes 0 --executor slurm", "give minutes above 0"),
+        ("--executor slurm --sbatch lines", "line 1: \"module load sumo\" is no #SBATCH line"),
+        ("--executor script --against max-pressure", "--against has no effect"),
+    ] {
+        let output = run(dir.path(), &format!("{RUN} --out out {args}"));
+        assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
+        assert!(stderr(&output).contains(why), "{args}: {}", stderr(&output));
+    }
+    assert!(
+        stderr(&run(dir.path(), "submit out --executor local")).contains("`resume` works here")
+    );
+    assert_eq!(run(dir.path(), "status nowhere").status.code(), Some(2));
+}

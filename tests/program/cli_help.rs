@@ -1,0 +1,61 @@
+//! Every word of the help is a snapshot.
+
+use crate::common::{run, stdout, succeed};
+
+fn help(args: &str) -> String {
+    succeed(&std::env::temp_dir(), args)
+}
+
+#[test]
+fn the_help_of_every_command_stays_as_it_is() {
+    for (name, args) in [
+        ("help", "--help"),
+        ("help_list", "list --help"),
+        ("help_build_networks", "build-networks --help"),
+        ("help_run", "run --help"),
+        ("help_evaluate", "evaluate --help"),
+        ("help_routes", "routes --help"),
+        ("help_signals", "signals --help"),
+        ("help_report", "report --help"),
+        ("help_check", "check --help"),
+        ("help_plan", "plan --help"),
+        ("help_estimate", "estimate --help"),
+        ("help_across", "across --help"),
+        ("help_sensitivity", "sensitivity --help"),
+        ("help_doctor", "doctor --help"),
+        ("help_completions", "completions --help"),
+    ] {
+        insta::assert_snapshot!(name, help(args));
+    }
+}
+
+#[test]
+fn the_manual_page_names_every_command() {
+    let page = help("man");
+    for command in [
+        "list",
+        "build\\-networks",
+        "run",
+        "evaluate",
+        "routes",
+        "signals",
+        "report",
+        "check",
+        "plan",
+        "estimate",
+        "across",
+        "sensitivity",
+        "doctor",
+        "completions",
+    ] {
+        assert!(page.contains(command), "{command}");
+    }
+    assert!(!page.contains("worker DIR"));
+}
+
+#[test]
+fn a_wrong_option_is_a_usage_error() {
+    let output = run(&std::env::temp_dir(), "run --bugdet 3");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stdout(&output).is_empty());
+}

@@ -1,0 +1,147 @@
+//! A learner end to end, with SUMO: trained, killed, continued, and its model elsewhere.
+
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::common::{program, run, stderr, stdout, succeed};
+use serde_json::Value;
+
+/// Two point MDPs of ten minutes, the second with more lanes.
+const POINTS: &str = "\
+point,intersections,lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,right_turn_lanes
+narrow,1,2,30,200,250,0,0
+wide,1,6,30,200,250,1,1
+";
+
+/// Trains `idqn` on both point MDPs; it is task 1 on the first and task 3 on the second.
+const RUN: &str = "run city.toml --methods idqn --eval-seeds 2 --quiet";
+
+/// A folder with a scenario whose learners train for some episodes.
+fn city(episodes: u32) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = format!(
+        "name = \"city\"\n[family]\npoints = \"points.csv\"\n[demand]\nhorizon_s = 600.0\n\
+         [training]\nepisodes = {episodes}\n"
+    );
+    fs::write(folder.path().join("city.toml"), scenario).unwrap();
+    fs::write(folder.path().join("points.csv"), POINTS).unwrap();
+    folder
+}
+
+/// The lines of a task's record, the first one without wall-clock values.
+fn record(results: &Path, task: usize) -> Vec<Value> {
+    let text = fs::read_to_string(results.join(format!("done/000/{task}.jsonl"))).unwrap();
+    let mut lines: Vec<Value> = text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    lines[0].as_object_mut().unwrap().remove("wall");
+    lines
+}
+
+fn json_lines(text: &str) -> Vec<Value> {
+    text.lines().map(|l| serde_json::from_str(l).unwrap()).collect()
+}
+
+#[test]
+fn a_trained_model_drives_elsewhere_as_it_did_where_it_was_trained() {
+    let folder = city(2);
+    succeed(folder.path(), &format!("{RUN} --out out"));
+    let out = folder.path().join("out");
+    let record = record(&out, 1);
+    let summary = &record[0]["metrics"];
+    let training: Vec<&Value> = record.iter().filter(|r| r["kind"] == "training").collect();
+    assert_eq!(training.len(), 2);
+    assert!(training.iter().all(|r| r["metrics"]["return"].is_f64()), "{training:?}");
+    let delays: Vec<f64> =
+        training.iter().map(|r| r["metrics"]["delay_s"].as_f64().unwrap()).collect();
+    assert_eq!(summary["resco_best_delay_s"].as_f64().unwrap(), delays[0].min(delays[1]));
+    assert!(!out.join("ckpt/000/1.safetensors").exists());
+
+    let evaluate = "evaluate --model out/models/000/1.safetensors --eval-seeds 2 --json";
+    let lines =
+        json_lines(&succeed(folder.path(), &format!("{evaluate} --point narrow city.toml")));
+    assert_eq!((&lines[0]["method"], &lines[0]["score"]), (&"baseline".into(), &1.0.into()));
+    assert_eq!(lines[1]["method"], "idqn");
+    assert_eq!(lines[1]["delay_s"], summary["delay_s"], "as in the run");
+    let config = "networks/city/narrow/narrow.sumocfg";
+    let lines = json_lines(&succeed(folder.path(), &format!("{evaluate} --sumocfg {config}")));
+    assert_eq!((lines.len(), &lines[1]["point"]), (2, &"narrow".into()));
+
+    let text = succeed(folder.path(), &format!("{evaluate} --point narrow city.toml"));
+    assert_eq!(text, succeed(folder.path(), &format!("{evaluate} --point narrow city.toml")));
+}
+
+#[test]
+fn a_model_for_other_signals_or_another_family_is_refused() {
+    let folder = city(1);
+    succeed(folder.path(), &format!("{RUN} --out out"));
+    let evaluate = "evaluate --model out/models/000/1.safetensors --eval-seeds 1 --json";
+    for (place, words) in [
+        ("--point wide city.toml", "the model does not fit the signals of wide: "),
+        ("--point nowhere city.toml", "has no point MDP \"nowhere\"; it has narrow, wide"),
+        ("--sumocfg nowhere.sumocfg", "nowhere.sumocfg does not exist"),
+        ("--point narrow atlantis", "no scenario \"atlantis\""),
+    ] {
+        let output = run(folder.path(), &format!("{evaluate} {place}"));
+        assert_eq!(output.status.code(), Some(2), "{place}: {}", stderr(&output));
+        assert!(stderr(&output).contains(words), "{place}: {}", stderr(&output));
+        assert!(stdout(&output).is_empty(), "{place}");
+    }
+}
+
+#[test]
+fn a_killed_training_continues_to_the_same_record_and_model() {
+    let folder = city(12);
+    succeed(folder.path(), &format!("{RUN} --out whole"));
+    let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
+    fs::create_dir(&killed).unwrap();
+    for file in ["manifest.json", "plan.jsonl"] {
+        fs::copy(whole.join(file), killed.join(file)).unwrap();
+    }
+    succeed(folder.path(), "worker killed --task 0");
+    let worker = "worker killed --task 1 --checkpoint-every-s 0";
+    let mut child = program(folder.path())
+        .args(worker.split_whitespace())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let checkpoint = killed.join("ckpt/000/1.safetensors");
+    let start = Instant::now();
+    while !checkpoint.exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no checkpoint in a minute");
+        sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(checkpoint.exists() && !killed.join("done/000/1.jsonl").exists());
+
+    let output = run(folder.path(), worker);
+    assert!(stderr(&output).contains("training goes on after episode "), "{}", stderr(&output));
+    assert_eq!(record(&killed, 1), record(&whole, 1));
+    let model = |results: &Path| fs::read(results.join("models/000/1.safetensors")).unwrap();
+    assert!(model(&killed) == model(&whole), "the models differ");
+    assert!(!checkpoint.exists());
+}
+
+#[test]
+fn a_checkpoint_that_cannot_be_used_is_named_and_costs_only_time() {
+    let folder = city(2);
+    succeed(folder.path(), &format!("{RUN} --out whole"));
+    let (whole, other) = (folder.path().join("whole"), folder.path().join("other"));
+    fs::create_dir_all(other.join("ckpt/000")).unwrap();
+    for file in ["manifest.json", "plan.jsonl"] {
+        fs::copy(whole.join(file), other.join(file)).unwrap();
+    }
+    // A model is no checkpoint.
+    let checkpoint = other.join("ckpt/000/1.safetensors");
+    fs::copy(whole.join("models/000/1.safetensors"), checkpoint).unwrap();
+    let output = run(folder.path(), "worker other --task 1");
+    assert!(output.status.success());
+    let text = stderr(&output);
+    assert!(
+        text.contains("other/ckpt/000/1.safetensors is not used: it is not a checkpoint"),
+        "{text}"
+    );
+    assert_eq!(record(&other, 1), record(&whole, 1));
+}

@@ -1,0 +1,96 @@
+//! What is refused before anything is written: flags without effect, folders of other things, another run.
+
+use std::fs;
+
+use crate::common::{run, stderr, succeed};
+
+#[test]
+fn what_has_no_effect_is_refused_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), "build-networks smoke --quiet");
+    let busy = "--sumocfg networks/smoke/busy/busy.sumocfg";
+    let cases = [
+        "run smoke --dry-run --sampling k-means".to_owned(),
+        "run smoke --dry-run --methods max-pressure --replicates 2".to_owned(),
+        "run smoke --dry-run --episodes 5".to_owned(),
+        "run smoke --dry-run --set idqn.learning_rate=0.1".to_owned(),
+        "run smoke --dry-run --set family.hourly_share=0.1".to_owned(),
+        format!("run --dry-run {busy} --set demand.horizon_s=600"),
+        format!("run --dry-run {busy} --set network.exit_length_m=80"),
+        format!("run --dry-run {busy} --networks elsewhere"),
+        format!("run --dry-run {busy} --budget 1 --sampling k-means"),
+        "signals busy smoke --set training.episodes=3".to_owned(),
+        "build-networks smoke --set max_pressure.permissive_share=0.5".to_owned(),
+        "routes smoke --point busy --seed 1 --out r --set actuated.max_green_s=30".to_owned(),
+        "list --set demand.horizon_s=600".to_owned(),
+    ];
+    let said: String = cases
+        .iter()
+        .map(|args| {
+            let output = run(folder.path(), args);
+            assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
+            format!("{args}\n  {}", stderr(&output))
+        })
+        .collect();
+    // The learners are listed where they are declared.
+    insta::with_settings!({ filters => [("as idqn, .* do;", "as [learners] do;")] }, {
+        insta::assert_snapshot!("without_effect", said);
+    });
+    for args in ["run smoke --dry-run --sampling k-means --budget 1", "run smoke -n --methods all"]
+    {
+        assert_eq!(stderr(&run(folder.path(), args)), "", "{args}");
+    }
+    succeed(folder.path(), &format!("run --dry-run {busy} --preset field --quiet"));
+}
+
+#[test]
+fn a_folder_of_other_things_is_written_into_only_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("thesis")).unwrap();
+    fs::write(folder.path().join("thesis/chapter.tex"), "").unwrap();
+    for args in [
+        "run smoke --methods baseline --eval-seeds 1 --quiet --out thesis",
+        "build-networks smoke --quiet --out thesis",
+        "signals busy smoke --svg thesis",
+    ] {
+        let output = run(folder.path(), args);
+        assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
+        let expected = "thesis is not empty and no ";
+        assert!(stderr(&output).contains(expected), "{args}: {}", stderr(&output));
+        assert!(stderr(&output).contains("or --force to write"), "{args}: {}", stderr(&output));
+        assert_eq!(fs::read_dir(folder.path().join("thesis")).unwrap().count(), 1, "{args}");
+    }
+    let output = run(folder.path(), "run smoke --methods baseline --networks thesis --quiet");
+    assert!(stderr(&output).contains("--networks thesis is not empty"), "{}", stderr(&output));
+    let forced = "run smoke --methods baseline --eval-seeds 1 --quiet --out thesis --force";
+    succeed(folder.path(), forced);
+    succeed(folder.path(), forced.trim_end_matches(" --force"));
+}
+
+#[test]
+fn a_run_with_another_network_or_table_says_which() {
+    let folder = tempfile::tempdir().unwrap();
+    let header = "point,intersections,lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,\
+                  right_turn_lanes\n";
+    let table = |rows: &str| {
+        fs::write(folder.path().join("p.csv"), format!("{header}{rows}")).unwrap();
+    };
+    let scenario = "name = \"town\"\n[family]\npoints = \"p.csv\"\n";
+    fs::write(folder.path().join("town.toml"), scenario).unwrap();
+    let short = "run town.toml --eval-seeds 1 --methods baseline --quiet \
+                 --set demand.horizon_s=120 --out out";
+    table("M\u{fc}hlstra\u{df}e / B 27,1,2,30,150,250,0,0\n");
+    succeed(folder.path(), short);
+    let listed = succeed(folder.path(), "list town.toml --json");
+    assert!(listed.contains("\"name\":\"M\u{fc}hlstra\u{df}e / B 27\""), "{listed}");
+    let refused = || {
+        let output = run(folder.path(), short);
+        assert_eq!(output.status.code(), Some(5), "{}", stderr(&output));
+        stderr(&output)
+    };
+    table("M\u{fc}hlstra\u{df}e / B 27,1,4,30,150,250,0,0\n");
+    let e = refused();
+    assert!(e.contains("M\u{fc}hlstra\u{df}e / B 27 is another one, since the table"), "{e}");
+    table("M\u{fc}hlstra\u{df}e,1,2,30,150,250,0,0\n");
+    assert!(refused().contains("other point MDPs were chosen, since the table"));
+}

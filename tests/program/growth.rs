@@ -1,0 +1,172 @@
+//! `tsc-family run --until-...`: samples that grow look by look until they say enough.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const SHORT: [&str; 6] =
+    ["--set", "ppo.total_steps=2048", "--set", "dqn.total_steps=2000", "--eval-seeds", "2"];
+
+fn command(args: &[&str], dir: &Path) -> Output {
+    let program = env!("CARGO_BIN_EXE_tsc-family");
+    Command::new(program).args(args).current_dir(dir).output().unwrap()
+}
+
+/// Runs cartpole; returns what was said on standard output and on standard error.
+fn run(args: &[&str], dir: &Path) -> (String, String) {
+    let output = command(&[&["run", "cartpole"], args, &SHORT].concat(), dir);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{err}");
+    (out, err)
+}
+
+fn refused(args: &[&str], dir: &Path) -> String {
+    let output = command(&[&["run", "cartpole"], args].concat(), dir);
+    assert_eq!(output.status.code(), Some(2));
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn records(out: &Path) -> usize {
+    fs::read_dir(out.join("done/000")).unwrap().count()
+}
+
+/// What `report` says of a folder, JSON lines and notes.
+fn reported(dir: &Path, out: &str) -> (Vec<Value>, String) {
+    let output = command(&["report", out, "--json"], dir);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines = String::from_utf8(output.stdout).unwrap();
+    let lines = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    (lines, String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn a_run_that_knows_enough_stops_and_says_so_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "16", "--looks", "4,8,16", "--until-half-width", "5", "--out", "r"];
+    let (_, said) = run(&args, dir.path());
+    assert!(said.contains("look 1 of 3, 4 point MDPs: the widest interval is ± 0."), "{said}");
+    assert!(said.contains("that is enough"), "{said}");
+    assert_eq!(records(&dir.path().join("r")), 8);
+    let (_, again) = run(&args, dir.path());
+    assert!(again.contains("look 1 of 3") && !again.contains("already done"), "{again}");
+    assert_eq!(records(&dir.path().join("r")), 8);
+    let (rows, notes) = reported(dir.path(), "r");
+    assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
+    assert!(notes.contains("After look 1 of 3, with 4 point MDPs, it is"), "{notes}");
+}
+
+#[test]
+fn a_run_that_never_knows_enough_ends_with_the_sample_it_would_have_been_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9"];
+    let (lines, _) = run(&[&args[..], &["--json", "--out", "grown"]].concat(), dir.path());
+    run(&["--budget", "12", "-q", "--out", "whole"], dir.path());
+    let looks: Vec<Value> = lines.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let looks: Vec<&Value> = looks.iter().filter(|l| l["event"] == "look").collect();
+    let of = |name: &str| looks.iter().map(|l| l[name].clone()).collect::<Vec<_>>();
+    assert_eq!((of("points"), of("enough")), (vec![4.into(), 12.into()], vec![false.into(); 2]));
+    let manifest = |out: &str| -> Value {
+        let text = fs::read_to_string(dir.path().join(out).join("manifest.json")).unwrap();
+        serde_json::from_str(&text).unwrap()
+    };
+    let (grown, whole) = (manifest("grown"), manifest("whole"));
+    assert_eq!(grown["identity"]["sample"]["draws"], whole["identity"]["sample"]["draws"]);
+    // The estimates are the same, and intervals that were looked at twice are wider.
+    let (grown, notes) = reported(dir.path(), "grown");
+    let (whole, plain) = reported(dir.path(), "whole");
+    assert!(notes.contains("the budget is spent") && !plain.contains("look"), "{notes}");
+    for (a, b) in grown.iter().zip(&whole) {
+        assert_eq!(a["overall"], b["overall"]);
+        let width = |row: &Value| {
+            let at = |end: &str| row[format!("overall_{end}")].as_f64().unwrap();
+            at("high") - at("low")
+        };
+        assert!(width(a) > width(b), "{a} {b}");
+    }
+}
+
+#[test]
+fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "12", "--looks", "4,12", "--until-decided", "--out", "r"];
+    run(&args, dir.path());
+    let out = dir.path().join("r");
+    if records(&out) == 8 {
+        // Decided at the first look: nothing of another one can be lost.
+        return assert!(reported(dir.path(), "r").1.contains("After look 1 of 2"));
+    }
+    let (before, _) = reported(dir.path(), "r");
+    let manifest: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("manifest.json")).unwrap()).unwrap();
+    let looks = &manifest["identity"]["sample"]["growth"]["looks"];
+    let first: Vec<&str> = looks[0]["draws"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|d| d["point"].as_str().unwrap())
+        .collect();
+    let plan = fs::read_to_string(out.join("plan.jsonl")).unwrap();
+    let later = plan.lines().map(|l| serde_json::from_str::<Value>(l).unwrap());
+    let later = later.into_iter().find(|t| !first.contains(&t["point"].as_str().unwrap())).unwrap();
+    fs::remove_file(out.join(format!("done/000/{}.jsonl", later["task"]))).unwrap();
+    let (rows, notes) = reported(dir.path(), "r");
+    assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
+    assert!(notes.contains("it is not yet; the same command goes on"), "{notes}");
+    let (_, said) = run(&args, dir.path());
+    assert!(said.contains("going on to 12") && said.contains("23 of 24 tasks"), "{said}");
+    assert_eq!(reported(dir.path(), "r").0, before);
+}
+
+#[test]
+fn what_cannot_grow_or_has_no_effect_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    for (args, words) in [
+        (&["--looks", "4,8", "--budget", "8"][..], "--looks has no effect without --until-decided"),
+        (&["--until-half-width", "0", "--budget", "8"], "must be a number above 0"),
+        (&["--until-decided", "--methods", "ppo"], "it takes two methods to decide between"),
+        (&["--until-decided=ppo", "--budget", "8"], "\"ppo\" is no pair of methods"),
+        (&["--until-decided=ppo:sarsa", "--budget", "8"], "sarsa"),
+        (&["--until-decided", "--budget", "8", "--sampling", "k-means"], "needs a balanced sample"),
+        (
+            &["--until-decided", "--budget", "8", "--looks", "4,6"],
+            "looks must ascend from 1 or more to the budget, 8",
+        ),
+        (&["--until-decided", "--until-half-width", "0.1"], "cannot be used with"),
+    ] {
+        let said = refused(args, dir.path());
+        assert!(said.contains(words), "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn another_rule_is_another_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = ["--budget", "4", "-q", "--out", "r"];
+    run(&[&out[..], &["--until-half-width", "5"]].concat(), dir.path());
+    let output = command(
+        &[&["run", "cartpole"], &out[..], &SHORT, &["--until-half-width", "4"]].concat(),
+        dir.path(),
+    );
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("known to ± 5 there and until every method's overall performance is known"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_was_evaluated_stands_for_all_intersections_when_a_run_stops_early() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = "run --budget 12 --looks 4,12 --until-half-width 5 --methods max-pressure --eval-seeds 2 \
+                --set demand.horizon_s=300 --out r -q";
+    let output = command(&args.split_whitespace().collect::<Vec<_>>(), dir.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut table = csv::Reader::from_path(dir.path().join("r/report/intersections.csv")).unwrap();
+    let at = table.headers().unwrap().iter().position(|name| name == "basis").unwrap();
+    let basis: Vec<String> = table.records().map(|row| row.unwrap()[at].to_owned()).collect();
+    assert_eq!(basis.len(), 282);
+    assert!(!basis.iter().any(|basis| basis == "none"), "{basis:?}");
+}

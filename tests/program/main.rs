@@ -1,0 +1,48 @@
+//! What the program does as its users start it.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "../common/mod.rs"]
+mod common;
+#[cfg(feature = "libsumo")]
+#[path = "../libsumo_fixture/mod.rs"]
+mod fixture;
+mod quick;
+
+#[cfg(feature = "libsumo")]
+mod batch;
+mod cartpole_run;
+#[cfg(feature = "libsumo")]
+mod check;
+mod cli_evaluate;
+mod cli_help;
+#[cfg(feature = "libsumo")]
+mod cli_learn;
+mod cli_list;
+mod cli_osm;
+#[cfg(feature = "libsumo")]
+mod cli_refused;
+#[cfg(feature = "libsumo")]
+mod cli_run;
+#[cfg(feature = "libsumo")]
+mod cli_signals;
+mod completions;
+#[cfg(feature = "libsumo")]
+mod faults;
+mod growth;
+#[cfg(feature = "libsumo")]
+mod imported_files;
+mod links;
+mod machine_limits;
+mod numbers;
+#[cfg(feature = "libsumo")]
+mod osm_simulate;
+#[cfg(feature = "libsumo")]
+mod own_controllers;
+#[cfg(feature = "libsumo")]
+mod plain_sumo;
+#[cfg(feature = "libsumo")]
+mod plans_sumo;
+mod strange_files;
+#[cfg(feature = "libsumo")]
+mod strangers;
+mod terminal;

@@ -1,0 +1,89 @@
+//! The networks of all hand-written extracts in SUMO, with their real arms.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::succeed;
+use osm_signals::DrivingSide;
+use osm_signals::read::read;
+use osm_signals::settings::Settings;
+use osm_signals::side::{SideSetting, decide};
+use osm_signals::survey::{Inputs, Survey};
+use tsc_family::traffic::city::sites::City;
+use tsc_family::traffic::city::table::approaches;
+
+/// Ten minutes, and vehicles that stand for five are teleported: none does at low demand.
+const SCENARIO: &str = "\
+name = \"cases\"
+network.driving_side = \"SIDE\"
+demand.horizon_s = 600
+simulation.time_to_teleport_s = 300
+[family]
+approaches = \"approaches.csv\"
+detail = \"per-approach\"
+hourly_share = 0.02
+";
+
+/// Writes the approaches of all cases of a side as one table, each intersection under the name of its
+/// case.
+fn write_approaches(file: &Path, wanted: DrivingSide) -> usize {
+    let mut writer = csv::Writer::from_path(file).unwrap();
+    let mut intersections = 0;
+    for case in fs::read_dir("osm-signals/tests/networks").unwrap() {
+        let case = case.unwrap().path();
+        if !case.is_dir() {
+            continue;
+        }
+        let extract = read(&case.join("input.osm"), &|_, _| {}).unwrap();
+        let settings = Settings::default();
+        let side = decide(&extract, SideSetting::Auto, None).unwrap();
+        if side.driving_side != wanted {
+            continue;
+        }
+        let inputs = Inputs { driving_side: wanted, ..Inputs::default() };
+        let city = City::new(Survey::new(&extract, &settings, &inputs), side.into());
+        intersections += city.sites().count();
+        for mut row in approaches(&city, &settings.intersections) {
+            let name = case.file_name().unwrap().to_string_lossy();
+            row.intersection = format!("{name}-{}", row.intersection);
+            writer.serialize(row).unwrap();
+        }
+    }
+    writer.flush().unwrap();
+    intersections
+}
+
+#[test]
+fn every_case_simulates_without_an_error_or_a_teleport() {
+    assert!(simulated(DrivingSide::Right) > 30);
+}
+
+#[test]
+fn every_case_of_left_hand_traffic_simulates_without_an_error_or_a_teleport() {
+    assert!(simulated(DrivingSide::Left) >= 2);
+}
+
+/// Simulates the cases of a side and returns how many intersections they have.
+fn simulated(side: DrivingSide) -> usize {
+    let folder = tempfile::tempdir().unwrap();
+    let intersections = write_approaches(&folder.path().join("approaches.csv"), side);
+    let scenario = SCENARIO.replace("SIDE", side.name());
+    fs::write(folder.path().join("scenario.toml"), scenario).unwrap();
+    succeed(
+        folder.path(),
+        "run scenario.toml --methods max-pressure --eval-seeds 1 --quiet --out out",
+    );
+    let mut scores = csv::Reader::from_path(folder.path().join("out/report/scores.csv")).unwrap();
+    let head = scores.headers().unwrap().clone();
+    let column = |name: &str| head.iter().position(|h| h == name).unwrap();
+    let (teleports, arrived) = (column("teleports"), column("throughput_veh"));
+    let mut rows = 0;
+    for row in scores.records() {
+        let row = row.unwrap();
+        assert_eq!(row[teleports].parse::<f64>().unwrap(), 0.0, "{row:?}");
+        assert!(row[arrived].parse::<f64>().unwrap() > 0.0, "{row:?}");
+        rows += 1;
+    }
+    assert_eq!(rows, 2 * intersections);
+    intersections
+}

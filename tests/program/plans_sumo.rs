@@ -1,0 +1,212 @@
+//! The plans of a report are what a method did: plain `sumo` with them shows their phases, and repeats
+//! the recorded delays to the last digit.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::common::{stderr, succeed};
+use crate::fixture::Scenario;
+use serde_json::Value;
+use tsc_family::traffic::sim::tripinfo;
+
+/// What both simulations have beside network, vehicles and programs.
+const OPTIONS: &str = "--time-to-teleport -1 --xml-validation never --no-step-log \
+    --tripinfo-output trips.xml --tripinfo-output.write-unfinished \
+    --tripinfo-output.write-undeparted";
+
+/// Saves what a signal shows, second by second.
+fn watch(folder: &Path, signal: &str) {
+    let event =
+        format!("<timedEvent type=\"SaveTLSStates\" source=\"{signal}\" dest=\"shown.xml\"/>");
+    fs::write(folder.join("watch.add.xml"), format!("<additional>{event}</additional>")).unwrap();
+}
+
+/// What the watched signal showed, one state per second.
+fn shown(folder: &Path) -> Vec<String> {
+    let text = fs::read_to_string(folder.join("shown.xml")).unwrap();
+    let state = |line: &str| Some(line.split_once(" state=\"")?.1.split_once('"')?.0.to_owned());
+    text.lines().filter(|line| line.contains("<tlsState ")).filter_map(state).collect()
+}
+
+/// Runs plain `sumo` in a folder and returns the mean delay, seconds.
+fn delay_s(folder: &Path, args: &str) -> f64 {
+    let mut sumo = Command::new("sumo");
+    let words = args.split_whitespace().chain(OPTIONS.split_whitespace());
+    let output = sumo.args(words).current_dir(folder).output().unwrap();
+    assert!(output.status.success(), "{args}: {}", stderr(&output));
+    let trips = tripinfo::read(&folder.join("trips.xml")).unwrap();
+    assert!(trips.vehicles > 0);
+    trips.delay_s / f64::from(trips.vehicles)
+}
+
+/// Summary and evaluation rows of every record in `out`.
+fn records(folder: &Path) -> Vec<(Value, Vec<Value>)> {
+    let plan = fs::read_to_string(folder.join("out/plan.jsonl")).unwrap();
+    let record = |task: usize| {
+        let text = fs::read_to_string(folder.join(format!("out/done/000/{task}.jsonl"))).unwrap();
+        let mut lines: Vec<Value> =
+            text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+        let summary = lines.remove(0);
+        lines.retain(|row| row["kind"] == "evaluation");
+        (summary, lines)
+    };
+    (0..plan.lines().count()).map(record).collect()
+}
+
+/// The rows of `plans.csv` of a method on a point MDP, by column.
+fn plan(folder: &Path, point: &str, method: &str) -> Vec<Vec<(String, String)>> {
+    let mut table = csv::Reader::from_path(folder.join("out/report/plans.csv")).unwrap();
+    let header = table.headers().unwrap().clone();
+    let rows = table.records().map(|row| {
+        let row = row.unwrap();
+        header.iter().zip(&row).map(|(a, b)| (a.to_owned(), b.to_owned())).collect::<Vec<_>>()
+    });
+    rows.filter(|row| row[0].1 == point && row[2].1 == method).collect()
+}
+
+fn cell<'a>(row: &'a [(String, String)], name: &str) -> &'a str {
+    &row.iter().find(|(column, _)| column == name).unwrap().1
+}
+
+/// What a fixed cycle of `plans.csv` shows from time 0 on, second by second, by greens only.
+fn greens(plan: &[Vec<(String, String)>], seconds: usize) -> Vec<Option<String>> {
+    let mut cycle = Vec::new();
+    for row in plan {
+        let seconds = |name| cell(row, name).parse::<usize>().unwrap();
+        cycle.extend(vec![Some(cell(row, "state").to_owned()); seconds("green_s")]);
+        cycle.extend(vec![None; seconds("yellow_s") + seconds("all_red_s")]);
+    }
+    assert_eq!(cycle.len(), cell(&plan[0], "cycle_s").parse::<usize>().unwrap());
+    cycle.into_iter().cycle().take(seconds).collect()
+}
+
+#[test]
+fn plain_sumo_shows_the_plans_of_generated_networks_and_repeats_their_delays() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let settings = "--preset field --set demand.horizon_s=300";
+    let search = "--set fixed_time.simulations=8";
+    let methods = "--methods fixed-time,actuated,max-pressure --eval-seeds 2";
+    succeed(folder, &format!("run smoke {methods} {settings} {search} --quiet --out out"));
+    watch(folder, "c");
+    let plans = Path::new("out/report/plans");
+    let (mut programs, mut winners) = (0, 0);
+    for (summary, rows) in records(folder) {
+        let text = |name: &str| summary[name].as_str().unwrap().to_owned();
+        let (method, point) = (text("method"), text("point"));
+        let name = match method.as_str() {
+            "fixed-time" => format!("{point}.add.xml"),
+            method => format!("{point}.{method}.add.xml"),
+        };
+        if !folder.join(plans).join(&name).exists() {
+            assert!(["baseline", "max-pressure"].contains(&&*method), "{name}");
+            continue;
+        }
+        programs += 1;
+        let networks = provenance(folder);
+        for row in &rows {
+            let seed = &row["seed"];
+            let routes = format!("routes --point {point} smoke --seed {seed} --out r.xml");
+            succeed(folder, &format!("{routes} {settings}"));
+            let vehicles = format!("--route-files r.xml --seed {seed}");
+            let add = format!("-a {}/{name},watch.add.xml", plans.display());
+            let config = format!("-c {networks}/{point}/{point}.sumocfg");
+            let delay_s = delay_s(folder, &format!("{config} {vehicles} {add}"));
+            assert_eq!(row["metrics"]["delay_s"], delay_s, "{method} on {point}");
+        }
+        if method == "fixed-time" {
+            let shown = shown(folder);
+            let planned = greens(&plan(folder, &point, &method), shown.len());
+            assert!(shown.len() >= 300);
+            for (second, (shown, planned)) in shown.iter().zip(planned).enumerate() {
+                match planned {
+                    Some(green) => assert_eq!(*shown, green, "{point} at {second} s"),
+                    None => assert!(!shown.contains('g') || shown.contains('y'), "{second} s"),
+                }
+            }
+        }
+        let config = plans.join(format!("{point}.winner.sumocfg"));
+        if cell(&plan(folder, &point, &method)[0], "winner") == "yes" {
+            winners += 1;
+            let (row, seed) = (&rows[0], &rows[0]["seed"]);
+            assert!(fs::read_to_string(folder.join(&config)).unwrap().contains(&name));
+            let routes = format!("routes --point {point} smoke --seed {seed} --out r.xml");
+            succeed(folder, &format!("{routes} {settings}"));
+            // The configuration has the seed of the first evaluation episode.
+            let args = format!("-c {} --route-files r.xml", config.display());
+            assert_eq!(row["metrics"]["delay_s"], delay_s(folder, &args), "{point}");
+        }
+    }
+    assert_eq!(programs, 4);
+    assert!(winners > 0, "no winner is a program, so nothing was shown");
+}
+
+/// Where a run found its networks.
+fn provenance(folder: &Path) -> String {
+    let manifest = fs::read_to_string(folder.join("out/manifest.json")).unwrap();
+    let manifest: Value = serde_json::from_str(&manifest).unwrap();
+    manifest["provenance"]["networks"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn plans_of_several_signals_in_an_imported_scenario_repeat_delays_too() {
+    let scenario = Scenario::new();
+    let flows = [("WA", "BE", 7), ("NA", "SX", 9), ("MB", "BE", 11), ("PS", "SQ", 8)];
+    let routes: String = flows
+        .iter()
+        .map(|(from, to, period)| {
+            format!(
+                "<flow id=\"{from}\" from=\"{from}\" to=\"{to}\" begin=\"100\" end=\"700\" \
+                 period=\"{period}\"/>"
+            )
+        })
+        .collect();
+    let config = scenario.options("net", "a", &routes).config;
+    let text = fs::read_to_string(&config).unwrap();
+    let time =
+        "<begin value=\"100\"/><end value=\"700\"/><step-length value=\"0.5\"/></configuration>";
+    fs::write(&config, text.replace("</configuration>", time)).unwrap();
+    let folder = config.parent().unwrap();
+    let methods = "--methods fixed-time,actuated,program --set fixed_time.simulations=20";
+    succeed(folder, &format!("run --sumocfg a.sumocfg {methods} --eval-seeds 2 --quiet --out out"));
+    let (mut best, mut delays) = (String::new(), Vec::new());
+    for (summary, rows) in records(folder) {
+        let method = summary["method"].as_str().unwrap();
+        let file = match method {
+            "fixed-time" => "-a out/report/plans/a.add.xml".to_owned(),
+            "program" => String::new(),
+            method => format!("-a out/report/plans/a.{method}.add.xml"),
+        };
+        for row in &rows {
+            let args = format!("-c a.sumocfg --seed {} {file}", row["seed"]);
+            assert_eq!(row["metrics"]["delay_s"], delay_s(folder, &args), "{method}");
+        }
+        let plan = plan(folder, "a", method);
+        let mut signals: Vec<&str> = plan.iter().map(|row| cell(row, "signal")).collect();
+        signals.dedup();
+        assert_eq!(signals, ["A", "B", "S"], "{method}");
+        if cell(&plan[0], "winner") == "yes" {
+            best = method.to_owned();
+            delays.push(rows[0]["metrics"]["delay_s"].clone());
+        }
+    }
+    assert!(!best.is_empty() && best != "program", "{best}");
+    assert_eq!(delays, [delay_s(folder, "-c out/report/plans/a.winner.sumocfg")]);
+}
+
+#[test]
+fn a_report_without_the_networks_says_which_files_are_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let settings = "--set demand.horizon_s=60 --eval-seeds 1";
+    succeed(folder, &format!("run smoke --methods actuated {settings} --quiet --out out"));
+    let config = folder.join("out/report/plans/quiet.winner.sumocfg");
+    assert!(config.exists());
+    fs::remove_dir_all(folder.join("networks")).unwrap();
+    let output = crate::common::run(folder, "report out");
+    assert!(output.status.success());
+    let text = stderr(&output);
+    assert!(text.contains("no plans/*.winner.sumocfg of some point MDPs"), "{text}");
+    assert!(!config.exists() && folder.join("out/report/plans/quiet.actuated.add.xml").exists());
+}
