@@ -15,17 +15,12 @@ if [ ${#readers[@]} -eq 0 ]; then
     mapfile -t readers < <(ls fuzz/seeds)
 fi
 
+# The dictionary of a reader, as the table of fuzz/README.md has it.
 dictionary() {
-    case $1 in
-    pbf) echo pbf ;;
-    xml | gz) echo xml ;;
-    signals | points | approaches | index) echo csv ;;
-    counts | boundary | demand) echo json ;;
-    scenario | set) echo toml ;;
-    sumocfg | sources | net | tripinfo) echo sumo ;;
-    record | manifest | plan | sample | places | archive) echo store ;;
-    *) echo "no reader $1; there are: $(ls fuzz/seeds | xargs)" >&2; return 2 ;;
-    esac
+    local name
+    name=$(sed -n "s/^|[^|]*\`$1\`[^|]*|.*| \`\([a-z]*\)\` |\$/\1/p" fuzz/README.md)
+    [ -n "$name" ] || { echo "no reader $1; there are: $(ls fuzz/seeds | xargs)" >&2; return 2; }
+    echo "$name"
 }
 for reader in "${readers[@]}"; do dictionary "$reader" >/dev/null; done
 
