@@ -53,6 +53,14 @@ pub fn is_from_outside(signal: i32) -> bool {
     !OWN_SIGNALS.contains(&signal)
 }
 
+/// Returns whether whoever started this process had it ignore a signal, as `nohup` does with HUP.
+pub fn ignores(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
 /// Checks that a folder can be written, because programs that could not write do not always say so.
 ///
 /// # Errors

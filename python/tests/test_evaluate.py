@@ -119,6 +119,34 @@ def test_the_results_are_the_same_with_any_jobs_and_after_kill_and_resume(tsc_fa
     assert one == done_files(tmp_path / "two") == done_files(tmp_path / "killed")
 
 
+def test_two_controllers_have_modules_of_the_same_name(tsc_family, tmp_path, networks):
+    """Each is hashed with its own, and uses its own."""
+    for version, phase in [("v1", 0), ("v2", 1)]:
+        (tmp_path / version).mkdir()
+        (tmp_path / version / "rule.py").write_text(f"def phase(): return {phase}\n")
+        (tmp_path / version / "mine.py").write_text(
+            "import rule, tsc_family as tf\n"
+            "class Mine(tf.Controller):\n"
+            "    def act(self, obs):\n"
+            f"        import rule as late\n"
+            f"        assert rule.phase() == late.phase() == {phase}\n"
+            "        return [rule.phase()]\n"
+        )
+    both = [f"--controller={name}={folder}/mine.py:Mine" for name, folder in (("a", "v1"), ("b", "v2"))]
+    done = tsc_family("run", "smoke", *both, "--methods", "a,b", "--eval-seeds", "1", "--set", "demand.horizon_s=60",
+                      "--networks", networks, "--out", "out", "--quiet")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    controllers = json.loads((tmp_path / "out/manifest.json").read_text())["identity"]["controllers"]
+    assert [sorted(c["sha256"]) for c in controllers] == [["mine.py", "rule.py"]] * 2
+    assert controllers[0]["sha256"]["rule.py"] != controllers[1]["sha256"]["rule.py"]
+
+
+def test_a_controller_needs_no_folder_for_temporary_files(tsc_family, tmp_path, networks):
+    (tmp_path / "rule.py").write_text(RULE)
+    done = tsc_family(*run_args("out", networks), env={**os.environ, "TMPDIR": "/nowhere"})
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_controller_that_has_changed_is_another_run(tsc_family, tmp_path, networks):
     (tmp_path / "rule.py").write_text(RULE)
     assert tsc_family(*run_args("out", networks)).returncode == 0
@@ -139,7 +167,7 @@ class Mine(tf.Controller):
             assert obs.lanes.shape[0] == len(env.signals) == 1
             while not done:
                 obs, done = env.step([phase])
-            env.log(tried=phase, nothing=float("nan"))
+            env.log(tried=phase, nothing=float("nan"), endless=1e120)
             delays.append(env.delay_s)
         env.reset()
         env.step([0])
@@ -164,7 +192,7 @@ def test_a_training_has_rows_with_delays_and_figures_and_a_model(evaluated, tmp_
             rows.append([row for row in lines if row["kind"] == "training"])
     for training in rows:
         assert [row["metrics"]["tried"] for row in training] == [0, 1]
-        assert all(row["metrics"]["delay_s"] > 0 and "nothing" not in row["metrics"] for row in training)
+        assert all(row["metrics"]["delay_s"] > 0 and not {"nothing", "endless"} & row["metrics"].keys() for row in training)
         assert len({row["seed"] for row in training}) == 2
     assert len(list((tmp_path / "out" / "models").rglob("*.safetensors"))) == 2
 
@@ -235,6 +263,21 @@ def test_every_other_command_can_be_run(capfd):
     assert "busy" in capfd.readouterr().out
     with pytest.raises(tf.Error, match="unexpected argument"):
         tf.run(["list", "--no-such-option"])
+
+
+@pytest.mark.parametrize("error", ["BrokenPipeError()", "ValueError('closed')", "UnicodeEncodeError('a', 'b', 0, 1, 'c')"])
+def test_output_that_nobody_takes_keeps_no_command_waiting(tmp_path, error):
+    text = (
+        "import sys, tsc_family as tf\n"
+        "class Gone:\n"
+        f"    def write(self, text): raise {error}\n"
+        "    def flush(self): pass\n"
+        "sys.stdout = Gone()\n"
+        # More than a pipe holds.
+        "code = tf.run(['list', 'cartpole', '--json'])\n"
+        "sys.__stdout__.write(f'ended with {code}')\n"
+    )
+    assert "ended with 0" in python(text, tmp_path, timeout=60).stdout
 
 
 def test_an_interrupt_ends_a_run_that_the_same_call_continues(tmp_path, networks):

@@ -90,10 +90,20 @@ class _Heard:
             text = decode.decode(some, final=not some)
             self._text = (self._text + text)[-_SAID_LAST:] if self._show else self._text + text
             if self._show and text and self._stream is not None:
-                self._stream.write(text)
-                self._stream.flush()
+                # A command that nobody hears would wait for ever, so that this goes on whatever becomes of the stream.
+                try:
+                    self._pass_on(text)
+                except (OSError, ValueError):
+                    self._stream = None
             if not some:
                 return
+
+    def _pass_on(self, text: str) -> None:
+        try:
+            self._stream.write(text)
+        except UnicodeEncodeError:
+            self._stream.write(text.encode("ascii", "replace").decode("ascii"))
+        self._stream.flush()
 
     def end(self) -> str:
         self._thread.join()

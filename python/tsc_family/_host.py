@@ -27,6 +27,9 @@ from ._register import register
 _OWN = str(Path(__file__).parent)
 _MODULE = "tsc_family_controller"
 
+# The folders that controllers were loaded from, which their modules are found in.
+_folders: set[Path] = set()
+
 # Whether a file is being loaded, in which evaluate() and run() end the loading: the class is there by then.
 loading = False
 
@@ -94,6 +97,7 @@ def _load(path: Path) -> Any:
     """Runs a file as a module of another name than ``__main__``; one of a package under its own name."""
     global loading
     package = _package(path)
+    _make_room(package[0])
     # As when the script itself is run, or the package is imported.
     sys.path.insert(0, str(package[0]))
     sys.argv = [str(path), *json.loads(os.environ.get(ARGUMENTS, "[]"))]
@@ -125,6 +129,17 @@ def _load(path: Path) -> Any:
     return module
 
 
+def _make_room(folder: Path) -> None:
+    """Takes the modules of controllers from other folders out of the way: two may have modules of the same name."""
+    for other in _folders - {folder}:
+        for name, module in list(sys.modules.items()):
+            if _file_of(module, other) is not None:
+                del sys.modules[name]
+        sys.path[:] = [place for place in sys.path if place != str(other)]
+    _folders.clear()
+    _folders.add(folder)
+
+
 def _package(path: Path) -> tuple[Path, str]:
     """Returns the folder to import from, and the name of a module of a package; empty for a file of its own."""
     names, folder = [path.stem], path.parent
@@ -139,18 +154,23 @@ def _files(cls: type[Controller], path: Path) -> dict[str, Path]:
     folder = _package(path)[0]
     found = {str(path.relative_to(folder)): path}
     for module in list(sys.modules.values()):
-        origin = getattr(module, "__file__", None)
-        # Some modules that are made while a program runs say a name that is no file.
-        file = Path(origin) if isinstance(origin, str) and os.path.isabs(origin) else None
-        if file is None or folder not in file.parents or _is_installed(file) or not file.is_file():
-            continue
-        found[str(file.relative_to(folder))] = file
+        file = _file_of(module, folder)
+        if file is not None and file.is_file():
+            found[str(file.relative_to(folder))] = file
     for name in cls.files:
         file = path.parent / name
         if not file.is_file():
             raise Error(f"{cls.__name__} names a file that is not there: {file}")
         found[str(name)] = file
     return found
+
+
+def _file_of(module: Any, folder: Path) -> Path | None:
+    """Returns the file of a module that lies in a folder or below and is not installed."""
+    origin = getattr(module, "__file__", None)
+    # Some modules that are made while a program runs say a name that is no file.
+    file = Path(origin) if isinstance(origin, str) and os.path.isabs(origin) else None
+    return None if file is None or folder not in file.parents or _is_installed(file) else file
 
 
 def _is_installed(file: Path) -> bool:

@@ -3,6 +3,7 @@
 
 use super::points::PointSummary;
 use super::whole::Analysis;
+use crate::stats::score::weighted_mean;
 
 /// By how much counts that importance and instances imply may differ, relative to the count.
 const SAME_COUNT: f64 = 1e-6;
@@ -66,6 +67,24 @@ impl Analysis {
                 Extent::Share(so().map(|p| p.weight).sum::<f64>() / total)
             }
         }
+    }
+
+    /// Returns on how much of the family a method has no result, beside what it was not evaluated on; `None` where it has
+    /// all.
+    pub fn without_result(&self, method: usize) -> Option<Extent> {
+        let extent = self.extent(|p| p.results[method].is_none());
+        Some(extent).filter(|extent| !extent.is_none())
+    }
+
+    /// Returns the mean objectives of two methods over the point MDPs that both finished, and how many these are.
+    pub fn objectives_shared(&self, a: usize, b: usize) -> Option<(f64, f64, usize)> {
+        let both = self.points.iter().filter_map(|p| {
+            Some((p.weight, p.results[a].as_ref()?.objective, p.results[b].as_ref()?.objective))
+        });
+        let both: Vec<(f64, f64, f64)> = both.collect();
+        let of_a = weighted_mean(both.iter().map(|(w, a, _)| (*w, *a)))?;
+        let of_b = weighted_mean(both.iter().map(|(w, _, b)| (*w, *b)))?;
+        Some((of_a, of_b, both.len()))
     }
 
     /// Returns the number of instances of the whole family; `None` where importance is something else than the

@@ -13,6 +13,7 @@ use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::points::{PointResult, PointSummary};
 use super::summaries::{Summaries, summarise};
+use crate::sample::Measure;
 use crate::seed::derive;
 use crate::stats::PointObjectives;
 use crate::stats::bootstrap::RESAMPLES;
@@ -66,6 +67,8 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
     let scored: Vec<_> = finished.iter().filter(|(_, r)| r.score.is_some()).copied().collect();
     let (estimate, summaries) = estimate(evidence, index, &scored);
+    let objective = assisted_objective(evidence, &summaries)
+        .or_else(|| weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))));
     let own_tasks = || tasks.iter().filter(|r| r.method == index);
     let worst = scored
         .iter()
@@ -81,7 +84,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         interval: estimate.as_ref().and_then(|e| e.interval),
         summaries,
         episodes: EpisodeSummary::of(episodes, &own, &weights, identity.direction),
-        objective: weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))),
+        objective,
         metrics: weighted_metrics(&scored),
         worst,
         points: scored.len(),
@@ -91,6 +94,15 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         method,
     };
     (summary, estimate)
+}
+
+/// Returns the mean objective that follows from the assisted ratio of means, where the reference's own mean is known of the
+/// whole family; `None` in a sample that is not assisted.
+fn assisted_objective(evidence: Evidence<'_>, summaries: &Summaries) -> Option<f64> {
+    let design = evidence.design.filter(|_| evidence.identity.sample.assisted)?;
+    let objective = design.input(&evidence.reference.name, Measure::Objective)?;
+    let importance = design.points.iter().map(|p| p.importance);
+    Some(summaries.ratio_of_means?.value * weighted_mean(importance.zip(objective))?)
 }
 
 /// Estimates with the same generator for every method, so that differences are paired.

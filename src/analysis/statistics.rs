@@ -6,7 +6,8 @@ use crate::stats::profile::share_below;
 use crate::stats::summary::{Statistics, geometric_mean, mean_of_scores, ratio_of_means, scores};
 use crate::stats::weighted_quantile::{quantile_of_sorted, sorted};
 
-/// Positions of the statistics; the mean of scores is the first, those of the regimes are the last, in their order.
+/// Positions of the statistics; the mean of scores is the first, and with the ratio the only mean over the family; those
+/// of the regimes are the last, in their order.
 pub(super) const RATIO: usize = 1;
 pub(super) const MEDIAN: usize = 2;
 pub(super) const GEOMETRIC: usize = 3;
@@ -45,5 +46,9 @@ impl Statistics for SummaryStatistics<'_> {
             }
         }
         values.extend(sums.into_iter().map(|(top, bottom)| (bottom > 0.0).then(|| top / bottom)));
+    }
+
+    fn means(&self) -> usize {
+        RATIO + 1
     }
 }

@@ -110,7 +110,8 @@ impl Analysis {
             points: &points,
             tasks: &tasks,
             episodes: &episodes,
-            design: design.as_ref(),
+            // What is known of the family is relative to the baseline.
+            design: design.as_ref().filter(|_| reference.is_baseline),
         };
         let trainings = trainings(&results, evidence);
         let (trained, episode_metrics) = (trained(&results), episode_metrics(&results));
@@ -141,6 +142,11 @@ impl Analysis {
             manifest,
             design,
         }
+    }
+
+    /// Whether a model of what cheap methods achieve everywhere assists: what they achieve is relative to the baseline.
+    pub fn is_assisted(&self) -> bool {
+        self.manifest.identity.sample.assisted && self.reference.is_baseline
     }
 
     /// Returns the names of the metrics that some task has besides the objective, those of its training among them.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::thread::available_parallelism;
 
 use serde_json::json;
@@ -15,7 +16,7 @@ use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
-use crate::files::{FileError, beneath, make_folder_beneath};
+use crate::files::{FileError, beneath, make_folder_beneath, quoted};
 use crate::run::audit::{Beside, audit_beside};
 use crate::run::domain::domain_of;
 use crate::run::executor::Event;
@@ -70,7 +71,14 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     let mut looked = look(&layout, args.networks.as_deref())?;
     say(&looked, &layout, args)?;
     if args.repair && !looked.audit.damage.is_empty() {
-        repair(&layout, &looked, args)?;
+        let left = repair(&layout, &looked, args)?;
+        if left > 0 {
+            let dir = quoted(&args.dir);
+            note(format!(
+                "interrupted with {left} tasks to do again; tsc-family resume {dir} does them"
+            ));
+            return Ok(exit::INTERRUPTED);
+        }
         looked = look(&layout, args.networks.as_deref())?;
         say(&looked, &layout, args)?;
     }
@@ -108,12 +116,14 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
             line(format!("{}: {}; {what}", damage.path.display(), damage.reason))?;
         }
     }
-    let (tasks, done, missing) = (audit.tasks.len(), audit.done.len(), audit.missing());
+    let (tasks, done, missing) = (audit.reach.count(), audit.done.len(), audit.missing());
     if args.json {
         line(json!({
             "event": "check",
             "damaged": audit.damage.len(),
             "tasks": tasks,
+            "look": audit.reach.look.map(|(look, _)| look),
+            "looks": audit.reach.look.map(|(_, looks)| looks),
             "done": done,
             "failed": audit.failed,
             "missing": missing,
@@ -129,7 +139,9 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
     if audit.manifest.is_none() {
         return Ok(());
     }
-    let mut parts = vec![format!("{done} of {tasks} records are sound")];
+    let look = audit.reach.look.map(|(look, looks)| format!("look {look} of {looks}: "));
+    let mut parts =
+        vec![format!("{}{done} of {tasks} records are sound", look.unwrap_or_default())];
     let counted = [
         (audit.failed, "of failed tasks"),
         (missing, "tasks have none"),
@@ -179,8 +191,8 @@ fn advice(damage: &Damage, command: Option<&str>) -> String {
     }
 }
 
-/// Sets damaged files aside and does their tasks again.
-fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<()> {
+/// Sets damaged files aside and does their tasks again; returns how many an interruption has left.
+fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<usize> {
     let Looked { audit, beside, prepared } = looked;
     let Some(manifest) = &audit.manifest else {
         return Err(Refused(
@@ -228,7 +240,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
         note(format!("damaged files are in {}", layout.damaged().display()));
     }
     if repeated.is_empty() {
-        return Ok(());
+        return Ok(0);
     }
     let networks =
         beside.unprepared > 0 || audit.damage.iter().any(|d| d.remedy == Remedy::Rebuild);
@@ -239,7 +251,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
              which builds them, or say with --networks where they are",
             repeated.len()
         ));
-        return Ok(());
+        return Ok(0);
     }
     let todo: Vec<Task> =
         audit.tasks.iter().filter(|t| repeated.contains(&t.task)).cloned().collect();
@@ -279,7 +291,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
             Event::Progress { .. } => {}
         },
     )?;
-    Ok(())
+    Ok(if interrupted.load(Ordering::Relaxed) { todo.len() - done.len() } else { 0 })
 }
 
 /// Removes the folder beneath another that a file lies in.

@@ -69,6 +69,15 @@ impl WorkersArgs {
         self.jobs.map_or(processors, NonZeroUsize::get)
     }
 
+    /// Returns the lines for the jobs.
+    ///
+    /// # Errors
+    ///
+    /// When their file cannot be read, or has something else in it.
+    pub(super) fn lines(&self) -> Result<Vec<String>, RunError> {
+        Ok(self.sbatch.as_deref().map(slurm::lines).transpose()?.unwrap_or_default())
+    }
+
     /// Refuses what has no effect where tasks are done by somebody.
     pub(super) fn check(&self, executor: Executes) -> anyhow::Result<()> {
         let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
@@ -170,8 +179,7 @@ pub(super) fn hand_over(
     launcher: Launcher,
 ) -> anyhow::Result<()> {
     let (layout, manifest) = (&session.layout, &session.manifest);
-    let lines = args.sbatch.as_deref().map(slurm::lines).transpose().map_err(RunError::from)?;
-    let lines = lines.unwrap_or_default();
+    let lines = args.lines()?;
     let (theirs, missing): (Vec<&Task>, Vec<&Task>) =
         results.missing().partition(|task| there.tasks.contains(&task.task));
     if !theirs.is_empty() {

@@ -64,7 +64,7 @@ impl ControllersArgs {
             );
             return Err(Refused(reason).into());
         }
-        let commands = self.controllers.iter().any(|given| given.contains("=exec:"));
+        let commands = self.controllers.iter().any(|given| is_command(given));
         if self.answer_timeout != ANSWER_TIMEOUT_S && !commands {
             let reason = "--answer-timeout has no effect: no controller is a command; leave it out";
             return Err(Refused(reason.to_owned()).into());
@@ -94,16 +94,21 @@ impl ControllersArgs {
             Some(program) => program.into(),
             None => std::env::current_exe().context("cannot find this program")?,
         };
-        let mut last: Vec<OsString> = Vec::new();
+        let mut own: Vec<(String, Vec<OsString>)> = Vec::new();
         let options =
             [("--controller", &self.controllers), ("--controller-results", &self.results)];
         for (option, values) in options {
-            values.iter().for_each(|given| last.extend([option.into(), given.into()]));
+            for given in values {
+                let name = given.split_once('=').map_or(given.as_str(), |(name, _)| name);
+                let mut arguments: Vec<OsString> = vec![option.into(), given.into()];
+                if self.answer_timeout != ANSWER_TIMEOUT_S && is_command(given) {
+                    let timeout = self.answer_timeout.to_string();
+                    arguments.extend(["--answer-timeout".into(), timeout.into()]);
+                }
+                own.push((name.to_owned(), arguments));
+            }
         }
-        if self.answer_timeout != ANSWER_TIMEOUT_S {
-            last.extend(["--answer-timeout".into(), self.answer_timeout.to_string().into()]);
-        }
-        Ok(Launcher { program, first: start.collect(), last })
+        Ok(Launcher { program, first: start.collect(), own })
     }
 
     /// Adds the controllers that were given.
@@ -117,6 +122,11 @@ impl ControllersArgs {
         }
         Ok(traffic)
     }
+}
+
+/// Returns whether a controller that was given is a command.
+fn is_command(given: &str) -> bool {
+    given.contains("=exec:")
 }
 
 /// Makes the methods known that a command is about: the program's, those that were given, and those that only the

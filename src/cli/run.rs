@@ -107,9 +107,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     };
     made.finish();
     let session = session?;
-    if args.retry_failed {
-        session.forget_failed()?;
-    }
     work(args, &request, &session, jobs)
 }
 
@@ -207,6 +204,11 @@ fn work(
         quiet: args.quiet,
     };
     let interrupted = interrupted()?;
+    args.workers.lines()?;
+    // What failed is forgotten when nothing refuses to try it again.
+    if args.retry_failed {
+        session.forget_failed()?;
+    }
     let mut done: Option<usize> = None;
     while let Some(results) = looks::next((session, request.problem), done, args)? {
         if let Some(system) = args.executor.batch_system() {

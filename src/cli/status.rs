@@ -18,6 +18,7 @@ use crate::run::domain::domain_of;
 use crate::store::Layout;
 use crate::store::lock::holder;
 use crate::store::manifest::{Manifest, Task};
+use crate::store::reach::Reach;
 use crate::store::record::Record;
 use crate::store::tally::Tally;
 
@@ -30,7 +31,8 @@ const ERROR: f64 = 1.5;
 /// `tsc-family status`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 every task has its record, 3 every task has and some failed, 6 some have none.
+Exit codes: 0 every task has its record, 3 every task has and some failed, 6 some have none. Of a run that stops when it
+knows enough, these are the tasks of the looks so far.
 
 Example:
   tsc-family status results/slc")]
@@ -59,8 +61,12 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         counts.filter(|(standing, ..)| *standing == of).map(|(.., count)| count).sum()
     };
     let [running, queued, held] = [Standing::Running, Standing::Queued, Standing::Held].map(count);
-    let missing = tally.missing();
-    let rest = (0..plan.len()).filter(|t| !tally.done[*t] && !there.tasks.contains(t)).count();
+    let begun =
+        |t| tally.done[t] || there.tasks.contains(&t) || tally.begun.binary_search(&t).is_ok();
+    let reach = Reach::of(&manifest.identity, &plan, begun);
+    let to_do = |t: &usize| reach.has(*t) && !tally.done[*t];
+    let missing = (0..plan.len()).filter(to_do).count();
+    let rest = (0..plan.len()).filter(to_do).filter(|t| !there.tasks.contains(t)).count();
     let rests = match (&holder, &silent, &there.script) {
         _ if rest == 0 => Rest::Nobody,
         (Some(holder), ..) => Rest::Here(holder.clone()),
@@ -70,7 +76,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     };
     let left_s = match running {
         0 => None,
-        jobs => Some(seconds_left(&layout, &manifest, &plan, &tally)? / jobs as f64),
+        jobs => Some(seconds_left(&layout, &manifest, (&plan, &reach), &tally)? / jobs as f64),
     };
     let sha256 = manifest.sha256();
     let reason = |task: &usize| {
@@ -83,7 +89,8 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         (task, reason)
     };
     let failed: Vec<(&Task, String)> = tally.failed.iter().take(NAMED).map(reason).collect();
-    let done = plan.len() - missing;
+    let (tasks, look) = (reach.count(), reach.look);
+    let done = tasks - missing;
     if args.json {
         let failed: Vec<_> = failed
             .iter()
@@ -91,7 +98,9 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
             .collect();
         line(json!({
             "event": "status",
-            "tasks": plan.len(),
+            "tasks": tasks,
+            "look": look.map(|(look, _)| look),
+            "looks": look.map(|(_, looks)| looks),
             "done": done,
             "failed": tally.failed.len(),
             "first_failed": failed,
@@ -107,7 +116,8 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         }))?;
         return Ok(code(missing, tally.failed.len()));
     }
-    let mut parts = vec![format!("{done} of {} tasks are done", plan.len())];
+    let look = look.map(|(look, looks)| format!("look {look} of {looks}: ")).unwrap_or_default();
+    let mut parts = vec![format!("{look}{done} of {tasks} tasks are done")];
     let others = [(tally.failed.len(), "of them failed"), (rest, rests.words())];
     parts.extend(others.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
     if !tally.begun.is_empty() {
@@ -159,7 +169,13 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let dir = quoted(&args.dir);
     match rests {
         _ if missing == 0 => {
-            note(format!("tsc-family report {dir} writes tables, figures and page"))
+            note(format!("tsc-family report {dir} writes tables, figures and page"));
+            if reach.may_grow() {
+                note(format!(
+                    "the command of the run looks at the results, and goes on unless they say enough: {}",
+                    manifest.provenance.command
+                ));
+            }
         }
         _ if rest == 0 => {}
         Rest::Here(holder) => note(format!("a run is going on: {holder}")),
@@ -212,13 +228,13 @@ fn code(missing: usize, failed: usize) -> u8 {
 fn seconds_left(
     layout: &Layout,
     manifest: &Manifest,
-    plan: &[Task],
+    (plan, reach): (&[Task], &Reach),
     tally: &Tally,
 ) -> anyhow::Result<f64> {
     let known = domains();
     let domain = domain_of(&known, layout, &manifest.identity)?;
     let done: Vec<&Task> = plan.iter().filter(|t| tally.done[t.task]).collect();
     let costs = Costs::new(domain, layout, manifest, &done)?;
-    let missing = plan.iter().filter(|t| !tally.done[t.task]);
+    let missing = plan.iter().filter(|t| reach.has(t.task) && !tally.done[t.task]);
     Ok(missing.map(|t| costs.seconds(t)).sum::<Result<f64, _>>()?)
 }

@@ -99,13 +99,13 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let prepared =
         args.networks.clone().unwrap_or_else(|| PathBuf::from(&manifest.provenance.networks));
     let session = reopen(&known, &layout, manifest, prepared)?;
-    if args.retry_failed {
-        session.forget_failed()?;
-    }
     let last = asked_last(&layout)?;
     let asked = last.as_ref().map_or(Executes::Local, |(executor, _)| *executor);
     let executor = args.executor.unwrap_or(asked);
-    let results = Results::load_known(&layout, &session.manifest, |_| Keep::nothing())?.so_far();
+    let read = || -> anyhow::Result<Results> {
+        Ok(Results::load_known(&layout, &session.manifest, |_| Keep::nothing())?.under_way())
+    };
+    let results = read()?;
     let labour = Labour {
         session: &session,
         domain,
@@ -116,7 +116,8 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         json: false,
         quiet: args.quiet,
     };
-    let missing = results.missing().count();
+    let again = if args.retry_failed { results.failed().count() } else { 0 };
+    let missing = results.missing().count() + again;
     if missing == 0 {
         return labour.summarise();
     }
@@ -125,20 +126,30 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     methods.try_for_each(|method| check_own(domain, &layout, identity, method))?;
     args.workers.check(executor)?;
     check_prepared_folder(&session)?;
-    let Some(system) = executor.batch_system() else {
-        if !args.quiet {
-            note(format!("this machine does what is missing: {}", counted(missing, "task")));
-            note_doubled(&layout);
-        }
-        let code = labour.work_on(&results, interrupted()?.as_ref())?;
-        return code.map_or_else(|| labour.summarise(), Ok);
-    };
     let had_lines = last.is_some_and(|(last, s)| last == Executes::Slurm && s.has_lines);
     if executor == Executes::Slurm && had_lines && args.workers.sbatch.is_none() {
         let reason = "the jobs before had #SBATCH lines; give them again with --sbatch FILE, or an empty file";
         return Err(Refused(reason.to_owned()).into());
     }
-    let there = abroad(&layout).map_err(RunError::from)?;
+    args.workers.lines()?;
+    let system = executor.batch_system();
+    let there = system.map(|_| abroad(&layout)).transpose().map_err(RunError::from)?;
+    let interrupted = interrupted()?;
+    // What failed is forgotten when nothing refuses to try it again.
+    let results = if again > 0 {
+        session.forget_failed()?;
+        read()?
+    } else {
+        results
+    };
+    let (Some(system), Some(there)) = (system, there) else {
+        if !args.quiet {
+            note(format!("this machine does what is missing: {}", counted(missing, "task")));
+            note_doubled(&layout);
+        }
+        let code = labour.work_on(&results, &interrupted)?;
+        return code.map_or_else(|| labour.summarise(), Ok);
+    };
     there.say_of_another();
     for (submission, counts) in &there.submissions {
         if counts.iter().any(|(standing, ..)| *standing == Standing::Held) {

@@ -96,9 +96,9 @@ pub(super) fn at_least_one_worker(text: &str) -> Result<NonZeroUsize, String> {
     number.ok_or_else(|| format!("expected a whole number from 1 to {MOST_WORKERS}"))
 }
 
-/// Returns what reads a number of seconds.
+/// Returns what reads a number of seconds, up to a century.
 pub(super) fn at_least_a_second() -> RangedU64ValueParser {
-    RangedU64ValueParser::new().range(1..)
+    RangedU64ValueParser::new().range(1..=100 * 366 * 24 * 3600)
 }
 
 /// Returns a time in minutes, above 0.

@@ -135,7 +135,8 @@ pub fn check_all<'a>(
     }
 }
 
-fn is_usable(number: f64) -> bool {
+/// Returns whether a number can be computed with, as [`check`] asks of all.
+pub fn is_usable(number: f64) -> bool {
     number.abs() <= LARGEST
 }
 

@@ -88,6 +88,11 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
     else {
         return Vec::new();
     };
+    // Means over different point MDPs are not compared.
+    let shared = data
+        .objectives_shared(best.index, rival.index)
+        .filter(|(.., points)| *points < best.points.max(rival.points));
+    let (own, of_rival) = shared.map_or((own, of_rival), |(own, of_rival, _)| (own, of_rival));
     let difference = own - of_rival;
     let mut text = format!(
         "The average {instance} has {} of {amount} under {}, against {} under {}: {} {}",
@@ -113,6 +118,10 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
         _ => ".".to_owned(),
     });
     let mut sentences = vec![text];
+    sentences.extend(shared.map(|(.., points)| {
+        let points = format::count(points, "point MDP");
+        format!("These means are over the {points} on which both have results.")
+    }));
     if !best.is_reference {
         sentences.extend(data.sections.says(About::Gain, data));
     }
@@ -212,16 +221,24 @@ fn wins(data: &Report) -> Vec<String> {
         return vec![format!("{}. With one seed each of these may be chance.", named.join(", "))];
     }
     let open = data.extent(|p| contested(p) && winner(p).is_some_and(|w| !w.is_decided));
+    let unknown = data.extent(|p| !contested(p));
     let mut sentences = Vec::new();
     if !named.is_empty() {
         sentences.push(format!("Surely the best: {}.", named.join(", ")));
     }
     sentences.push(match open.is_none() {
+        true if !unknown.is_none() => "It is decided wherever two methods have results.".to_owned(),
         true => "It is decided on all.".to_owned(),
         false => {
             format!("Undecided: {}.", open.in_words(instance, format::percent))
         }
     });
+    if !unknown.is_none() {
+        sentences.push(format!(
+            "Not known: {}, where fewer than two methods have results.",
+            unknown.in_words(instance, format::percent)
+        ));
+    }
     sentences
 }
 
@@ -229,13 +246,21 @@ fn wins(data: &Report) -> Vec<String> {
 fn fails(data: &Report, best: &MethodSummary) -> Vec<String> {
     let Words { instance, noun, sizes, .. } = &data.words;
     let mut sentences = Vec::new();
+    let unknown = data.without_result(best.index);
+    sentences.extend(unknown.map(|extent| {
+        let lacks = extent.in_words(instance, format::percent);
+        format!("{} has no result on {lacks}, of which nothing is said here.", best.method)
+    }));
+    let known = if unknown.is_some() { " where it has results" } else { "" };
     if !data.reference.is_none() && !best.is_reference {
         let worse = data.extent(|p| {
             let score = p.results[best.index].as_ref().and_then(|r| r.score);
             score.is_some_and(|score| data.direction().is_worse(score, 1.0))
         });
         sentences.push(match worse.is_none() {
-            true => format!("{} is nowhere worse than {}.", best.method, data.reference.name),
+            true => {
+                format!("{} is nowhere worse than {}{known}.", best.method, data.reference.name)
+            }
             false => format!(
                 "{} is worse than {} on {}.",
                 best.method,
@@ -255,7 +280,7 @@ fn fails(data: &Report, best: &MethodSummary) -> Vec<String> {
             format::capitalised(&limit_in_words(limit))
         );
         sentences.push(match extent.is_none() {
-            true => format!("{what}: {} fails nowhere.", best.method),
+            true => format!("{what}: {} fails nowhere{known}.", best.method),
             false => format!(
                 "{what}: {} fails on {}.",
                 best.method,

@@ -170,6 +170,7 @@ fn run(data: &Report) -> Value {
         planned => data.tasks.len(),
         sampling => data.sampling(),
         assisted => identity.sample.assisted,
+        is_assisted => data.is_assisted(),
         assumptions => data.estimator().assumptions(),
         budget => identity.sample.budget,
         family_size => identity.sample.family_size,

@@ -201,11 +201,11 @@ pub fn evaluate(request: &Request<'_>, out: &Path) -> Result<Results, RunError> 
 
 fn provenance(prepared: &str) -> Provenance {
     let processors = available_parallelism().map_or(1, std::num::NonZero::get);
-    let mut args = std::env::args();
+    let mut args = std::env::args_os();
     let program = args.next().unwrap_or_default();
-    let program =
-        Path::new(&program).file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let words: Vec<String> = std::iter::once(program).chain(args).collect();
+    let program = Path::new(&program).file_name().unwrap_or_default().to_owned();
+    let words = std::iter::once(program).chain(args);
+    let words: Vec<String> = words.map(|word| word.to_string_lossy().into_owned()).collect();
     Provenance {
         // As a shell takes it again.
         command: shlex::try_join(words.iter().map(String::as_str)).unwrap_or(words.join(" ")),

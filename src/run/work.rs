@@ -12,6 +12,7 @@ use super::fault::TrialError;
 use super::model;
 use super::progress::News;
 use super::stop::Stop;
+use crate::files::numbers::{check_all, is_usable};
 use crate::nn::archive::Archive;
 use crate::store::manifest::{Identity, Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult, mean_metrics};
@@ -126,18 +127,20 @@ fn train_and_evaluate(
     Ok((TaskResult { rows, training, details, programs, wall }, learned))
 }
 
-/// Checks that every metric is a number, and that evaluation has the objective.
+/// Checks that every metric is a number that a record may have, and that evaluation has the objective.
 fn numbers(rows: &[Row], objective: &str) -> Result<(), TrialError> {
     let failed = |what: String| Err(TrialError::Failed(what.into()));
     for row in rows {
-        if let Some((name, value)) = row.metrics.iter().find(|(_, value)| !value.is_finite()) {
-            return failed(format!("{name} of the episode with seed {} is {value}", row.seed));
+        if let Some((name, value)) = row.metrics.iter().find(|(_, value)| !is_usable(**value)) {
+            let episode = format!("the episode with seed {}", row.seed);
+            return failed(format!("{name} of {episode} is {value:e}, not from -1e100 to 1e100"));
         }
         if row.kind == RowKind::Evaluation && !row.metrics.contains_key(objective) {
             return failed(format!("the episode with seed {} has no {objective}", row.seed));
         }
     }
-    Ok(())
+    // Rounding may take a mean beyond what every episode is within.
+    check_all(&mean_metrics(rows)).or_else(|reason| failed(format!("mean of {reason}")))
 }
 
 /// Returns the baseline's mean objective on the seeds of a task, recorded or else measured now; `None`
@@ -237,8 +240,11 @@ mod tests {
             |metrics: &[(&str, f64)]| numbers(&[row(metrics)], "score").map_err(|e| e.to_string());
         assert_eq!(said(&[("score", 1.0), ("steps", 3.0)]), Ok(()));
         assert_eq!(said(&[("steps", 3.0)]), Err("the episode with seed 7 has no score".into()));
-        let nan = Err("steps of the episode with seed 7 is NaN".to_owned());
-        assert_eq!(said(&[("score", 1.0), ("steps", f64::NAN)]), nan);
+        let wrong = |value: &str| {
+            Err(format!("steps of the episode with seed 7 is {value}, not from -1e100 to 1e100"))
+        };
+        assert_eq!(said(&[("score", 1.0), ("steps", f64::NAN)]), wrong("NaN"));
+        assert_eq!(said(&[("score", 1.0), ("steps", -1e101)]), wrong("-1e101"));
         let training = Row { kind: RowKind::Training, ..row(&[("loss", 0.5)]) };
         assert!(numbers(&[training], "score").is_ok());
     }

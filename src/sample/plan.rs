@@ -1,5 +1,6 @@
 //! A sample: which point MDPs, with which weights, and how it grows.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -145,6 +146,18 @@ impl SamplePlan {
     pub fn at_look(&self, look: usize) -> Option<Self> {
         let Look { budget, draws } = self.growth.as_ref()?.looks.get(look)?.clone();
         Some(Self { budget, draws, ..self.clone() })
+    }
+
+    /// Returns the first look, counted from 0, that has all of some point MDPs; `None` where the sample does not grow.
+    pub fn first_look_with(&self, points: &BTreeSet<&str>) -> Option<(usize, &Look)> {
+        let looks = &self.growth.as_ref()?.looks;
+        let lacks = |look: &&Look| {
+            let drawn: BTreeSet<&str> = look.draws.iter().map(|d| d.point.as_str()).collect();
+            !points.is_subset(&drawn)
+        };
+        // Each is within the next.
+        let first = looks.iter().take_while(lacks).count().min(looks.len().checked_sub(1)?);
+        Some((first, &looks[first]))
     }
 
     /// Returns at which look the sample is, counted from 0; `None` where it does not grow.

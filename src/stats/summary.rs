@@ -24,6 +24,26 @@ pub type Statistic<'a> = &'a dyn Fn(&[PointMeans]) -> Option<f64>;
 pub trait Statistics {
     /// Appends the values in their order, `None` where one is undefined; always equally many.
     fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>);
+
+    /// Returns how many of the values, from the first, are weighted means over point MDPs or ratios of such: what
+    /// predictions of scores are wrong by there is what each of them is wrong by, on average.
+    fn means(&self) -> usize {
+        0
+    }
+}
+
+/// The mean of scores alone.
+#[derive(Debug, Clone, Copy)]
+pub struct MeanOfScores;
+
+impl Statistics for MeanOfScores {
+    fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
+        values.push(mean_of_scores(points));
+    }
+
+    fn means(&self) -> usize {
+        1
+    }
 }
 
 impl Statistics for &[Statistic<'_>] {

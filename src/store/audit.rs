@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::Layout;
 use super::manifest::{Manifest, Task};
 use super::plan::read_plan;
+use super::reach::Reach;
 use super::record::{Outcome, Record};
 use super::results::{Damaged, all_of_another, read_design, read_records};
 use crate::files::FileError;
@@ -51,6 +52,8 @@ pub struct Audit {
     pub manifest: Option<Arc<Manifest>>,
     /// All tasks, as the manifest has them.
     pub tasks: Vec<Task>,
+    /// Those of them that the run is to do, as far as is known yet.
+    pub reach: Reach,
     /// Tasks with a sound record.
     pub done: BTreeSet<usize>,
     /// How many of them failed.
@@ -102,6 +105,9 @@ impl Audit {
         for folder in ["done", "models", "ckpt", "logs"] {
             audit.strays(&layout.root().join(folder))?;
         }
+        let repeated = audit.to_repeat();
+        let begun = |task: usize| audit.done.contains(&task) || repeated.contains(&task);
+        audit.reach = Reach::of(&manifest.identity, &audit.tasks, begun);
         audit.manifest = Some(manifest);
         Ok(audit)
     }
@@ -120,10 +126,11 @@ impl Audit {
         self.damage.iter().filter_map(task).collect()
     }
 
-    /// Returns how many tasks have no record, not even a damaged one.
+    /// Returns how many tasks have no record, not even a damaged one; of a sample that grows, of those that its looks so
+    /// far ask for.
     pub fn missing(&self) -> usize {
-        let touched = self.to_repeat().union(&self.done).count();
-        self.tasks.len() - touched
+        self.reach.count()
+            - self.to_repeat().union(&self.done).filter(|t| self.reach.has(**t)).count()
     }
 
     fn records(&mut self, layout: &Layout, sha256: &str) -> Result<(), StoreError> {

@@ -33,6 +33,7 @@ pub mod opaque;
 mod origin;
 pub mod own;
 pub mod plan;
+pub mod reach;
 pub mod record;
 pub mod results;
 pub mod scratch;

@@ -126,6 +126,14 @@ impl Results {
         self.at_look(last).unwrap_or(self)
     }
 
+    /// Returns the look that is under way: the first that has every task with a record; everything, where the sample does
+    /// not grow.
+    pub fn under_way(self) -> Self {
+        let points: BTreeSet<&str> = self.done().map(|(task, _)| &*task.point).collect();
+        let look = self.manifest.identity.sample.first_look_with(&points).map(|(look, _)| look);
+        look.and_then(|look| self.at_look(look)).unwrap_or(self)
+    }
+
     /// Returns the tasks and records that a look has, counted from 0; `None` for a look that the sample has not.
     pub fn at_look(&self, look: usize) -> Option<Self> {
         let sample = self.manifest.identity.sample.at_look(look)?;

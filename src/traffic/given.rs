@@ -102,7 +102,8 @@ pub fn add(
         ));
     };
     let hosted = host.open(source);
-    let hosted = hosted.map_err(|reason| OwnError::Host { name: name.clone(), reason })?;
+    let mut hosted = hosted.map_err(|reason| OwnError::Host { name: name.clone(), reason })?;
+    hosted.summary = hosted.summary.replace(char::is_control, " ");
     // Where it lies is no part of what it is.
     let (file, class) = source.split_once(".py:").unwrap_or((source, ""));
     let file = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
@@ -158,9 +159,16 @@ pub fn add_named(traffic: Traffic, about: &OwnMethod) -> Traffic {
 
 /// Returns name and source of `NAME=SOURCE`.
 fn named<'a>(given: &'a str, form: &str) -> Result<(String, &'a str), OwnError> {
+    let wrong = |reason: &str| {
+        Err(OwnError::Source { given: given.escape_debug().to_string(), reason: reason.to_owned() })
+    };
     match given.split_once('=') {
+        // A manifest says it in a line.
+        Some((_, source)) if source.chars().any(char::is_control) => wrong(
+            "it has a line break or another control character; put such a command into a script",
+        ),
         Some((name, source)) if !source.is_empty() => Ok((name.to_owned(), source)),
-        _ => Err(OwnError::Source { given: given.to_owned(), reason: form.to_owned() }),
+        _ => wrong(form),
     }
 }
 

@@ -11,6 +11,7 @@ use super::held::Held;
 use super::network::error::NetworkError;
 use super::program::{ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
+use crate::files::numbers::is_usable;
 use crate::nn::archive::Archive;
 use crate::run::domain::{Course, Trial};
 use crate::run::fault::TrialError;
@@ -97,8 +98,8 @@ impl<S: Sim> Trainer for School<'_, S> {
         let failed = |e: SimError| ControlError::Episode(Box::new(EpisodeError::Sim(e)));
         let outcome = metrics.outcome().ok_or_else(|| failed(SimError::NoVehicles(seed)))?;
         let mut metrics = named(&metrics, seed).map_err(failed)?;
-        // JSON has no infinities; a figure that is no number is left out.
-        for (name, value) in controller.figures().into_iter().filter(|(_, v)| v.is_finite()) {
+        // No file takes infinities; a figure that is no number to compute with is left out.
+        for (name, value) in controller.figures().into_iter().filter(|(_, v)| is_usable(*v)) {
             if !metrics.contains_key(&name) {
                 metrics.insert(name, value);
             }

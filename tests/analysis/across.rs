@@ -178,3 +178,17 @@ fn ten_million_combinations_take_less_than_a_minute() {
     let total: f64 = found.shares.iter().map(|row| row.iter().sum::<f64>()).sum();
     assert!((total - 4.0).abs() < 1e-9);
 }
+
+#[test]
+fn a_sample_is_said_not_to_be_its_family() {
+    let folder = tempfile::tempdir().unwrap();
+    written(folder.path());
+    let part = swimmers(&[&[1.0, 2.0, 3.0], &[1.0, 3.0, 2.0]]);
+    let mut manifest = part.manifest();
+    manifest.identity.sample.family_size = 9;
+    part.write_with(&folder.path().join("part"), &manifest);
+    let output = run(folder.path(), "across part lake");
+    let said = stderr(&output);
+    assert!(said.contains("part: 2 of 9 point MDPs were evaluated"), "{said}");
+    assert!(!said.contains("lake:"), "{said}");
+}

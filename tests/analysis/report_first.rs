@@ -66,6 +66,32 @@ fn what_is_not_known_of_a_day_or_of_counts_is_left_out() {
 }
 
 #[test]
+fn where_a_method_has_no_result_nothing_is_claimed_and_means_are_over_what_both_have() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut manifest = manifest(&METHODS[..2]);
+    manifest.identity.points[1].instances = 1;
+    let layout = crate::made_up::write_results(dir.path(), &manifest, |task| {
+        let method = METHODS.iter().position(|m| *m == task.method).unwrap();
+        if method == 1 && task.point == "busy" {
+            return Some(Err("it collapsed"));
+        }
+        let rows = evaluations(&DELAYS_S[method][usize::from(task.point == "busy")]);
+        Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    let page = page_of(&layout);
+    for said in [
+        "has 11.0 s of delay per vehicle under max-pressure, against 21.0 s under baseline: 10.0 s less (48%)",
+        "These means are over the 1 point MDP on which both have results.",
+        "It is decided wherever two methods have results.",
+        "Not known: 1 of 4 intersections, where fewer than two methods have results.",
+        "max-pressure has no result on 1 of 4 intersections, of which nothing is said here.",
+        "max-pressure is nowhere worse than baseline where it has results.",
+    ] {
+        assert!(page.contains(said), "{said}\n{page}");
+    }
+}
+
+#[test]
 fn what_chance_alone_may_explain_is_no_title() {
     let title = |delays_s: [[[f64; 2]; 2]; 2]| {
         let dir = tempfile::tempdir().unwrap();

@@ -74,7 +74,8 @@ fn importance_decides_the_ranking() {
         .iter()
         .map(|f| (f.method.as_str(), f.points.len(), f.importance))
         .collect();
-    assert_eq!(counts, [("dive", 1, 0.1), ("stroke", 0, 0.0), ("drift", 3, 1.0)]);
+    let expected = [("dive", 1, Some(0.1)), ("stroke", 0, Some(0.0)), ("drift", 3, Some(1.0))];
+    assert_eq!(counts, expected);
     assert_eq!((failures.by_half.as_slice(), failures.by_all, failures.by_any), (&[2][..], 0, 3));
     let reported = &found.reported[0];
     assert_eq!(reported.ranks, [Some(3.0), Some(1.0), Some(2.0)]);

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::common::{stderr, stdout};
 use serde_json::Value;
 
 const SHORT: [&str; 6] =
@@ -56,6 +57,51 @@ fn a_run_that_knows_enough_stops_and_says_so_again() {
     let (rows, notes) = reported(dir.path(), "r");
     assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
     assert!(notes.contains("After look 1 of 3, with 4 point MDPs, it is"), "{notes}");
+    // Nothing is missing, and nobody promises tasks that `resume` does not do.
+    let said = |args: &[&str]| {
+        let output = command(args, dir.path());
+        let text = format!("{}{}", stdout(&output), stderr(&output));
+        (output.status.code(), text)
+    };
+    let (code, status) = said(&["status", "r"]);
+    assert!(code == Some(0) && status.contains("look 1 of 3: 8 of 8 tasks are done"), "{status}");
+    assert!(status.contains("goes on unless they say enough"), "{status}");
+    let (code, checked) = said(&["check", "r"]);
+    assert!(code == Some(0) && checked.contains("look 1 of 3: 8 of 8 records"), "{checked}");
+}
+
+#[test]
+fn the_look_that_is_under_way_is_what_status_and_resume_are_about() {
+    let dir = tempfile::tempdir().unwrap();
+    let args = ["--budget", "12", "--looks", "4,12", "--until-half-width", "1e-9", "--out", "r"];
+    run(&args, dir.path());
+    let out = dir.path().join("r");
+    assert_eq!(records(&out), 24);
+    let code = |args: &[&str]| command(args, dir.path()).status.code();
+    assert_eq!(code(&["status", "r"]), Some(0));
+    let of_first: Vec<u64> = plan_of_look(&out, 0);
+    let later = (0..24).find(|task| !of_first.contains(task)).unwrap();
+    let record = out.join(format!("done/000/{later}.jsonl"));
+    let before = fs::read(&record).unwrap();
+    fs::remove_file(&record).unwrap();
+    assert_eq!((code(&["status", "r"]), code(&["check", "r"])), (Some(6), Some(6)));
+    assert_eq!(code(&["resume", "r"]), Some(0));
+    assert_eq!((records(&out), code(&["status", "r"])), (24, Some(0)));
+    let rows = |record: &[u8]| {
+        String::from_utf8_lossy(record).lines().skip(1).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(rows(&fs::read(&record).unwrap()), rows(&before));
+}
+
+/// The tasks of a look, counted from 0.
+fn plan_of_look(out: &Path, look: usize) -> Vec<u64> {
+    let manifest: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("manifest.json")).unwrap()).unwrap();
+    let draws = &manifest["identity"]["sample"]["growth"]["looks"][look]["draws"];
+    let drawn: Vec<&Value> = draws.as_array().unwrap().iter().map(|d| &d["point"]).collect();
+    let plan = fs::read_to_string(out.join("plan.jsonl")).unwrap();
+    let plan = plan.lines().map(|l| serde_json::from_str::<Value>(l).unwrap());
+    plan.filter(|t| drawn.contains(&&t["point"])).filter_map(|t| t["task"].as_u64()).collect()
 }
 
 #[test]
@@ -99,19 +145,9 @@ fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
         return assert!(reported(dir.path(), "r").1.contains("After look 1 of 2"));
     }
     let (before, _) = reported(dir.path(), "r");
-    let manifest: Value =
-        serde_json::from_str(&fs::read_to_string(out.join("manifest.json")).unwrap()).unwrap();
-    let looks = &manifest["identity"]["sample"]["growth"]["looks"];
-    let first: Vec<&str> = looks[0]["draws"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|d| d["point"].as_str().unwrap())
-        .collect();
-    let plan = fs::read_to_string(out.join("plan.jsonl")).unwrap();
-    let later = plan.lines().map(|l| serde_json::from_str::<Value>(l).unwrap());
-    let later = later.into_iter().find(|t| !first.contains(&t["point"].as_str().unwrap())).unwrap();
-    fs::remove_file(out.join(format!("done/000/{}.jsonl", later["task"]))).unwrap();
+    let first = plan_of_look(&out, 0);
+    let later = (0..24).find(|task| !first.contains(task)).unwrap();
+    fs::remove_file(out.join(format!("done/000/{later}.jsonl"))).unwrap();
     let (rows, notes) = reported(dir.path(), "r");
     assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
     assert!(notes.contains("it is not yet; the same command goes on"), "{notes}");

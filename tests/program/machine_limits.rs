@@ -1,15 +1,19 @@
 //! What a machine may refuse: processes and threads, programs in temporary folders, writing.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io::Write;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread::sleep;
+use std::time::Duration;
 
 use crate::common::{run, stderr, stdout, succeed};
-use crate::quick::quick_results;
+use crate::quick::{RUN as QUICK, quick_results};
 
 /// Users that no machine has; every folder has its own, with whose processes no other test's count.
 static NOBODY: AtomicU32 = AtomicU32::new(54_321);
@@ -139,4 +143,35 @@ fn a_report_is_not_written_among_other_things() {
         stderr(&output),
         "error: --out thesis is not empty and no folder that report wrote (it holds thesis.tex); give another folder\n"
     );
+}
+
+#[test]
+fn with_nohup_a_run_goes_on_when_the_terminal_closes() {
+    for (before, expected) in [("", 130), ("trap '' HUP; ", 0)] {
+        let folder = tempfile::tempdir().unwrap();
+        let line = format!("{before}exec {} {QUICK}", env!("CARGO_BIN_EXE_tsc-family"))
+            .replace("total_steps=600", "total_steps=100000");
+        let mut child =
+            Command::new("sh").args(["-c", &line]).current_dir(folder.path()).spawn().unwrap();
+        for _ in 0..1000 {
+            if folder.path().join("results/tmp").is_dir() {
+                break;
+            }
+            sleep(Duration::from_millis(10));
+        }
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args(["-HUP", &pid]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(expected), "{before}");
+    }
+}
+
+#[test]
+fn a_folder_may_be_called_what_is_no_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let called = OsStr::from_bytes(b"a\xff");
+    let mut program = crate::common::program(folder.path());
+    let line = QUICK.replace(" --out results", "");
+    let output = program.args(line.split_whitespace()).arg("--out").arg(called).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(folder.path().join(called).join("report/index.html").is_file());
 }

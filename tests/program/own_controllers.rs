@@ -46,6 +46,33 @@ fn code(output: &Output) -> i32 {
 }
 
 #[test]
+fn what_failed_is_not_forgotten_before_it_can_be_tried_again() {
+    let dir = folder("exit 7");
+    let folder = dir.path();
+    assert_eq!(code(&tsc(folder, &mine("a"))), 3);
+    let records = || fs::read_dir(folder.join("a/done/000")).unwrap().count();
+    let all = records();
+    // Without the controller, and with networks that are not there.
+    for lacking in ["", "--controller \"mine=exec:sh mine.sh\" --networks nowhere"] {
+        let output = tsc(folder, &format!("resume a --retry-failed {lacking}"));
+        assert_eq!((code(&output), records()), (2, all), "{lacking}: {}", stderr(&output));
+    }
+    assert_eq!(code(&tsc(folder, "status a")), 3);
+}
+
+#[test]
+fn a_command_with_a_line_break_is_refused_before_anything_is_written() {
+    let dir = folder(FIRST);
+    let command = "mine=exec:sh -c 'exec sh\n mine.sh'";
+    let mut program = program(dir.path());
+    let output = program.args(["run", "smoke", "--controller", command, "--out", "a"]).output();
+    let output = output.unwrap();
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("a line break"), "{}", stderr(&output));
+    assert!(!dir.path().join("a").exists());
+}
+
+#[test]
 fn a_command_is_ranked_and_a_changed_one_is_another_run() {
     let dir = folder(FIRST);
     let folder = dir.path();

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::sample::Design;
 use crate::stats::quantile::central;
-use crate::stats::summary::{Statistic, Statistics, mean_of_scores};
+use crate::stats::summary::{MeanOfScores, Statistics};
 use crate::stats::{Bootstrap, PointObjectives, StatsError};
 
 /// What an estimator knows of a sample beside the scores.
@@ -90,8 +90,7 @@ pub trait Estimator: Sync {
         scores: &[PointObjectives],
         rng: &mut ChaCha8Rng,
     ) -> Result<Estimate, StatsError> {
-        let of_scores: Statistic<'_> = &mean_of_scores;
-        let mut all = self.estimate_all(sample, scores, &[of_scores], rng)?;
+        let mut all = self.estimate_all(sample, scores, &MeanOfScores, rng)?;
         all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
     }
 

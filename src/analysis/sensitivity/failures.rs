@@ -13,9 +13,10 @@ pub struct Failures {
     pub limit: Limit,
     /// Per method, those of the board first, then the baseline, if there is one.
     pub methods: Vec<FailuresOf>,
-    /// Point MDPs of the board on which at least half of its methods fail, as positions there.
+    /// Point MDPs of the board on which at least half of those of its methods fail of which it is known, as positions
+    /// there.
     pub by_half: Vec<usize>,
-    /// Number of point MDPs of the board on which all of its methods fail.
+    /// Number of point MDPs of the board on which all of these fail.
     pub by_all: usize,
     /// Number of point MDPs of the board on which some of its methods fails.
     pub by_any: usize,
@@ -30,8 +31,8 @@ pub struct FailuresOf {
     pub points: Vec<usize>,
     /// Number of point MDPs of which it is known whether it fails.
     pub known: usize,
-    /// Share that the failures have of the weight of these.
-    pub importance: f64,
+    /// Share that the failures have of the weight of these; `None` where it is known of none.
+    pub importance: Option<f64>,
 }
 
 /// Returns where methods fail.
@@ -63,22 +64,26 @@ pub fn failures(
         let all = weight(&known);
         FailuresOf {
             method: names[*method].clone(),
-            importance: if all > 0.0 { weight(&points) / all } else { 0.0 },
+            importance: (all > 0.0).then(|| weight(&points) / all),
             known: known.len(),
             points,
         }
     };
-    let failing: Vec<usize> = board
+    // Per point MDP, how many methods fail, and of how many it is known.
+    let failing: Vec<(usize, usize)> = board
         .points
         .iter()
-        .map(|p| positions.iter().filter(|m| fails(p.index, **m) == Some(true)).count())
+        .map(|p| {
+            let known = || positions.iter().filter_map(|m| fails(p.index, *m));
+            (known().filter(|fails| *fails).count(), known().count())
+        })
         .collect();
-    let count = |enough: &dyn Fn(usize) -> bool| failing.iter().filter(|n| enough(**n)).count();
+    let is_by_half = |(fail, known): (usize, usize)| known > 0 && 2 * fail >= known;
     Ok(Failures {
         limit: limit.clone(),
         methods: positions.iter().chain(&reference).map(of).collect(),
-        by_half: (0..failing.len()).filter(|p| 2 * failing[*p] >= positions.len()).collect(),
-        by_all: count(&|n| n == positions.len()),
-        by_any: count(&|n| n > 0),
+        by_half: (0..failing.len()).filter(|p| is_by_half(failing[*p])).collect(),
+        by_all: failing.iter().filter(|(fail, known)| *known > 0 && fail == known).count(),
+        by_any: failing.iter().filter(|(fail, _)| *fail > 0).count(),
     })
 }

@@ -113,7 +113,7 @@ fn failures(report: &SensitivityReport<'_>) -> Option<Value> {
             name => of.method.as_str(),
             points => of.points.len(),
             known => of.known,
-            importance => percent(of.importance),
+            importance => of.importance.map_or_else(|| "-".to_owned(), percent),
         }
     });
     Some(context! { limit => limit_in_words(&failures.limit), rows => rows.collect::<Vec<_>>() })

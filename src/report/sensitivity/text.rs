@@ -47,7 +47,7 @@ fn failures(report: &SensitivityReport<'_>) -> Option<String> {
     let failures = report.data.failures.as_ref()?;
     let rows = failures.methods.iter().map(|of| {
         let points = format!("{} of {}", of.points.len(), of.known);
-        vec![of.method.clone(), points, percent(of.importance)]
+        vec![of.method.clone(), points, of.importance.map_or_else(|| "-".to_owned(), percent)]
     });
     let table = plain_table(&["method", "failures", "importance"], &[1, 2], rows.collect());
     Some(format!("Failures: point MDPs with {}:\n\n{table}", limit_in_words(&failures.limit)))

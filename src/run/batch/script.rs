@@ -91,7 +91,7 @@ pub(super) fn command(submission: &Submission, place: &Place) -> String {
     if !place.prepared.as_os_str().is_empty() {
         command.push_str(&format!(" --prepared {}", quoted(&place.prepared)));
     }
-    for argument in &place.launcher.last {
+    for argument in place.launcher.last() {
         command.push_str(&format!(" {}", quoted(argument.as_ref())));
     }
     command

@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::os::unix::process::CommandExt;
-use std::path::PathBuf;
+use std::path::{PathBuf, absolute};
 use std::process::{Child, ChildStdout, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -251,7 +251,7 @@ impl Local {
             arguments.extend([name.into(), value.into()]);
         }
         arguments.push("--watch-stdin".into());
-        let mut command = self.launcher.command("worker", &arguments);
+        let mut command = self.launcher.command("worker", &arguments, &task.method);
         command
             // The pipe closes when this process ends, however it ends, and the worker with it.
             .stdin(Stdio::piped())
@@ -259,6 +259,11 @@ impl Local {
             .stderr(stderr)
             // A group of its own: Ctrl-C goes to this process only, which then ends its workers.
             .process_group(0);
+        if tempfile::tempfile().is_err() {
+            // TMPDIR names a folder that this machine does not have, as it happens on nodes of clusters.
+            let tmp = self.layout.tmp();
+            command.env("TMPDIR", absolute(&tmp).map_err(FileError::at("find", &tmp))?);
+        }
         let command = RefCell::new(command);
         let lines = Arc::new(AtomicU64::new(0));
         let start = || {
@@ -279,11 +284,11 @@ impl Local {
         let started = member.start(halt, &start).map_err(FileError::at("start", program))?;
         let Some(((mut child, reader), _at_work)) = started else { return Ok(None) };
         // The worker itself says when it stands still; this is for one that cannot.
-        let patience = SILENCE * self.stall_timeout;
+        let patience = self.stall_timeout.saturating_mul(SILENCE);
         let ended = wait(&mut child, (patience, self.grace), &lines, halt);
         let ended = ended.map_err(FileError::at("wait for", program))?;
         // A method of somebody's own may have started processes that outlive the worker.
-        if !self.launcher.last.is_empty() {
+        if self.launcher.own.iter().any(|(name, _)| **name == *task.method) {
             let _ = kill_process_group(Pid::from_child(&child), Signal::KILL);
         }
         let failure = reader.join().expect("a thread here does not panic");

@@ -6,6 +6,7 @@ use std::path::Path;
 use sheet::Sheet;
 
 use crate::family::MdpFamily;
+use crate::files::numbers::is_usable;
 use crate::files::{self, limits};
 use crate::run::domain::Course;
 use crate::run::domain::Trial;
@@ -88,15 +89,13 @@ impl Scores {
             for (i, name) in headers.iter().enumerate().filter(|(i, _)| ![point, which].contains(i))
             {
                 match row.number(i) {
-                    Ok(Some(value)) if value.is_finite() => {
+                    Ok(Some(value)) if is_usable(value) => {
                         metrics.insert(name.clone(), value);
                     }
                     Ok(None) if i != delay => {}
                     _ => {
-                        return Err(at(
-                            line,
-                            format!("{name} is {:?}, which is no number", row.text(i)),
-                        ));
+                        let is = format!("{name} is {:?}, which is no number", row.text(i));
+                        return Err(at(line, format!("{is} from -1e100 to 1e100")));
                     }
                 }
             }
@@ -275,9 +274,22 @@ mod tests {
                 "seed,delay_s\n1,1\n",
                 "line 1: there is no column point; the columns are seed, delay_s",
             ),
-            ("point,seed,delay_s\na,1,x\n", "line 2: delay_s is \"x\", which is no number"),
-            ("point,seed,delay_s\na,1,\n", "line 2: delay_s is \"\", which is no number"),
-            ("point,seed,delay_s\na,1,NaN\n", "line 2: delay_s is \"NaN\", which is no number"),
+            (
+                "point,seed,delay_s\na,1,x\n",
+                "line 2: delay_s is \"x\", which is no number from -1e100 to 1e100",
+            ),
+            (
+                "point,seed,delay_s\na,1,\n",
+                "line 2: delay_s is \"\", which is no number from -1e100 to 1e100",
+            ),
+            (
+                "point,seed,delay_s\na,1,NaN\n",
+                "line 2: delay_s is \"NaN\", which is no number from -1e100 to 1e100",
+            ),
+            (
+                "point,seed,delay_s,loss\na,1,2,1e150\n",
+                "line 2: loss is \"1e150\", which is no number from -1e100 to 1e100",
+            ),
             ("point,seed,delay_s\na,1,-2\n", "line 2: delay_s is -2, and nothing is below 0"),
             ("point,seed,delay_s\na,1.5,2\n", "line 2: seed is \"1.5\", which is no whole number"),
             ("point,seed,delay_s\na,1,2\na,1,3\n", "line 3: a has seed 1 already"),

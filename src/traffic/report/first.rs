@@ -28,8 +28,10 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
     let hours = intersections * weighted_mean(known?)?;
     let direction = if hours < 0.0 { "more" } else { "less" };
     let about = if data.is_whole() { "" } else { "about " };
+    // A model knows delays, and not how many vehicles have them.
+    let alone = if data.is_assisted() { "By the sample alone: over" } else { "Over" };
     let mut text = format!(
-        "Over all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated {}",
+        "{alone} all {intersections} intersections that is {about}{} vehicle-hours {direction} in the simulated {}",
         format::thousands(hours.abs()),
         demand::span(horizon_s)
     );
