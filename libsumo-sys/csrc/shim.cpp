@@ -32,6 +32,11 @@ using libsumo::Vehicle;
 // separate them.
 constexpr double SAME_DISTANCE_M = 1e-6;
 
+// SUMO's types of signals that trains steer (TrafficLightType of all versions from 1.15 to 1.28);
+// TraCIConstants.h has no names for them.
+constexpr int RAIL_SIGNAL = 1;
+constexpr int RAIL_CROSSING = 2;
+
 // What is remembered of a vehicle between two calls of sumo_observe().
 struct Seen {
     uint32_t number;
@@ -120,6 +125,7 @@ struct SignalStore {
     std::vector<std::vector<SumoPhase>> phases;
     std::vector<SumoProgram> programs;
     std::string active;
+    bool railway = false;
 };
 
 SignalStore describe(const std::string &signal) {
@@ -155,6 +161,10 @@ SignalStore describe(const std::string &signal) {
                                   store.phases[i].data(), store.phases[i].size()});
     }
     store.active = TrafficLight::getProgram(signal);
+    store.railway = std::any_of(
+        store.logics.begin(), store.logics.end(), [](const libsumo::TraCILogic &logic) {
+            return logic.type == RAIL_SIGNAL || logic.type == RAIL_CROSSING;
+        });
     return store;
 }
 
@@ -320,7 +330,8 @@ int32_t sumo_signal(const char *signal, SumoSignal *description) {
         static SignalStore store;
         store = describe(signal);
         *description = {store.index_count,     store.links.data(),    store.links.size(),
-                        store.programs.data(), store.programs.size(), store.active.c_str()};
+                        store.programs.data(), store.programs.size(), store.active.c_str(),
+                        store.railway};
     });
 }
 

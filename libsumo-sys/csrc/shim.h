@@ -63,6 +63,8 @@ typedef struct {
     const SumoProgram *programs;
     size_t program_count;
     const char *active_program;
+    /// Whether trains steer it: a level crossing or a rail signal.
+    bool railway;
 } SumoSignal;
 
 /// A lane; (x, y) are the ends of its last piece, before the stop line.

@@ -85,6 +85,13 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
             line(text::text(&look, number))?;
         }
     }
+    if let Some(railways) = look.left_alone() {
+        // A line of JSON is a signal.
+        match args.json {
+            true => note(railways),
+            false => line(railways)?,
+        }
+    }
     if let Some(folder) = &args.svg {
         make_folder(folder)?;
         for number in 0..look.signals.len() {
@@ -97,7 +104,8 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-/// Returns one line per warning about the signals of imported scenarios.
+/// Returns one line per warning about the signals of imported scenarios, and one on those of a scenario
+/// that no method controls.
 ///
 /// # Errors
 ///
@@ -109,6 +117,7 @@ pub(super) fn warning_lines(
     let mut lines = Vec::new();
     for config in configs {
         let look = look(config, settings)?;
+        lines.extend(look.left_alone().map(|line| format!("{}: {line}", config.display())));
         for signal in &look.signals {
             for warning in warnings(signal) {
                 lines.push(format!("{}: signal {}: {warning}", config.display(), signal.spec.id));

@@ -31,6 +31,8 @@ mod faults;
 mod growth;
 #[cfg(feature = "libsumo")]
 mod imported_files;
+#[cfg(feature = "libsumo")]
+mod imported_networks;
 mod links;
 mod machine_limits;
 mod numbers;

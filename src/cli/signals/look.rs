@@ -23,6 +23,8 @@ pub(super) struct Look {
     /// Side of the street that traffic keeps to; movements and turns are those of right-hand traffic.
     pub(super) side: DrivingSide,
     pub(super) signals: Vec<DerivedSignal>,
+    /// Ids of level crossings and the like, which are no signals to control.
+    pub(super) railways: Vec<String>,
 }
 
 #[cfg(feature = "libsumo")]
@@ -48,10 +50,11 @@ pub(super) fn look(config: &Path, settings: &SignalSettings) -> Result<Look, Sim
     let side = driving_side(&configuration);
     let scene = as_right_hand(scene, side);
     let topology = sim.topology()?;
+    let railways = sim.railways().to_vec();
     sim.close()?;
     let derived = |signal: &SignalInfo| derive(&scene, signal, settings);
     let signals = scene.signals.iter().map(derived).collect::<Result<_, _>>()?;
-    Ok(Look { detection_m, scene, topology, side, signals })
+    Ok(Look { detection_m, scene, topology, side, signals, railways })
 }
 
 #[cfg(not(feature = "libsumo"))]
@@ -60,6 +63,14 @@ pub(super) fn look(_: &Path, _: &SignalSettings) -> Result<Look, SimError> {
 }
 
 impl Look {
+    /// Returns a line on the signals that no method controls, if there are any.
+    pub(super) fn left_alone(&self) -> Option<String> {
+        let ids = self.railways.join(", ");
+        let line =
+            format!("trains steer these level crossings, and no method controls them: {ids}");
+        (!ids.is_empty()).then_some(line)
+    }
+
     /// Returns how far a lane of a signal's spec is seen, metres.
     pub(super) fn seen_m(&self, signal: &DerivedSignal, lane: usize) -> f64 {
         signal.seen_m[lane].min(self.detection_m)

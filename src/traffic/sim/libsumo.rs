@@ -67,6 +67,7 @@ pub struct SumoSim {
     running: bool,
     traced: Option<Traced>,
     signals: Vec<CString>,
+    railways: Vec<String>,
     vehicles: Vec<SumoVehicle>,
     phases: Vec<i32>,
     /// libsumo may be called from one thread only.
@@ -85,6 +86,7 @@ impl SumoSim {
             running: false,
             traced: None,
             signals: Vec::new(),
+            railways: Vec::new(),
             vehicles: Vec::new(),
             phases: Vec::new(),
             not_send: PhantomData,
@@ -98,6 +100,12 @@ impl SumoSim {
     /// [`SimError`] when nothing runs.
     pub fn topology(&mut self) -> Result<Topology, SimError> {
         self.api.topology()
+    }
+
+    /// Returns the ids of the signals on streets that trains steer, of the episode that was started last:
+    /// level crossings, and rail signals where cars share the tracks. They are no part of its scene.
+    pub fn railways(&self) -> &[String] {
+        &self.railways
     }
 
     /// Reads the scene and tells the shim which signals and lanes matter.
@@ -131,11 +139,18 @@ impl SumoSim {
         let mut scene = Scene::default();
         let mut lanes = Vec::new();
         let mut index_of = HashMap::new();
+        self.railways.clear();
         for id in ids {
             let name = text(id.as_str())?;
-            let (mut signal, from_lanes) = self.api.signal(&name)?;
-            // Signals of railways and of foot paths alone have nothing to decide for cars.
+            let (mut signal, from_lanes, is_railway) = self.api.signal(&name)?;
+            // Signals of foot paths alone have nothing to decide for cars.
             if from_lanes.is_empty() {
+                continue;
+            }
+            // Another program would hold a gate open to cars while trains pass. Its lanes stay signalled
+            // where lanes are traced: nobody sees through a gate.
+            if is_railway {
+                self.railways.push(id);
                 continue;
             }
             let mut from_lanes = from_lanes.into_iter();
@@ -156,8 +171,8 @@ impl SumoSim {
             scene.signals.push(signal);
         }
         if scene.signals.is_empty() {
-            let reason = "neither it nor any other signal controls a lane that passenger cars may \
-                          use; give a scenario with a road intersection"
+            let reason = "neither it nor any other signal, level crossings apart, controls a lane \
+                          that passenger cars may use; give a scenario with a road intersection"
                 .to_owned();
             return Err(SimError::Signal { signal: first, reason });
         }

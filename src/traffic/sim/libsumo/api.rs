@@ -112,8 +112,8 @@ impl Api {
     }
 
     /// Returns a signal and, in the order of its links, the ids of their incoming lanes; the
-    /// links' lane indices are left for the caller to fill in.
-    pub(super) fn signal(self, id: &CStr) -> Result<(SignalInfo, Vec<String>), SimError> {
+    /// links' lane indices are left for the caller to fill in. Last, whether it is a railway's.
+    pub(super) fn signal(self, id: &CStr) -> Result<(SignalInfo, Vec<String>, bool), SimError> {
         let mut raw = SumoSignal::default();
         // SAFETY: `id` ends with a null byte and `raw` is writable.
         let code = unsafe { self.0.sumo_signal(id.as_ptr(), &raw mut raw) };
@@ -144,7 +144,7 @@ impl Api {
         let programs = programs.iter().map(|p| unsafe { owned_program(p) }).collect();
         // SAFETY: the call above succeeded and set a text of the shim.
         let active_program = unsafe { owned(raw.active_program) };
-        Ok((SignalInfo { id, links, programs, active_program }, from_lanes))
+        Ok((SignalInfo { id, links, programs, active_program }, from_lanes, raw.railway))
     }
 
     pub(super) fn lane(self, id: &CStr) -> Result<Lane, SimError> {
