@@ -117,13 +117,15 @@ fn outputs_of_a_configuration_are_not_written_and_change_no_record() {
 }
 
 #[test]
-fn what_waits_connects_or_writes_over_files_is_refused_before_anything_is_written() {
+fn what_waits_connects_switches_or_writes_over_files_is_refused_before_anything_is_written() {
     let (folder, lane) = city();
     let folder = folder.path();
     let detector = format!(
         "<additional>\n<e1Detector id='d' lane='{lane}' pos='1' freq='10' file='mine.txt'/></additional>"
     );
     fs::write(folder.join("writes.xml"), detector).unwrap();
+    let switches = "<additional>\n<WAUT id='w' refTime='0' startProg='0'/></additional>";
+    fs::write(folder.join("switches.xml"), switches).unwrap();
     fs::write(folder.join("mine.txt"), "mine").unwrap();
     let before = files(folder);
     for (option, expected) in [
@@ -134,6 +136,7 @@ fn what_waits_connects_or_writes_over_files_is_refused_before_anything_is_writte
         ("<load-state value='mine.txt'/>", "a.sumocfg: option <load-state>: a saved state"),
         ("<include href='b.sumocfg'>b</include>", "a.sumocfg: option <include>: it is not among"),
         ("<a v='writes.xml'/>", "writes.xml: line 2: <e1Detector file=\"mine.txt\"> would be"),
+        ("<a v='switches.xml'/>", "switches.xml: line 2: <WAUT> takes signals away from every"),
         ("<a v='nowhere.xml'/>", "nowhere.xml: the scenario names it, but it cannot be read"),
     ] {
         configure(folder, &format!("<net-file value='n.xml'/><routes value='r.xml'/>{option}"));

@@ -6,6 +6,9 @@
 //! so is what could hide a name: document types with their entities, and encodings in which the
 //! characters of XML are not those of ASCII.
 //!
+//! What would make runs of methods something else than runs of methods is refused here too, because it stands
+//! in the same files: programs that change by the clock.
+//!
 //! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
 
 use std::cell::Cell;
@@ -45,6 +48,9 @@ const PICTURES: [&str; 2] = ["imgFile", "osgFile"];
 
 /// What reads a file of its own.
 const READERS: [&str; 2] = ["rerouter", "variableSpeedSign"];
+
+/// What switches signals to another program by the clock, whatever a method has installed.
+const SWITCHES: [&str; 2] = ["WAUT", "wautJunction"];
 
 /// Returns every file of a scenario besides its configuration: name as seen from the folder of the
 /// configuration, path. First those that the configuration names, then those that they name.
@@ -173,6 +179,12 @@ fn encoding(name: &str) -> Result<(), String> {
 /// Adds the files that an element names.
 fn look(element: &BytesStart<'_>, named: &mut Vec<String>) -> Result<(), String> {
     let tag = element.local_name().as_ref().to_owned();
+    if SWITCHES.contains(&tag.as_str()) {
+        return Err(format!(
+            "<{tag}> takes signals away from every method when it switches their programs; remove \
+             every <WAUT> and <wautJunction>"
+        ));
+    }
     let mut attributes = Vec::new();
     for attribute in element.attributes() {
         let attribute = attribute.map_err(|e| e.to_string())?;
@@ -294,6 +306,16 @@ mod tests {
     }
 
     #[test]
+    fn networks_are_looked_through_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = folder.path().join("a.sumocfg");
+        fs::write(&config, "<c><n v='n.xml'/></c>").unwrap();
+        fs::write(folder.path().join("n.xml"), "<net>\n\n<WAUT id='w'/></net>").unwrap();
+        let e = sources(&SumoConfig::read(&config).unwrap()).unwrap_err().to_string();
+        assert!(e.contains("n.xml: line 3: <WAUT> takes signals away"), "{e}");
+    }
+
+    #[test]
     fn whatever_else_names_a_file_is_refused_with_its_place() {
         for (text, expected) in [
             (
@@ -314,6 +336,11 @@ mod tests {
                 "b.xml: the scenario names it, but it cannot be read",
             ),
             ("<a><include href='sub'/></a>", "sub: it is a folder; give a regular file"),
+            (
+                "<a>\n<WAUT id='w' refTime='0' startProg='0'/></a>",
+                "a.xml: line 2: <WAUT> takes signals away from every method",
+            ),
+            ("<a><wautJunction wautID='w' junctionID='c'/></a>", "line 1: <wautJunction> takes"),
             ("<a><vType emissionClass='PHEMlight/PC'/></a>", "reads tables"),
             (
                 "<a><param key='device.ssm.file' value='s.xml'/></a>",
