@@ -117,7 +117,7 @@ fn outputs_of_a_configuration_are_not_written_and_change_no_record() {
 }
 
 #[test]
-fn what_waits_connects_switches_or_writes_over_files_is_refused_before_anything_is_written() {
+fn what_waits_connects_switches_removes_or_writes_is_refused_before_anything_is_written() {
     let (folder, lane) = city();
     let folder = folder.path();
     let detector = format!(
@@ -132,6 +132,10 @@ fn what_waits_connects_switches_or_writes_over_files_is_refused_before_anything_
         (
             "<remote-port value='8813'/>",
             "a.sumocfg: option <remote-port>: it waits for another program",
+        ),
+        (
+            "<max-depart-delay value='20'/>",
+            "a.sumocfg: option <max-depart-delay> = \"20\": it leaves vehicles that wait",
         ),
         ("<load-state value='mine.txt'/>", "a.sumocfg: option <load-state>: a saved state"),
         ("<include href='b.sumocfg'>b</include>", "a.sumocfg: option <include>: it is not among"),

@@ -5,6 +5,11 @@
 //! option is refused by its name: one that opens a connection or loads a state, and one that nobody has
 //! looked at.
 //!
+//! Methods are compared on the same vehicles. So an option that ends the trips of vehicles that wait, stand or
+//! collide is refused [by its value](refused_value): how many those are depends on the method. One that only
+//! delays vehicles (`max-num-vehicles`) is used, because their delay counts, and so is one that leaves the same
+//! vehicles out for every method (`scale`).
+//!
 //! Source: `sumo --save-template` of SUMO 1.15 with its synonyms, and the traffic options that later
 //! versions have in their place.
 
@@ -163,6 +168,38 @@ const REFUSED: [(&str, &str); 8] = [
     ("device.tripinfo", "it leaves vehicles out of the delay; remove it"),
 ];
 
+/// What collisions do with vehicles.
+const COLLISIONS: [&str; 2] = ["collision.action", "intermodal-collision.action"];
+
+/// Values that are false for SUMO.
+///
+/// Source: SUMO 1.15, `StringUtils::toBool`.
+const FALSE: [&str; 6] = ["0", "no", "false", "off", "-", "f"];
+
+/// Returns why an option that is [used](Kind::Used) may not have this value, and the way out.
+pub fn refused_value(name: &str, value: &str) -> Option<&'static str> {
+    let value = value.trim().to_lowercase();
+    let is_negative = || value.parse::<f64>().is_ok_and(|value| value < 0.0);
+    match name {
+        "max-depart-delay" if !is_negative() => Some(
+            "it leaves vehicles that wait to enter out of the delay, under each method others; \
+             remove it or give -1",
+        ),
+        "max-num-teleports" if !is_negative() => {
+            Some("it ends a simulation early, depending on the method; remove it or give -1")
+        }
+        "time-to-teleport.remove" if !FALSE.contains(&value.as_str()) => Some(
+            "it ends the delay of vehicles that stand, under each method of others; remove it or \
+             give false",
+        ),
+        name if COLLISIONS.contains(&name) && value == "remove" => Some(
+            "it ends the delay of vehicles that collide, under each method of others; remove it or \
+             give another action",
+        ),
+        _ => None,
+    }
+}
+
 /// Returns the long name of an option, where it has a short one that counts here.
 pub fn long(name: &str) -> &str {
     SHORT.iter().find(|(short, _)| *short == name).map_or(name, |(_, long)| long)
@@ -210,6 +247,22 @@ mod tests {
             ["n", "routes", "b", "scale"].map(long),
             ["net-file", "route-files", "begin", "scale"]
         );
+    }
+
+    #[test]
+    fn what_ends_trips_depending_on_the_method_is_refused_by_its_value() {
+        for (name, refused, fine) in [
+            ("max-depart-delay", &["20", "0", "0:10:00"][..], &["-1", " -1.0 "][..]),
+            ("max-num-teleports", &["0", "9"], &["-1"]),
+            ("time-to-teleport.remove", &["true", "1", "x"], &["false", "OFF", "0"]),
+            ("collision.action", &["remove"], &["teleport", "warn", "none"]),
+            ("intermodal-collision.action", &["remove"], &["warn"]),
+            ("max-num-vehicles", &[], &["20"]),
+        ] {
+            assert_eq!(kind(name), Kind::Used);
+            assert!(refused.iter().all(|value| refused_value(name, value).is_some()), "{name}");
+            assert!(fine.iter().all(|value| refused_value(name, value).is_none()), "{name}");
+        }
     }
 
     #[test]

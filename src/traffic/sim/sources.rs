@@ -7,7 +7,7 @@
 //! characters of XML are not those of ASCII.
 //!
 //! What would make runs of methods something else than runs of methods is refused here too, because it stands
-//! in the same files: programs that change by the clock.
+//! in the same files: programs that change by the clock, and what adds or removes vehicles depending on traffic.
 //!
 //! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
 
@@ -51,6 +51,9 @@ const READERS: [&str; 2] = ["rerouter", "variableSpeedSign"];
 
 /// What switches signals to another program by the clock, whatever a method has installed.
 const SWITCHES: [&str; 2] = ["WAUT", "wautJunction"];
+
+/// What adds or removes vehicles as traffic is.
+const CHANGERS: [&str; 2] = ["calibrator", "vaporizer"];
 
 /// Returns every file of a scenario besides its configuration: name as seen from the folder of the
 /// configuration, path. First those that the configuration names, then those that they name.
@@ -185,6 +188,12 @@ fn look(element: &BytesStart<'_>, named: &mut Vec<String>) -> Result<(), String>
              every <WAUT> and <wautJunction>"
         ));
     }
+    if CHANGERS.contains(&tag.as_str()) {
+        return Err(format!(
+            "<{tag}> adds or removes vehicles, under each method others, so that their delays cannot \
+             be compared; remove it"
+        ));
+    }
     let mut attributes = Vec::new();
     for attribute in element.attributes() {
         let attribute = attribute.map_err(|e| e.to_string())?;
@@ -299,7 +308,7 @@ mod tests {
     #[test]
     fn circles_end_and_what_goes_nowhere_or_is_a_picture_may_stay() {
         let text = b"<?xml version='1.0' encoding='ISO-8859-1'?>\n<a><include href='a.xml'/>\
-            <edge name='Stra\xdfe'/><e1Detector file='NUL'/><calibrator output='/dev/null'/>\
+            <edge name='Stra\xdfe'/><e1Detector file='NUL'/><instantInductionLoop file='/dev/null'/>\
             <vType imgFile='b.png'><param key='profile' value='x'/></vType>\
             <param key='file' value='NUL'/></a>";
         assert_eq!(with(&[("a.xml", text)]).unwrap(), ["n.xml", "a.xml"]);
@@ -322,7 +331,9 @@ mod tests {
                 "<a>\n\n<e1Detector file='o.xml'/></a>",
                 "a.xml: line 3: <e1Detector file=\"o.xml\"> would be",
             ),
-            ("<a><calibrator output='o.xml'/></a>", "line 1: <calibrator output="),
+            ("<a><location output='o.xml'/></a>", "line 1: <location output="),
+            ("<a><calibrator output='NUL'/></a>", "line 1: <calibrator> adds or removes vehicles"),
+            ("<a><vaporizer id='e'/></a>", "line 1: <vaporizer> adds or removes vehicles"),
             ("<a><timedEvent dest='o.xml'/></a>", "line 1: <timedEvent dest="),
             ("<a><engine xmlFile='e.xml'/></a>", "line 1: <engine xmlFile="),
             ("<a><edgeData edgesFile='e.txt'/></a>", "write the edges into the attribute `edges`"),

@@ -15,7 +15,7 @@ use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
 use super::error::SimError;
-use super::options::{Kind, kind, long};
+use super::options::{Kind, kind, long, refused_value};
 use crate::files::{self, limits};
 
 /// Step length of a configuration that has none, seconds.
@@ -51,7 +51,7 @@ impl SumoConfig {
     /// # Errors
     ///
     /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML,
-    /// has a time that is none or an option that is refused, or names no network.
+    /// has a time that is none or an option or value that is refused, or names no network.
     pub fn read(config: &Path) -> Result<Self, SimError> {
         if !config.is_file() {
             return Err(SimError::NoConfig(config.to_path_buf()));
@@ -92,7 +92,12 @@ impl SumoConfig {
             let value = match kind(option) {
                 Kind::LeftOut => continue,
                 Kind::Refused(reason) => return Err(format!("option <{written}>: {reason}")),
-                Kind::Used => value,
+                Kind::Used => match refused_value(option, &value) {
+                    Some(reason) => {
+                        return Err(format!("option <{written}> = {value:?}: {reason}"));
+                    }
+                    None => value,
+                },
                 Kind::Files => settings.add_files(option, &value, folder)?,
             };
             if value.contains("${") {
@@ -262,6 +267,10 @@ mod tests {
             ("<remote-port value='8813'/>", "option <remote-port>: it waits for another program"),
             ("<include href='b.sumocfg' value='b'/>", "option <include>: it is not among"),
             ("<load-state>s.xml</load-state>", "option <load-state>: a saved state"),
+            (
+                "<max-depart-delay value='20'/>",
+                "option <max-depart-delay> = \"20\": it leaves vehicles that wait to enter out",
+            ),
             ("<r v='a'/><routes v='b'/>", "option <routes> is given twice; give it once"),
             ("<r v='${HOME}/a'/>", "option <r>: write out the variable"),
             ("<r v='a%zz'/>", "\"a%zz\" has a percent sign; rename it"),
