@@ -40,7 +40,8 @@ pub struct DerivedSignal {
     pub downstream: Vec<usize>,
     /// Link indices of every movement of the spec.
     pub movement_links: Vec<Vec<usize>>,
-    /// Greens of the program that runs by default, in its order.
+    /// Greens of the program that runs by default, in its order; one that comes twice in a cycle is there
+    /// twice.
     pub own_greens: Vec<String>,
     /// Greens of the program with the phases that serve no vehicle and so are none.
     pub left_out: Vec<String>,
@@ -75,7 +76,7 @@ pub fn derive(
     let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
     let timing = timing(scene, signal, settings);
     let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
-    let (states, left_out): (Vec<_>, Vec<_>) = greens(pairs.unwrap_or(own), &timing)
+    let (states, left_out): (Vec<_>, Vec<_>) = distinct(greens(pairs.unwrap_or(own), &timing))
         .into_iter()
         .partition(|state| serves_vehicles(state, signal));
     if states.is_empty() {
@@ -137,21 +138,33 @@ pub fn derive(
     })
 }
 
-/// Returns the distinct green states of a program in their order: some link is green, none yellow.
+/// Returns the green states of a program in their order: some link is green, none yellow. Equal ones that
+/// follow each other are one, the last and the first too.
 ///
 /// Deviation: an all-red in which links stay green that are so before and after is none; RESCO takes it
 /// for a green.
 ///
 /// Source: RESCO, multi_signal.py and its first public version.
 fn greens(program: &Program, timing: &Timing) -> Vec<String> {
-    let mut states: Vec<String> = Vec::new();
     let phases = program.phases();
-    for (state, _) in timing.greens(&phases).into_iter().map(|i| phases[i]) {
-        if !states.iter().any(|s| s == state) {
-            states.push(state.to_owned());
-        }
+    let mut states: Vec<String> =
+        timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect();
+    states.dedup();
+    if states.len() > 1 && states.first() == states.last() {
+        states.pop();
     }
     states
+}
+
+/// Returns states in the order in which they first appear: the actions to choose from.
+fn distinct(states: Vec<String>) -> Vec<String> {
+    let mut once: Vec<String> = Vec::new();
+    for state in states {
+        if !once.contains(&state) {
+            once.push(state);
+        }
+    }
+    once
 }
 
 /// Whether a link for vehicles is green.
@@ -260,6 +273,24 @@ mod tests {
         let e =
             derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap_err().to_string();
         assert!(e.contains("green for vehicles"), "{e}");
+    }
+
+    #[test]
+    fn a_green_that_comes_twice_in_a_cycle_is_one_action_and_stays_twice_in_the_cycle() {
+        let lanes = [("n_0", 0.0, "s"), ("e_0", 90.0, "s"), ("w_0", 270.0, "s")];
+        let own = |greens: &[&str]| {
+            let scene = scene(&lanes, greens);
+            let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+            let states: Vec<_> = derived.spec.phases.into_iter().map(|p| p.state).collect();
+            (states, derived.own_greens)
+        };
+        let texts = |greens: &[&str]| greens.iter().map(|g| (*g).to_owned()).collect::<Vec<_>>();
+        let (actions, cycle) = own(&["Grr", "rGr", "Grr", "rrG"]);
+        assert_eq!(actions, texts(&["Grr", "rGr", "rrG"]));
+        assert_eq!(cycle, texts(&["Grr", "rGr", "Grr", "rrG"]));
+        // Equal neighbours are one green, across the end of the cycle too.
+        assert_eq!(own(&["Grr", "Grr", "rGr", "rrG", "Grr"]).1, texts(&["Grr", "rGr", "rrG"]));
+        assert_eq!(own(&["Grr", "Grr"]).1, texts(&["Grr"]));
     }
 
     #[test]
