@@ -1,6 +1,6 @@
 //! SUMO's gap-based actuated control: what traffic engineers compare with.
 //!
-//! The greens of the network's own program run in their order; each is prolonged while vehicles
+//! The greens for vehicles of the network's own program run in their order; each is prolonged while vehicles
 //! pass the detectors with time gaps below SUMO's default of 3 s, within the signal's limits.
 //!
 //! Source: SUMO documentation, "Traffic Lights", actuated traffic lights based on time gaps.

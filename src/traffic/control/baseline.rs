@@ -2,7 +2,7 @@
 //!
 //! - Generated networks run netconvert's own default program (cycle 90 s, 6 s for left phases,
 //!   yellow by speed): what anyone gets who builds the network and changes nothing.
-//! - Imported scenarios run the greens of their own program with the same time each; 35 s
+//! - Imported scenarios run the greens for vehicles of their own program with the same time each; 35 s
 //!   reproduces the paper's normaliser on Ingolstadt (43.5 s, implied by its published figures).
 //!
 //! Source: Jayawardana et al. (NeurIPS 2022), section 4: "an untuned yet sufficiently performant

@@ -74,7 +74,7 @@ impl<L: Learner> Controller for Learning<L> {
     }
 
     /// The learner drives each signal. Where there is a single phase it is that phase, for ever, which
-    /// is what RESCO and an equal split do there too.
+    /// is what RESCO and an equal split do there too: greens that serve no vehicle are none of either.
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         let changed = self.signals != signals;
         if changed {

@@ -4,8 +4,9 @@
 //! the links' directions, the lanes' headings and the programs' states.
 //!
 //! A green in which no link for vehicles is green, such as one for pedestrians alone, is no action: a
-//! controller sees vehicles only, so it could not know when to choose it. The network's own program
-//! and what is made of it keep it.
+//! controller sees vehicles only, so it could not know when to choose it. What is made of the network's
+//! own program has none either, so that all methods that replace it have the same time for vehicles; only the
+//! own program itself shows it.
 //!
 //! Source: RESCO's signal configuration (`config/signal_config.py`), whose hand-written phase pairs
 //! the derived ones equal on Ingolstadt.
@@ -41,7 +42,9 @@ pub struct DerivedSignal {
     /// Link indices of every movement of the spec.
     pub movement_links: Vec<Vec<usize>>,
     /// Greens of the program that runs by default, in its order; one that comes twice in a cycle is there
-    /// twice.
+    /// twice, one that serves no vehicle is not.
+    ///
+    /// Deviation: RESCO's greens have those for pedestrians alone.
     pub own_greens: Vec<String>,
     /// Greens of the program with the phases that serve no vehicle and so are none.
     pub left_out: Vec<String>,
@@ -79,7 +82,8 @@ pub fn derive(
     let (states, left_out): (Vec<_>, Vec<_>) = distinct(greens(pairs.unwrap_or(own), &timing))
         .into_iter()
         .partition(|state| serves_vehicles(state, signal));
-    if states.is_empty() {
+    let own_greens = cycle(own, &timing, signal);
+    if states.is_empty() || own_greens.is_empty() {
         return Err(fail(
             "no phase of its program is green for vehicles without yellow; check its tlLogic",
         ));
@@ -124,7 +128,6 @@ pub fn derive(
     };
     let seen_m = lanes.iter().map(|lane| seen_m(scene, *lane)).collect();
     let movement_links = raw.into_iter().map(|movement| movement.links).collect();
-    let own_greens = greens(own, &timing);
     Ok(DerivedSignal {
         spec,
         lanes,
@@ -138,8 +141,7 @@ pub fn derive(
     })
 }
 
-/// Returns the green states of a program in their order: some link is green, none yellow. Equal ones that
-/// follow each other are one, the last and the first too.
+/// Returns the green states of a program in their order: some link is green, none yellow.
 ///
 /// Deviation: an all-red in which links stay green that are so before and after is none; RESCO takes it
 /// for a green.
@@ -147,8 +149,14 @@ pub fn derive(
 /// Source: RESCO, multi_signal.py and its first public version.
 fn greens(program: &Program, timing: &Timing) -> Vec<String> {
     let phases = program.phases();
-    let mut states: Vec<String> =
-        timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect();
+    timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect()
+}
+
+/// Returns the greens of a program that serve vehicles, in their order. Equal ones that follow each other are
+/// one, the last and the first too.
+fn cycle(program: &Program, timing: &Timing, signal: &SignalInfo) -> Vec<String> {
+    let mut states = greens(program, timing);
+    states.retain(|state| serves_vehicles(state, signal));
     states.dedup();
     if states.len() > 1 && states.first() == states.last() {
         states.pop();
@@ -268,7 +276,7 @@ mod tests {
         let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         assert_eq!(pairs(&derived), [[7], [10]]);
         assert_eq!(derived.left_out, ["rrG"]);
-        assert_eq!(derived.own_greens, ["Grr", "rrG", "rGr"]);
+        assert_eq!(derived.own_greens, ["Grr", "rGr"]);
         scene.signals[0].programs[0].phases.retain(|p| p.state == "rrG");
         let e =
             derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap_err().to_string();
