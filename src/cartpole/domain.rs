@@ -79,7 +79,7 @@ impl Domain for CartPoles {
 
     fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String> {
         let Scenario { ppo, dqn, .. } = scenario_of(settings)?;
-        Ok(Box::new(move |method, _| {
+        Ok(Box::new(move |method, _, _| {
             let (steps, work) = match method.name == dqn::METHOD.name {
                 true => (dqn.total_steps, dqn.work() / dqn::Config::default().work()),
                 false => (ppo.total_steps, ppo.work() / ppo::Config::default().work()),
@@ -118,7 +118,7 @@ mod tests {
     fn effort(preset: &str, method: &Method) -> Effort {
         let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
         let settings = serde_json::to_value(scenario).unwrap();
-        CartPoles.efforts(&settings).unwrap()(method, &|_| None)
+        CartPoles.efforts(&settings).unwrap()(method, 1, &|_| None)
     }
 
     #[test]

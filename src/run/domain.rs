@@ -121,6 +121,13 @@ pub trait Domain: Sync {
         Vec::new()
     }
 
+    /// Returns how many agents act on a point MDP of a run, at least one; methods that are tuned take
+    /// episodes for each.
+    fn agents(&self, point: &PointRow) -> u32 {
+        let _ = point;
+        1
+    }
+
     /// Returns what tells how much work a task is, of a method on a point MDP with these context features.
     ///
     /// # Arguments
@@ -278,6 +285,12 @@ pub trait Problem: Sync {
     /// All settings, as manifests keep them.
     fn settings(&self) -> Value;
 
+    /// Returns how many agents act on a point MDP of the family, as [`Domain::agents`] does once it is prepared.
+    fn agents(&self, point: &str) -> u32 {
+        let _ = point;
+        1
+    }
+
     /// Makes what trials on these point MDPs need, where it is missing.
     ///
     /// # Arguments
@@ -309,8 +322,9 @@ pub trait Problem: Sync {
     }
 }
 
-/// Tells how much work a task is, by method and by the context features of the point MDP.
-pub type EffortOf = dyn Fn(&Method, &dyn Fn(&str) -> Option<f64>) -> Effort + Sync;
+/// Tells how much work a task is, by method, by the number of agents and by the context features of the point
+/// MDP.
+pub type EffortOf = dyn Fn(&Method, u32, &dyn Fn(&str) -> Option<f64>) -> Effort + Sync;
 
 /// How much work a task is: episodes of training or tuning at most, and processor time per episode.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use super::domain::{Domain, EffortOf};
 use super::error::RunError;
 use super::method::{Method, find};
 use super::plan::Request;
-use crate::family::MdpFamily;
+use crate::family::{MdpFamily, PointMdp};
 use crate::store::manifest::{Identity, PointRow};
 
 /// Processor time of starting a worker and of loading its network, seconds.
@@ -75,6 +75,8 @@ pub struct Efforts<'a> {
     methods: &'a [Method],
     of: Box<EffortOf>,
     evaluation: u32,
+    /// Of point MDPs with more than one agent.
+    agents: BTreeMap<String, u32>,
 }
 
 impl<'a> Efforts<'a> {
@@ -86,7 +88,14 @@ impl<'a> Efforts<'a> {
     pub fn of_request(request: &Request<'a>) -> Result<Self, RunError> {
         let of = request.domain.efforts(&request.problem.settings());
         let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
-        Ok(Self { methods: request.domain.methods(), of, evaluation: request.evaluation_seeds })
+        let row = |p: &PointMdp| (p.id.clone(), request.problem.agents(&p.id));
+        let agents = request.problem.family().points.iter().map(row).filter(|(_, n)| *n > 1);
+        Ok(Self {
+            methods: request.domain.methods(),
+            of,
+            evaluation: request.evaluation_seeds,
+            agents: agents.collect(),
+        })
     }
 
     /// Returns that of a method on a point MDP of a family.
@@ -105,15 +114,16 @@ impl<'a> Efforts<'a> {
             let position = family.features.iter().position(|f| f.name == name)?;
             Some(features?[position])
         };
-        self.task(method, &feature)
+        self.task(method, self.agents.get(point).copied().unwrap_or(1), &feature)
     }
 
     fn task(
         &self,
         method: &str,
+        agents: u32,
         feature: &dyn Fn(&str) -> Option<f64>,
     ) -> Result<TaskEffort, RunError> {
-        let of = (self.of)(find(self.methods, method)?, feature);
+        let of = (self.of)(find(self.methods, method)?, agents, feature);
         Ok(TaskEffort {
             training: of.training,
             training_s: of.training_s,
@@ -128,7 +138,8 @@ impl<'a> Efforts<'a> {
 pub struct RunEfforts<'a> {
     efforts: Efforts<'a>,
     identity: &'a Identity,
-    points: BTreeMap<&'a str, &'a PointRow>,
+    /// Rows and numbers of agents.
+    points: BTreeMap<&'a str, (&'a PointRow, u32)>,
 }
 
 impl<'a> RunEfforts<'a> {
@@ -141,8 +152,10 @@ impl<'a> RunEfforts<'a> {
         let of = domain.efforts(&identity.settings);
         let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
         let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
-        let efforts = Efforts { methods: domain.methods(), of, evaluation };
-        let points = identity.points.iter().map(|p| (p.point.as_str(), p)).collect();
+        let agents = BTreeMap::new();
+        let efforts = Efforts { methods: domain.methods(), of, evaluation, agents };
+        let row = |p: &'a PointRow| (p.point.as_str(), (p, domain.agents(p)));
+        let points = identity.points.iter().map(row).collect();
         Ok(Self { efforts, identity, points })
     }
 
@@ -152,12 +165,13 @@ impl<'a> RunEfforts<'a> {
     ///
     /// [`RunError::Method`] for a name that no method has, [`RunError::Unprepared`] for a point MDP that the run has not.
     pub fn of(&self, method: &str, point: &str) -> Result<TaskEffort, RunError> {
-        let point = self.points.get(point).ok_or_else(|| RunError::Unprepared(point.to_owned()))?;
+        let unprepared = || RunError::Unprepared(point.to_owned());
+        let (point, agents) = self.points.get(point).ok_or_else(unprepared)?;
         let feature = |name: &str| {
             let position = self.identity.features.iter().position(|f| f.name == name)?;
             point.features.get(position).copied()
         };
-        self.efforts.task(method, &feature)
+        self.efforts.task(method, *agents, &feature)
     }
 }
 

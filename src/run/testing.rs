@@ -147,7 +147,7 @@ impl Domain for Toy {
         }))
     }
     fn efforts(&self, _: &Value) -> Result<Box<EffortOf>, String> {
-        Ok(Box::new(|_, _| Effort {
+        Ok(Box::new(|_, _, _| Effort {
             training: 0,
             training_s: 0.0,
             evaluation_s: 1.0,

@@ -53,8 +53,9 @@ pub fn create(
     Ok(make(method.name, scenario, &setup).expect("both follow from the list of methods"))
 }
 
-/// Returns the episodes that a method is trained or tuned for in a scenario, at most.
-pub fn training_episodes(method: &Method, scenario: &Scenario) -> u32 {
+/// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:
+/// signals learn together and are tuned one after the other.
+pub fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> u32 {
     match method.training {
         Training::None => 0,
         Training::Learned => scenario.training.episodes,
@@ -62,7 +63,8 @@ pub fn training_episodes(method: &Method, scenario: &Scenario) -> u32 {
             let (own, sections) = (method.section(), scenario.sections());
             let ranges = sections.iter().find(|(name, _)| *name == own).map(|(_, s)| s.ranges());
             let setting = ranges.into_iter().flatten().find(|r| r.name == episodes);
-            setting.expect("the registry's test has looked it up").value as u32
+            let each = setting.expect("the registry's test has looked it up").value as u32;
+            each.saturating_mul(signals)
         }
     }
 }

@@ -21,6 +21,7 @@ use super::settings::failure::failure;
 use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
+use super::sim::lights::signals_in;
 use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
 use crate::family::MdpFamily;
 use crate::files::FileError;
@@ -207,9 +208,17 @@ impl Domain for Traffic {
             .collect()
     }
 
+    /// Returns the number of signals.
+    fn agents(&self, point: &PointRow) -> u32 {
+        match point.environment == GENERATED {
+            true => 1,
+            false => signals_in(Path::new(&point.environment)),
+        }
+    }
+
     fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String> {
         let scenario = scenario_of(settings)?;
-        Ok(Box::new(move |method, feature| effort(&scenario, method, feature)))
+        Ok(Box::new(move |method, signals, feature| effort(&scenario, method, signals, feature)))
     }
 
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {

@@ -26,10 +26,11 @@ const MAX_CONGESTION: f64 = 3.0;
 /// Approaches of a six-feature point MDP.
 const APPROACHES: f64 = 4.0;
 
-/// Returns the effort of a task of a method on a point MDP with these context features.
+/// Returns the effort of a task of a method on a point MDP with so many signals and these context features.
 pub fn effort(
     scenario: &Scenario,
     method: &Method,
+    signals: u32,
     feature: &dyn Fn(&str) -> Option<f64>,
 ) -> Effort {
     let hours = scenario.demand.horizon_s / SECONDS_PER_HOUR;
@@ -42,7 +43,22 @@ pub fn effort(
     let vehicle_s = SECONDS_PER_VEHICLE * congestion.min(MAX_CONGESTION);
     let evaluation_s = SECONDS_PER_EPISODE + vehicles * vehicle_s;
     let decisions = scenario.demand.horizon_s / f64::from(scenario.signal.delta_time_s);
-    let training = training_episodes(method, scenario);
+    let training = training_episodes(method, scenario, signals);
     let training_s = evaluation_s + decisions * method.decision_s;
     Effort { training, training_s, evaluation_s, is_informed }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::control::{fixed_time, idqn};
+    use crate::traffic::settings::table::defaults;
+
+    #[test]
+    fn tuning_takes_its_simulations_for_every_signal_and_learning_its_episodes_once() {
+        let scenario = defaults();
+        let of = |method, signals| effort(&scenario, method, signals, &|_| None).training;
+        assert_eq!([1, 4].map(|n| of(&fixed_time::METHOD, n)), [24, 96]);
+        assert_eq!([1, 4].map(|n| of(&idqn::METHOD, n)), [100, 100]);
+    }
 }

@@ -14,7 +14,7 @@ use super::network::build::{BuildOptions, BuildSummary, build_all};
 use super::network::error::NetworkError;
 use super::network::intersection::{IntersectionSpec, intersections};
 use super::network_files::{GENERATED, NetworkFiles};
-use super::simulator::{check, version};
+use super::simulator::{check, signals_in, version};
 use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::run::domain::{Prepared, PreparedPoint, Problem};
 use crate::run::fault::Cause;
@@ -107,6 +107,10 @@ impl Problem for SignalProblem {
 
     fn settings(&self) -> Value {
         serde_json::to_value(&self.loaded.scenario).expect("a scenario is plain data")
+    }
+
+    fn agents(&self, point: &str) -> u32 {
+        self.imported.get(point).map_or(1, |config| signals_in(config))
     }
 
     fn prepare(

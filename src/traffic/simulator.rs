@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::settings::SignalSettings;
 use super::sim::SimError;
+pub use super::sim::lights::signals_in;
 
 /// Returns the simulator's version.
 ///

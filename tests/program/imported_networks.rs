@@ -53,3 +53,14 @@ fn a_level_crossing_is_no_signal_to_control() {
     let notes = stderr(&output);
     assert!(notes.contains(&format!("gate.sumocfg: {expected}")), "{notes}");
 }
+
+#[test]
+fn the_forecast_counts_the_simulations_of_every_signal() {
+    let files = Scenario::new();
+    let config = scenario(&files, "net", "");
+    let methods = "--methods fixed-time,max-pressure --eval-seeds 1 --dry-run";
+    let output = run(folder(&config), &format!("run --sumocfg net.sumocfg {methods}"));
+    let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
+    // Three signals with 24 each, and an evaluation each of these two and the baseline.
+    assert!(text.contains("75 episodes at most"), "{text}");
+}

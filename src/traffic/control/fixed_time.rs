@@ -10,7 +10,8 @@
 //!
 //! Choices:
 //! - **One plan per signal**; with several signals they are tuned one after the other, the others
-//!   keeping their best so far, and offsets are not coordinated.
+//!   keeping their best so far, and offsets are not coordinated. Each has as many simulations as a signal
+//!   alone, and what earlier ones left over.
 //! - **Greens are whole seconds within the signal's limits**, and so is the cycle.
 //! - **The own program** is a candidate where it keeps to the limits; that of an imported network may not.
 //!
@@ -19,6 +20,8 @@
 
 mod plan;
 mod search;
+#[cfg(test)]
+mod tests;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -52,7 +55,7 @@ pub const METHOD: Method = Method {
 settings! {
     /// The tuned fixed-time controller.
     pub struct Config, source "HCM (6th ed.), chapter 19" {
-        /// Simulated episodes that tuning may use.
+        /// Simulated episodes that tuning may use, for each signal of the network.
         simulations: u32 = 24, in 1.0..=10_000.0, unit "episodes", source "our choice";
         /// Time lost per phase change in Webster's formula.
         lost_time_s: f64 = 4.0, in 0.0..=30.0, unit "s";
@@ -94,7 +97,7 @@ pub struct FixedTime {
 }
 
 impl FixedTime {
-    /// Returns a controller that tunes itself with at most `simulations` episodes.
+    /// Returns a controller that tunes itself with at most `simulations` episodes per signal.
     pub fn new(constants: Constants, simulations: u32) -> Self {
         Self { constants, simulations, signals: Vec::new(), plans: Vec::new(), used: 0 }
     }
@@ -117,9 +120,10 @@ impl Controller for FixedTime {
         let first = self.run(trainer, SEARCH_SEED)?;
         // Delay on the search seed with the plans chosen so far.
         let mut delay_s = first.delay_s;
+        let all = self.simulations.saturating_mul(self.signals.len() as u32);
         for signal in 0..self.signals.len() {
             // Later signals share what earlier ones left over.
-            let left = self.simulations.saturating_sub(self.used);
+            let left = all.saturating_sub(self.used);
             let budget = left / (self.signals.len() - signal) as u32;
             delay_s = self.tune(trainer, signal, budget, &first.lane_flow_vph[signal], delay_s)?;
         }
@@ -273,99 +277,5 @@ impl FixedTime {
             }
         }
         Ok(best.expect("there is at least one plan").1)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::testing::two_phase_signal;
-    use super::*;
-
-    const CONSTANTS: Constants = Constants { lost_time_s: 4.0, saturation_flow_vph: 1900.0 };
-
-    /// Delay is the distance to the greens 30 s and 12 s; the own program is far off.
-    struct Valley {
-        signal: SignalSpec,
-        episodes: u32,
-        own: f64,
-        fails_at: u32,
-    }
-
-    fn valley(own: f64) -> Valley {
-        Valley { signal: two_phase_signal(), episodes: 0, own, fails_at: u32::MAX }
-    }
-
-    impl Trainer for Valley {
-        fn episode(
-            &mut self,
-            controller: &mut dyn Controller,
-            _seed: u32,
-        ) -> Result<EpisodeOutcome, ControlError> {
-            if self.episodes == self.fails_at {
-                return Err(ControlError::Episode("planned failure".into()));
-            }
-            self.episodes += 1;
-            let drives = controller.begin(std::slice::from_ref(&self.signal))?;
-            let delay_s = match &drives[0] {
-                Drive::Cycle(g) => 10.0 + (g[0].1 - 30.0).abs() + (g[1].1 - 12.0).abs(),
-                _ => self.own,
-            };
-            Ok(EpisodeOutcome { delay_s, lane_flow_vph: vec![vec![400.0, 400.0]] })
-        }
-
-        fn decisions_per_episode(&self) -> u32 {
-            360
-        }
-    }
-
-    fn tuned(own: f64, simulations: u32) -> (FixedTime, u32) {
-        let mut trainer = valley(own);
-        let mut controller = FixedTime::new(CONSTANTS, simulations);
-        controller.train(&mut trainer).unwrap();
-        (controller, trainer.episodes)
-    }
-
-    #[test]
-    fn the_search_finds_the_valley() {
-        let (controller, _) = tuned(1000.0, 60);
-        let Plan::Cycle(greens) = &controller.plans[0] else { panic!("a cycle is better") };
-        assert!(
-            (greens[0].1 - 30.0).abs() <= 2.0 && (greens[1].1 - 12.0).abs() <= 2.0,
-            "{greens:?}"
-        );
-    }
-
-    #[test]
-    fn no_more_simulations_are_used_than_allowed() {
-        for budget in [1, 5, 8, 30] {
-            let (controller, episodes) = tuned(1000.0, budget);
-            assert!(episodes <= budget.max(1), "{episodes} of {budget}");
-            assert_eq!(controller.details()["simulations"], episodes.to_string());
-        }
-    }
-
-    #[test]
-    fn a_training_episode_that_fails_is_an_error() {
-        for fails_at in 0..20 {
-            let mut trainer = Valley { fails_at, ..valley(1000.0) };
-            let e = FixedTime::new(CONSTANTS, 30).train(&mut trainer).unwrap_err();
-            assert!(e.to_string().contains("planned failure"), "{e}");
-        }
-    }
-
-    #[test]
-    fn an_own_program_beyond_the_limits_is_no_choice() {
-        for simulations in [1, 8, 30] {
-            let mut trainer = valley(1.0);
-            trainer.signal.limits.own_program = false;
-            let mut controller = FixedTime::new(CONSTANTS, simulations);
-            controller.train(&mut trainer).unwrap();
-            assert_ne!(controller.plans, [Plan::Own], "{simulations} simulations");
-        }
-    }
-
-    #[test]
-    fn the_own_program_is_kept_when_nothing_beats_it() {
-        assert_eq!(tuned(1.0, 30).0.plans, [Plan::Own]);
     }
 }

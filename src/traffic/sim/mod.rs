@@ -9,6 +9,7 @@
 pub mod error;
 #[cfg(feature = "libsumo")]
 pub mod libsumo;
+pub mod lights;
 pub mod mock;
 pub mod options;
 pub mod sources;
