@@ -116,4 +116,63 @@ fn a_street_in_several_edges_is_seen_as_one() {
     let (scene, seen) = sights(&mut sim, &StartOptions { trace_m: 0.0, ..options });
     assert!(scene.lanes.iter().all(|l| l.pieces.is_empty()));
     assert!(seen[&0].iter().all(|s| s.3 <= 100.0), "{:?}", seen[&0]);
+
+    grouped_links_are_told_apart_by_their_edges(&scenario, &mut sim);
+}
+
+/// A crossing of streets in two edges, whose second ones have two lanes.
+const CROSS_NODES: &str = r#"<nodes>
+    <node id="C" x="0" y="0" type="traffic_light"/> <node id="N" x="0" y="90"/>
+    <node id="E" x="90" y="0"/> <node id="S" x="0" y="-90"/> <node id="V" x="-60" y="0"/>
+    <node id="W" x="-160" y="0"/>
+</nodes>"#;
+
+const CROSS_EDGES: &str = r#"<edges>
+    <edge id="nc" from="N" to="C"/> <edge id="cn" from="C" to="N"/>
+    <edge id="ec" from="E" to="C"/> <edge id="ce" from="C" to="E"/>
+    <edge id="sc" from="S" to="C"/> <edge id="cs" from="C" to="S"/>
+    <edge id="wv" from="W" to="V" numLanes="2"/> <edge id="vc" from="V" to="C" numLanes="2"/>
+    <edge id="cw" from="C" to="W"/>
+</edges>"#;
+
+const CROSS_ROUTES: &str = r#"
+    <vehicle id="right" depart="0" departLane="best"><route edges="wv vc cs"/></vehicle>
+    <vehicle id="through" depart="5" departLane="best"><route edges="wv vc ce"/></vehicle>
+    <vehicle id="left" depart="10" departLane="best"><route edges="wv vc cn"/></vehicle>
+    <vehicle id="from-north" depart="15"><route edges="nc cs"/></vehicle>
+    <vehicle id="from-south" depart="20"><route edges="sc cn"/></vehicle>"#;
+
+/// In the order of first sight: edges at the signal.
+const CROSS_WAYS: [(&str, &str); 5] =
+    [("vc", "cs"), ("vc", "ce"), ("vc", "cn"), ("nc", "cs"), ("sc", "cn")];
+
+fn grouped_links_are_told_apart_by_their_edges(scenario: &Scenario, sim: &mut SumoSim) {
+    let options = ["--tls.group-signals", "true"];
+    scenario.build_with("cross", CROSS_NODES, CROSS_EDGES, None, &options);
+    let start = scenario.options("cross", "cross", CROSS_ROUTES);
+    let scene = sim.start(&StartOptions { trace_m: 200.0, ..start }).unwrap();
+    let links = &scene.signals[0].links;
+    assert!(links.iter().any(|links| links.len() > 1), "{links:?}");
+    let edge = |lane: &str| lane.rsplit_once('_').unwrap().0.to_owned();
+    let mut snapshot = Snapshot::default();
+    let mut seen = [0; CROSS_WAYS.len()];
+    for _ in 0..60 {
+        sim.step(1).unwrap();
+        sim.observe(&mut snapshot).unwrap();
+        for v in &snapshot.vehicles {
+            let link = &links[v.link.unwrap() as usize][v.way as usize];
+            let from = edge(&scene.lanes[link.from_lane].id);
+            let expected = CROSS_WAYS[v.vehicle as usize];
+            assert_eq!((from.as_str(), edge(&link.to_lane).as_str()), expected);
+            // Upstream too it belongs to a lane from which it can turn.
+            if scene.lanes[v.lane as usize].length_m - v.position_m != v.distance_m {
+                let turns = |l: &&tsc_family::traffic::sim::Link| edge(&l.to_lane) == expected.1;
+                let lanes = links.iter().flatten().filter(turns).map(|l| l.from_lane);
+                assert!(lanes.into_iter().any(|lane| lane == v.lane as usize), "{v:?}");
+            }
+            seen[v.vehicle as usize] += 1;
+        }
+    }
+    sim.close().unwrap();
+    assert!(seen.iter().all(|count| *count > 3), "{seen:?}");
 }

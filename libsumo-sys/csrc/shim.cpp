@@ -48,12 +48,18 @@ struct Seen {
     // That signal and the vehicle's connection there, as in SumoVehicle.
     int32_t signal = -1;
     int32_t link = -1;
+    uint32_t way = 0;
 };
+
+// Edges that connections lead from and to.
+using Ways = std::vector<std::pair<std::string, std::string>>;
 
 // What holds for one simulation only.
 struct Episode {
     std::vector<std::string> signals;
     std::unordered_map<std::string, int32_t> signal_index;
+    // By signal and position of the letter; empty where all connections have the same edges.
+    std::vector<std::vector<Ways>> ways;
     std::vector<std::string> lanes;
     std::unordered_map<std::string, Seen> vehicles;
     uint64_t calls = 0;
@@ -105,6 +111,36 @@ bool allows_cars(const std::string &lane) {
     });
 }
 
+std::string edge(const std::string &lane) { return lane.substr(0, lane.rfind('_')); }
+
+// Returns the connections of a signal that cars may use, by the position of their letter.
+std::vector<std::vector<libsumo::TraCILink>> car_links(const std::string &signal) {
+    auto by_index = TrafficLight::getControlledLinks(signal);
+    for (auto &links : by_index) {
+        const auto is_other = [](const libsumo::TraCILink &link) {
+            return is_internal(link.fromLane) || is_internal(link.toLane) ||
+                   !allows_cars(link.fromLane) || !allows_cars(link.toLane);
+        };
+        links.erase(std::remove_if(links.begin(), links.end(), is_other), links.end());
+    }
+    return by_index;
+}
+
+std::vector<Ways> ways_by_letter(const std::string &signal) {
+    std::vector<Ways> all;
+    for (const auto &links : car_links(signal)) {
+        auto &ways = all.emplace_back();
+        for (const auto &link : links) {
+            ways.emplace_back(edge(link.fromLane), edge(link.toLane));
+        }
+        const auto is_first = [&](const auto &way) { return way == ways.front(); };
+        if (std::all_of(ways.begin(), ways.end(), is_first)) {
+            ways.clear();
+        }
+    }
+    return all;
+}
+
 char direction(const libsumo::TraCILink &link) {
     for (const auto &connection : Lane::getLinks(link.fromLane)) {
         if (connection.approachedLane == link.toLane &&
@@ -130,15 +166,11 @@ struct SignalStore {
 
 SignalStore describe(const std::string &signal) {
     SignalStore store;
-    const auto by_index = TrafficLight::getControlledLinks(signal);
+    const auto by_index = car_links(signal);
     store.index_count = by_index.size();
     std::vector<std::pair<uint32_t, char>> places;
     for (size_t index = 0; index < by_index.size(); ++index) {
         for (const auto &link : by_index[index]) {
-            if (is_internal(link.fromLane) || is_internal(link.toLane) ||
-                !allows_cars(link.fromLane) || !allows_cars(link.toLane)) {
-                continue;
-            }
             store.link_texts.push_back(link);
             places.emplace_back(static_cast<uint32_t>(index), direction(link));
         }
@@ -168,6 +200,24 @@ SignalStore describe(const std::string &signal) {
     return store;
 }
 
+// Remembers which of the ways with one letter the vehicle's route takes.
+void choose_way(const std::string &vehicle, const Ways &ways, Seen &seen) {
+    if (ways.empty()) {
+        return;
+    }
+    const auto route = Vehicle::getRoute(vehicle);
+    const auto first = static_cast<size_t>(std::max(Vehicle::getRouteIndex(vehicle), 0));
+    for (size_t i = first; i + 1 < route.size(); ++i) {
+        const auto way = std::find(ways.begin(), ways.end(), std::make_pair(route[i], route[i + 1]));
+        if (way != ways.end()) {
+            seen.way = static_cast<uint32_t>(way - ways.begin());
+            return;
+        }
+    }
+    // It takes one that is closed to cars.
+    seen.link = -1;
+}
+
 // Remembers the next signal on the vehicle's route and how far it is from the end of its lane.
 void look_ahead(const std::string &vehicle, double remaining_m, Seen &seen) {
     const auto signals = Vehicle::getNextTLS(vehicle);
@@ -182,6 +232,10 @@ void look_ahead(const std::string &vehicle, double remaining_m, Seen &seen) {
     const auto index = episode.signal_index.find(next.id);
     seen.signal = index == episode.signal_index.end() ? -1 : index->second;
     seen.link = next.tlIndex;
+    seen.way = 0;
+    if (seen.signal >= 0 && seen.link >= 0) {
+        choose_way(vehicle, episode.ways[seen.signal].at(seen.link), seen);
+    }
 }
 
 // Backs the pointers of a SumoTopology.
@@ -403,6 +457,10 @@ int32_t sumo_watch(const char *const *signals, size_t signal_count, const char *
         for (size_t i = 0; i < signal_count; ++i) {
             episode.signal_index.emplace(signals[i], static_cast<int32_t>(i));
         }
+        episode.ways.clear();
+        for (const auto &signal : episode.signals) {
+            episode.ways.push_back(ways_by_letter(signal));
+        }
         episode.lanes = copied(lanes, lane_count);
     });
 }
@@ -464,7 +522,8 @@ int32_t sumo_observe(SumoVehicle *vehicles, size_t capacity, size_t *count, int3
                                         Vehicle::getWaitingTime(id),
                                         remaining_m + seen.beyond_lane_m,
                                         seen.signal,
-                                        seen.link};
+                                        seen.link,
+                                        seen.way};
                 }
                 ++*count;
             }

@@ -149,6 +149,9 @@ typedef struct {
     int32_t signal;
     /// Position of the letter of the vehicle's connection at that signal; -1 if there is none.
     int32_t link;
+    /// Of the signal's connections with that letter, in the order of SumoSignal, the first between the
+    /// vehicle's edges.
+    uint32_t way;
 } SumoVehicle;
 
 /// Returns the text that belongs to the last code other than SUMO_OK.

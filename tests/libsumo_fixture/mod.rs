@@ -58,8 +58,21 @@ impl Scenario {
 
     /// Builds another network, `NAME.net.xml`.
     pub(crate) fn build(&self, name: &str, nodes: &str, edges: &str, connections: Option<&str>) {
+        self.build_with(name, nodes, edges, connections, &[]);
+    }
+
+    /// Builds another network with further options of netconvert.
+    pub(crate) fn build_with(
+        &self,
+        name: &str,
+        nodes: &str,
+        edges: &str,
+        connections: Option<&str>,
+        options: &[&str],
+    ) {
         let mut netconvert = Command::new(netconvert());
-        netconvert.args(["-X", "never", "--no-turnarounds", "-o"]).arg(self.file(name, "net"));
+        netconvert.args(["-X", "never", "--no-turnarounds"]).args(options);
+        netconvert.arg("-o").arg(self.file(name, "net"));
         let inputs =
             [("nod", "-n", Some(nodes)), ("edg", "-e", Some(edges)), ("con", "-x", connections)];
         for (ending, option, text) in inputs {

@@ -41,6 +41,8 @@ pub struct DerivedSignal {
     pub downstream: Vec<usize>,
     /// Link indices of every movement of the spec.
     pub movement_links: Vec<Vec<usize>>,
+    /// Links of every movement of the spec, as index and number among the links of that index.
+    pub movement_ways: Vec<Vec<(usize, usize)>>,
     /// Greens of the program that runs by default, in its order; one that comes twice in a cycle is there
     /// twice, one that serves no vehicle is not.
     ///
@@ -127,12 +129,13 @@ pub fn derive(
         limits,
     };
     let seen_m = lanes.iter().map(|lane| seen_m(scene, *lane)).collect();
-    let movement_links = raw.into_iter().map(|movement| movement.links).collect();
+    let (movement_links, movement_ways) = raw.into_iter().map(|m| (m.links, m.ways)).unzip();
     Ok(DerivedSignal {
         spec,
         lanes,
         downstream,
         movement_links,
+        movement_ways,
         own_greens,
         left_out,
         naming,

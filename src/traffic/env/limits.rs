@@ -53,12 +53,12 @@ pub(super) fn limits(timing: &Timing, greens: &[String], own: &Program) -> Limit
 /// approach of which the demand says nothing has none.
 pub(super) fn share_turns(
     spec: &mut SignalSpec,
-    movement_links: &[Vec<usize>],
+    movement_ways: &[Vec<(usize, usize)>],
     (scene, signal): (&Scene, &SignalInfo),
     shares: &[TurnShare],
 ) {
-    for (movement, links) in spec.movements.iter_mut().zip(movement_links) {
-        let links = || links.iter().flat_map(|index| &signal.links[*index]);
+    for (movement, ways) in spec.movements.iter_mut().zip(movement_ways) {
+        let links = || ways.iter().map(|(index, number)| &signal.links[*index][*number]);
         let ways = |share: &&TurnShare| {
             links().any(|link| {
                 edge(&scene.lanes[link.from_lane].id) == share.from

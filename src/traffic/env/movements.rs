@@ -21,8 +21,8 @@ const SLOT_HEADINGS_DEG: [f64; 4] = [180.0, 270.0, 0.0, 90.0];
 /// Half of the sector around north whose arms come first, degrees.
 const NORTH_SECTOR_DEG: f64 = 45.0;
 
-/// A link with its index at the signal.
-type Numbered<'a> = (usize, &'a Link);
+/// A link with its index at the signal and its number among those of that index.
+type Numbered<'a> = ((usize, usize), &'a Link);
 
 /// Turns in RESCO's order within an approach.
 const TURNS: [Turn; 3] = [Turn::Right, Turn::Through, Turn::Left];
@@ -41,6 +41,8 @@ pub(super) struct RawMovement {
     pub(super) downstream: Vec<usize>,
     /// Link indices of the signal.
     pub(super) links: Vec<usize>,
+    /// Its links themselves, of which an index may steer those of several movements: index and number.
+    pub(super) ways: Vec<(usize, usize)>,
     /// Those of them that decide whether a phase serves it.
     pub(super) deciding: Vec<usize>,
 }
@@ -55,11 +57,11 @@ pub(super) fn raw_movements(
     let arms = slots.len().max(SLOT_HEADINGS_DEG.len());
     let mut groups: BTreeMap<(usize, usize), Vec<Numbered<'_>>> = BTreeMap::new();
     for (index, links) in signal.links.iter().enumerate() {
-        for link in links {
+        for (number, link) in links.iter().enumerate() {
             let slot = slots[edge(&scene.lanes[link.from_lane].id)];
             let turn = turn_of(link.direction);
             let place = TURNS.iter().position(|t| *t == turn).expect("all turns are there");
-            groups.entry((slot, place)).or_default().push((index, link));
+            groups.entry((slot, place)).or_default().push(((index, number), link));
         }
     }
     let mut movements = Vec::new();
@@ -82,9 +84,9 @@ fn movement(index: usize, turn: Turn, approach: usize, links: &[Numbered<'_>]) -
         values.dedup();
         values
     };
-    let all = sorted(&mut links.iter().map(|(index, _)| *index));
+    let all = sorted(&mut links.iter().map(|((index, _), _)| *index));
     let ahead = links.iter().filter(|(_, link)| link.direction != Direction::Turn);
-    let deciding = sorted(&mut ahead.map(|(index, _)| *index));
+    let deciding = sorted(&mut ahead.map(|((index, _), _)| *index));
     RawMovement {
         index,
         turn,
@@ -93,6 +95,7 @@ fn movement(index: usize, turn: Turn, approach: usize, links: &[Numbered<'_>]) -
         downstream: sorted(&mut links.iter().flat_map(|(_, link)| link.downstream.clone())),
         deciding: if deciding.is_empty() { all.clone() } else { deciding },
         links: all,
+        ways: links.iter().map(|(place, _)| *place).collect(),
     }
 }
 
@@ -107,22 +110,22 @@ fn served_together<'a>(links: &[Numbered<'a>], states: &[String]) -> Vec<Vec<Num
         return vec![back];
     }
     let mut parts: Vec<(Vec<bool>, Vec<Numbered<'_>>)> = Vec::new();
-    for (index, link) in ahead {
-        let pattern = green(index);
+    for (place, link) in ahead {
+        let pattern = green(place.0);
         match parts.iter_mut().find(|(known, _)| *known == pattern) {
-            Some((_, part)) => part.push((index, link)),
-            None => parts.push((pattern, vec![(index, link)])),
+            Some((_, part)) => part.push((place, link)),
+            None => parts.push((pattern, vec![(place, link)])),
         }
     }
     // The sort is stable: of equally large parts the one with the lowest link is first.
     parts.sort_by_key(|(_, part)| std::cmp::Reverse(part.len()));
     let mut parts: Vec<Vec<Numbered<'_>>> = parts.into_iter().map(|(_, part)| part).collect();
-    for (index, link) in back {
+    for (place, link) in back {
         let beside = |part: &Vec<Numbered<'_>>| {
             part.iter().any(|(_, other)| other.from_lane == link.from_lane)
         };
         let part = parts.iter().position(beside).unwrap_or(0);
-        parts[part].push((index, link));
+        parts[part].push((place, link));
     }
     parts
 }

@@ -5,13 +5,16 @@
 //! `delta_time_s` with every observation, **even if the vehicle moves again**, until it leaves the
 //! zone. So a "queue" counts vehicles that have halted at least once.
 //!
+//! In its movement a vehicle counts by its link index at the signal and the edges that it drives from and to,
+//! because one index may steer several turns.
+//!
 //! Vehicles on pieces of street upstream of a lane belong to it, see [`crate::traffic::sim::trace`].
 //!
 //! Source: RESCO, traffic_signal.py. Deviation: arrivals and departures as corrected on RESCO's main
 //! branch; the version behind the published figures had them swapped.
 
 use crate::traffic::control::{LaneObservation, Observation};
-use crate::traffic::sim::{Scene, Snapshot};
+use crate::traffic::sim::{Scene, SignalInfo, Snapshot};
 
 use super::derive::DerivedSignal;
 
@@ -45,8 +48,9 @@ pub struct Observer {
     signals: Vec<u32>,
     halting: u32,
     counts: Vec<u32>,
-    /// Number of the movement by signal and link index; those of all signals are numbered in a row.
-    movements: Vec<Vec<Option<u32>>>,
+    /// Number of the movement by signal, link index and number among the links of that index; those of all
+    /// signals are numbered in a row.
+    movements: Vec<Vec<Vec<Option<u32>>>>,
     /// Where the movements of each signal begin.
     first_movement: Vec<usize>,
     seen: Vec<f64>,
@@ -65,14 +69,15 @@ impl Observer {
         for (number, signal) in (0..).zip(&scene.signals) {
             signal.links.iter().flatten().for_each(|link| signals[link.from_lane] = number);
         }
-        let mut movements: Vec<Vec<Option<u32>>> =
-            scene.signals.iter().map(|s| vec![None; s.links.len()]).collect();
+        let of_links = |s: &SignalInfo| s.links.iter().map(|l| vec![None; l.len()]).collect();
+        let mut movements: Vec<Vec<Vec<Option<u32>>>> =
+            scene.signals.iter().map(of_links).collect();
         let mut first_movement = Vec::new();
         let mut count = 0;
         for (signal, of_link) in derived.iter().zip(&mut movements) {
             first_movement.push(count as usize);
-            for links in &signal.movement_links {
-                links.iter().for_each(|link| of_link[*link] = Some(count));
+            for ways in &signal.movement_ways {
+                ways.iter().for_each(|(link, way)| of_link[*link][*way] = Some(count));
                 count += 1;
             }
         }
@@ -107,7 +112,8 @@ impl Observer {
             }
             let signal = self.signals[vehicle.lane as usize];
             let of_link = self.movements.get(signal as usize).zip(vehicle.link);
-            let movement = of_link.and_then(|(movements, link)| movements[link as usize]);
+            let of_way = of_link.and_then(|(links, link)| links.get(link as usize));
+            let movement = of_way.and_then(|ways| *ways.get(vehicle.way as usize)?);
             if let Some(movement) = movement.filter(|m| memory.moved_in != m + 1) {
                 memory.moved_in = movement + 1;
                 self.seen[movement as usize] += 1.0;
@@ -151,7 +157,7 @@ impl Observer {
         observation.lanes.extend(signal.lanes.iter().map(|l| self.lanes[*l]));
         observation.downstream_queue.clear();
         observation.downstream_queue.extend(signal.downstream.iter().map(|l| self.lanes[*l].queue));
-        let seen = &self.seen[self.first_movement[index]..][..signal.movement_links.len()];
+        let seen = &self.seen[self.first_movement[index]..][..signal.movement_ways.len()];
         observation.seen.clear();
         observation.seen.extend(seen);
     }
@@ -173,7 +179,7 @@ mod tests {
     use super::*;
     use crate::traffic::env::signal::testing::signal;
     use crate::traffic::settings::SignalSettings;
-    use crate::traffic::sim::{Direction, Lane, Link, SignalInfo, VehicleState};
+    use crate::traffic::sim::{Direction, Lane, Link, VehicleState};
 
     fn observer() -> Observer {
         let lane =
@@ -186,6 +192,7 @@ mod tests {
         VehicleState {
             lane: 0,
             link: Some(0),
+            way: 0,
             vehicle,
             position_m: 300.0 - distance_m,
             speed_mps,
@@ -263,12 +270,13 @@ mod tests {
     fn a_vehicle_is_seen_once_in_its_movement() {
         let derived = DerivedSignal {
             lanes: vec![0],
-            movement_links: vec![vec![1], vec![0, 2]],
+            movement_ways: vec![vec![(1, 0)], vec![(0, 0), (2, 0)], vec![(2, 1)]],
             ..signal(&SignalSettings::default())
         };
         let lane = Lane { id: "a_0".into(), ..Lane::default() };
+        let link = || Link::new(0, "x_0", Direction::Straight);
         let info = SignalInfo {
-            links: vec![vec![]; 3],
+            links: vec![vec![link()], vec![link()], vec![link(), link()]],
             id: String::new(),
             programs: vec![],
             active_program: String::new(),
@@ -278,8 +286,10 @@ mod tests {
         let turning = |vehicle, link| VehicleState { link, ..at(vehicle, 250.0, 9.0, 0.0) };
         update(&mut observer, &[turning(0, Some(2)), turning(1, None)]);
         update(&mut observer, &[turning(0, Some(0)), turning(2, Some(1)), turning(3, Some(2))]);
+        // The same index, another turn.
+        update(&mut observer, &[VehicleState { way: 1, ..turning(4, Some(2)) }]);
         let mut observation = Observation::default();
         observer.write(0, &derived, 0, &mut observation);
-        assert_eq!(observation.seen, [1.0, 2.0]);
+        assert_eq!(observation.seen, [1.0, 2.0, 1.0]);
     }
 }

@@ -161,6 +161,7 @@ pub(super) mod testing {
             lanes: vec![0, 1],
             downstream: vec![],
             movement_links: vec![vec![0], vec![1]],
+            movement_ways: vec![vec![(0, 0)], vec![(1, 0)]],
             own_greens,
             timing,
             left_out: vec![],

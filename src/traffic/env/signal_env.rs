@@ -155,8 +155,8 @@ impl<S: Sim> SignalEnv<S> {
             .map(|signal| derive(&scene, signal, &self.signal_settings))
             .collect::<Result<_, _>>()?;
         for (signal, info) in self.signals.iter_mut().zip(&scene.signals) {
-            let DerivedSignal { spec, movement_links, .. } = signal;
-            share_turns(spec, movement_links, (&scene, info), &self.world.turn_shares);
+            let DerivedSignal { spec, movement_ways, .. } = signal;
+            share_turns(spec, movement_ways, (&scene, info), &self.world.turn_shares);
         }
         self.specs = self.signals.iter().map(|s| s.spec.clone()).collect();
         self.observations = vec![Observation::default(); self.signals.len()];

@@ -256,10 +256,12 @@ impl Sim for SumoSim {
         snapshot.vehicles.clear();
         snapshot.vehicles.extend(self.vehicles[..count].iter().filter_map(|v| {
             let next = u32::try_from(v.signal).ok().zip(u32::try_from(v.link).ok());
+            let next = next.map(|(signal, link)| (signal, link, v.way));
             let (lane, link) = traced.tracing.attribute(v.lane, next)?;
             Some(VehicleState {
                 lane,
                 link,
+                way: v.way,
                 vehicle: v.vehicle,
                 position_m: v.position_m,
                 speed_mps: v.speed_mps,

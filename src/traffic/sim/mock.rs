@@ -187,6 +187,7 @@ impl Sim for MockSim {
                     snapshot.vehicles.push(VehicleState {
                         lane,
                         link: self.link(lane),
+                        way: 0,
                         vehicle: number as u32,
                         position_m: self.scene.lanes[lane as usize].length_m,
                         speed_mps: 0.0,

@@ -189,6 +189,8 @@ pub struct VehicleState {
     /// Link index at the signal of that lane that the vehicle will use; `None` when the next signal on
     /// its route is another.
     pub link: Option<u32>,
+    /// Which of the links of that index it uses: number of the first between its edges.
+    pub way: u32,
     /// Number of the vehicle: in order of first sight, the same for the whole episode.
     pub vehicle: u32,
     /// Front bumper's distance from the start of the lane or piece that it is on, metres.

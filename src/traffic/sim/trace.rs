@@ -5,17 +5,22 @@
 //! - It counts at the next signal on its route, if the piece was traced from that signal, and there on
 //!   a lane from which its connection starts. So a vehicle that will turn off before the signal, or
 //!   ends there, counts nowhere, and no vehicle counts twice.
+//! - A connection is a link index at the signal and the edges that it leads from and to: one index may steer
+//!   several turns.
 //! - SUMO plans the lanes of a route, and most often a connection starts from one lane alone. If it
 //!   starts from several, that lane is taken to which the piece leads the shortest way; if the piece
 //!   leads to none of them, because the vehicle must change lanes first, the first one.
 
 use std::collections::HashMap;
 
-use super::topology::Topology;
-use super::{Piece, Scene};
+use super::topology::{Topology, edge};
+use super::{Link, Piece, Scene};
 
 /// Changes of lane, metres to the stop line, and lane of the scene.
 type Lead = (u32, f64, usize);
+
+/// Signal, link index there, and number of the first link of that index between the same edges.
+type Connection = (u32, u32, u32);
 
 /// Which lanes to watch and what they belong to.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -27,7 +32,7 @@ pub struct Tracing {
     /// Signal of each lane.
     signals: Vec<u32>,
     /// Lane of the scene by piece, signal and connection.
-    owners: Vec<HashMap<(u32, u32), u32>>,
+    owners: Vec<HashMap<Connection, u32>>,
 }
 
 impl Tracing {
@@ -77,14 +82,14 @@ impl Tracing {
         &self.pieces
     }
 
-    /// Returns the lane of the scene to which a vehicle belongs and its connection at the signal
+    /// Returns the lane of the scene to which a vehicle belongs and its link index at the signal
     /// there, if it uses one; `None` for a vehicle upstream that comes to none of the lanes.
     ///
     /// # Arguments
     ///
     /// * `watched` — number of the lane that it is on, the scene's first, then the pieces.
-    /// * `next` — the next signal on its route and its connection there.
-    pub fn attribute(&self, watched: u32, next: Option<(u32, u32)>) -> Option<(u32, Option<u32>)> {
+    /// * `next` — its connection at the next signal on its route.
+    pub fn attribute(&self, watched: u32, next: Option<Connection>) -> Option<(u32, Option<u32>)> {
         match (watched as usize).checked_sub(self.lanes) {
             None => {
                 let signal = self.signals[watched as usize];
@@ -133,14 +138,21 @@ fn describe_widths(scene: &mut Scene, topology: &Topology, place: &[Option<usize
     }
 }
 
-/// Returns the lane by signal and connection for vehicles on a piece that leads to some lanes.
-fn owners(scene: &Scene, signals: &[u32], leads: &[Lead]) -> HashMap<(u32, u32), u32> {
-    let mut owners: HashMap<(u32, u32), Lead> = HashMap::new();
+/// Returns the edges that a link leads from and to.
+fn edges<'a>(scene: &'a Scene, link: &'a Link) -> (&'a str, &'a str) {
+    (edge(&scene.lanes[link.from_lane].id), edge(&link.to_lane))
+}
+
+/// Returns the lane by connection for vehicles on a piece that leads to some lanes.
+fn owners(scene: &Scene, signals: &[u32], leads: &[Lead]) -> HashMap<Connection, u32> {
+    let mut owners: HashMap<Connection, Lead> = HashMap::new();
     for lead in leads {
         let signal = signals[lead.2];
         for (index, links) in (0..).zip(&scene.signals[signal as usize].links) {
-            if links.iter().any(|link| link.from_lane == lead.2) {
-                let best = owners.entry((signal, index)).or_insert(*lead);
+            for link in links.iter().filter(|link| link.from_lane == lead.2) {
+                let same = |(_, other): &(u32, &Link)| edges(scene, other) == edges(scene, link);
+                let first = (0..).zip(links).find(same).expect("the link itself is one");
+                let best = owners.entry((signal, index, first.0)).or_insert(*lead);
                 if lead < best {
                     *best = *lead;
                 }
@@ -206,7 +218,8 @@ mod tests {
 
     fn on(tracing: &Tracing, piece: &str, next: Option<(u32, u32)>) -> Option<u32> {
         let number = tracing.pieces.iter().position(|p| p == piece).unwrap() + tracing.lanes;
-        tracing.attribute(number as u32, next).map(|(lane, link)| {
+        let connection = next.map(|(signal, link)| (signal, link, 0));
+        tracing.attribute(number as u32, connection).map(|(lane, link)| {
             assert_eq!(link, next.map(|n| n.1));
             lane
         })
@@ -226,6 +239,19 @@ mod tests {
     }
 
     #[test]
+    fn where_one_link_index_steers_two_turns_the_turn_decides() {
+        let (mut scene, topology) = scene();
+        // The left turn from lane 2, straight on from lanes 0 and 1.
+        let others = scene.signals[0].links.remove(1);
+        scene.signals[0].links[0].extend(others);
+        let tracing = Tracing::new(&mut scene, &topology, 200.0);
+        let piece = |id| (tracing.pieces.iter().position(|p| p == id).unwrap() + 4) as u32;
+        let lane = |id, way| tracing.attribute(piece(id), Some((0, 0, way)));
+        assert_eq!(lane("a_0", 0), Some((2, Some(0))));
+        assert_eq!([lane("a_0", 1), lane("a_1", 1)], [Some((0, Some(0))), Some((1, Some(0)))]);
+    }
+
+    #[test]
     fn a_vehicle_that_does_not_come_to_the_signal_belongs_to_no_lane() {
         let (_, tracing) = traced(200.0);
         assert_eq!(on(&tracing, "a_0", None), None);
@@ -236,8 +262,8 @@ mod tests {
     #[test]
     fn a_vehicle_on_a_signal_s_lane_belongs_to_it_whatever_its_route() {
         let (_, tracing) = traced(0.0);
-        assert_eq!(tracing.attribute(1, Some((0, 1))), Some((1, Some(1))));
-        assert_eq!(tracing.attribute(1, Some((1, 0))), Some((1, None)));
+        assert_eq!(tracing.attribute(1, Some((0, 1, 0))), Some((1, Some(1))));
+        assert_eq!(tracing.attribute(1, Some((1, 0, 0))), Some((1, None)));
         assert_eq!(tracing.attribute(1, None), Some((1, None)));
     }
 
