@@ -159,6 +159,24 @@ impl<'a> Table<'a> {
         })
     }
 
+    /// Returns a field's number of what is many, such as vehicles per day.
+    ///
+    /// # Errors
+    ///
+    /// [`OsmError`] when the field is empty, no finite number, or may be two.
+    pub(super) fn count(&self, row: &Row, at: usize) -> Result<f64, OsmError> {
+        // What is no number or empty is told as of any other column.
+        let number = self.number(row, at)?;
+        row.count(at).map(|count| count.unwrap_or(number)).map_err(|both| {
+            let reason = format!(
+                "column {}: {:?} has two meanings: {both}",
+                brief(&self.sheet.headers()[at]),
+                brief(row.text(at))
+            );
+            self.error(row.line, reason)
+        })
+    }
+
     /// Returns a field's number.
     ///
     /// # Errors

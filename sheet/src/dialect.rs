@@ -108,6 +108,34 @@ pub(super) fn decimals(text: &str, separator: u8) -> Decimals {
     }
 }
 
+/// Returns per column whether one of its numbers [`has_decimals`]; nothing for a table without any number
+/// that may have a separator between thousands, of which nobody asks.
+pub(super) fn with_decimals(text: &str, separator: u8) -> Vec<bool> {
+    let digit = |at: Option<usize>| {
+        at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit)
+    };
+    let before_three = |at: usize| (1..=GROUP).all(|i| digit(Some(at + i)));
+    let may_separate =
+        |at: usize| digit(at.checked_sub(1)) && before_three(at) && !digit(Some(at + GROUP + 1));
+    if !text.match_indices(['.', ',']).any(|(at, _)| may_separate(at)) {
+        return Vec::new();
+    }
+    let mut columns = Vec::new();
+    for row in reader(separator, text.as_bytes()).records().filter_map(Result::ok) {
+        columns.resize(columns.len().max(row.len()), false);
+        for (shown, field) in columns.iter_mut().zip(&row) {
+            *shown |= has_decimals(field);
+        }
+    }
+    columns
+}
+
+/// Returns whether a text is a number with a separator that can only stand before decimals: `0.125`, not
+/// `12.300`.
+pub fn has_decimals(field: &str) -> bool {
+    matches!(kind(field), Kind::Point | Kind::Comma)
+}
+
 enum Kind {
     Text,
     Whole,
@@ -158,4 +186,30 @@ pub(super) fn number(text: &str, decimals: Decimals) -> Result<f64, &'static str
         (_, _, Decimals::Mixed) => Err(MIXED),
         _ => Err(POINT),
     }
+}
+
+/// Returns the number of what is many, such as vehicles: a separator before three digits may be one of
+/// thousands there, unless other numbers of the column `have_decimals`.
+///
+/// # Errors
+///
+/// The way out, for what is no finite number or may be two.
+pub(super) fn count(text: &str, decimals: Decimals, have_decimals: bool) -> Result<f64, String> {
+    let number = number(text, decimals)?;
+    let Some(at) = text.find([',', '.']) else { return Ok(number) };
+    if have_decimals || !matches!(kind(text), Kind::Grouped) {
+        return Ok(number);
+    }
+    let (separator, name) = match &text[at..=at] {
+        "," => (",", "comma"),
+        other => (other, "point"),
+    };
+    let whole = text.replace(separator, "");
+    let zeros = text.trim_end_matches('0').trim_end_matches(separator);
+    // With all three digits it would have two meanings again.
+    let fraction = if zeros.len() == text.len() { format!("{text}0") } else { zeros.to_owned() };
+    Err(format!(
+        "{whole} if the {name} separates thousands, {number} if it separates decimals; write {whole} \
+         or {fraction}"
+    ))
 }

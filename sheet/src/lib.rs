@@ -25,10 +25,12 @@ pub mod file;
 
 use std::borrow::Cow;
 use std::io::Cursor;
+use std::sync::Arc;
 
 use csv::StringRecord;
 
 use dialect::Decimals;
+pub use dialect::has_decimals;
 pub use encoding::decode;
 use encoding::lines;
 pub use fault::Fault;
@@ -47,6 +49,7 @@ pub struct Row {
     pub line: u64,
     fields: StringRecord,
     decimals: Decimals,
+    with_decimals: Arc<[bool]>,
 }
 
 impl Row {
@@ -66,6 +69,34 @@ impl Row {
             text => dialect::number(text, self.decimals).map(Some),
         }
     }
+
+    /// Returns a field's number of what is many, such as vehicles per day; `None` if the field is empty.
+    /// `12.300` may be 12300 there, unless another number of the column has decimals.
+    ///
+    /// # Errors
+    ///
+    /// The way out when it is no finite number, and both numbers when it may be two.
+    pub fn count(&self, column: usize) -> Result<Option<f64>, String> {
+        let have_decimals = self.with_decimals.get(column) == Some(&true);
+        match self.text(column) {
+            "" => Ok(None),
+            text => dialect::count(text, self.decimals, have_decimals).map(Some),
+        }
+    }
+}
+
+/// Returns the number of what is many, such as vehicles per day, from a text beside others that are no
+/// table, as [`Row::count`] returns that of a field.
+///
+/// # Arguments
+///
+/// * `have_decimals`: whether one of the others [`has_decimals`].
+///
+/// # Errors
+///
+/// The way out when it is no finite number, and both numbers when it may be two.
+pub fn count(text: &str, have_decimals: bool) -> Result<f64, String> {
+    dialect::count(text, Decimals::Point, have_decimals)
 }
 
 /// A table that is being read.
@@ -73,6 +104,8 @@ pub struct Sheet<'a> {
     headers: StringRecord,
     reader: csv::Reader<Cursor<Cow<'a, [u8]>>>,
     decimals: Decimals,
+    /// Per column whether a number shows that it has decimals.
+    with_decimals: Arc<[bool]>,
     separator: u8,
     /// Line of the names of the columns.
     header_line: u64,
@@ -115,14 +148,23 @@ impl<'a> Sheet<'a> {
             None => dialect::separator(&text)?,
         };
         let decimals = dialect::decimals(&text, separator);
+        let with_decimals = dialect::with_decimals(&text, separator).into();
         let bytes = match text {
             Cow::Borrowed(text) => Cow::Borrowed(text.as_bytes()),
             Cow::Owned(text) => Cow::Owned(text.into_bytes()),
         };
         let mut reader = dialect::reader(separator, Cursor::new(bytes));
         let headers = reader.headers().map_err(|e| Fault::new(1, e.to_string()))?.clone();
-        let mut sheet =
-            Self { headers, reader, decimals, separator, header_line: 1, end: 0, counted: (0, 0) };
+        let mut sheet = Self {
+            headers,
+            reader,
+            decimals,
+            with_decimals,
+            separator,
+            header_line: 1,
+            end: 0,
+            counted: (0, 0),
+        };
         sheet.header_line = sheet.next_line()?;
         Ok(sheet)
     }
@@ -168,7 +210,8 @@ impl<'a> Sheet<'a> {
                 let message = format!("{found} fields, but {expected} columns; {way_out}");
                 return Err(Fault { line, message });
             }
-            return Ok(Some(Row { line, fields, decimals: self.decimals }));
+            let with_decimals = Arc::clone(&self.with_decimals);
+            return Ok(Some(Row { line, fields, decimals: self.decimals, with_decimals }));
         }
     }
 

@@ -121,6 +121,48 @@ fn a_number_with_two_meanings_is_refused() {
     assert_eq!(refused("id,x\na,inf\n"), "write a number such as 40.78");
 }
 
+/// The numbers of what is many in the columns after the first.
+fn counts_of(text: &str) -> Vec<Result<Option<f64>, String>> {
+    let mut sheet = Sheet::of(text).unwrap();
+    let columns = sheet.headers().len();
+    let mut counts = Vec::new();
+    while let Some(row) = sheet.next_row().unwrap() {
+        counts.extend((1..columns).map(|c| row.count(c)));
+    }
+    counts
+}
+
+#[test]
+fn a_count_with_a_point_before_three_digits_is_refused_with_both_meanings() {
+    let refused = |text: &str| counts_of(text).into_iter().find_map(Result::err).unwrap();
+    let both = "12300 if the point separates thousands, 12.3 if it separates decimals; write 12300 or 12.3";
+    assert_eq!(refused("id,x\na,12.300\nb,8150\n"), both);
+    assert_eq!(refused("id;lat;x\na;48.7809;12.300\nb;48.78;8.150\n"), both);
+    assert!(refused("id,x\na,1.234\n").ends_with("; write 1234 or 1.2340"));
+    assert!(refused("id,x\na,1.000\n").ends_with("; write 1000 or 1"));
+    assert_eq!(
+        refused("id;lat;x\na;48,7809;12,300\n"),
+        "12300 if the comma separates thousands, 12.3 if it separates decimals; write 12300 or 12,3"
+    );
+}
+
+#[test]
+fn decimals_of_counts_are_read_where_the_column_shows_that_it_has_some() {
+    let read = |text: &str| counts_of(text).into_iter().map(|n| n.unwrap().unwrap()).collect();
+    let counts: Vec<f64> = read("id,x\na,312.457\nb,12345.678\n");
+    assert_eq!(counts, [312.457, 12_345.678]);
+    let counts: Vec<f64> = read("id,x\na,0.125\nb,12.5\nc,8150\nd,1.250\n");
+    assert_eq!(counts, [0.125, 12.5, 8150.0, 1.25]);
+    let counts: Vec<f64> = read("id;x;y\na;312,457;1\nb;12345,6;2\n");
+    assert_eq!(counts, [312.457, 1.0, 12_345.6, 2.0]);
+    // Lengths and coordinates are no counts.
+    let lengths = numbers("id,length_m,lon\na,45.250,-111.900\n");
+    assert_eq!(lengths, [Ok(Some(45.25)), Ok(Some(-111.9))]);
+    assert_eq!(count("12.300", ["8150", "7.25"].into_iter().any(has_decimals)), Ok(12.3));
+    assert!(count("12.300", ["8150", "8.150"].into_iter().any(has_decimals)).is_err());
+    assert!(count("12,300", false).is_err_and(|e| e.contains("thousands separators")));
+}
+
 #[test]
 fn lines_are_those_of_the_file() {
     assert_eq!(lines_of("id,n\n\n1,\"a\nb\"\n , \r\n\r\n2,x\n"), [3, 7]);

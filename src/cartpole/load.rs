@@ -53,7 +53,8 @@ pub fn load(scenario: &str, overrides: &[Override]) -> Result<CartPoleProblem, F
     let path = beside.unwrap_or(Path::new("")).join(&table);
     let text = read_text(&path).map_err(|e| unreadable(e, &file, "family.points", &table))?;
     let file = path.display().to_string();
-    let kind = Kind { needed: &[], counts: "instances", units: &FEATURES, check: &|_| Ok(()) };
+    let kind =
+        Kind { needed: &[], counts: "instances", large: &[], units: &FEATURES, check: &|_| Ok(()) };
     let family = points::read(&scenario.name, &text, &file, &kind)?;
     problem(scenario, Some(family), file)
 }

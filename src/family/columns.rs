@@ -97,6 +97,25 @@ impl Columns {
         self.optional(row, name)?.ok_or_else(|| format!("{name} is empty; give a number"))
     }
 
+    /// Returns a field's number of what is many, such as vehicles; `None` if it is empty.
+    ///
+    /// # Errors
+    ///
+    /// What is there instead, or both numbers that it may be: `1.500`.
+    pub fn optional_count(&self, row: &Row, name: &str) -> Result<Option<f64>, String> {
+        let at = self.at(name);
+        row.count(at).map_err(|way_out| format!("{name} = {:?}: {way_out}", row.text(at)))
+    }
+
+    /// Returns a field's number of what is many, such as vehicles.
+    ///
+    /// # Errors
+    ///
+    /// What is there instead, or both numbers that it may be: `1.500`.
+    pub fn count(&self, row: &Row, name: &str) -> Result<f64, String> {
+        self.optional_count(row, name)?.ok_or_else(|| format!("{name} is empty; give a number"))
+    }
+
     /// Returns a field's whole number.
     ///
     /// # Errors

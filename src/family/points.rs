@@ -21,6 +21,8 @@ pub struct Kind<'a> {
     pub needed: &'a [&'a str],
     /// Column of counts: how many real instances a point MDP stands for.
     pub counts: &'a str,
+    /// Columns of numbers that are large, in which `1.500` may be 1500 as well.
+    pub large: &'a [&'a str],
     /// Ends of the names of features, and their units.
     pub units: &'a [(&'a str, &'a str)],
     /// Checks the numbers of a row, which it asks for by name.
@@ -103,7 +105,11 @@ fn point(
     earlier: usize,
     kind: &Kind<'_>,
 ) -> Result<PointMdp, String> {
-    let number = |name: &str| match columns.number(row, name)? {
+    let read = |name: &str| match kind.large.contains(&name) {
+        true => columns.count(row, name),
+        false => columns.number(row, name),
+    };
+    let number = |name: &str| match read(name)? {
         number if (0.0..=LARGEST).contains(&number) => Ok(number),
         number if number < 0.0 => {
             Err(format!("{name} = {number}: expected a number that is not negative"))
@@ -115,14 +121,17 @@ fn point(
         None => format!("p{:04}", earlier + 1),
     };
     let instances = match columns.get(kind.counts) {
-        Some(_) => columns.whole(row, kind.counts)?,
+        Some(_) => {
+            let whole = columns.whole(row, kind.counts)?;
+            columns.count(row, kind.counts).map(|_| whole)?
+        }
         None => 1,
     };
     let importance = match columns.get("importance") {
         Some(_) => number("importance")?,
         None => f64::from(instances),
     };
-    (kind.check)(&|name| columns.number(row, name))?;
+    (kind.check)(&read)?;
     let features = features.iter().map(|name| number(name)).collect::<Result<Vec<_>, _>>()?;
     Ok(PointMdp { id: safe_id(&title), title, features, importance, instances })
 }

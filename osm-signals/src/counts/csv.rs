@@ -5,7 +5,7 @@ use std::path::Path;
 use geojson::JsonValue;
 
 use super::counted::{Counted, Found, Shape};
-use super::field::{choose, count};
+use super::field::{NoCount, choose, count, is_separated};
 use crate::error::{OsmError, brief};
 use crate::oddities::Oddities;
 use crate::table::{Column, Table};
@@ -39,15 +39,14 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
         let id = id.map(|column| row.text(column)).filter(|id| !id.is_empty());
         let id = id.map_or_else(|| line.clone(), str::to_owned);
         let text = row.text(aadt);
-        let separated = text.contains([',', '.'])
-            && text.chars().all(|c| c.is_ascii_digit() || "+-.,".contains(c));
-        let found = match separated {
+        let found = match is_separated(text) {
             // Of a number with a separator the table knows what it means.
-            true => JsonValue::from(table.number(&row, aadt)?),
+            true => JsonValue::from(table.count(&row, aadt)?),
             false => JsonValue::from(text),
         };
-        match count(Some(&found)) {
-            Err(reason) => {
+        match count(Some(&found), false) {
+            Err(NoCount::Refused(reason)) => return Err(table.error(row.line, reason)),
+            Err(NoCount::Skipped(reason)) => {
                 oddities.add(reason, || {
                     if id == line { id } else { format!("{line}, id {}", brief(&id)) }
                 });

@@ -72,26 +72,49 @@ pub(super) fn choose(names: &[Name<'_>], given: Option<&str>) -> Result<String, 
     }
 }
 
+/// Why a value is no count.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum NoCount {
+    /// It counts nothing; a reason of [`Oddities`](crate::oddities::Oddities).
+    Skipped(&'static str),
+    /// It may be two numbers or has thousands separators; the way out.
+    Refused(String),
+}
+
 /// Returns a count of vehicles per day.
+///
+/// # Arguments
+///
+/// * `have_decimals`: whether texts beside it show that they have decimals.
 ///
 /// # Errors
 ///
-/// Why it is none; a reason of [`Oddities`](crate::oddities::Oddities).
-pub(super) fn count(value: Option<&JsonValue>) -> Result<f64, &'static str> {
+/// Why it is none.
+pub(super) fn count(value: Option<&JsonValue>, have_decimals: bool) -> Result<f64, NoCount> {
     let number = match value {
-        None | Some(JsonValue::Null) => return Err("missing count"),
+        None | Some(JsonValue::Null) => return Err(NoCount::Skipped("missing count")),
         Some(JsonValue::Number(number)) => number.as_f64(),
-        Some(JsonValue::String(text)) if text.trim().is_empty() => return Err("missing count"),
-        Some(JsonValue::String(text)) => text.trim().parse().ok(),
+        Some(JsonValue::String(text)) => match text.trim() {
+            "" => return Err(NoCount::Skipped("missing count")),
+            text if is_separated(text) => {
+                Some(sheet::count(text, have_decimals).map_err(NoCount::Refused)?)
+            }
+            text => text.parse().ok(),
+        },
         Some(_) => None,
     };
     match number.filter(|n: &f64| n.is_finite()) {
-        None => Err("count that is no number"),
-        Some(number) if number < 0.0 => Err("negative count"),
+        None => Err(NoCount::Skipped("count that is no number")),
+        Some(number) if number < 0.0 => Err(NoCount::Skipped("negative count")),
         // Some agencies write 0 where nothing was counted, and no street has no traffic at all.
-        Some(0.0) => Err("count of 0"),
+        Some(0.0) => Err(NoCount::Skipped("count of 0")),
         Some(number) => Ok(number),
     }
+}
+
+/// Returns whether a text is a number with a comma or a point.
+pub(super) fn is_separated(text: &str) -> bool {
+    text.contains([',', '.']) && text.chars().all(|c| c.is_ascii_digit() || "+-.,".contains(c))
 }
 
 /// Returns the year in a name, of several the last one.
@@ -172,7 +195,9 @@ mod tests {
 
     #[test]
     fn a_count_is_a_positive_number_also_as_text() {
+        let count = |value: Option<&JsonValue>| count(value, false);
         assert_eq!(count(Some(&json!(1200))), Ok(1200.0));
+        assert_eq!(count(Some(&json!(12.345))), Ok(12.345));
         assert_eq!(count(Some(&json!(" 1200.5 "))), Ok(1200.5));
         for (value, reason) in [
             (json!(null), "missing count"),
@@ -183,8 +208,8 @@ mod tests {
             (json!("many"), "count that is no number"),
             (json!([1]), "count that is no number"),
         ] {
-            assert_eq!(count(Some(&value)), Err(reason), "{value}");
+            assert_eq!(count(Some(&value)), Err(NoCount::Skipped(reason)), "{value}");
         }
-        assert_eq!(count(None), Err("missing count"));
+        assert_eq!(count(None), Err(NoCount::Skipped("missing count")));
     }
 }

@@ -7,7 +7,7 @@ use geojson::feature::Id;
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonValue, LineStringType};
 
 use super::counted::{Counted, Found, Shape};
-use super::field::{Name, choose, count};
+use super::field::{Name, NoCount, choose, count};
 use crate::error::{OsmError, brief};
 use crate::extract::Place;
 use crate::features::{self, check_crs, malformed};
@@ -41,13 +41,21 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
     if more == Some(&JsonValue::Bool(true)) {
         oddities.add("file that is one page of several", || format!("{MORE} is true"));
     }
+    let values = collection.features.iter().filter_map(|f| f.property(&field)?.as_str());
+    let have_decimals = values.map(str::trim).any(sheet::has_decimals);
     let mut counted = Vec::new();
     for (i, feature) in collection.features.iter().enumerate() {
         let place = format!("feature {}", i + 1);
         let id = id(feature).unwrap_or_else(|| place.clone());
         let lines = lines(feature).map_err(|reason| malformed(path, &*place, reason))?;
-        let skipped = match (lines, count(feature.property(&field))) {
-            (Err(reason), _) | (Ok(_), Err(reason)) => reason,
+        let value = feature.property(&field);
+        let skipped = match (lines, count(value, have_decimals)) {
+            (Err(reason), _) | (Ok(_), Err(NoCount::Skipped(reason))) => reason,
+            (Ok(_), Err(NoCount::Refused(way_out))) => {
+                let text = value.map_or_else(String::new, |value| brief(&value.to_string()));
+                let reason = format!("{} = {text}: {way_out}", brief(&field));
+                return Err(malformed(path, &*place, reason));
+            }
             (Ok(lines), Ok(aadt_veh_per_day)) => {
                 counted.push(Counted { id, aadt_veh_per_day, shape: Shape::Lines(lines) });
                 continue;
@@ -59,12 +67,13 @@ pub(super) fn read(bytes: &[u8], path: &Path, field: Option<&str>) -> Result<Fou
     Ok(Found { counted, field, oddities })
 }
 
-/// Returns the names of all properties, with a value if no feature has a usable count of that name.
+/// Returns the names of all properties, with a value if no feature has a count of that name: one that is
+/// refused for how it is written is one.
 fn names(features: &[Feature]) -> Vec<Name<'_>> {
     let mut names: BTreeMap<&str, Option<&JsonValue>> = BTreeMap::new();
     for (name, value) in features.iter().flat_map(|f| f.properties.iter().flatten()) {
         let unusable = names.entry(name).or_insert(Some(value));
-        if count(Some(value)).is_ok() {
+        if !matches!(count(Some(value), false), Err(NoCount::Skipped(_))) {
             *unusable = None;
         }
     }

@@ -91,6 +91,30 @@ fn an_unusable_file_is_refused_with_the_way_out() {
 }
 
 #[test]
+fn a_count_that_may_have_thousands_separators_is_refused_with_both_meanings() {
+    let both = "12300 if the point separates thousands, 12.3 if it separates decimals; write 12300 or 12.3";
+    assert_eq!(
+        read("id,lat,lon,AADT\nN,40.703,-111.9,12.300\nE,40.7,-111.8,8150\n").unwrap_err(),
+        format!("c, line 2: column AADT: \"12.300\" has two meanings: {both}")
+    );
+    let texts = |texts: [&str; 2]| {
+        read(&collection(&texts.map(|n| feature(json!({ "AADT": n }), line()))).to_string())
+    };
+    assert_eq!(
+        texts(["8150", "12.300"]).unwrap_err(),
+        format!("c, feature 2: AADT = \"12.300\": {both}")
+    );
+    assert_eq!(
+        texts(["12,300", "8,150"]).unwrap_err(),
+        "c, feature 1: AADT = \"12,300\": write numbers with a point and without thousands separators"
+    );
+    // Unrounded counts show what their points are.
+    let unrounded = "lat,lon,AADT\n40.703,-111.9,9312.457\n40.75,-111.9,312.457\n";
+    assert_eq!(read(unrounded).unwrap().len(), 2);
+    assert_eq!(texts(["312.457", "1312.45"]).unwrap().len(), 2);
+}
+
+#[test]
 fn a_property_without_any_usable_value_is_named_with_an_example() {
     for value in [json!(null), json!(-1), json!("n/a")] {
         let features = [feature(json!({ "ROUTE": "x", "AADT": value }), line())];

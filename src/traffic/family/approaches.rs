@@ -102,7 +102,7 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, Strin
         right_turn_lanes: columns.whole(row, "right_turn_lanes")?,
         speed_mph: number("speed_mph")?,
         length_m: number("length_m")?,
-        aadt_veh_per_day_per_lane: columns.optional(row, "aadt_veh_per_day_per_lane")?,
+        aadt_veh_per_day_per_lane: columns.optional_count(row, "aadt_veh_per_day_per_lane")?,
         movements: text("movements"),
     })
 }
@@ -196,6 +196,17 @@ mod tests {
             "a.csv, line 1: aadt_veh_per_day_per_lane is empty on every approach that leads to a \
              signal; give at least one count"
         );
+    }
+
+    #[test]
+    fn a_count_with_two_meanings_is_refused_and_decimals_of_others_are_read() {
+        assert_eq!(
+            error("7,A,40.125,-111.250,0,2,1,1,0,30,45.250,4.250,lsr\n"),
+            "a.csv, line 2: aadt_veh_per_day_per_lane = \"4.250\": 4250 if the point separates \
+             thousands, 4.25 if it separates decimals; write 4250 or 4.25"
+        );
+        let text = format!("{HEADER}7,A,40.125,-111.250,0,2,1,1,0,30,45.250,4250,lsr\n");
+        assert_eq!(read(&text, "a.csv").unwrap()[0].arms[0].length_m, 45.25);
     }
 
     #[test]

@@ -33,7 +33,13 @@ const RANGES: [(f64, f64); 6] =
 /// importance that does not sum to 1.
 pub fn read(name: &str, text: &str, file: &str) -> Result<MdpFamily, FamilyError> {
     let needed = SixFeatures::COLUMNS.map(|(name, _)| name);
-    let kind = Kind { needed: &needed, counts: "intersections", units: &UNITS, check: &check };
+    let kind = Kind {
+        needed: &needed,
+        counts: "intersections",
+        large: &["inflow_vph"],
+        units: &UNITS,
+        check: &check,
+    };
     points::read(name, text, file, &kind)
 }
 
@@ -153,6 +159,20 @@ mod tests {
     #[test]
     fn a_doubled_point_is_refused() {
         assert!(error("point,importance", &["a,0.5", "a,0.5"]).contains("point a stands twice"));
+    }
+
+    #[test]
+    fn an_inflow_that_may_have_a_thousands_separator_is_refused_with_both_meanings() {
+        assert_eq!(
+            six("4,30,300,1.500,0,0").unwrap_err(),
+            "p.csv, line 2: inflow_vph = \"1.500\": 1500 if the point separates thousands, 1.5 if it \
+             separates decimals; write 1500 or 1.5"
+        );
+        assert!(error("intersections", &["1.000", "3"]).contains("; write 1000 or 1"));
+        // Lengths have decimals, and importance below 1 shows that it does.
+        let read = six("4,30.125,45.250,500,0,0").unwrap();
+        assert_eq!(read.points[0].features[..3], [4.0, 30.125, 45.25]);
+        family("importance", &["0.125", "0.875"]).unwrap();
     }
 
     #[test]
