@@ -28,7 +28,8 @@ const CLEARLY_M: f64 = 20.0;
 /// the ground.
 type Chord<T> = GeomWithData<[f64; 3], T>;
 
-fn chord(place: Place) -> [f64; 3] {
+/// Returns where a place is on the sphere, metres from the centre of the earth.
+pub(super) fn chord(place: Place) -> [f64; 3] {
     let (latitude, longitude) = (place.latitude().to_radians(), place.longitude().to_radians());
     let east = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin()];
     [east[0], east[1], latitude.sin()].map(|c| c * EARTH_RADIUS_M)

@@ -8,7 +8,10 @@
 //! it (which happened in the embedded family: 200,403 vehicles per day on one lane) or of the
 //! street that it meets; so a line has to have the street's direction, has to stay near it, and
 //! its count has to be possible on the street's lanes.
+//!
+//! Of different counts of one place none is taken: they are left out and named.
 
+mod conflicts;
 mod counted;
 mod csv;
 mod field;
@@ -77,8 +80,9 @@ impl Counts {
             path.extension().is_some_and(|e| JSON.iter().any(|j| e.eq_ignore_ascii_case(j)));
         let json = text.starts_with(['{', '[', '<']) || (text.is_empty() && ending);
         let field = settings.field.as_deref();
-        let Found { counted, field, oddities } =
+        let Found { counted, field, mut oddities } =
             if json { geojson::read(bytes, path, field)? } else { csv::read(bytes, path, field)? };
+        let counted = conflicts::settled(counted, settings.match_deg, &mut oddities);
         let nothing = || {
             let skipped: Vec<_> = oddities
                 .iter()

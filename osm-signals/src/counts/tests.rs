@@ -111,7 +111,7 @@ fn a_count_that_may_have_thousands_separators_is_refused_with_both_meanings() {
     // Unrounded counts show what their points are.
     let unrounded = "lat,lon,AADT\n40.703,-111.9,9312.457\n40.75,-111.9,312.457\n";
     assert_eq!(read(unrounded).unwrap().len(), 2);
-    assert_eq!(texts(["312.457", "1312.45"]).unwrap().len(), 2);
+    assert!(texts(["312.457", "1312.45"]).unwrap_err().contains("feature 1 (312.457)"));
 }
 
 #[test]
@@ -146,6 +146,23 @@ fn counts_above_what_lanes_carry_are_known_each_once() {
     assert_eq!((counts.along(&street(), 2), counts.over_cap()), (None, 2));
     assert_eq!((counts.along(&street(), 1), counts.over_cap()), (None, 2));
     assert!(counts.along(&street(), 4).is_some());
+}
+
+#[test]
+fn of_different_counts_at_one_place_none_is_taken() {
+    let text = "id,lat,lon,AADT,direction\nN1,40.703,-111.9,12300,NB\nN2,40.703,-111.9,11300,SB\n";
+    assert_eq!(
+        read(text).unwrap_err(),
+        "c: no usable count in AADT; skipped: different counts at one place, all left out; give one per \
+         place, of both directions together (2 times, first N1 (12300) and N2 (11300)); give lines or \
+         stations with a number of vehicles per day"
+    );
+    let counts = read(&format!("{text}E,40.75,-111.9,500,EB\n")).unwrap();
+    assert_eq!((counts.len(), counts.along(&street(), 2)), (1, None));
+    let years = [9000, 15000].map(|n| feature(json!({ "AADT": n }), line()));
+    assert!(read(&collection(&years).to_string()).unwrap_err().contains("feature 1 (9000) and"));
+    let same = [9000, 9000].map(|n| feature(json!({ "AADT": n }), line()));
+    assert_eq!(read(&collection(&same).to_string()).unwrap().len(), 1);
 }
 
 #[test]

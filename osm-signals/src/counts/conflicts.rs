@@ -1,0 +1,212 @@
+//! Counts of one place: equal ones are one, and of different ones nobody can tell which is meant.
+//!
+//! Portals give a row per direction, per year or per hour, all at one place. Any choice among them is wrong for
+//! one of these: the larger of two directions is half of the street, their sum twice the traffic of two
+//! years. So all of them are left out and named.
+
+use std::collections::BTreeSet;
+use std::collections::hash_map::{Entry, HashMap};
+
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
+
+use super::counted::{Counted, Shape};
+use crate::error::brief;
+use crate::extract::Place;
+use crate::geometry::{along, axis_difference_deg, distance_m, length_m};
+use crate::listing::chord;
+use crate::oddities::Oddities;
+
+/// Farthest that two counts of one place may be apart, metres: the sides of a street of two lanes.
+const ONE_PLACE_M: f64 = 10.0;
+
+/// Most conflicts that are named.
+const NAMED: usize = 5;
+
+/// What is said of counts that are left out.
+const REASON: &str =
+    "different counts at one place, all left out; give one per place, of both directions together";
+
+/// Where something was counted: start, middle and end of a line, three times the place of a station.
+type Trace = [Place; 3];
+
+/// Returns the counts of which there is one value at their place; the others are counted in `oddities`.
+///
+/// # Arguments
+///
+/// * `match_deg`: largest angle between the bearings of stations on one street, degrees.
+pub(super) fn settled(
+    counted: Vec<Counted>,
+    match_deg: f64,
+    oddities: &mut Oddities,
+) -> Vec<Counted> {
+    let (mut counted, traces) = distinct(counted);
+    let middles = traces.iter().enumerate();
+    let tree = RTree::bulk_load(
+        middles.map(|(i, trace)| GeomWithData::new(chord(trace[1]), i)).collect::<Vec<_>>(),
+    );
+    let conflict = |i: usize| {
+        let near = tree.locate_within_distance(chord(traces[i][1]), ONE_PLACE_M * ONE_PLACE_M);
+        near.map(|near| near.data).find(|j| {
+            counted[i].aadt_veh_per_day != counted[*j].aadt_veh_per_day
+                && one_street(&counted[i].shape, &counted[*j].shape, match_deg)
+                && one_place(&traces[i], &traces[*j])
+        })
+    };
+    let conflicts: Vec<(usize, usize)> =
+        (0..counted.len()).filter_map(|i| conflict(i).map(|j| (i, j))).collect();
+    for _ in &conflicts {
+        oddities.add(REASON, || named(&counted, &conflicts));
+    }
+    let left_out: BTreeSet<usize> = conflicts.into_iter().map(|(i, _)| i).collect();
+    let mut i = 0..;
+    counted.retain(|_| i.next().is_some_and(|i| !left_out.contains(&i)));
+    counted
+}
+
+/// Returns counts without those that are the same as another, and where each was counted.
+fn distinct(counted: Vec<Counted>) -> (Vec<Counted>, Vec<Trace>) {
+    let mut first: HashMap<_, usize> = HashMap::new();
+    let (mut kept, mut traces) = (Vec::<Counted>::with_capacity(counted.len()), Vec::new());
+    for count in counted {
+        let trace = trace(&count.shape);
+        let bearing = match &count.shape {
+            Shape::Station(_, bearing) => Some(bearing.map(f64::to_bits)),
+            Shape::Lines(_) => None,
+        };
+        let places = trace.map(|p| (p.latitude_e7, p.longitude_e7));
+        match first.entry((places, bearing, count.aadt_veh_per_day.to_bits())) {
+            Entry::Occupied(same) => {
+                // Whatever the order of the file.
+                let id = &mut kept[*same.get()].id;
+                *id = count.id.min(std::mem::take(id));
+            }
+            Entry::Vacant(new) => {
+                new.insert(kept.len());
+                kept.push(count);
+                traces.push(trace);
+            }
+        }
+    }
+    (kept, traces)
+}
+
+fn trace(shape: &Shape) -> Trace {
+    match shape {
+        Shape::Station(place, _) => [*place; 3],
+        Shape::Lines(lines) => {
+            let places = lines.concat();
+            let (start, end) = (places[0], places[places.len() - 1]);
+            let middle = along(&places, length_m(&places) / 2.0);
+            let middle = middle.and_then(|(lat, lon)| Place::from_degrees(lat, lon));
+            [start, middle.unwrap_or(start), end]
+        }
+    }
+}
+
+/// Returns whether two counts may be of one street: a line and a station say different things, and
+/// stations with bearings say which street they are of.
+fn one_street(a: &Shape, b: &Shape, match_deg: f64) -> bool {
+    match (a, b) {
+        (Shape::Lines(_), Shape::Lines(_)) => true,
+        (Shape::Station(_, Some(a)), Shape::Station(_, Some(b))) => {
+            axis_difference_deg(*a, *b) <= match_deg
+        }
+        (Shape::Station(..), Shape::Station(..)) => true,
+        _ => false,
+    }
+}
+
+fn one_place(a: &Trace, b: &Trace) -> bool {
+    let near = |b: &[Place; 3]| a.iter().zip(b).all(|(a, b)| distance_m(*a, *b) <= ONE_PLACE_M);
+    near(b) || near(&[b[2], b[1], b[0]])
+}
+
+/// Returns the counts that differ, each pair once, with their values.
+fn named(counted: &[Counted], conflicts: &[(usize, usize)]) -> String {
+    let pairs: BTreeSet<_> = conflicts.iter().map(|(i, j)| (*i.min(j), *i.max(j))).collect();
+    let name = |i: usize| format!("{} ({})", brief(&counted[i].id), counted[i].aadt_veh_per_day);
+    let named = pairs.iter().take(NAMED).map(|(i, j)| format!("{} and {}", name(*i), name(*j)));
+    let more = if pairs.len() > NAMED { "; ..." } else { "" };
+    format!("{}{more}", named.collect::<Vec<_>>().join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at((latitude, longitude): (f64, f64)) -> Place {
+        Place::from_degrees(latitude, longitude).unwrap()
+    }
+
+    fn station(id: &str, aadt_veh_per_day: f64, place: (f64, f64), axis: Option<f64>) -> Counted {
+        Counted { id: id.into(), aadt_veh_per_day, shape: Shape::Station(at(place), axis) }
+    }
+
+    fn line(id: &str, aadt_veh_per_day: f64, places: &[(f64, f64)]) -> Counted {
+        let shape = Shape::Lines(vec![places.iter().copied().map(at).collect()]);
+        Counted { id: id.into(), aadt_veh_per_day, shape }
+    }
+
+    /// The ids of what is left, and what is said of the rest.
+    fn settle(counted: Vec<Counted>) -> (String, Option<String>) {
+        let mut oddities = Oddities::default();
+        let left = settled(counted, 30.0, &mut oddities);
+        let ids = left.into_iter().map(|c| c.id).collect::<Vec<_>>().join(" ");
+        (ids, oddities.iter().next().map(|(_, o)| format!("{}: {}", o.count, o.example)))
+    }
+
+    const HERE: (f64, f64) = (48.7809, 9.18);
+
+    /// 3 m from [`HERE`].
+    const BESIDE: (f64, f64) = (48.7809, 9.180_04);
+
+    #[test]
+    fn different_counts_at_one_place_are_left_out_and_named() {
+        let far = station("far", 5.0, (48.79, 9.18), None);
+        for place in [HERE, BESIDE] {
+            let two = vec![
+                station("N1", 12_300.0, HERE, None),
+                far.clone(),
+                station("N2", 11_300.0, place, None),
+            ];
+            let named = "2: N1 (12300) and N2 (11300)".to_owned();
+            assert_eq!(settle(two), ("far".to_owned(), Some(named)));
+        }
+    }
+
+    #[test]
+    fn equal_counts_at_one_place_are_one() {
+        let two = vec![station("b", 9.0, HERE, None), station("a", 9.0, HERE, None)];
+        assert_eq!(settle(two), ("a".to_owned(), None));
+        let two = vec![station("b", 9.0, HERE, None), station("a", 9.0, BESIDE, None)];
+        assert_eq!(settle(two), ("b a".to_owned(), None));
+    }
+
+    #[test]
+    fn stations_of_two_streets_are_told_by_their_bearings() {
+        let two =
+            |axis| vec![station("a", 9.0, HERE, Some(0.0)), station("b", 8.0, HERE, Some(axis))];
+        assert_eq!(settle(two(90.0)), ("a b".to_owned(), None));
+        assert_eq!(settle(two(182.0)).0, "");
+    }
+
+    #[test]
+    fn lines_of_two_years_are_one_place_whatever_their_direction() {
+        let old = line("old", 9000.0, &[(48.78, 9.18), (48.781, 9.18), (48.782, 9.18)]);
+        let new = [(48.782, 9.180_05), (48.78, 9.18)];
+        let (left, named) = settle(vec![old.clone(), line("new", 15_000.0, &new)]);
+        assert_eq!((&*left, named.as_deref()), ("", Some("2: old (9000) and new (15000)")));
+        let next = line("next", 8000.0, &[(48.782, 9.18), (48.784, 9.18)]);
+        let station = station("s", 7000.0, (48.781, 9.18), None);
+        assert_eq!(settle(vec![old, next, station]), ("old next s".to_owned(), None));
+    }
+
+    #[test]
+    fn of_many_conflicts_some_are_named_and_all_are_counted() {
+        let hours = (0..8760_u32).map(|i| station(&i.to_string(), f64::from(i + 1), HERE, None));
+        let (left, named) = settle(hours.collect());
+        assert_eq!(left, "");
+        assert!(named.is_some_and(|n| n.starts_with("8760: ") && n.ends_with("; ...")));
+    }
+}
