@@ -14,6 +14,7 @@ use super::legs::{Leg, Surroundings, surroundings};
 use super::settings::Settings;
 use super::sites::{Site, Uncontrolled, sites};
 use super::streets::Streets;
+use super::tags::Special;
 use super::turn::{Turns, exits};
 
 /// Most arms of an intersection: what has more is probably several that were joined.
@@ -40,6 +41,16 @@ pub enum Skip {
     Roundabout,
     /// It meters a ramp: only motorways and their ramps meet, and they merge.
     RampMeter,
+    /// It stops traffic for trains.
+    LevelCrossing,
+    /// It stops traffic for vehicles that leave a fire station.
+    Emergency,
+    /// It stops traffic before a bridge that opens.
+    Bridge,
+    /// It lets traffic of either direction onto a single lane.
+    SingleLane,
+    /// It always blinks.
+    Beacon,
     /// Fewer than three arms.
     FewArms,
     /// Fewer than two arms lead to the signal.
@@ -65,6 +76,11 @@ impl Skip {
             Self::Crossing => "pedestrian crossing on one street",
             Self::Roundabout => "roundabout",
             Self::RampMeter => "ramp meter",
+            Self::LevelCrossing => "level crossing",
+            Self::Emergency => "emergency signal",
+            Self::Bridge => "movable bridge",
+            Self::SingleLane => "single-lane section",
+            Self::Beacon => "flashing beacon",
             Self::FewArms => "fewer than three arms",
             Self::FewApproaches => "fewer than two approaches",
             Self::ManyArms => "more than six arms",
@@ -160,6 +176,11 @@ pub fn intersections(graph: &Graph<'_>, settings: &Settings, listed: &[u32]) -> 
             Uncontrolled::NoJunction => Skip::NoJunction,
             Uncontrolled::Border => Skip::Border,
             Uncontrolled::EndOfStreet => Skip::EndOfStreet,
+            Uncontrolled::Special(Special::LevelCrossing) => Skip::LevelCrossing,
+            Uncontrolled::Special(Special::Emergency) => Skip::Emergency,
+            Uncontrolled::Special(Special::Bridge) => Skip::Bridge,
+            Uncontrolled::Special(Special::SingleLane) => Skip::SingleLane,
+            Uncontrolled::Special(Special::Beacon) => Skip::Beacon,
         };
         Skipped { signals: vec![signal.id], place: signal.place, reason }
     }));

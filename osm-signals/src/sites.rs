@@ -1,7 +1,7 @@
 //! Which junctions a signal controls, and which of them are one intersection.
 //!
 //! A signal stands at a junction, or before one: then it belongs to the first junction that its
-//! traffic reaches. Signalised junctions are one intersection, a *site*, if they are close along a
+//! traffic reaches. A signal for trains, fire engines or ships controls none. Signalised junctions are one intersection, a *site*, if they are close along a
 //! street, or if they are the crossings with the two carriageways of one divided street. Crossings
 //! with the other carriageway belong to the site even if nobody mapped a signal there.
 //!
@@ -17,6 +17,7 @@ use super::geometry::{bearing_deg, distance_m};
 use super::graph::{Graph, Step};
 use super::near::{adjoining, touch};
 use super::settings::IntersectionSettings;
+use super::tags::Special;
 use crate::angle::turn_degrees;
 
 /// Largest deviation of two carriageways from opposite headings, degrees.
@@ -41,6 +42,8 @@ pub enum Uncontrolled {
     Border,
     /// Its street ends at it: probably where the extract was cut out.
     EndOfStreet,
+    /// It is for something else than a junction.
+    Special(Special),
 }
 
 /// Junctions that are one intersection, and its signals.
@@ -120,7 +123,12 @@ fn junction_of(graph: &Graph<'_>, reach_m: f64, signal: &SignalNode) -> Result<u
         });
     }
     let none = HashSet::new();
-    if graph.is_junction(node, &none) {
+    let at_junction = graph.is_junction(node, &none);
+    let on_rails = (signal.tags.on_rails && !at_junction).then_some(Special::LevelCrossing);
+    if let Some(special) = signal.tags.special.or(on_rails) {
+        return Err(Uncontrolled::Special(special));
+    }
+    if at_junction {
         return Ok(node);
     }
     let nearest = |steps: &mut dyn Iterator<Item = &Step>| {

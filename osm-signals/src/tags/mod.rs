@@ -23,6 +23,6 @@ mod value;
 pub use direction::Direction;
 pub use drivable::drivable;
 pub use highway::Highway;
-pub use signal::{SignalTags, is_crossing_signal};
+pub use signal::{SignalTags, Special, is_crossing_signal};
 pub use street::Street;
 pub use value::{Tags, tag};

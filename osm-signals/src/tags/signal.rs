@@ -2,6 +2,36 @@
 
 use super::value::{Tags, tag};
 
+/// What a signal is for that does not control a junction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Special {
+    /// It stops traffic for trains.
+    LevelCrossing,
+    /// It stops traffic for vehicles that leave a fire station.
+    Emergency,
+    /// It stops traffic before a bridge that opens.
+    Bridge,
+    /// It lets traffic of either direction onto a single lane.
+    SingleLane,
+    /// It always blinks.
+    Beacon,
+}
+
+impl Special {
+    /// Returns what a value of `traffic_signals` says; `None` for any that a signal of a junction may have, such
+    /// as `signal`, `blink_mode` or `tram_priority`.
+    fn of(value: &str) -> Option<Self> {
+        Some(match value {
+            "level_crossing" | "rail_crossing" | "railway_crossing" => Self::LevelCrossing,
+            "emergency" | "fire_station" => Self::Emergency,
+            "bridge" | "lift_bridge" | "movable_bridge" | "drawbridge" => Self::Bridge,
+            "one_lane" | "single_lane" | "alternating" => Self::SingleLane,
+            "blinker" => Self::Beacon,
+            _ => return None,
+        })
+    }
+}
+
 /// What the tags of a signal node say beside `highway=traffic_signals`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SignalTags {
@@ -11,6 +41,10 @@ pub struct SignalTags {
     pub crossing: bool,
     /// Whether it meters a ramp.
     pub meter: bool,
+    /// What it is for if that is no junction.
+    pub special: Option<Special>,
+    /// Whether it is at a level crossing and nothing else says what it is for.
+    pub on_rails: bool,
 }
 
 impl SignalTags {
@@ -33,8 +67,16 @@ impl SignalTags {
                 Some("backward") => Some(false),
                 _ => None,
             };
-        let meter = tag(tags, "traffic_signals") == Some("ramp_meter");
-        Some(Self { forward, crossing, meter })
+        let purpose = tag(tags, "traffic_signals");
+        let meter = purpose == Some("ramp_meter");
+        // Of several, one that a junction may have counts.
+        let special = purpose.and_then(|purpose| {
+            let mut all = purpose.split(';').map(|value| Special::of(value.trim()));
+            let first = all.next()?;
+            first.filter(|_| all.all(|other| other.is_some()))
+        });
+        let on_rails = purpose.is_none() && tag(tags, "railway") == Some("level_crossing");
+        Some(Self { forward, crossing, meter, special, on_rails })
     }
 }
 
@@ -60,7 +102,7 @@ mod tests {
         );
         let both =
             SignalTags::parse(&[("crossing", "traffic_signals"), ("highway", "traffic_signals")]);
-        assert_eq!(both, Some(SignalTags { forward: None, crossing: true, meter: false }));
+        assert_eq!(both, Some(SignalTags { crossing: true, ..SignalTags::default() }));
     }
 
     #[test]
@@ -74,6 +116,47 @@ mod tests {
         }
         assert!(!is_crossing_signal(&[("highway", "crossing"), ("crossing", "zebra")]));
         assert!(!is_crossing_signal(&[("highway", "footway"), ("crossing", "traffic_signals")]));
+    }
+
+    #[test]
+    fn a_signal_for_trains_fire_engines_ships_or_one_lane_is_of_no_junction() {
+        let special = |value| {
+            let tags = [("highway", "traffic_signals"), ("traffic_signals", value)];
+            SignalTags::parse(&tags).unwrap().special
+        };
+        for (value, expected) in [
+            ("level_crossing", Special::LevelCrossing),
+            ("emergency", Special::Emergency),
+            ("bridge", Special::Bridge),
+            ("one_lane", Special::SingleLane),
+            ("blinker", Special::Beacon),
+            ("emergency;level_crossing", Special::Emergency),
+        ] {
+            assert_eq!(special(value), Some(expected), "{value}");
+        }
+        for value in [
+            "signal",
+            "traffic_lights",
+            "blink_mode",
+            "tram_priority",
+            "tram",
+            "signal;emergency",
+            "emergency; signal",
+        ] {
+            assert_eq!(special(value), None, "{value}");
+        }
+    }
+
+    #[test]
+    fn a_signal_on_rails_that_says_what_it_is_for_is_not_taken_for_that_of_trains() {
+        let on_rails = |tag| {
+            let tags = [("highway", "traffic_signals"), tag, ("railway", "level_crossing")];
+            SignalTags::parse(&tags).unwrap().on_rails
+        };
+        assert!(on_rails(("crossing:barrier", "full")));
+        assert!(!on_rails(("traffic_signals", "signal")));
+        let tram = [("highway", "traffic_signals"), ("railway", "tram_level_crossing")];
+        assert!(!SignalTags::parse(&tram).unwrap().on_rails);
     }
 
     #[test]
