@@ -117,7 +117,7 @@ impl Streets {
         let one_way = street.direction != Direction::Both;
         let total = tags.total.map(u32::from);
         if one_way {
-            let tagged = total.or(own(forward).map(u32::from)).or(marked(forward));
+            let tagged = tags.one_way(forward).map(u32::from).or(marked(forward));
             return match tagged {
                 Some(lanes) => (lanes, false, Source::Tagged),
                 None => {
@@ -217,6 +217,25 @@ mod tests {
     fn marks_that_contradict_the_number_are_ignored() {
         let tags = [("oneway", "yes"), ("lanes", "2"), ("turn:lanes", "left|through|through")];
         assert_eq!(lanes(&tags, true), (2, 0, 0));
+    }
+
+    #[test]
+    fn a_bus_lane_is_no_lane_and_leaves_the_arrows() {
+        let tags = [
+            ("oneway", "yes"),
+            ("lanes", "4"),
+            ("turn:lanes", "left|through|through;right|"),
+            ("access:lanes", "yes|yes|yes|no"),
+        ];
+        assert_eq!(lanes(&tags, true), (3, 1, 0));
+        let against = [
+            ("oneway", "yes"),
+            ("lanes", "3"),
+            ("lanes:forward", "2"),
+            ("lanes:backward", "1"),
+            ("turn:lanes:forward", "left|through;right"),
+        ];
+        assert_eq!(lanes(&against, true), (2, 1, 0));
     }
 
     #[test]

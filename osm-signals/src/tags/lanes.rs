@@ -1,5 +1,6 @@
 //! Numbers of lanes and the turns that lanes are marked for.
 
+use super::closed::{closed, leave_out_closed};
 use super::direction::Direction;
 use super::value::{Tags, tag};
 use crate::error::brief;
@@ -117,7 +118,18 @@ impl LaneTags {
             });
             (lanes.forward, lanes.backward) = (None, None);
         }
+        leave_out_closed(&mut lanes, tags, direction);
         lanes
+    }
+
+    /// Returns the lanes of a one-way street in its direction: `lanes` counts one against it for buses, too.
+    pub fn one_way(self, forward: bool) -> Option<u8> {
+        let (own, other) = match forward {
+            true => (self.forward, self.backward),
+            false => (self.backward, self.forward),
+        };
+        let rest = || self.total?.checked_sub(other?).filter(|rest| *rest > 0);
+        own.or_else(rest).or(self.total)
     }
 
     /// Returns whether one direction of a two-way street would have all lanes, so that nothing is
@@ -147,9 +159,6 @@ pub struct TurnTags {
     /// `turn:lanes:backward`.
     pub backward: Box<[TurnLane]>,
 }
-
-/// Tags that say lane by lane whether motor vehicles may use it.
-const LANE_ACCESS: [&str; 3] = ["motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
 
 impl TurnTags {
     pub(super) fn parse(way: i64, tags: &Tags<'_>, oddities: &mut Oddities) -> Option<Self> {
@@ -184,12 +193,6 @@ impl TurnTags {
     pub fn heap_bytes(&self) -> usize {
         self.plain.len() + self.forward.len() + self.backward.len()
     }
-}
-
-/// Returns which lanes are closed to motor vehicles, for a suffix of `turn:lanes`.
-fn closed<'a>(tags: &Tags<'a>, suffix: &str) -> Option<Vec<&'a str>> {
-    let mut found = LANE_ACCESS.iter().filter_map(|key| tag(tags, &format!("{key}{suffix}")));
-    found.next().map(|text| text.split('|').map(str::trim).collect())
 }
 
 /// Parses turn lanes, leaving out those that are closed to motor vehicles, such as cycle lanes.
@@ -245,6 +248,23 @@ mod tests {
         assert_eq!(contradictions(&some, Direction::Both), (Some(2), 0));
         let both = [("lanes", "3"), ("lanes:forward", "3"), ("lanes:backward", "1")];
         assert_eq!(contradictions(&both, Direction::Both), (Some(3), 0));
+    }
+
+    #[test]
+    fn of_a_one_way_street_its_own_direction_counts() {
+        let lanes = |tags: &Tags<'_>, direction: Direction| {
+            let lanes = LaneTags::parse(1, tags, direction, &mut Oddities::default());
+            lanes.one_way(direction == Direction::Forward)
+        };
+        let against = [("lanes", "3"), ("lanes:forward", "2"), ("lanes:backward", "1")];
+        assert_eq!(lanes(&against, Direction::Forward), Some(2));
+        assert_eq!(lanes(&against, Direction::Backward), Some(1));
+        assert_eq!(lanes(&against[..2], Direction::Forward), Some(2));
+        assert_eq!(lanes(&[against[0], against[2]], Direction::Forward), Some(2));
+        assert_eq!(lanes(&[("lanes", "2"), against[1]], Direction::Backward), Some(2));
+        let closed = [("lanes", "4"), ("access:lanes", "yes|yes|yes|no")];
+        assert_eq!(lanes(&closed, Direction::Forward), Some(3));
+        assert_eq!(lanes(&closed, Direction::Backward), Some(3));
     }
 
     #[test]
