@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::arms::Arm;
 use super::extract::{Extract, Restriction, Via};
 use super::graph::{Graph, Step};
-use super::legs::{SlipKind, Surroundings, heading};
+use super::legs::{SlipKind, Surroundings};
 use crate::angle::turn_degrees;
 
 /// Most steps that a search for ways across one site takes.
@@ -94,7 +94,8 @@ pub fn crossings(
             let mut search =
                 Search { graph, restrictions, inside: &inside, exits: &exits, budget: MAX_STEPS };
             let mut reached = BTreeSet::new();
-            search.visit(&mut vec![entry], 0.0, &mut reached);
+            let turned = Turned::default().on(graph.heading(entry));
+            search.visit(&mut vec![entry], turned, &mut reached);
             found.extend(reached.into_iter().map(|exit| (index, exit)));
         }
     }
@@ -113,6 +114,31 @@ fn merged_into(graph: &Graph<'_>, around: &Surroundings, arms: &[Arm], node: u32
     })
 }
 
+/// How a path has turned so far. Steps that are too short for a direction turn nothing.
+#[derive(Clone, Copy, Default)]
+struct Turned {
+    /// Its first and last direction.
+    ends_deg: Option<(f64, f64)>,
+    /// All its turns.
+    sum_deg: f64,
+}
+
+impl Turned {
+    /// Returns the turns of a path that goes on in a direction.
+    fn on(self, heading_deg: Option<f64>) -> Self {
+        let Some(heading_deg) = heading_deg else { return self };
+        let (first, last) = self.ends_deg.unwrap_or((heading_deg, heading_deg));
+        let sum_deg = self.sum_deg + turn_degrees(last, heading_deg);
+        Self { ends_deg: Some((first, heading_deg)), sum_deg }
+    }
+
+    /// Returns whether the path has gone around in the sense in which nobody turns.
+    fn is_around(self) -> bool {
+        let straight = self.ends_deg.map_or(0.0, |(first, last)| turn_degrees(first, last));
+        (self.sum_deg - straight).abs() >= 180.0
+    }
+}
+
 struct Search<'s, 'g> {
     graph: &'s Graph<'g>,
     restrictions: &'s Restrictions<'g>,
@@ -122,8 +148,8 @@ struct Search<'s, 'g> {
 }
 
 impl Search<'_, '_> {
-    /// Goes on from the end of a path that has turned so far in all, degrees.
-    fn visit(&mut self, path: &mut Vec<Step>, turned_deg: f64, reached: &mut BTreeSet<usize>) {
+    /// Goes on from the end of a path that has turned so far.
+    fn visit(&mut self, path: &mut Vec<Step>, turned: Turned, reached: &mut BTreeSet<usize>) {
         let last = path[path.len() - 1];
         let graph = self.graph;
         for next in graph.steps(graph.target(last)) {
@@ -138,17 +164,15 @@ impl Search<'_, '_> {
                 continue;
             }
             self.budget -= 1;
-            let turned_deg = turned_deg + turn_degrees(heading(graph, last), heading(graph, *next));
+            let turned = turned.on(graph.heading(*next));
             match self.exits.get(next) {
+                Some(_) if turned.is_around() => {}
                 Some(arm) => {
-                    let straight = turn_degrees(heading(graph, path[0]), heading(graph, *next));
-                    if (turned_deg - straight).abs() < 180.0 {
-                        reached.insert(*arm);
-                    }
+                    reached.insert(*arm);
                 }
                 None => {
                     path.push(*next);
-                    self.visit(path, turned_deg, reached);
+                    self.visit(path, turned, reached);
                     path.pop();
                 }
             }

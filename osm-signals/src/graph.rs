@@ -4,7 +4,12 @@
 use std::collections::HashSet;
 
 use super::extract::{Extract, Place, Way};
-use super::geometry::distance_m;
+use super::geometry::{bearing_deg, distance_m};
+use crate::angle::normalise_degrees;
+
+/// Shortest distance between two places that says where a street leads, metres: below it (two nodes at one
+/// place, or beside each other on one carriageway) any direction is chance.
+const SHORTEST_M: f64 = 2.0;
 
 /// A piece of a way between two neighbouring nodes, in the order of the way's nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,6 +165,19 @@ impl<'a> Graph<'a> {
     /// Returns the length of a step, metres.
     pub fn step_m(&self, step: Step) -> f64 {
         distance_m(self.place(self.source(step)), self.place(self.target(step)))
+    }
+
+    /// Returns the direction of a step, degrees; of one that is too short for a direction that in which its street
+    /// goes on, or else comes from; `None` for one between two junctions.
+    pub fn heading(&self, step: Step) -> Option<f64> {
+        let towards = |step: Step| {
+            let from = self.place(self.source(step));
+            let far = |node: u32| distance_m(from, self.place(node)) >= SHORTEST_M;
+            let end = self.chain(step, &HashSet::new(), &far).end;
+            far(end).then(|| bearing_deg(from, self.place(end)))
+        };
+        let back = || towards(step.reversed()).map(|deg| normalise_degrees(deg + 180.0));
+        towards(step).or_else(back)
     }
 
     /// Returns whether the extract cuts a way beside a node.

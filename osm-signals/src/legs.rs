@@ -199,9 +199,10 @@ fn find_connector(
     None
 }
 
-/// Returns the direction of a step, degrees.
+/// Returns the direction of a step, degrees; of one without any that from node to node.
 pub(super) fn heading(graph: &Graph<'_>, step: Step) -> f64 {
-    bearing_deg(graph.place(graph.source(step)), graph.place(graph.target(step)))
+    let nodes = || bearing_deg(graph.place(graph.source(step)), graph.place(graph.target(step)));
+    graph.heading(step).unwrap_or_else(nodes)
 }
 
 /// Returns whether a street turns off at a fork while another goes on: it is a link and the other

@@ -14,9 +14,9 @@ use std::collections::{HashMap, HashSet};
 use super::arms::Arm;
 use super::counts::Counts;
 use super::extract::Place;
-use super::geometry::bearing_deg;
 use super::graph::{Graph, Step};
 use super::intersections::Intersection;
+use super::legs::heading;
 use super::tags::Highway;
 use crate::angle::turn_degrees;
 
@@ -130,9 +130,7 @@ impl<'a> Spread<'a> {
     fn onward(&self, walk: &Walk<'_>, step: Step, used: &HashSet<u32>) -> Option<Step> {
         let graph = self.graph;
         let node = graph.target(step);
-        let heading =
-            |s: Step| bearing_deg(graph.place(graph.source(s)), graph.place(graph.target(s)));
-        let turn = |s: &Step| turn_degrees(heading(step), heading(*s)).abs();
+        let turn = |s: &Step| turn_degrees(heading(graph, step), heading(graph, *s)).abs();
         let on = graph.steps(node).iter().copied().filter(|s| {
             s.piece != step.piece
                 && !used.contains(&s.piece)
