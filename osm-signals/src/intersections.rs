@@ -215,9 +215,12 @@ fn intersection(
         return skip(Skip::RampMeter);
     }
     let mut arms = arms(graph, streets, settings, &around, centre);
+    if site.nodes.iter().any(|n| graph.is_cut(*n)) {
+        // An arm is missing, whatever is left.
+        return skip(Skip::Border);
+    }
     if arms.len() < 3 {
-        let cut = site.nodes.iter().any(|n| graph.is_cut(*n));
-        return skip(if cut { Skip::Border } else { Skip::FewArms });
+        return skip(Skip::FewArms);
     }
     let exits = arms.iter().filter(|a| a.lanes_out > 0).count();
     for arm in arms.iter_mut().filter(|a| exits <= usize::from(a.lanes_out > 0)) {
