@@ -91,7 +91,10 @@ impl SignalList {
             };
             if let Some(first) = lines.insert(id.clone(), line) {
                 let id = brief(&id);
-                let reason = format!("signal {id} is on line {first} already; remove one of them");
+                let reason = format!(
+                    "signal {id} is on line {first} already; if these are two signals, name a column that \
+                     tells them apart (`id` in [signals] of the settings), else remove one of them"
+                );
                 return Err(table.error(line, reason));
             }
             signals.push(ListedSignal { id, place: table.place(&row, at)?, line });
@@ -141,10 +144,14 @@ mod tests {
     #[test]
     fn an_id_that_comes_twice_names_both_lines() {
         let reason = read("id,y,x\n7,40,-111\n8,41,-111\n7,40,-111\n").unwrap_err();
-        assert_eq!(reason, "s.csv, line 4: signal 7 is on line 2 already; remove one of them");
+        assert_eq!(
+            reason,
+            "s.csv, line 4: signal 7 is on line 2 already; if these are two signals, name a column that \
+             tells them apart (`id` in [signals] of the settings), else remove one of them"
+        );
         let long = "7".repeat(100_000);
         let reason = read(&format!("id,y,x\n{long},40,-111\n{long},40,-111\n")).unwrap_err();
-        assert!(reason.len() < 200, "{reason}");
+        assert!(reason.len() < 300, "{reason}");
     }
 
     #[test]

@@ -81,6 +81,11 @@ fn passes<R: Read>(
     if extract.ways.is_empty() {
         return Err(no_streets(path));
     }
+    if last_node == 0 {
+        let reason = "holds streets and no node, so that nothing has a place, as Overpass writes with `out \
+                      geom` or without `>`; end the query with `(._; >;); out body;`";
+        return Err(OsmError::Nothing { path: path.to_path_buf(), reason: reason.to_owned() });
+    }
 
     let mut elements = Elements::open(path, format, &open)?;
     while elements.seen() < last_node
