@@ -4,6 +4,7 @@ use csv::StringRecord;
 use sheet::{Fault, Row};
 
 use crate::family::error::FamilyError;
+use crate::family::similar_unit::conversion;
 use crate::suggest::{did_you_mean, similar};
 
 /// Returns the error for what is wrong at a line of a table.
@@ -38,7 +39,10 @@ impl Columns {
                         .to_owned(),
                     false => match similar(name, others()).first() {
                         None => "; add it".to_owned(),
-                        Some(other) => format!("; if it is the column {other}, rename that"),
+                        Some(other) => match conversion(name, other) {
+                            Some(conversion) => format!("; {conversion}"),
+                            None => format!("; if it is the column {other}, rename that"),
+                        },
                     },
                 };
                 return Err(format!("no column {name}{way_out}"));

@@ -6,6 +6,7 @@ pub mod columns;
 pub mod error;
 pub mod names;
 pub mod points;
+mod similar_unit;
 
 use std::collections::{BTreeSet, HashMap};
 

@@ -121,6 +121,12 @@ mod tests {
             without,
             "p.csv, line 1: no column speed_mph; if it is the column speed, rename that"
         );
+        let other_unit = read("f", "importance,lanes,speed_kmh\n1,4,50\n", "p.csv").unwrap_err();
+        assert_eq!(
+            other_unit.to_string(),
+            "p.csv, line 1: no column speed_mph; the column speed_kmh has another unit: multiply it by \
+             0.621371 and call it speed_mph"
+        );
         let e = six("4,300,200,500,0,0").unwrap_err();
         assert_eq!(e, "p.csv, line 2: speed_mph = 300: expected a number from 1 to 100");
         let e = six("4,,200,500,0,0").unwrap_err();
