@@ -6,6 +6,7 @@
 //! missing and gets imputed; 0 is a count of no vehicle.
 
 mod approach;
+mod arms;
 mod impute;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use crate::family::names::title;
 use crate::settings::within;
 use approach::RawIntersection;
 pub use approach::{Approach, Intersection};
+pub use arms::{ARMS, check_arms};
 use impute::impute;
 
 /// The columns of the table.

@@ -60,8 +60,14 @@ mod tests {
     }
 
     fn described(arms: Vec<Approach>) -> Vec<f64> {
-        let intersection =
-            Intersection { id: "1".into(), latitude: 0.0, longitude: 0.0, arms, imputed: 0 };
+        let intersection = Intersection {
+            id: "1".into(),
+            latitude: 0.0,
+            longitude: 0.0,
+            arms,
+            imputed: 0,
+            line: 2,
+        };
         describing(&intersection, &FamilySettings::default())[6..].to_vec()
     }
 

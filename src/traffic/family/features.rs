@@ -129,7 +129,7 @@ mod tests {
     }
 
     fn intersection(arms: Vec<Approach>) -> Intersection {
-        Intersection { id: "1".into(), latitude: 0.0, longitude: 0.0, arms, imputed: 0 }
+        Intersection { id: "1".into(), latitude: 0.0, longitude: 0.0, arms, imputed: 0, line: 2 }
     }
 
     #[test]

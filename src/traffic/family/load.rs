@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use sheet::Fault;
 use toml::Table;
 
-use super::approaches::{self, Intersection};
+use super::approaches::{self, Intersection, check_arms};
 use super::describing::describing;
 use super::features::{group, per_approach_features, point_id};
 use super::points;
+use crate::family::columns::at;
 use crate::family::error::FamilyError;
 use crate::family::names::{check_id, safe_id};
 use crate::family::{Feature, MdpFamily, PointMdp};
@@ -191,6 +193,12 @@ fn derive(
     file: &str,
 ) -> Result<(MdpFamily, Vec<Vec<usize>>), FamilyError> {
     let total = intersections.len() as f64;
+    if scenario.family.detail == Detail::PerApproach {
+        for intersection in intersections {
+            check_arms(intersection)
+                .map_err(|message| at(file, Fault { line: intersection.line, message }))?;
+        }
+    }
     let groups: Vec<(String, SixFeatures, Vec<usize>)> = match scenario.family.detail {
         Detail::SixFeatures => group(intersections, &scenario.family)
             .into_iter()
@@ -334,6 +342,7 @@ mod tests {
             .to_owned();
         for id in ids {
             table += &format!("{id},A,40,-111,0,2,1,1,0,30,200,9000,\n");
+            table += &format!("{id},B,40,-111,90,2,1,1,0,30,200,9000,\n");
         }
         let text = "name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"per-approach\"\n";
         let loaded = from_text(text, "t.toml", &[], &|_| Ok(table.clone()));
@@ -354,6 +363,21 @@ mod tests {
             "a.csv: intersection = i0007: the point MDP would be called i0007, as that of \
              intersection 7; rename one of the two"
         );
+    }
+
+    #[test]
+    fn arms_that_cannot_be_built_are_refused_with_their_line() {
+        let table = EMBEDDED_TABLES[0].1;
+        let row = table.lines().rfind(|line| !line.is_empty()).unwrap();
+        let twin = row.replacen(row.split(',').nth(1).unwrap(), "twin", 1);
+        let table = format!("{}\n{twin}\n", table.trim_end());
+        let read = |detail: &str| {
+            let text = EMBEDDED[0].1.replace("six-features", detail);
+            from_text(&text, "t.toml", &[], &|_| Ok(table.clone()))
+        };
+        read("six-features").unwrap();
+        let error = read("per-approach").unwrap_err().to_string();
+        assert!(error.contains(", line ") && error.contains("both have bearing_deg"), "{error}");
     }
 
     #[test]

@@ -9,14 +9,11 @@
 //! - **Conflicts** are those of right-hand traffic on a circle: movements of different arms
 //!   conflict if they end in the same arm or if their chords cross.
 
-use osm_signals::intersections::MAX_ARMS;
 use osm_signals::turn::{self, Turn};
 
 use super::intersection::{Arm, IntersectionSpec};
+use crate::traffic::family::approaches::ARMS;
 use crate::traffic::network::error::NetworkError;
-
-/// Fewest and most arms that a network is built for.
-pub const ARMS: std::ops::RangeInclusive<usize> = 2..=MAX_ARMS;
 
 /// A way across the intersection; arms are indices into [`IntersectionSpec::arms`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -49,6 +49,8 @@ pub struct Intersection {
     pub arms: Vec<Approach>,
     /// How many of the arms that lead to the signal have an imputed count.
     pub imputed: u32,
+    /// Line of the first arm in the table.
+    pub line: u64,
 }
 
 /// An intersection as it stands in the table.

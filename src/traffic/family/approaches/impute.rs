@@ -36,7 +36,7 @@ pub(super) fn impute(raw: Vec<RawIntersection>) -> Result<Vec<Intersection>, Str
         _ => mean(&all),
     };
     raw.into_iter()
-        .map(|RawIntersection { id, arms, .. }| {
+        .map(|RawIntersection { id, line, arms }| {
             let own: Vec<f64> = arms.iter().filter_map(counted).collect();
             let (latitude, longitude) = (arms[0].latitude, arms[0].longitude);
             let mut imputed = 0;
@@ -56,7 +56,7 @@ pub(super) fn impute(raw: Vec<RawIntersection>) -> Result<Vec<Intersection>, Str
                 "aadt_veh_per_day_per_lane is empty on every approach that leads to a signal; give \
                  at least one count",
             )?;
-            Ok(Intersection { id, latitude, longitude, arms, imputed })
+            Ok(Intersection { id, latitude, longitude, arms, imputed, line })
         })
         .collect()
 }
