@@ -51,6 +51,8 @@ pub enum Warning {
     },
     /// Phases that two movements do not tell apart.
     NamedByAll,
+    /// One phase only.
+    OnePhase,
 }
 
 impl fmt::Display for Warning {
@@ -81,6 +83,11 @@ impl fmt::Display for Warning {
                 "some phases have the same two main movements, so each counts all movements that \
                  it serves"
             ),
+            Self::OnePhase => write!(
+                f,
+                "it has one green only, so that no method decides anything: it is always green, but under \
+                 the network's own program"
+            ),
         }
     }
 }
@@ -105,6 +112,9 @@ pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
         }
     }
     warnings.extend(signal.left_out.iter().map(|s| Warning::NoVehicles { state: s.clone() }));
+    if spec.phases.len() == 1 {
+        warnings.push(Warning::OnePhase);
+    }
     if signal.naming == Naming::AllServed {
         warnings.push(Warning::NamedByAll);
     }
@@ -133,6 +143,13 @@ mod tests {
     fn a_signal_without_fault_has_no_warning() {
         let lanes = [("n_0", 0.0, "s"), ("e_0", 90.0, "s")];
         assert_eq!(texts(&lanes, &["Gr", "rG"]), [""; 0]);
+    }
+
+    #[test]
+    fn a_signal_with_one_green_has_nothing_to_decide() {
+        let told = texts(&[("n_0", 0.0, "s"), ("s_0", 180.0, "s")], &["GG"]);
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!(told[0].starts_with("it has one green only"), "{told:?}");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! - **One simulation per process.** libsumo keeps its state in statics. `SumoSim` is therefore
 //!   not `Send`, and a second simulation in the same process is [`SimError::AlreadyRunning`].
 
+mod departures;
 pub mod error;
 #[cfg(feature = "libsumo")]
 pub mod libsumo;

@@ -192,6 +192,9 @@ pub fn refused_value(name: &str, value: &str) -> Option<&'static str> {
             "it ends the delay of vehicles that stand, under each method of others; remove it or \
              give false",
         ),
+        "mesosim" if !FALSE.contains(&value.as_str()) => Some(
+            "the mesoscopic model has no lanes and no queues that a controller could see; remove it",
+        ),
         name if COLLISIONS.contains(&name) && value == "remove" => Some(
             "it ends the delay of vehicles that collide, under each method of others; remove it or \
              give another action",
@@ -253,6 +256,7 @@ mod tests {
     fn what_ends_trips_depending_on_the_method_is_refused_by_its_value() {
         for (name, refused, fine) in [
             ("max-depart-delay", &["20", "0", "0:10:00"][..], &["-1", " -1.0 "][..]),
+            ("mesosim", &["true", "1"], &["false"]),
             ("max-num-teleports", &["0", "9"], &["-1"]),
             ("time-to-teleport.remove", &["true", "1", "x"], &["false", "OFF", "0"]),
             ("collision.action", &["remove"], &["teleport", "warn", "none"]),

@@ -7,7 +7,8 @@
 //! characters of XML are not those of ASCII.
 //!
 //! What would make runs of methods something else than runs of methods is refused here too, because it stands
-//! in the same files: programs that change by the clock, and what adds or removes vehicles depending on traffic.
+//! in the same files: programs that change by the clock, what adds or removes vehicles depending on traffic, and vehicles
+//! that SUMO would leave out for their place in the file ([`super::departures`]).
 //!
 //! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
 
@@ -22,6 +23,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
 use super::SimError;
+use super::departures::Departures;
 use super::sumocfg::SumoConfig;
 use crate::files::{self, FileError};
 
@@ -45,7 +47,6 @@ const NOWHERE: [&str; 3] = ["NUL", "nul", "/dev/null"];
 
 /// Pictures, which only SUMO's window reads.
 const PICTURES: [&str; 2] = ["imgFile", "osgFile"];
-
 /// What reads a file of its own.
 const READERS: [&str; 2] = ["rerouter", "variableSpeedSign"];
 
@@ -71,7 +72,7 @@ pub fn sources(config: &SumoConfig) -> Result<Vec<(String, PathBuf)>, SimError> 
             let reason = "the scenario names it, but it cannot be read; add it".to_owned();
             return Err(SimError::Config { path, reason });
         }
-        for named in scan(&path, &|| open(&path))? {
+        for named in scan(&path, &|| open(&path), config.has_routes(&path))? {
             let file = path.parent().unwrap_or(Path::new("")).join(&named);
             if known.insert(file.clone()) {
                 let name = Path::new(&name).parent().unwrap_or(Path::new("")).join(named);
@@ -126,22 +127,27 @@ impl Read for Ascii {
 ///
 /// * `path` — for messages.
 /// * `opened` — its content, from the beginning.
+/// * `is_route_file` — whether SUMO reads it as time goes on, so that its vehicles have to be in order.
 ///
 /// # Errors
 ///
-/// [`SimError::Config`] naming the line when something else is read or written.
+/// [`SimError::Config`] naming the line when something else is read or written, or SUMO would leave a vehicle out.
 pub fn scan(
     path: &Path,
     opened: &dyn Fn() -> Result<Box<dyn BufRead>, FileError>,
+    is_route_file: bool,
 ) -> Result<Vec<String>, SimError> {
     let fail = |reason: String| SimError::Config { path: path.to_path_buf(), reason };
     let room = Rc::new(Cell::new(ROOM));
     let mut reader = Reader::from_reader(BufReader::new(Ascii(opened()?, Rc::clone(&room))));
     let (mut named, mut buffer) = (Vec::new(), Vec::new());
+    let mut departures = is_route_file.then(Departures::default);
     loop {
         let result = match reader.read_event_into(&mut buffer) {
             Ok(Event::Eof) => return Ok(named),
-            Ok(Event::Start(element) | Event::Empty(element)) => look(&element, &mut named),
+            Ok(Event::Start(element) | Event::Empty(element)) => {
+                look(&element, &mut named, departures.as_mut())
+            }
             Ok(Event::DocType(_)) => Err("a <!DOCTYPE> can draw other files in; remove it".into()),
             Ok(Event::Decl(declaration)) => match declaration.encoding() {
                 Some(Ok(name)) => encoding(&name),
@@ -179,8 +185,12 @@ fn encoding(name: &str) -> Result<(), String> {
     }
 }
 
-/// Adds the files that an element names.
-fn look(element: &BytesStart<'_>, named: &mut Vec<String>) -> Result<(), String> {
+/// Adds the files that an element names, and looks at what it has depart.
+fn look(
+    element: &BytesStart<'_>,
+    named: &mut Vec<String>,
+    departures: Option<&mut Departures>,
+) -> Result<(), String> {
     let tag = element.local_name().as_ref().to_owned();
     if SWITCHES.contains(&tag.as_str()) {
         return Err(format!(
@@ -201,6 +211,7 @@ fn look(element: &BytesStart<'_>, named: &mut Vec<String>) -> Result<(), String>
             attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|e| e.to_string())?;
         attributes.push((attribute.key.local_name().as_ref().to_owned(), value.into_owned()));
     }
+    departures.map_or(Ok(()), |departures| departures.next(&tag, &attributes))?;
     if tag == "param" {
         let of = |wanted: &str| attributes.iter().find(|(name, _)| name == wanted);
         let value = of("value").map_or("", |(_, value)| value);
@@ -322,6 +333,22 @@ mod tests {
         fs::write(folder.path().join("n.xml"), "<net>\n\n<WAUT id='w'/></net>").unwrap();
         let e = sources(&SumoConfig::read(&config).unwrap()).unwrap_err().to_string();
         assert!(e.contains("n.xml: line 3: <WAUT> takes signals away"), "{e}");
+    }
+
+    #[test]
+    fn vehicles_are_in_order_in_route_files_and_in_any_order_elsewhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = folder.path().join("a.sumocfg");
+        fs::write(folder.path().join("n.xml"), "<net/>").unwrap();
+        let routes = "<r>\n<trip id='a' depart='9'/>\n<trip id='b' depart='8'/></r>";
+        fs::write(folder.path().join("r.xml"), routes).unwrap();
+        let read = |option: &str| {
+            fs::write(&config, format!("<c><n v='n.xml'/><{option} v='r.xml'/></c>")).unwrap();
+            sources(&SumoConfig::read(&config).unwrap()).map_err(|e| e.to_string())
+        };
+        assert!(read("a").is_ok());
+        let e = read("r").unwrap_err();
+        assert!(e.contains("r.xml: line 3: <trip id=\"b\"> departs at 8 s, after <trip"), "{e}");
     }
 
     #[test]

@@ -42,6 +42,7 @@ pub struct SumoConfig {
     /// Files that define the scenario (network, routes, additional files): name as written, path.
     pub files: Vec<(String, PathBuf)>,
     networks: Vec<PathBuf>,
+    routes: Vec<PathBuf>,
     options: Vec<(String, String)>,
 }
 
@@ -67,6 +68,11 @@ impl SumoConfig {
         self.networks.iter().map(PathBuf::as_path)
     }
 
+    /// Whether a file is one of routes, which SUMO reads as time goes on.
+    pub fn has_routes(&self, path: &Path) -> bool {
+        self.routes.iter().any(|routes| routes == path)
+    }
+
     /// Returns the options that SUMO is started with, in order: long name, value.
     pub fn options(&self) -> &[(String, String)] {
         &self.options
@@ -84,6 +90,7 @@ impl SumoConfig {
             step_length_s: DEFAULT_STEP_LENGTH_S,
             files: Vec::new(),
             networks: Vec::new(),
+            routes: Vec::new(),
             options: Vec::new(),
         };
         // SUMO takes an empty value for none.
@@ -129,8 +136,10 @@ impl SumoConfig {
             if shown.contains(',') {
                 return Err(format!("{shown}: SUMO reads a comma as two files; rename it"));
             }
-            if option == "net-file" {
-                self.networks.push(path.clone());
+            match option {
+                "net-file" => self.networks.push(path.clone()),
+                "route-files" => self.routes.push(path.clone()),
+                _ => {}
             }
             self.files.push((name, path));
             paths.push(shown);
@@ -205,7 +214,7 @@ pub fn options(text: &str) -> Result<Vec<(String, String)>, String> {
 }
 
 /// Returns a time, seconds.
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
     let time_s = match parts.as_deref() {
         Some(parts @ ([_] | [_, _, _] | [_, _, _, _])) => {
