@@ -9,6 +9,7 @@
 //!
 //! Source: SUMO 1.15, `OptionsLoader` and `string2time`, and what its `sumo` accepts.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use quick_xml::events::Event;
@@ -57,10 +58,15 @@ impl SumoConfig {
         if !config.is_file() {
             return Err(SimError::NoConfig(config.to_path_buf()));
         }
-        let text = files::read_text(config, limits::NETWORK)?;
+        let wrong = |reason: String| SimError::Config { path: config.to_path_buf(), reason };
+        // Names of files stand in it, which are the same wherever they are read.
+        let text =
+            files::read_text(config, limits::NETWORK).map_err(|e| match e.reason.kind() {
+                ErrorKind::InvalidData => wrong(format!("{}; save it as UTF-8", e.reason)),
+                _ => e.into(),
+            })?;
         let folder = config.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, folder)
-            .map_err(|reason| SimError::Config { path: config.to_path_buf(), reason })
+        Self::parse(&text, folder).map_err(wrong)
     }
 
     /// Returns the paths of its networks.
@@ -268,6 +274,16 @@ mod tests {
         assert_eq!(name, "a&b.net");
         let e = parse("<net-file>a&amp;b.net</net-file>").unwrap_err();
         assert_eq!(e, "write the value of <net-file> as an attribute `value`");
+    }
+
+    #[test]
+    fn a_configuration_that_is_not_utf_8_is_refused_with_the_way_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = folder.path().join("a.sumocfg");
+        std::fs::write(&config, b"<c><!-- Stra\xdfe --><n v='n.xml'/></c>").unwrap();
+        let e = SumoConfig::read(&config).unwrap_err();
+        assert!(matches!(e, SimError::Config { .. }), "{e}");
+        assert!(e.to_string().ends_with("it is no text in UTF-8; save it as UTF-8"), "{e}");
     }
 
     #[test]
