@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::extract::Place;
 use super::geometry::bearing_deg;
 use super::graph::{Chain, Graph, Step};
-use super::legs::{Leg, Slip, SlipKind, Surroundings, heading};
+use super::legs::{Leg, Slip, SlipKind, Surroundings};
 use super::settings::Settings;
 use super::streets::{Lanes, Source, Streets};
 use super::tags::Highway;
@@ -330,5 +330,5 @@ fn is_on(leg: &Leg, step: Step) -> bool {
 fn turns_left(graph: &Graph<'_>, slip: &Slip) -> bool {
     let SlipKind::Before(leaves) = slip.kind else { return false };
     let last = slip.steps[slip.steps.len() - 1];
-    turn_degrees(heading(graph, leaves), heading(graph, last)) < 0.0
+    turn_degrees(graph.direction(leaves), graph.direction(last)) < 0.0
 }

@@ -97,6 +97,11 @@ pub struct Nodes {
 }
 
 impl Nodes {
+    /// Whether any of them has a place.
+    pub fn have_places(&self) -> bool {
+        self.places.iter().any(Option::is_some)
+    }
+
     /// Returns the nodes to look for; none has a place yet.
     pub fn wanted(mut ids: Vec<i64>) -> Self {
         ids.sort_unstable();

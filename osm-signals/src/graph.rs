@@ -180,6 +180,12 @@ impl<'a> Graph<'a> {
         towards(step).or_else(back)
     }
 
+    /// Returns its heading, or where it has none the direction from node to node, degrees.
+    pub fn direction(&self, step: Step) -> f64 {
+        let nodes = || bearing_deg(self.place(self.source(step)), self.place(self.target(step)));
+        self.heading(step).unwrap_or_else(nodes)
+    }
+
     /// Returns whether the extract cuts a way beside a node.
     pub fn is_cut(&self, node: u32) -> bool {
         self.cut.contains(&node)

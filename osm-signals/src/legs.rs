@@ -199,12 +199,6 @@ fn find_connector(
     None
 }
 
-/// Returns the direction of a step, degrees; of one without any that from node to node.
-pub(super) fn heading(graph: &Graph<'_>, step: Step) -> f64 {
-    let nodes = || bearing_deg(graph.place(graph.source(step)), graph.place(graph.target(step)));
-    graph.heading(step).unwrap_or_else(nodes)
-}
-
 /// Returns whether a street turns off at a fork while another goes on: it is a link and the other
 /// is none, or it turns more. Where a ramp forks, all are links, and the one that passes the
 /// junction and `joins` an outbound leg turns off, even if it bends less.
@@ -219,6 +213,6 @@ fn turns_off(graph: &Graph<'_>, off: Step, on: Step, joins: bool) -> bool {
     let fork = graph.source(off);
     let before = graph.steps(fork).iter().find(|s| ![off.piece, on.piece].contains(&s.piece));
     let Some(before) = before else { return false };
-    let turn = |s: Step| turn_degrees(heading(graph, before.reversed()), heading(graph, s)).abs();
+    let turn = |s: Step| turn_degrees(graph.direction(before.reversed()), graph.direction(s)).abs();
     turn(off) > turn(on)
 }

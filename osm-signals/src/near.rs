@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::geometry::distance_m;
 use super::graph::{Chain, Graph, Step};
-use super::legs::heading;
 use crate::angle::turn_degrees;
 
 /// Shortest distance between two junctions at which a vehicle can wait between them, metres: half a
@@ -123,7 +122,7 @@ fn staggered(graph: &Graph<'_>, between: &Chain) -> bool {
 /// Returns whether the side street of a T junction goes off to the right, seen along a street that
 /// leaves it and goes straight on at its other side; `None` if it is no such junction.
 fn side(graph: &Graph<'_>, node: u32, along: Step) -> Option<bool> {
-    let heading = |step: &Step| heading(graph, *step);
+    let heading = |step: &Step| graph.direction(*step);
     let others =
         graph.steps(node).iter().filter(|s| s.piece != along.piece && !is_link(graph, **s));
     let others: Vec<f64> = others.map(heading).collect();

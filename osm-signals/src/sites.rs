@@ -15,7 +15,6 @@ use super::crossings::crossed_all_around;
 use super::extract::SignalNode;
 use super::geometry::{bearing_deg, distance_m};
 use super::graph::{Graph, Step};
-use super::legs::heading;
 use super::near::{adjoining, touch};
 use super::settings::IntersectionSettings;
 use super::tags::Special;
@@ -166,7 +165,7 @@ fn corner(graph: &Graph<'_>, join_m: f64, signal: &SignalNode, junction: u32) ->
     let node = graph.extract.nodes.index(signal.id)? as u32;
     let [a, b] = graph.steps(node) else { return None };
     let name = |step: &Step| graph.way(*step).street.name.as_deref();
-    let heading = |step: &Step| heading(graph, *step);
+    let heading = |step: &Step| graph.direction(*step);
     let bend = 180.0 - turn_degrees(heading(a), heading(b)).abs();
     let named = name(a).is_some() && name(b).is_some() && name(a) != name(b);
     let near = distance_m(graph.place(node), graph.place(junction)) <= join_m;
@@ -281,7 +280,7 @@ fn opposite(graph: &Graph<'_>, a: u32, b: u32) -> bool {
         let one_way = graph.steps(node).iter().filter(|s| graph.is_one_way(**s));
         one_way.map(|s| {
             let travel = if graph.allowed(*s) { *s } else { s.reversed() };
-            (heading(graph, travel), &graph.way(*s).street)
+            (graph.direction(travel), &graph.way(*s).street)
         })
     };
     carriageways(a).any(|(heading, street)| {

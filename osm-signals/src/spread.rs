@@ -16,7 +16,6 @@ use super::counts::Counts;
 use super::extract::Place;
 use super::graph::{Graph, Step};
 use super::intersections::Intersection;
-use super::legs::heading;
 use super::tags::Highway;
 use crate::angle::turn_degrees;
 
@@ -130,7 +129,7 @@ impl<'a> Spread<'a> {
     fn onward(&self, walk: &Walk<'_>, step: Step, used: &HashSet<u32>) -> Option<Step> {
         let graph = self.graph;
         let node = graph.target(step);
-        let turn = |s: &Step| turn_degrees(heading(graph, step), heading(graph, *s)).abs();
+        let turn = |s: &Step| turn_degrees(graph.direction(step), graph.direction(*s)).abs();
         let on = graph.steps(node).iter().copied().filter(|s| {
             s.piece != step.piece
                 && !used.contains(&s.piece)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::OsmError;
+use crate::extract::Extract;
 
 /// An unusable part of a file, without its place.
 #[derive(Debug)]
@@ -44,4 +45,14 @@ pub(super) fn no_streets(path: &Path) -> OsmError {
                   their nodes"
         .to_owned();
     OsmError::Nothing { path: path.to_path_buf(), reason }
+}
+
+/// Returns an extract if some node of its streets has a place.
+pub(super) fn placed(path: &Path, extract: Extract) -> Result<Extract, OsmError> {
+    if extract.nodes.have_places() {
+        return Ok(extract);
+    }
+    let reason = "holds streets and no node of them, so that nothing has a place, as Overpass writes with `out geom` or \
+                  without `>`; end the query with `(._; >;); out body;`";
+    Err(OsmError::Nothing { path: path.to_path_buf(), reason: reason.to_owned() })
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::block::Block;
 use super::collect::{Streets, complete};
-use super::fault::no_streets;
+use super::fault::{no_streets, placed};
 use super::format::{Content, Format, expect};
 use super::frame::{Blob, Blobs, Purpose, content};
 use super::wire::{Fields, Value};
@@ -71,7 +71,7 @@ pub fn read_pbf<R: Read + Seek>(
     }
     complete(&mut extract);
     progress(in_all, in_all);
-    Ok(extract)
+    placed(path, extract)
 }
 
 /// Returns what the first pass keeps, and where the blobs with nodes lie.

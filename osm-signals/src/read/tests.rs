@@ -185,5 +185,8 @@ fn ways_without_nodes_are_told_from_a_small_extract() {
     let text = "<osm version=\"0.6\"><way id=\"1\"><nd ref=\"1\" lat=\"40.0\" lon=\"-75.0\"/><nd ref=\"2\" \
                 lat=\"40.1\" lon=\"-75.0\"/><tag k=\"highway\" v=\"primary\"/></way></osm>";
     let error = xml(text.as_bytes()).unwrap_err().to_string();
-    assert!(error.contains("holds streets and no node") && error.contains("out body"), "{error}");
+    assert!(
+        error.contains("holds streets and no node of them") && error.contains("out body"),
+        "{error}"
+    );
 }

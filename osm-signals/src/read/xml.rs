@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Progress;
 use super::collect::{Places, Streets, complete};
-use super::fault::no_streets;
+use super::fault::{no_streets, placed};
 use super::format::Format;
 use super::turns::Kind;
 use super::xml_elements::Elements;
@@ -22,7 +22,7 @@ const TELL_BYTES: u64 = 1024 * 1024;
 ///
 /// [`OsmError::Format`] when it is no OpenStreetMap XML, [`OsmError::Damaged`] when it cannot be
 /// read to its end, [`OsmError::Malformed`] in another encoding than UTF-8, [`OsmError::Nothing`]
-/// without any drivable way, [`OsmError::Unreadable`] when reading fails.
+/// without any drivable way or any place of one, [`OsmError::Unreadable`] when reading fails.
 pub fn read_xml<R: Read>(
     path: &Path,
     size: u64,
@@ -81,11 +81,6 @@ fn passes<R: Read>(
     if extract.ways.is_empty() {
         return Err(no_streets(path));
     }
-    if last_node == 0 {
-        let reason = "holds streets and no node, so that nothing has a place, as Overpass writes with `out \
-                      geom` or without `>`; end the query with `(._; >;); out body;`";
-        return Err(OsmError::Nothing { path: path.to_path_buf(), reason: reason.to_owned() });
-    }
 
     let mut elements = Elements::open(path, format, &open)?;
     while elements.seen() < last_node
@@ -100,5 +95,5 @@ fn passes<R: Read>(
     extract.oddities.merge(elements.into_oddities());
     complete(&mut extract);
     progress(in_all, in_all);
-    Ok(extract)
+    placed(path, extract)
 }

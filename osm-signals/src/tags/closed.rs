@@ -1,11 +1,10 @@
 //! Lanes that are closed to motor vehicles: bus lanes, which `lanes` counts, and cycle lanes, which it does not.
 
+use super::access::lane_by_lane;
 use super::direction::Direction;
 use super::lanes::{LaneTags, MAX_LANES};
 use super::value::{Tags, tag};
-
-/// Tags that say lane by lane whether motor vehicles may use it.
-const LANE_ACCESS: [&str; 3] = ["motor_vehicle:lanes", "vehicle:lanes", "access:lanes"];
+use crate::oddities::Oddities;
 
 /// Tags that say lane by lane whether buses may use it.
 const BUS_ACCESS: [&str; 3] = ["bus:lanes", "psv:lanes", "taxi:lanes"];
@@ -29,7 +28,8 @@ impl Closed {
         if !tags.iter().any(|(key, _)| key.contains(":lanes")) {
             return None;
         }
-        let access = closed(tags, suffix).filter(|lanes| lanes.len() <= usize::from(MAX_LANES))?;
+        let access =
+            lane_by_lane(tags, suffix).filter(|lanes| lanes.len() <= usize::from(MAX_LANES))?;
         let are_for = |keys: &[&str], i: usize| {
             let mut lanes = keys.iter().filter_map(|key| tag(tags, &format!("{key}{suffix}")));
             lanes.any(|lanes| {
@@ -56,14 +56,20 @@ impl Closed {
     }
 }
 
-/// Returns which lanes are closed to motor vehicles, for a suffix of `turn:lanes`.
-pub(super) fn closed<'a>(tags: &Tags<'a>, suffix: &str) -> Option<Vec<&'a str>> {
-    let mut found = LANE_ACCESS.iter().filter_map(|key| tag(tags, &format!("{key}{suffix}")));
-    found.next().map(|text| text.split('|').map(str::trim).collect())
+/// Returns the numbers of lanes without those that are closed to motor vehicles, such as bus lanes.
+pub(super) fn open_lanes(
+    way: i64,
+    tags: &Tags<'_>,
+    direction: Direction,
+    oddities: &mut Oddities,
+) -> LaneTags {
+    let mut lanes = LaneTags::parse(way, tags, direction, oddities);
+    leave_out_closed(&mut lanes, tags, direction);
+    lanes
 }
 
-/// Leaves out the lanes that are closed to motor vehicles, such as bus lanes, where they are counted.
-pub(super) fn leave_out_closed(lanes: &mut LaneTags, tags: &Tags<'_>, direction: Direction) {
+/// Leaves out the lanes that are closed where they are counted.
+fn leave_out_closed(lanes: &mut LaneTags, tags: &Tags<'_>, direction: Direction) {
     if direction == Direction::Both {
         let (forward, backward) = (Closed::of(tags, ":forward"), Closed::of(tags, ":backward"));
         let given = |own: Option<u8>, closed: &Option<Closed>| {
@@ -109,12 +115,11 @@ pub(super) fn leave_out_closed(lanes: &mut LaneTags, tags: &Tags<'_>, direction:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oddities::Oddities;
 
     #[test]
     fn bus_lanes_that_are_counted_are_left_out_and_cycle_lanes_are_not_counted() {
         let numbers = |tags: &Tags<'_>| {
-            let lanes = LaneTags::parse(1, tags, Direction::Both, &mut Oddities::default());
+            let lanes = open_lanes(1, tags, Direction::Both, &mut Oddities::default());
             (lanes.total, lanes.forward, lanes.backward)
         };
         let closed = ("vehicle:lanes:forward", "yes|yes|no");

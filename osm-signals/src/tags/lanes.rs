@@ -1,6 +1,6 @@
 //! Numbers of lanes and the turns that lanes are marked for.
 
-use super::closed::{closed, leave_out_closed};
+use super::access::lane_by_lane;
 use super::direction::Direction;
 use super::value::{Tags, tag};
 use crate::error::brief;
@@ -118,7 +118,6 @@ impl LaneTags {
             });
             (lanes.forward, lanes.backward) = (None, None);
         }
-        leave_out_closed(&mut lanes, tags, direction);
         lanes
     }
 
@@ -165,7 +164,7 @@ impl TurnTags {
         let mut lanes = |suffix: &str| {
             let key = format!("turn:lanes{suffix}");
             let Some(text) = tag(tags, &key) else { return Box::default() };
-            match turn_lanes(text, closed(tags, suffix)) {
+            match turn_lanes(text, lane_by_lane(tags, suffix)) {
                 Some(lanes) => lanes,
                 None => {
                     oddities
@@ -207,6 +206,7 @@ fn turn_lanes(text: &str, access: Option<Vec<&str>>) -> Option<Box<[TurnLane]>> 
 
 #[cfg(test)]
 mod tests {
+    use super::super::closed::open_lanes;
     use super::*;
 
     fn lane_tags(tags: &Tags<'_>) -> (LaneTags, u64) {
@@ -253,7 +253,7 @@ mod tests {
     #[test]
     fn of_a_one_way_street_its_own_direction_counts() {
         let lanes = |tags: &Tags<'_>, direction: Direction| {
-            let lanes = LaneTags::parse(1, tags, direction, &mut Oddities::default());
+            let lanes = open_lanes(1, tags, direction, &mut Oddities::default());
             lanes.one_way(direction == Direction::Forward)
         };
         let against = [("lanes", "3"), ("lanes:forward", "2"), ("lanes:backward", "1")];

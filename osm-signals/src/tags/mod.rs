@@ -11,6 +11,7 @@
 //! (`motor_vehicle=private`, `motorcar=private`, `vehicle=no` or `private`) are not drivable either.
 //! OSMnx keeps them, but private drives would end the approaches of public streets.
 
+mod access;
 mod closed;
 mod direction;
 mod drivable;

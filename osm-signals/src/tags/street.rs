@@ -1,5 +1,6 @@
 //! What the tags of a drivable way say.
 
+use super::closed::open_lanes;
 use super::direction::{Direction, direction};
 use super::drivable::drivable;
 use super::highway::Highway;
@@ -48,7 +49,7 @@ impl Street {
             highway,
             direction,
             roundabout,
-            lanes: LaneTags::parse(way, tags, direction, oddities),
+            lanes: open_lanes(way, tags, direction, oddities),
             turns: TurnTags::parse(way, tags, oddities).map(Box::new),
             speed: SpeedTags::parse(way, tags, oddities),
             driving_side: match tag(tags, "driving_side") {
