@@ -8,7 +8,7 @@
 //!
 //! What would make runs of methods something else than runs of methods is refused here too, because it stands
 //! in the same files: programs that change by the clock, what adds or removes vehicles depending on traffic, and vehicles
-//! that SUMO would leave out for their place in the file ([`super::departures`]).
+//! that SUMO would leave out for their place in the file (`departures.rs`).
 //!
 //! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
 
