@@ -28,3 +28,11 @@ pub(super) struct Evidence<'a> {
     /// What is known of the whole family.
     pub(super) design: Option<&'a Design>,
 }
+
+impl<'a> Evidence<'a> {
+    /// Returns what a model knows of the whole family: that is relative to the baseline, and a design without it only
+    /// says where point MDPs lie.
+    pub(super) fn assisting(&self) -> Option<&'a Design> {
+        self.design.filter(|_| self.identity.sample.assisted && self.reference.is_baseline)
+    }
+}

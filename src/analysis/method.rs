@@ -99,7 +99,7 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
 /// Returns the mean objective that follows from the assisted ratio of means, where the reference's own mean is known of the
 /// whole family; `None` in a sample that is not assisted.
 fn assisted_objective(evidence: Evidence<'_>, summaries: &Summaries) -> Option<f64> {
-    let design = evidence.design.filter(|_| evidence.identity.sample.assisted)?;
+    let design = evidence.assisting()?;
     let objective = design.input(&evidence.reference.name, Measure::Objective)?;
     let importance = design.points.iter().map(|p| p.importance);
     Some(summaries.ratio_of_means?.value * weighted_mean(importance.zip(objective))?)
@@ -145,7 +145,7 @@ pub(super) fn paired<T>(
         method: index as u64,
         name: &identity.methods[index],
         points: chosen,
-        design: evidence.design,
+        design: evidence.assisting(),
         resamples: identity.sample.resamples(RESAMPLES),
         alpha: identity.sample.alpha(),
     };

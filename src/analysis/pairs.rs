@@ -120,7 +120,7 @@ fn compared(
 ) -> Vec<Pair> {
     let direction = evidence.identity.direction;
     let (a, of_a) = &estimates[first];
-    let design = evidence.design.filter(|_| evidence.identity.sample.assisted);
+    let design = evidence.assisting();
     let matched = |second: usize| {
         let (b, of_b) = &estimates[second];
         let shared = shared(evidence.points, a, b);

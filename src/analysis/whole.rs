@@ -110,8 +110,7 @@ impl Analysis {
             points: &points,
             tasks: &tasks,
             episodes: &episodes,
-            // What is known of the family is relative to the baseline.
-            design: design.as_ref().filter(|_| reference.is_baseline),
+            design: design.as_ref(),
         };
         let trainings = trainings(&results, evidence);
         let (trained, episode_metrics) = (trained(&results), episode_metrics(&results));
