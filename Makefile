@@ -1,13 +1,16 @@
 # Two set-up commands: `make demo` and `make test`. The logic is in scripts/.
 CARGO ?= cargo
 
+# Not the Python package, which has its own tests (scripts/python.sh).
+tested = --workspace --exclude tsc-family-python --exclude tsc-family-benches
+
 .PHONY: demo test check doc bench setup
 
 demo: setup
 	scripts/demo.sh
 
 test: setup
-	$(CARGO) test --workspace --release
+	$(CARGO) test $(tested) --release
 
 check: setup
 	scripts/check.sh

@@ -5,8 +5,9 @@
 #
 #   scripts/browser.sh BINARY             looks at pages in a temporary folder
 #   scripts/browser.sh BINARY FOLDER      the same, and keeps them in an empty FOLDER
+#   scripts/browser.sh --prepare          only installs what it needs
 set -euo pipefail
-binary=$(realpath "$1")
+binary=$(realpath -m "$1")
 kept=${2:+$(realpath -m "$2")}
 cd "$(dirname "$0")/.."
 repository=$PWD
@@ -31,6 +32,7 @@ if [ ! -e "$venv/installed" ]; then
     "$venv/bin/pip" install --quiet "playwright==$playwright"
     touch "$venv/installed"
 fi
+[ "$1" != --prepare ] || exit 0
 python=$(realpath -s "$venv/bin/python")
 
 if [ -n "$kept" ]; then
@@ -44,7 +46,7 @@ fi
 
 # A family of 1,000 point MDPs, made up by its test.
 mkdir "$folder/large"
-TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --workspace --release --quiet --test analysis report_large >/dev/null
+TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --release --quiet --test analysis report_large >/dev/null
 
 cd "$folder"
 quiet() { "$@" >"$folder/out" 2>&1 || { cat "$folder/out" >&2; exit 1; }; }

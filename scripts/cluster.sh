@@ -4,8 +4,9 @@
 # logins. As root on Debian, where missing packages are installed; elsewhere it says that it was skipped.
 #
 #   scripts/cluster.sh PROGRAM
+#   scripts/cluster.sh --prepare   only installs what it needs
 set -euo pipefail
-binary=$(realpath "$1")
+binary=$(realpath -m "$1")
 scripts=$(realpath "$(dirname "$0")")
 
 packages=(slurm-wlm munge parallel openssh-server)
@@ -17,6 +18,7 @@ if ! command -v slurmctld munged parallel sshd >/dev/null; then
     export DEBIAN_FRONTEND=noninteractive
     { apt-get update && apt-get install -y --no-install-recommends "${packages[@]}"; } >/dev/null
 fi
+[ "$1" != --prepare ] || exit 0
 
 folder=$(mktemp -d)
 # The programs of batch systems look at what is above what they work in.

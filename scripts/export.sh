@@ -2,8 +2,9 @@
 # Reads what `tsc-family export` writes with polars, pandas and DuckDB from PyPI: every cell must be what the record says.
 #
 #   scripts/export.sh [PROGRAM]
+#   scripts/export.sh --prepare   only installs what it needs
 set -euo pipefail
-program=$(realpath "${1:-${CARGO_TARGET_DIR:-$(dirname "$0")/../target}/release/tsc-family}")
+program=$(realpath -m "${1:-${CARGO_TARGET_DIR:-$(dirname "$0")/../target}/release/tsc-family}")
 cd "$(dirname "$0")/.."
 
 needs="polars==1.31.0 pandas==2.2.3 numpy==2.2.6 pyarrow==20.0.0 duckdb==1.3.2"
@@ -14,6 +15,7 @@ if [ ! -e "$folder/installed" ]; then
     "$folder/bin/pip" install --quiet $needs
     touch "$folder/installed"
 fi
+[ "${1:-}" != --prepare ] || exit 0
 results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 "$program" run cartpole --methods ppo --set ppo.total_steps=2048 --budget 3 --eval-seeds 4 --quiet --out "$results/r"

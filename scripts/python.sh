@@ -3,6 +3,7 @@
 # uses it there as its README says: the smoke scenario with the installed command, the example of a controller, the tests.
 #
 #   scripts/python.sh          PYTHON=python3.12 scripts/python.sh
+#   scripts/python.sh --prepare   only installs what the build needs
 #
 # It is compiled in target/wheel, or in WHEEL_TARGET_DIR: where that is the folder of other builds, crates are compiled once
 # for both, but what depends on SUMO again whenever builds for another SUMO take turns.
@@ -27,11 +28,14 @@ if [ ! -e "$build/installed" ]; then
 fi
 SUMO_HOME=$("$build/bin/python" -c 'import importlib.metadata as m; print(m.distribution("eclipse-sumo").locate_file("sumo"))')
 SUMO_HOME=$SUMO_HOME scripts/setup.sh
+[ "${1:-}" != --prepare ] || exit 0
 
 step "the wheel"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-CARGO_TARGET_DIR=$(realpath -m "${WHEEL_TARGET_DIR:-$target/wheel}") PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
+# What it does is tried here, not how fast: optimising our own crate is most of the build.
+MATURIN_PEP517_ARGS="--config=profile.release.package.tsc-family.opt-level=1" \
+    CARGO_TARGET_DIR=$(realpath -m "${WHEEL_TARGET_DIR:-$target/wheel}") PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
     --no-build-isolation --wheel-dir "$work/wheel" ./python
 wheel=$(echo "$work"/wheel/*.whl)
 ls -l "$work/wheel"

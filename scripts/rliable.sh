@@ -4,6 +4,7 @@
 #
 #   scripts/rliable.sh            compares
 #   scripts/rliable.sh --write    writes tests/rliable/reference.json
+#   scripts/rliable.sh --prepare  only installs what it needs
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -19,6 +20,7 @@ if [ ! -e "$folder/installed" ]; then
     "$folder/bin/pip" install --quiet --no-deps "rliable==$rliable"
     touch "$folder/installed"
 fi
+[ "${1:-}" != --prepare ] || exit 0
 python=$folder/bin/python
 stored=tests/rliable/reference.json
 if [ "${1:-}" = --write ]; then
@@ -43,5 +45,5 @@ print(f"{len(stored)} stored cases are what rliable computes")
 PYTHON
 for seed in 2 3; do
     "$python" scripts/rliable_reference.py "$seed" > "$folder/$seed.json"
-    RLIABLE_REFERENCE=$(realpath "$folder/$seed.json") cargo test --workspace --release --quiet --test analysis rliable
+    RLIABLE_REFERENCE=$(realpath "$folder/$seed.json") cargo test --release --quiet --test analysis rliable
 done

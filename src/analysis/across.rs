@@ -131,21 +131,15 @@ pub fn across(
             |e: AnalysisError| AnalysisError::NotTogether(format!("{}: {e}", family.name));
         let board = Board::new(family.analysis, &methods).map_err(in_family)?;
         notes.extend(board.lacks().map(|lacks| format!("{}: {lacks}", family.name)));
-        let sample = &family.analysis.manifest.identity.sample;
-        if sample.draws.len() < sample.family_size {
-            notes.push(format!(
-                "{}: {} of {} point MDPs were evaluated, and combinations are of these; {}",
-                family.name,
-                sample.draws.len(),
-                sample.family_size,
-                match weighing {
-                    Weighing::Equal => {
-                        "as they were chosen by importance, all counting the same is not so of the family"
-                    }
-                    Weighing::Importance => "what the others would change is not known",
-                }
-            ));
-        }
+        let unknown = match weighing {
+            Weighing::Equal => {
+                "as they were chosen by importance, all counting the same is not so of the family"
+            }
+            Weighing::Importance => "what the others would change is not known",
+        };
+        notes.extend(board.sampled().map(|sampled| {
+            format!("{}: {sampled}, and combinations are of these; {unknown}", family.name)
+        }));
         boards.push(board);
     }
     let direction = match scale {

@@ -20,6 +20,8 @@ pub struct Board {
     pub points: Vec<BoardPoint>,
     /// Number of point MDPs that were to be evaluated.
     pub chosen: usize,
+    /// Number of the family's point MDPs.
+    pub family_size: usize,
     /// Methods without a score on some of these, and on how many.
     pub lacking: Vec<(String, usize)>,
 }
@@ -90,7 +92,8 @@ impl Board {
             });
         }
         let direction = analysis.direction();
-        Ok(Self { methods: methods.to_vec(), direction, points, chosen, lacking })
+        let family_size = analysis.manifest.identity.sample.family_size;
+        Ok(Self { methods: methods.to_vec(), direction, points, chosen, family_size, lacking })
     }
 
     /// Returns the position of a point MDP, by its id or by what it is called.
@@ -111,6 +114,12 @@ impl Board {
     pub fn weights(&self) -> Vec<f64> {
         let total: f64 = self.points.iter().map(|p| p.weight).sum();
         self.points.iter().map(|p| p.weight / total).collect()
+    }
+
+    /// Says how many point MDPs of the family were evaluated; `None` when all were.
+    pub fn sampled(&self) -> Option<String> {
+        let (chosen, all) = (self.chosen, self.family_size);
+        (chosen < all).then(|| format!("{chosen} of {all} point MDPs were evaluated"))
     }
 
     /// Says which methods lack how many point MDPs, and what is compared then; `None` when none lacks any.

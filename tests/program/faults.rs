@@ -47,7 +47,7 @@ fn rows(results: &Path) -> Vec<String> {
 #[test]
 fn networks_that_are_built_anew_meanwhile_change_no_record() {
     let folder = tempfile::tempdir().unwrap();
-    let long = "run smoke --methods baseline --eval-seeds 60 --jobs 1 --quiet --out";
+    let long = "run smoke --methods baseline --eval-seeds 30 --jobs 1 --quiet --out";
     let child = start(folder.path(), &format!("{long} long"));
     wait_for_an_episode(&folder.path().join("long"));
     let other = "run smoke --methods baseline --eval-seeds 1 --quiet --out";
@@ -74,7 +74,7 @@ fn city() -> tempfile::TempDir {
     folder
 }
 
-const OWN: &str = "run --sumocfg city/busy.sumocfg --methods program --eval-seeds 40 --quiet --out";
+const OWN: &str = "run --sumocfg city/busy.sumocfg --methods program --eval-seeds 12 --quiet --out";
 
 #[test]
 fn vehicles_that_are_edited_within_a_task_leave_no_record() {
@@ -132,7 +132,7 @@ const SMOKE: &str = "run smoke --methods baseline --eval-seeds 1 --jobs 1";
 fn workers_that_are_killed_leave_their_tasks_to_the_next_run() {
     let folder = tempfile::tempdir().unwrap();
     succeed(folder.path(), "build-networks smoke --quiet");
-    let long = SMOKE.replace("--eval-seeds 1", "--eval-seeds 150");
+    let long = SMOKE.replace("--eval-seeds 1", "--eval-seeds 60");
     // The workers take more than a second of the processor, the program that waits for them less.
     let output = limited(folder.path(), "ulimit -t 1", &format!("{long} --json --out out"));
     assert_eq!(output.status.code(), Some(INCOMPLETE), "{}", stderr(&output));

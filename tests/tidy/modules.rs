@@ -178,7 +178,11 @@ impl Sources {
                     sources.crates.extend(name.map(|n| (n, module)));
                 }
             }
-            sources.refuse_orphans(root, &folder.join("src"))?;
+            // A package of benchmarks alone has none.
+            let folder = folder.join("src");
+            if root.join(&folder).is_dir() {
+                sources.refuse_orphans(root, &folder)?;
+            }
         }
         Ok(sources)
     }

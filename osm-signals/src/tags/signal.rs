@@ -50,12 +50,12 @@ pub struct SignalTags {
 impl SignalTags {
     /// Returns what the tags of a node say; `None` if it is no signal for vehicles.
     ///
-    /// A crossing with signals alone (`highway=crossing`) is none.
+    /// A crossing with signals alone (`highway=crossing`) is none; `highway=traffic_signals;crossing` is both.
     pub fn parse(tags: &Tags<'_>) -> Option<Self> {
-        if tag(tags, "highway") != Some("traffic_signals") {
-            return None;
-        }
-        let crossing = tag(tags, "crossing").is_some_and(|v| v != "no")
+        let is = |value: &str| tag(tags, "highway")?.split(';').find(|v| v.trim() == value);
+        is("traffic_signals")?;
+        let crossing = is("crossing").is_some()
+            || tag(tags, "crossing").is_some_and(|v| v != "no")
             || tag(tags, "crossing_ref").is_some()
             || matches!(
                 tag(tags, "traffic_signals"),
@@ -103,6 +103,10 @@ mod tests {
         let both =
             SignalTags::parse(&[("crossing", "traffic_signals"), ("highway", "traffic_signals")]);
         assert_eq!(both, Some(SignalTags { crossing: true, ..SignalTags::default() }));
+        for value in ["traffic_signals;crossing", "crossing; traffic_signals"] {
+            assert_eq!(SignalTags::parse(&[("highway", value)]), both, "{value}");
+        }
+        assert_eq!(SignalTags::parse(&[("highway", "traffic_signals_off;crossing")]), None);
     }
 
     #[test]

@@ -121,14 +121,8 @@ fn reported(report: &SensitivityReport<'_>) -> Option<String> {
 /// Returns on what else than the whole family the tables rest.
 pub(super) fn warnings(report: &SensitivityReport<'_>) -> Vec<String> {
     let mut warnings: Vec<String> = report.data.board.lacks().into_iter().collect();
-    let sample = &report.report.manifest.identity.sample;
-    if sample.draws.len() < sample.family_size {
-        warnings.push(format!(
-            "{} of {} point MDPs were evaluated; what the others would change is not known",
-            sample.draws.len(),
-            sample.family_size
-        ));
-    }
+    let unknown = |sampled| format!("{sampled}; what the others would change is not known");
+    warnings.extend(report.data.board.sampled().map(unknown));
     warnings
 }
 

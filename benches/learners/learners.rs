@@ -1,6 +1,6 @@
 //! Micro-benchmarks of the learners: what one decision costs beside the simulation.
 //!
-//! `cargo bench --bench learners`, without SUMO.
+//! `cargo bench --package tsc-family-benches`, without SUMO.
 
 use std::hint::black_box;
 
