@@ -6,6 +6,8 @@
 #   scripts/browser.sh BINARY             looks at pages in a temporary folder
 #   scripts/browser.sh BINARY FOLDER      the same, and keeps them in an empty FOLDER
 #   scripts/browser.sh --prepare          only installs what it needs
+#
+# LARGE_PAGE may name the page that the test report_large has made with TSC_FAMILY_KEEP_PAGE.
 set -euo pipefail
 binary=$(realpath -m "$1")
 kept=${2:+$(realpath -m "$2")}
@@ -46,7 +48,11 @@ fi
 
 # A family of 1,000 point MDPs, made up by its test.
 mkdir "$folder/large"
-TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --release --quiet --test analysis report_large >/dev/null
+if [ -n "${LARGE_PAGE:-}" ]; then
+    cp "$LARGE_PAGE" "$folder/large/index.html"
+else
+    TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --release --quiet --test analysis report_large >/dev/null
+fi
 
 cd "$folder"
 quiet() { "$@" >"$folder/out" 2>&1 || { cat "$folder/out" >&2; exit 1; }; }

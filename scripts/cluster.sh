@@ -72,20 +72,20 @@ long=(smoke --methods idqn --episodes 900 --eval-seeds 2)
 with_slurm() {
     export SLURM_CONF=$slurm/slurm.conf
     "$binary" run "${short[@]}" --out out/slurm --executor slurm --job-minutes 0.02
-    wait_for 120 is_done out/slurm
+    wait_for 600 is_done out/slurm
     same out/here out/slurm
     "$binary" resume out/slurm >/dev/null
     test -s out/slurm/report/index.html || failed "no report"
 
     echo "--- Slurm, cancelled and resumed"
     "$binary" run "${short[@]}" --out out/cancelled --executor slurm --job-minutes 0.02
-    wait_for 60 has_done out/cancelled 1
+    wait_for 300 has_done out/cancelled 1
     "$binary" cancel out/cancelled
-    wait_for 60 sh -c '[ -z "$(squeue --noheader)" ]'
+    wait_for 300 sh -c '[ -z "$(squeue --noheader)" ]'
     "$binary" status out/cancelled && failed "it was cancelled and is done all the same"
     before=$(sha256sum out/cancelled/done/000/*)
     "$binary" resume out/cancelled
-    wait_for 120 is_done out/cancelled
+    wait_for 600 is_done out/cancelled
     echo "$before" | sha256sum --quiet --check || failed "a finished record was written again"
     same out/here out/cancelled
 
@@ -94,14 +94,14 @@ with_slurm() {
     echo '#SBATCH --time=3' >lines
     "$binary" run "${long[@]}" --out out/limit --executor slurm --sbatch lines --job-minutes 0.02
     "$binary" resume out/limit && failed "it was resumed without its lines"
-    wait_for 60 has_worker out/limit
+    wait_for 300 has_worker out/limit
     node=$(squeue --noheader --states=running --format=%N | tail -n 1)
     echo "node $node dies; its jobs do not"
     kill -KILL "$(cat "$slurm/run/slurmd.$node.pid")"
-    wait_for 120 sh -c "sinfo --noheader --nodes=$node --format=%T | grep -q down"
+    wait_for 600 sh -c "sinfo --noheader --nodes=$node --format=%T | grep -q down"
     rm -f "$slurm/run/slurmd.$node.pid"
     "$scripts/slurm.sh" node "$slurm" "${node#n}"
-    wait_for 900 is_done out/limit
+    wait_for 1800 is_done out/limit
     wait
     same out/long out/limit
     grep -q "stopped with . task" out/limit/jobs/000/out/* || failed "no limit of time was met"
