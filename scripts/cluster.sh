@@ -56,6 +56,14 @@ wait_for() {
     done
 }
 is_done() { "$binary" status "$1"; }
+# The same; Slurm lets two minutes pass before a job that has put itself back into the queue starts again.
+is_done_soon() {
+    local job
+    for job in $(squeue --noheader --states=pending --format=%i); do
+        scontrol update "JobId=$job" StartTime=now || true
+    done
+    is_done "$1"
+}
 # Compares two runs, wall-clock values aside.
 same() {
     echo "$2 and $1:"
@@ -101,7 +109,7 @@ with_slurm() {
     wait_for 600 sh -c "sinfo --noheader --nodes=$node --format=%T | grep -q down"
     rm -f "$slurm/run/slurmd.$node.pid"
     "$scripts/slurm.sh" node "$slurm" "${node#n}"
-    wait_for 1800 is_done out/limit
+    wait_for 1800 is_done_soon out/limit
     wait
     same out/long out/limit
     grep -q "stopped with . task" out/limit/jobs/000/out/* || failed "no limit of time was met"
