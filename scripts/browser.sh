@@ -9,7 +9,7 @@
 #
 # LARGE_PAGE may name the page that the test report_large has made with TSC_FAMILY_KEEP_PAGE.
 set -euo pipefail
-binary=$(realpath -m "$1")
+binary=$(realpath -m -- "$1")
 kept=${2:+$(realpath -m "$2")}
 cd "$(dirname "$0")/.."
 repository=$PWD

@@ -6,7 +6,7 @@
 #   scripts/cluster.sh PROGRAM
 #   scripts/cluster.sh --prepare   only installs what it needs
 set -euo pipefail
-binary=$(realpath -m "$1")
+binary=$(realpath -m -- "$1")
 scripts=$(realpath "$(dirname "$0")")
 
 packages=(slurm-wlm munge parallel openssh-server)

@@ -4,7 +4,7 @@
 #   scripts/export.sh [PROGRAM]
 #   scripts/export.sh --prepare   only installs what it needs
 set -euo pipefail
-program=$(realpath -m "${1:-${CARGO_TARGET_DIR:-$(dirname "$0")/../target}/release/tsc-family}")
+program=$(realpath -m -- "${1:-${CARGO_TARGET_DIR:-$(dirname "$0")/../target}/release/tsc-family}")
 cd "$(dirname "$0")/.."
 
 needs="polars==1.31.0 pandas==2.2.3 numpy==2.2.6 pyarrow==20.0.0 duckdb==1.3.2"
