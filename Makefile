@@ -1,7 +1,7 @@
 # Two set-up commands: `make demo` and `make test`. The logic is in scripts/.
 CARGO ?= cargo
 
-# Not the Python package, which has its own tests (scripts/python.sh).
+# Not the Python package, which has its own tests (scripts/python.sh), nor the benchmark that needs criterion.
 tested = --workspace --exclude tsc-family-python --exclude tsc-family-benches
 
 .PHONY: demo test check doc bench setup
