@@ -14,7 +14,7 @@ use super::method::{MethodSummary, Summarised, paired};
 use super::points::PointSummary;
 use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
-use crate::sample::{Design, Measure};
+use crate::sample::Design;
 use crate::stats::improvement::{self, placements};
 use crate::stats::{Direction, Dominance, PointObjectives, Verdict};
 
@@ -211,7 +211,8 @@ fn shared<'a>(
 }
 
 /// Returns the two estimates where their resamples say more than differences do: both methods were trained several times,
-/// each on its own, or one is known on the whole family; and both estimates are over just these point MDPs.
+/// each on its own, or a model assists, whose mean of differences would be another than the difference of the two means
+/// that are shown; and both estimates are over just these point MDPs.
 fn apart<'a>(
     shared: &[OnPoint<'_>],
     design: Option<&Design>,
@@ -219,9 +220,7 @@ fn apart<'a>(
     (b, of_b): (&MethodSummary, &'a Option<Estimate>),
 ) -> Option<(&'a Estimate, &'a Estimate)> {
     let both = shared.iter().any(|(_, x, y)| x.method.len() > 1 && y.method.len() > 1);
-    let is_known =
-        |m: &MethodSummary| design.is_some_and(|d| d.input(&m.method, Measure::Score).is_some());
-    let both = both || is_known(a) || is_known(b);
+    let both = both || design.is_some();
     let same = [a.points, b.points] == [shared.len(); 2];
     let (of_a, of_b) = of_a.as_ref().zip(of_b.as_ref())?;
     let resampled = !of_a.resamples.is_empty() && of_a.resamples.len() == of_b.resamples.len();

@@ -179,7 +179,7 @@ impl Judged<'_> {
         std::iter::once(self.of.0).chain(self.of.1)
     }
 
-    /// Estimates it from a sample.
+    /// Estimates it from a sample, as a report would.
     fn estimate(
         &self,
         setting: &Setting<'_>,
@@ -187,16 +187,27 @@ impl Judged<'_> {
         resamples: usize,
         seed: u64,
     ) -> Result<Estimate, EngineError> {
-        let (first, second) = self.of;
-        let one = &self.methods[first];
-        let objectives = |row: usize| -> PointObjectives {
-            let Some(second) = second else { return one.objectives[row].clone() };
-            let (a, b) = (&one.objectives[row], &self.methods[second].objectives[row]);
-            let method = ahead(&a.method, &b.method, setting.recorded.direction);
-            PointObjectives { method, ..a.clone() }
+        let of = |m: usize| {
+            let method = &self.methods[m];
+            let objectives = |row: usize| method.objectives[row].clone();
+            setting.estimate(sample, (m, &method.name), &objectives, resamples, seed)
         };
-        let name = if second.is_some() { "" } else { one.name.as_str() };
-        Ok(setting.estimate(sample, (first, name), &objectives, resamples, seed)?)
+        let (first, second) = self.of;
+        let Some(second) = second else { return Ok(of(first)?) };
+        let direction = setting.recorded.direction;
+        if sample.assisted {
+            let (first, second) = (of(first)?, of(second)?);
+            return Ok(match direction {
+                Direction::Lower => first.difference(&second),
+                Direction::Higher => second.difference(&first),
+            });
+        }
+        let objectives = |row: usize| {
+            let (a, b) =
+                (&self.methods[first].objectives[row], &self.methods[second].objectives[row]);
+            PointObjectives { method: ahead(&a.method, &b.method, direction), ..a.clone() }
+        };
+        Ok(setting.estimate(sample, (first, ""), &objectives, resamples, seed)?)
     }
 }
 

@@ -118,6 +118,7 @@ fn factor(method: &str, i: usize) -> f64 {
     match method {
         "baseline" => 1.0,
         "cheap" => cheap,
+        "odd" => 0.5 + (i * i * 31 % 17) as f64 / 15.0,
         _ => 0.9 * cheap,
     }
 }
@@ -144,7 +145,7 @@ fn a_method_that_follows_a_cheap_one_is_estimated_nearly_exactly_from_a_few() {
     let plan = PlanFile::new("smoke", sample.clone(), Some(design.clone()));
     assert_eq!(plan.check(&known.family), Ok(()));
 
-    let mut learned = forty(&["baseline", "learner"]);
+    let mut learned = forty(&["baseline", "learner", "odd"]);
     let drawn: Vec<&str> = sample.draws.iter().map(|d| d.point.as_str()).collect();
     learned.identity.points.retain(|p| drawn.contains(&p.point.as_str()));
     learned.identity.sample = sample.clone();
@@ -160,6 +161,14 @@ fn a_method_that_follows_a_cheap_one_is_estimated_nearly_exactly_from_a_few() {
     let (low, high) = learner.interval.unwrap();
     assert!((learner.overall.unwrap() - truth).abs() < 0.02, "{:?} {truth}", learner.overall);
     assert!(low <= truth && truth <= high && high - low < 0.15, "{low} {high} {truth}");
+    // Whoever subtracts two scores finds what the page says they are apart.
+    let overall = |m: usize| data.methods[m].overall.unwrap();
+    for pair in &data.comparison.pairs {
+        let apart = overall(pair.second) - overall(pair.first);
+        assert!((pair.ahead.value - apart).abs() < 1e-9, "{apart} {pair:?}");
+    }
+    let (lead, next) = (data.lead.as_ref().unwrap(), &data.comparison.pairs[0]);
+    assert_eq!((lead.difference, Some(lead.interval)), (next.ahead.value, next.ahead.interval));
     // What is known everywhere is estimated as it is, and no sample widens it.
     let mut again = forty(&["baseline", "cheap"]);
     again.identity.points = learned.identity.points.clone();
