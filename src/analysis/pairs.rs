@@ -16,7 +16,7 @@ use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
 use crate::sample::Design;
 use crate::stats::improvement::{self, placements};
-use crate::stats::{Direction, Dominance, PointObjectives, Verdict};
+use crate::stats::{Dominance, PointObjectives, Verdict};
 
 /// Most comparisons with one method that are made at once, and point MDPs in them: what they are computed from is in
 /// memory then.
@@ -125,10 +125,7 @@ fn compared(
         let (b, of_b) = &estimates[second];
         let shared = shared(evidence.points, a, b);
         let difference =
-            apart(&shared, design, (a, of_a), (b, of_b)).map(|(a, b)| match direction {
-                Direction::Lower => a.difference(b),
-                Direction::Higher => b.difference(a),
-            });
+            apart(&shared, design, (a, of_a), (b, of_b)).map(|(a, b)| a.ahead(b, direction));
         Match { second, shared, difference }
     };
     let matches: Vec<Match<'_>> = seconds.map(matched).collect();

@@ -10,7 +10,6 @@ use super::choice::choice;
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, summarise_method};
 use super::points::{PointSummary, TaskScore};
-use crate::stats::Direction;
 
 /// All methods with results on the point MDPs that every one of them finished.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,10 +95,7 @@ pub(super) fn lead(evidence: Evidence<'_>, estimates: &[Summarised]) -> Option<L
     if evidence.points.iter().any(|p| scored(p, best) != scored(p, second)) {
         return None;
     }
-    let difference = match evidence.identity.direction {
-        Direction::Lower => first.difference(other),
-        Direction::Higher => other.difference(first),
-    };
+    let difference = first.ahead(other, evidence.identity.direction);
     let interval = difference.interval?;
     let runner_up = second.method.clone();
     Some(Lead { runner_up, difference: difference.value, interval })

@@ -196,11 +196,7 @@ impl Judged<'_> {
         let Some(second) = second else { return Ok(of(first)?) };
         let direction = setting.recorded.direction;
         if sample.assisted {
-            let (first, second) = (of(first)?, of(second)?);
-            return Ok(match direction {
-                Direction::Lower => first.difference(&second),
-                Direction::Higher => second.difference(&first),
-            });
+            return Ok(of(first)?.ahead(&of(second)?, direction));
         }
         let objectives = |row: usize| {
             let (a, b) =

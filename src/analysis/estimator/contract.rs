@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::sample::Design;
 use crate::stats::quantile::central;
 use crate::stats::summary::{MeanOfScores, Statistics};
-use crate::stats::{Bootstrap, PointObjectives, StatsError};
+use crate::stats::{Bootstrap, Direction, PointObjectives, StatsError};
 
 /// What an estimator knows of a sample beside the scores.
 #[derive(Debug, Clone, Copy)]
@@ -145,6 +145,14 @@ impl Estimate {
     pub fn of(bootstrap: Bootstrap, alpha: f64) -> Self {
         let interval = central(&bootstrap.resamples, alpha);
         Self { value: bootstrap.estimate, interval, resamples: bootstrap.resamples, alpha }
+    }
+
+    /// Returns by how much this is better than another, as [`Self::difference`] does; negative where it is worse.
+    pub fn ahead(&self, other: &Self, direction: Direction) -> Self {
+        match direction {
+            Direction::Lower => self.difference(other),
+            Direction::Higher => other.difference(self),
+        }
     }
 
     /// Returns `other - self`, resample by resample, which is much narrower than the two intervals suggest:
