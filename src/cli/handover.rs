@@ -52,7 +52,7 @@ pub struct WorkersArgs {
     /// File of `#SBATCH` lines for the jobs, such as partition and account
     #[arg(long, value_name = "FILE")]
     pub sbatch: Option<PathBuf>,
-    /// Processor time that a job of a batch system is to take, minutes [default: 1 to 30, more for longer runs]
+    /// Processor time that a job of a batch system is to take, minutes [default: from 1 to 30, the longer the run the more]
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     pub job_minutes: Option<f64>,
     /// Worker processes at the same time [default: one per processor; one per job of a batch system]

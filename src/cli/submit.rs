@@ -35,7 +35,7 @@ pub struct SubmitArgs {
     /// Results directory with manifest and plan
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Who does the tasks [default: who had them last, or this machine]
+    /// Who does the tasks [default: who had them last; else `resume` takes this machine, and `submit` has to be told]
     #[arg(long, value_enum)]
     pub executor: Option<Executes>,
     /// Folder of the networks or whatever was prepared [default: where the run had it]

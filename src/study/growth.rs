@@ -1,12 +1,13 @@
 //! Runs that stop before their budget is spent, tried on a family of which everything is known: how much they save, and
 //! how often what they say is wrong.
 
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
 use super::engine::{EngineError, Setting};
-use super::recorded::{Recorded, RecordedMethod};
+use super::recorded::Recorded;
 use super::{Kind, StudyPlan};
 use crate::analysis::estimator::Estimate;
 use crate::sample::looks::looks;
@@ -41,10 +42,10 @@ pub struct Stopped {
 }
 
 /// What is judged: a method or the lead of one on another.
-struct Judged<'a> {
+struct Judged {
     name: String,
+    /// Positions among the recorded methods.
     of: (usize, Option<usize>),
-    methods: &'a [RecordedMethod],
     truth: f64,
 }
 
@@ -93,13 +94,12 @@ pub fn grow(
 }
 
 /// Returns what intervals are of.
-fn judged<'a>(recorded: &'a Recorded, until: &Until) -> Vec<Judged<'a>> {
+fn judged(recorded: &Recorded, until: &Until) -> Vec<Judged> {
     let methods = &recorded.methods[..];
     let position = |name: &str| methods.iter().position(|m| m.name == name);
     let one = |m: usize| Judged {
         name: methods[m].name.clone(),
         of: (m, None),
-        methods,
         truth: recorded.truth(&methods[m]),
     };
     match until {
@@ -113,7 +113,7 @@ fn judged<'a>(recorded: &'a Recorded, until: &Until) -> Vec<Judged<'a>> {
                     Direction::Higher => first.truth - second.truth,
                 };
                 let name = format!("{} against {}", first.name, second.name);
-                Some(Judged { name, of: (a, Some(b)), methods, truth })
+                Some(Judged { name, of: (a, Some(b)), truth })
             };
             pairs.iter().filter_map(of_pair).collect()
         }
@@ -121,7 +121,7 @@ fn judged<'a>(recorded: &'a Recorded, until: &Until) -> Vec<Judged<'a>> {
 }
 
 /// Returns what a run knows of the whole family: nothing of the methods that are judged.
-fn design(recorded: &Recorded, kind: Kind, judged: &[Judged<'_>]) -> Design {
+fn design(recorded: &Recorded, kind: Kind, judged: &[Judged]) -> Design {
     if !kind.is_assisted() {
         return Design::of(&recorded.family);
     }
@@ -136,7 +136,7 @@ fn run(
     plan: &StudyPlan,
     until: &Until,
     (kind, repeat): (Kind, usize),
-    judged: &[Judged<'_>],
+    judged: &[Judged],
 ) -> Result<[Run; 2], EngineError> {
     let seed = derive(plan.seed, &["study", &repeat.to_string()]);
     let largest = plan.budgets.iter().copied().max().unwrap_or_default();
@@ -146,8 +146,7 @@ fn run(
     let mut ends: [Option<Run>; 2] = [None, None];
     for k in 0..plan.budgets.len() {
         let Some(sample) = chosen.at_look(k) else { break };
-        let estimates = judged.iter().map(|j| j.estimate(setting, &sample, plan.resamples, seed));
-        let estimates = estimates.collect::<Result<Vec<Estimate>, EngineError>>()?;
+        let estimates = estimates(setting, &sample, judged, plan.resamples, seed)?;
         for (end, alpha) in ends.iter_mut().zip([sample.alpha(), ALPHA]) {
             if end.is_some() {
                 continue;
@@ -174,48 +173,55 @@ fn is_enough(until: &Until, (low, high): (f64, f64)) -> bool {
     }
 }
 
-impl Judged<'_> {
+impl Judged {
     fn positions(&self) -> impl Iterator<Item = usize> {
         std::iter::once(self.of.0).chain(self.of.1)
     }
+}
 
-    /// Estimates it from a sample, as a report would.
-    fn estimate(
-        &self,
-        setting: &Setting<'_>,
-        sample: &SamplePlan,
-        resamples: usize,
-        seed: u64,
-    ) -> Result<Estimate, EngineError> {
-        let of = |m: usize| {
-            let method = &self.methods[m];
-            let objectives = |row: usize| method.objectives[row].clone();
-            setting.estimate(sample, (m, &method.name), &objectives, resamples, seed)
-        };
-        let (first, second) = self.of;
-        let Some(second) = second else { return Ok(of(first)?) };
-        let direction = setting.recorded.direction;
-        if sample.assisted {
-            return Ok(of(first)?.ahead(&of(second)?, direction));
+/// Estimates what is judged from a sample, in its order, as a report would.
+fn estimates(
+    setting: &Setting<'_>,
+    sample: &SamplePlan,
+    judged: &[Judged],
+    resamples: usize,
+    seed: u64,
+) -> Result<Vec<Estimate>, EngineError> {
+    let methods = &setting.recorded.methods[..];
+    let direction = setting.recorded.direction;
+    // Each score once: a method is in several pairs.
+    let mut scores = BTreeMap::new();
+    let is_of_scores = |judged: &&Judged| judged.of.1.is_none() || sample.assisted;
+    for m in judged.iter().filter(is_of_scores).flat_map(Judged::positions) {
+        if let Entry::Vacant(place) = scores.entry(m) {
+            let objectives = |row: usize| methods[m].objectives[row].clone();
+            let of = (m, methods[m].name.as_str());
+            place.insert(setting.estimate(sample, of, &objectives, resamples, seed)?);
         }
-        let objectives = |row: usize| {
-            let (a, b) =
-                (&self.methods[first].objectives[row], &self.methods[second].objectives[row]);
-            PointObjectives { method: ahead(&a.method, &b.method, direction), ..a.clone() }
-        };
-        Ok(setting.estimate(sample, (first, ""), &objectives, resamples, seed)?)
     }
+    let estimate = |judged: &Judged| match judged.of {
+        (m, None) => Ok(scores[&m].clone()),
+        (a, Some(b)) if sample.assisted => Ok(scores[&a].ahead(&scores[&b], direction)),
+        (a, Some(b)) => {
+            let objectives = |row: usize| {
+                let (a, b) = (&methods[a].objectives[row], &methods[b].objectives[row]);
+                PointObjectives { method: ahead(&a.method, &b.method, direction), ..a.clone() }
+            };
+            Ok(setting.estimate(sample, (a, ""), &objectives, resamples, seed)?)
+        }
+    };
+    judged.iter().map(estimate).collect()
 }
 
 fn put_together(
     (kind, is_spent): (Kind, bool),
-    judged: &[Judged<'_>],
+    judged: &[Judged],
     runs: &[&Run],
     until: &Until,
 ) -> Stopped {
     let n = runs.len() as f64;
     let share = |of: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| of(run)).count() as f64 / n;
-    let coverage = |k: usize, judged: &Judged<'_>| {
+    let coverage = |k: usize, judged: &Judged| {
         let intervals: Vec<(f64, f64)> = runs.iter().filter_map(|r| r.intervals[k]).collect();
         let holds = |i: &&(f64, f64)| i.0 <= judged.truth && judged.truth <= i.1;
         let held = intervals.iter().filter(holds).count() as f64;

@@ -123,7 +123,7 @@ settings! {
         approaches: Option<String> = None;
         /// Table of point MDPs, relative to the scenario file, as written by hand.
         points: Option<String> = None;
-        /// Six features per intersection or its real arms; needs `approaches` for the latter.
+        /// `six-features` of an intersection, or `per-approach`, its real arms, which needs `approaches`.
         detail: Detail = Detail::SixFeatures;
         /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
         /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
@@ -232,7 +232,7 @@ settings! {
         /// `[signal]`. In left-hand traffic these are the phases of right turns, which cross opposing
         /// traffic there.
         default_left_green_s: f64 = 6.0, in 1.0..=100.0, unit "s";
-        /// Side of the street that traffic keeps to. Tables and shares of turns are as on the ground;
+        /// Side of the street that traffic keeps to, `right` or `left`. Tables and shares of turns are as on the ground;
         /// networks of left-hand traffic are the mirror image of right-hand ones.
         #[serde(skip_serializing_if = "DrivingSide::is_right")]
         driving_side: DrivingSide = DrivingSide::Right;

@@ -61,13 +61,16 @@ pub enum ChangeInterval {
 settings! {
     /// How signals are timed and what controllers see.
     pub struct SignalSettings, source "RESCO's settings for single intersections" {
-        /// Which greens a controller chooses from.
+        /// Which greens a controller chooses from: `own-greens`, those of the signal's own program, as in RESCO, or
+        /// `all-pairs`, on generated networks every pair of movements that can be green together (imported ones have
+        /// no more than their own greens).
         actions: Actions = Actions::OwnGreens;
         /// Time between decisions.
         delta_time_s: u32 = 10, in 1.0..=300.0, unit "s";
         /// Distance to the signal within which vehicles are detected.
         detection_m: f64 = 200.0, in 1.0..=10_000.0, unit "m";
-        /// How long yellow and all-red last.
+        /// How long yellow and all-red last: `fixed`, as `yellow_time_s` and `all_red_s` say, or `kinematic`, by
+        /// approach speed and crossing width (ITE's formula).
         change_interval: ChangeInterval = ChangeInterval::Fixed;
         /// Yellow of links whose green ends; with `kinematic` the least.
         yellow_time_s: u32 = 3, in 0.0..=10.0, unit "s";
