@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::choice::choice;
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, summarise_method};
+use super::pairs::Pair;
 use super::points::{PointSummary, TaskScore};
 
 /// All methods with results on the point MDPs that every one of them finished.
@@ -87,16 +88,19 @@ pub(super) fn on_common_points(
 }
 
 /// Compares the two best methods when they were evaluated on the same point MDPs.
-pub(super) fn lead(evidence: Evidence<'_>, estimates: &[Summarised]) -> Option<Lead> {
-    let [(best, Some(first)), (second, Some(other)), ..] = estimates else { return None };
+pub(super) fn lead(
+    evidence: Evidence<'_>,
+    estimates: &[Summarised],
+    pairs: &[Pair],
+) -> Option<Lead> {
+    let [(best, Some(_)), (second, Some(_)), ..] = estimates else { return None };
     let scored = |p: &PointSummary, m: &MethodSummary| {
         p.results[m.index].as_ref().is_some_and(|r| r.score.is_some())
     };
     if evidence.points.iter().any(|p| scored(p, best) != scored(p, second)) {
         return None;
     }
-    let difference = first.ahead(other, evidence.identity.direction);
-    let interval = difference.interval?;
-    let runner_up = second.method.clone();
-    Some(Lead { runner_up, difference: difference.value, interval })
+    let ahead = &pairs.iter().find(|pair| (pair.first, pair.second) == (0, 1))?.ahead;
+    let (difference, interval) = (ahead.value, ahead.interval?);
+    Some(Lead { runner_up: second.method.clone(), difference, interval })
 }

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::estimator::{Estimate, Estimator, Sample};
 use super::statistics::{BELOW, GEOMETRIC, IQM, MEDIAN, RATIO, REGIMES, SummaryStatistics};
-use crate::stats::quantile::{central_about, containing};
+use crate::stats::quantile::containing;
 use crate::stats::summary::{scores, weighted_median};
 use crate::stats::weighted_quantile::{is_coarse, median_interval};
 use crate::stats::{PointMeans, PointObjectives};
@@ -70,12 +70,13 @@ pub(super) fn summarise(
     let estimated = |e: &Option<Estimate>| {
         e.as_ref().map(|e| possible(Estimated { value: e.value, interval: e.interval }))
     };
+    let mean = |e: &Option<Estimate>| e.as_ref().map(|e| possible(shifted(e, false)));
     // One representative of a regime says nothing of how much its point MDPs differ.
     let sampled = !estimator.is_whole(sample.family_size, objectives.len());
     let alone =
         |regime: usize| sampled && regime_of.iter().filter(|r| **r == Some(regime)).count() < 2;
     let in_regime = |regime: usize| {
-        let e = estimated(&all[REGIMES + regime])?;
+        let e = mean(&all[REGIMES + regime])?;
         Some(if alone(regime) { Estimated { interval: None, ..e } } else { e })
     };
     let summaries = Summaries {
@@ -85,7 +86,7 @@ pub(super) fn summarise(
             interval: around_median(e, middle, &whole, estimated(&all[BELOW])),
             ..e
         }),
-        geometric_mean: estimated(&all[GEOMETRIC]).filter(|_| relative),
+        geometric_mean: mean(&all[GEOMETRIC]).filter(|_| relative),
         interquartile_mean: all[IQM].as_ref().map(|e| possible(shifted(e, coarse))),
     };
     let score = estimated(&all[0]).and_then(|e| e.interval);
@@ -113,7 +114,7 @@ fn around_median(
 ///
 /// * `coarse` — whether one point MDP has so much of the weight that resamples jump, and their mean is no middle.
 pub(super) fn shifted(e: &Estimate, coarse: bool) -> Estimated {
-    let moved = if coarse { None } else { central_about(e.value, &e.resamples, e.alpha) };
+    let moved = if coarse { None } else { e.about(e.alpha) };
     let interval = moved.or(e.interval.map(|interval| containing(interval, e.value)));
     Estimated { value: e.value, interval }
 }

@@ -120,13 +120,14 @@ impl Analysis {
         let positions = ids.enumerate().map(|(i, id)| (id, i)).collect();
         let estimates = rank(evidence);
         let common = on_common_points(evidence, &estimates);
+        let comparison = compare(evidence, &estimates);
         let regimes = measures.regimes(&identity.objective);
         Self {
             regimes,
             shares: measures.shares(),
             winners: winners(&points, identity, &reference),
-            lead: lead(evidence, &estimates),
-            comparison: compare(evidence, &estimates),
+            lead: lead(evidence, &estimates, &comparison.pairs),
+            comparison,
             methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
             common,
             trainings,

@@ -17,7 +17,9 @@
 //! - **Resample size** of seeds and replicates is `n - 1` of `n`, not `n`: the variance of a mean
 //!   is then unbiased, which matters with five seeds (McCarthy and Snowden, 1985). A group of one
 //!   is kept as it is.
-//! - **Interval** is the 2.5% and 97.5% quantile of the resamples, linearly interpolated.
+//! - **Interval** of a mean: the 2.5% and 97.5% quantile of the resamples, linearly interpolated, moved so that the mean of
+//!   the resamples is the estimate, and of a whole family stretched for few seeds ([`super::stretch`]). Resampled
+//!   denominators are noisier than those of the estimate and make quotients larger, which percentiles would count twice.
 //!
 //! Limits:
 //! - Representatives of k-means clusters are no random sample, see [`crate::analysis::estimator`].
@@ -25,7 +27,6 @@
 //!   slightly wide.
 //! - With one seed the noise between simulations, with one replicate the noise between trainings
 //!   cannot be seen and is not covered.
-//! - Percentile intervals from few seeds are somewhat narrow.
 //! - Step 3 holds for statistics that are nearly linear in the weights; for a median over few point MDPs it is rough.
 //!
 //! Source: B. Efron and R. Tibshirani, "An Introduction to the Bootstrap", 1993, chapter 13;
@@ -34,7 +35,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::quantile::{ALPHA, central};
+use super::quantile::{ALPHA, central, shift};
 use super::resamples::resample;
 use super::summary::Statistics;
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
@@ -57,6 +58,20 @@ impl Bootstrap {
     /// family, or only one draw.
     pub fn interval(&self) -> Option<(f64, f64)> {
         central(&self.resamples, ALPHA)
+    }
+
+    /// Returns the same with resamples whose mean is the estimate.
+    pub fn centred(mut self) -> Self {
+        let shift = shift(self.estimate, &self.resamples).unwrap_or_default();
+        self.resamples.iter_mut().for_each(|r| *r -= shift);
+        self
+    }
+
+    /// Returns the same with every resample further from the estimate by a factor of its own.
+    pub fn stretched(mut self, by: &[f64]) -> Self {
+        let estimate = self.estimate;
+        self.resamples.iter_mut().zip(by).for_each(|(r, by)| *r = estimate + by * (*r - estimate));
+        self
     }
 
     /// Returns `other - self` with its 95% interval, resample by resample, which is much narrower

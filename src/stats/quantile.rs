@@ -15,14 +15,26 @@ pub fn central(values: &[f64], alpha: f64) -> Option<(f64, f64)> {
     Some((select(&mut values, beyond), select(&mut values, 1.0 - beyond)))
 }
 
-/// Returns the central `1 - alpha` of resamples, moved so that their mean is the estimate; `None` of no resamples.
+/// Returns the central `1 - alpha` of resamples, moved so that their mean is the estimate, and stretched from there; `None`
+/// of no resamples.
 ///
-/// For statistics that noise within point MDPs shifts, such as a share below a threshold: resamples have that noise once more
-/// than the estimate has, and the shift between them is no spread. A percentile interval could exclude the estimate;
-/// this one contains it.
-pub fn central_about(estimate: f64, resamples: &[f64], alpha: f64) -> Option<(f64, f64)> {
-    let ((low, high), middle) = central(resamples, alpha).zip(mean(resamples))?;
-    Some(containing((estimate + low - middle, estimate + high - middle), estimate))
+/// For statistics that noise within point MDPs shifts, such as a share below a threshold, or a quotient with a noisy
+/// denominator: resamples have that noise once more than the estimate has, and the shift between them is no spread. A
+/// percentile interval could exclude the estimate; this one contains it.
+pub fn central_about(
+    estimate: f64,
+    resamples: &[f64],
+    (alpha, stretch): (f64, f64),
+) -> Option<(f64, f64)> {
+    let ((low, high), shift) = central(resamples, alpha).zip(shift(estimate, resamples))?;
+    let moved = |end: f64| estimate + stretch * (end - shift - estimate);
+    Some(containing((moved(low), moved(high)), estimate))
+}
+
+/// Returns by how much the mean of resamples is above the estimate, exactly 0 where all of them equal it.
+pub(super) fn shift(estimate: f64, resamples: &[f64]) -> Option<f64> {
+    let differences: Vec<f64> = resamples.iter().map(|r| r - estimate).collect();
+    mean(&differences)
 }
 
 /// Returns an interval, widened so that it contains a value.
@@ -76,11 +88,12 @@ mod tests {
     #[test]
     fn a_shift_of_the_resamples_does_not_move_the_interval_from_the_estimate() {
         let values: Vec<f64> = (0..=40).map(|i| 100.0 + f64::from(i)).collect();
-        assert_eq!(central_about(7.0, &values, ALPHA), Some((-12.0, 26.0)));
+        assert_eq!(central_about(7.0, &values, (ALPHA, 1.0)), Some((-12.0, 26.0)));
+        assert_eq!(central_about(7.0, &values, (ALPHA, 2.0)), Some((-31.0, 45.0)));
         let mut skewed = vec![0.0; 99];
         skewed.push(10_000.0);
-        assert_eq!(central_about(7.0, &skewed, ALPHA), Some((-93.0, 7.0)));
-        assert_eq!(central_about(7.0, &[], ALPHA), None);
+        assert_eq!(central_about(7.0, &skewed, (ALPHA, 1.0)), Some((-93.0, 7.0)));
+        assert_eq!(central_about(7.0, &[], (ALPHA, 1.0)), None);
     }
 
     #[test]

@@ -103,13 +103,7 @@ impl Resampling {
 
     /// Returns the factor by which a resample's change of a statistic is multiplied.
     pub(super) fn factor(&self, rng: &mut impl Rng) -> f64 {
-        match ChiSquared::new(self.degrees) {
-            Ok(chi) if self.draws_points() => {
-                let x: f64 = chi.sample(rng);
-                (self.degrees / x.max(f64::MIN_POSITIVE)).sqrt() / STEP
-            }
-            _ => 1.0 / STEP,
-        }
+        if self.draws_points() { student(self.degrees, rng) / STEP } else { 1.0 / STEP }
     }
 
     /// Returns the standard error of the weighted mean of values.
@@ -120,6 +114,14 @@ impl Resampling {
             |c: &Contrast| c.iter().map(|(i, a)| a * (values[*i] - mean)).sum::<f64>().powi(2);
         self.contrasts.iter().map(squared).sum::<f64>().sqrt()
     }
+}
+
+/// Returns a factor that makes a normal change one of Student's t: the root of `nu / chi^2_nu`.
+pub fn student(degrees: f64, rng: &mut impl Rng) -> f64 {
+    ChiSquared::new(degrees).map_or(1.0, |chi| {
+        let x: f64 = chi.sample(rng);
+        (degrees / x.max(f64::MIN_POSITIVE)).sqrt()
+    })
 }
 
 #[cfg(test)]

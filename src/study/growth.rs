@@ -14,7 +14,7 @@ use crate::sample::looks::looks;
 use crate::sample::{Design, Growth, SamplePlan, Until};
 use crate::seed::derive;
 use crate::stats::improvement::ahead;
-use crate::stats::quantile::{ALPHA, central};
+use crate::stats::quantile::ALPHA;
 use crate::stats::{Direction, PointObjectives};
 
 /// What came of many runs that may stop early.
@@ -152,7 +152,7 @@ fn run(
                 continue;
             }
             let intervals: Vec<Option<(f64, f64)>> =
-                estimates.iter().map(|e| central(&e.resamples, alpha)).collect();
+                estimates.iter().map(|e| e.about(alpha)).collect();
             let is_last = k + 1 == plan.budgets.len();
             let is_enough = intervals.iter().all(|i| i.is_some_and(|i| is_enough(until, i)));
             if is_enough || is_last {

@@ -58,7 +58,7 @@ fn the_tables_say_who_wins_how_likely_and_whether_it_fails() {
     insta::assert_snapshot!(csv);
     let geojson = fs::read_to_string(layout.report().join("results.geojson")).unwrap();
     assert_eq!(geojson.matches("\"winner_fails\":true").count(), 1, "{geojson}");
-    assert_eq!(geojson.matches("\"winner_probability\":0.").count(), 1, "{geojson}");
+    assert_eq!(geojson.matches("\"winner_probability\":0.").count(), 2, "{geojson}");
 }
 
 #[test]

@@ -30,7 +30,6 @@ use super::prediction::modelled;
 use super::weighted::estimates;
 use crate::model::Prediction;
 use crate::sample::{Design, Measure};
-use crate::stats::quantile::central;
 use crate::stats::summary::Statistics;
 use crate::stats::{PointMeans, PointObjectives, StatsError, means};
 
@@ -81,7 +80,7 @@ impl Estimator for Assisted {
         for estimate in all.iter_mut().take(modelled).flatten() {
             let value = estimate.value;
             estimate.resamples.iter_mut().for_each(|r| *r = value + widen * (*r - value));
-            estimate.interval = central(&estimate.resamples, sample.alpha);
+            estimate.interval = estimate.about(sample.alpha);
         }
         Ok(all)
     }
@@ -111,6 +110,10 @@ impl Statistics for Corrected<'_> {
             (Some(family), Some(predicted)) => own.map(|own| family + own - predicted),
             _ => own,
         }));
+    }
+
+    fn means(&self) -> usize {
+        self.statistics.means()
     }
 }
 

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 
 use crate::sample::Design;
-use crate::stats::quantile::central;
+use crate::stats::quantile::{central, central_about};
 use crate::stats::summary::{MeanOfScores, Statistics};
 use crate::stats::{Bootstrap, Direction, PointObjectives, StatsError};
 
@@ -54,6 +54,8 @@ pub struct Estimate {
     pub resamples: Vec<f64>,
     /// Share of such intervals that may miss what they are of.
     pub alpha: f64,
+    /// By which factor intervals are wider than the resamples, because seeds are few.
+    pub stretch: f64,
 }
 
 /// A way from the scores on a sample to the whole family.
@@ -141,10 +143,21 @@ pub(super) fn one_by_one<E: Estimator + ?Sized>(
 }
 
 impl Estimate {
-    /// Returns an estimate with the interval that its resamples have, of which a share `alpha` may miss what they are of.
-    pub fn of(bootstrap: Bootstrap, alpha: f64) -> Self {
-        let interval = central(&bootstrap.resamples, alpha);
-        Self { value: bootstrap.estimate, interval, resamples: bootstrap.resamples, alpha }
+    /// Returns an estimate with the percentiles of its resamples, of which a share `alpha` may miss what they are of.
+    pub fn of(bootstrap: Bootstrap, (alpha, stretch): (f64, f64)) -> Self {
+        let Bootstrap { estimate: value, resamples } = bootstrap;
+        Self { value, interval: central(&resamples, alpha), resamples, alpha, stretch }
+    }
+
+    /// Returns the estimate of a mean: its resamples lie about it, and the interval is that of [`central_about`].
+    pub fn of_mean(bootstrap: Bootstrap, (alpha, stretch): (f64, f64)) -> Self {
+        let of = Self::of(bootstrap.centred(), (alpha, stretch));
+        Self { interval: of.about(alpha), ..of }
+    }
+
+    /// Returns the interval about the estimate that may miss what it is of with this probability.
+    pub fn about(&self, alpha: f64) -> Option<(f64, f64)> {
+        central_about(self.value, &self.resamples, (alpha, self.stretch))
     }
 
     /// Returns by how much this is better than another, as [`Self::difference`] does; negative where it is worse.
@@ -159,7 +172,8 @@ impl Estimate {
     /// both methods met the same seeds. Only meaningful for the same point MDPs and equally seeded generators.
     pub fn difference(&self, other: &Self) -> Self {
         let bootstrap = |e: &Self| Bootstrap { estimate: e.value, resamples: e.resamples.clone() };
-        Self::of(bootstrap(self).difference(&bootstrap(other)), self.alpha)
+        let spread = (self.alpha, self.stretch.max(other.stretch));
+        Self::of_mean(bootstrap(self).difference(&bootstrap(other)), spread)
     }
 }
 

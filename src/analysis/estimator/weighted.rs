@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::contract::{Estimate, Sample};
 use crate::stats::summary::Statistics;
-use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_all};
+use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_all, stretch};
 
 /// Returns the statistics with their intervals.
 ///
@@ -21,5 +21,11 @@ pub(super) fn estimates(
 ) -> Result<Vec<Option<Estimate>>, StatsError> {
     let count = (sample.method, sample.resamples);
     let all = bootstrap_all(scores, resampling, rng, count, statistics)?;
-    Ok(all.into_iter().map(|b| b.map(|b| Estimate::of(b, sample.alpha))).collect())
+    // Of a sample, the choice of point MDPs makes most of the variance, and has its own degrees of freedom.
+    let stretch = if resampling.draws_points() { 1.0 } else { stretch(scores) };
+    let spread = (sample.alpha, stretch);
+    let (means, others) = (Estimate::of_mean, Estimate::of);
+    let estimate =
+        |(i, b)| Some(if i < statistics.means() { means(b?, spread) } else { others(b?, spread) });
+    Ok(all.into_iter().enumerate().map(estimate).collect())
 }

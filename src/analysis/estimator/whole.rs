@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::contract::{Estimate, Estimator, Sample, one_by_one};
 use super::weighted::estimates;
 use crate::stats::summary::Statistics;
-use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_each};
+use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_each, stretch};
 
 /// The estimator of a whole family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,10 @@ impl Estimator for Whole {
         }
         let count = (sample.method, sample.resamples);
         let all = bootstrap_each(scores, &Resampling::whole(), rng, count);
-        all.into_iter().map(|b| b.map(|b| Estimate::of(b, sample.alpha))).collect()
+        let of = |(b, scores): (Result<_, _>, &&[PointObjectives])| {
+            b.map(|b| Estimate::of_mean(b, (sample.alpha, stretch(scores))))
+        };
+        all.into_iter().zip(scores).map(of).collect()
     }
 
     fn estimate_all(
