@@ -36,7 +36,11 @@ impl Analysis {
         let is_enough = match &growth.until {
             Until::HalfWidth(most) => {
                 let width = |(low, high): (f64, f64)| (high - low) / 2.0;
-                let of = |m: &super::MethodSummary| (m.method.clone(), m.interval.map(width));
+                // Of a method that failed somewhere, what it lacks may decide.
+                let whole = |m: &super::MethodSummary| m.points == self.points.len();
+                let of = |m: &super::MethodSummary| {
+                    (m.method.clone(), m.interval.filter(|_| whole(m)).map(width))
+                };
                 let judged = self.methods.iter().filter(|m| !m.is_reference).map(of);
                 let rank = |w: Option<f64>| w.unwrap_or(f64::INFINITY);
                 widest = judged.max_by(|a, b| rank(a.1).total_cmp(&rank(b.1)));
@@ -65,6 +69,10 @@ impl Analysis {
             let named = [name(p.first), name(p.second)];
             named == both || [named[1], named[0]] == both
         });
-        found.is_some_and(|p| matches!(p.decided(), Decided::First | Decided::Second))
+        // Where one of them failed may be what decides.
+        let everywhere = |p: &&super::Pair| p.points == self.points.len();
+        found
+            .filter(everywhere)
+            .is_some_and(|p| matches!(p.decided(), Decided::First | Decided::Second))
     }
 }

@@ -52,6 +52,10 @@ pub fn explained(error: SimError, config: &Path) -> SimError {
             path: config.to_path_buf(),
             reason: format!("SUMO cannot load it ({message}); its reason is above"),
         },
+        SimError::Signal { signal, reason } => SimError::Config {
+            path: config.to_path_buf(),
+            reason: format!("signal {signal}: {reason}"),
+        },
         other => other,
     }
 }

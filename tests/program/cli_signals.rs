@@ -144,7 +144,7 @@ fn greens_that_differ_in_lefts_count_all_movements_and_one_for_pedestrians_is_le
     let output = run(folder, &args);
     assert!(output.status.success());
     let notes = stderr(&output);
-    assert!(notes.contains("signal C: the green rrrrrrG serves no vehicle"), "{notes}");
+    assert!(notes.contains("signal C: the green rrrrrrG serves no lane for cars"), "{notes}");
 }
 
 #[test]

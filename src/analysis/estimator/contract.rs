@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 
 use crate::sample::Design;
-use crate::stats::quantile::{central, central_about};
+use crate::stats::quantile::{central, central_about, containing};
 use crate::stats::summary::{MeanOfScores, Statistics};
 use crate::stats::{Bootstrap, Direction, PointObjectives, StatsError};
 
@@ -50,6 +50,8 @@ pub struct Estimate {
     pub value: f64,
     /// Its interval; `None` where the spread cannot be estimated, as from one seed on a whole family.
     pub interval: Option<(f64, f64)>,
+    /// Of what the resamples are, where that is another estimator's.
+    pub centre: f64,
     /// Estimates from resampled data, shape `[resamples]`; empty where the spread cannot be estimated.
     pub resamples: Vec<f64>,
     /// Share of such intervals that may miss what they are of.
@@ -146,7 +148,8 @@ impl Estimate {
     /// Returns an estimate with the percentiles of its resamples, of which a share `alpha` may miss what they are of.
     pub fn of(bootstrap: Bootstrap, (alpha, stretch): (f64, f64)) -> Self {
         let Bootstrap { estimate: value, resamples } = bootstrap;
-        Self { value, interval: central(&resamples, alpha), resamples, alpha, stretch }
+        let interval = central(&resamples, alpha);
+        Self { value, interval, centre: value, resamples, alpha, stretch }
     }
 
     /// Returns the estimate of a mean: its resamples lie about it, and the interval is that of [`central_about`].
@@ -157,7 +160,8 @@ impl Estimate {
 
     /// Returns the interval about the estimate that may miss what it is of with this probability.
     pub fn about(&self, alpha: f64) -> Option<(f64, f64)> {
-        central_about(self.value, &self.resamples, (alpha, self.stretch))
+        let about = central_about(self.centre, &self.resamples, (alpha, self.stretch));
+        about.map(|interval| containing(interval, self.value))
     }
 
     /// Returns by how much this is better than another, as [`Self::difference`] does; negative where it is worse.
@@ -171,9 +175,11 @@ impl Estimate {
     /// Returns `other - self`, resample by resample, which is much narrower than the two intervals suggest:
     /// both methods met the same seeds. Only meaningful for the same point MDPs and equally seeded generators.
     pub fn difference(&self, other: &Self) -> Self {
-        let bootstrap = |e: &Self| Bootstrap { estimate: e.value, resamples: e.resamples.clone() };
+        let bootstrap = |e: &Self| Bootstrap { estimate: e.centre, resamples: e.resamples.clone() };
         let spread = (self.alpha, self.stretch.max(other.stretch));
-        Self::of_mean(bootstrap(self).difference(&bootstrap(other)), spread)
+        let of = Self::of_mean(bootstrap(self).difference(&bootstrap(other)), spread);
+        let value = other.value - self.value;
+        Self { value, interval: of.interval.map(|interval| containing(interval, value)), ..of }
     }
 }
 

@@ -53,7 +53,8 @@ pub(super) fn look(config: &Path, settings: &SignalSettings) -> Result<Look, Sim
     let railways = sim.railways().to_vec();
     sim.close()?;
     let derived = |signal: &SignalInfo| derive(&scene, signal, settings);
-    let signals = scene.signals.iter().map(derived).collect::<Result<_, _>>()?;
+    let signals = scene.signals.iter().map(derived).collect::<Result<_, _>>();
+    let signals = signals.map_err(|e| explained(e, config))?;
     Ok(Look { detection_m, scene, topology, side, signals, railways })
 }
 

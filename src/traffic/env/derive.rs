@@ -14,7 +14,7 @@
 use crate::traffic::control::{LaneSpec, Movement, Phase, SignalSpec};
 use crate::traffic::settings::{Actions, SignalSettings};
 use crate::traffic::sim::error::SimError;
-use crate::traffic::sim::{Program, Scene, SignalInfo};
+use crate::traffic::sim::{Program, ProgramKind, Scene, SignalInfo};
 use crate::traffic::timing::Timing;
 use crate::traffic::vocabulary::Light;
 
@@ -44,7 +44,7 @@ pub struct DerivedSignal {
     /// Links of every movement of the spec, as index and number among the links of that index.
     pub movement_ways: Vec<Vec<(usize, usize)>>,
     /// Greens of the program that runs by default, in its order; one that comes twice in a cycle is there
-    /// twice, one that serves no vehicle is not.
+    /// twice, one that serves no lane for cars is not.
     ///
     /// Deviation: RESCO's greens have those for pedestrians alone.
     pub own_greens: Vec<String>,
@@ -57,6 +57,8 @@ pub struct DerivedSignal {
     pub seen_m: Vec<f64>,
     /// How long greens may and must be shown.
     pub timing: Timing,
+    /// How SUMO advances the program that runs by default.
+    pub own_kind: ProgramKind,
 }
 
 /// Derives one signal of a scene: its lanes, movements, phases and their limits.
@@ -81,14 +83,17 @@ pub fn derive(
     let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
     let timing = timing(scene, signal, settings);
     let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
-    let (states, left_out): (Vec<_>, Vec<_>) = distinct(greens(pairs.unwrap_or(own), &timing))
+    let (states, left_out): (Vec<_>, Vec<_>) = greens(pairs.unwrap_or(own), &timing)
         .into_iter()
         .partition(|state| serves_vehicles(state, signal));
+    let (states, left_out) = (distinct(states, signal), distinct(left_out, signal));
     let own_greens = cycle(own, &timing, signal);
     if states.is_empty() || own_greens.is_empty() {
-        return Err(fail(
-            "no phase of its program is green for vehicles without yellow; check its tlLogic",
-        ));
+        return Err(fail(&format!(
+            "no phase of its program {:?}, the one that runs at the start, is green for vehicles without yellow; check its \
+             tlLogic, or what switches it off",
+            own.id
+        )));
     }
     let raw = raw_movements(scene, signal, &states);
 
@@ -141,6 +146,7 @@ pub fn derive(
         naming,
         seen_m,
         timing,
+        own_kind: own.kind,
     })
 }
 
@@ -155,27 +161,51 @@ fn greens(program: &Program, timing: &Timing) -> Vec<String> {
     timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect()
 }
 
-/// Returns the greens of a program that serve vehicles, in their order. Equal ones that follow each other are
-/// one, the last and the first too.
+/// Returns the greens of a program that serve vehicles, in their order. Those that follow each other and are
+/// [`alike`] are one, the last and the first too.
 fn cycle(program: &Program, timing: &Timing, signal: &SignalInfo) -> Vec<String> {
-    let mut states = greens(program, timing);
-    states.retain(|state| serves_vehicles(state, signal));
-    states.dedup();
-    if states.len() > 1 && states.first() == states.last() {
-        states.pop();
+    let mut states: Vec<String> = Vec::new();
+    for state in greens(program, timing).into_iter().filter(|s| serves_vehicles(s, signal)) {
+        match states.last_mut().filter(|last| alike(last, &state, signal)) {
+            Some(last) => *last = greener(std::mem::take(last), state),
+            None => states.push(state),
+        }
+    }
+    if states.len() > 1 && alike(&states[0], &states[states.len() - 1], signal) {
+        let last = states.pop().unwrap_or_default();
+        states[0] = greener(std::mem::take(&mut states[0]), last);
     }
     states
 }
 
-/// Returns states in the order in which they first appear: the actions to choose from.
-fn distinct(states: Vec<String>) -> Vec<String> {
+/// Returns states in the order in which they first appear, of those that are [`alike`] one: the actions to choose from.
+fn distinct(states: Vec<String>, signal: &SignalInfo) -> Vec<String> {
     let mut once: Vec<String> = Vec::new();
     for state in states {
-        if !once.contains(&state) {
-            once.push(state);
+        match once.iter_mut().find(|other| alike(other, &state, signal)) {
+            Some(other) => *other = greener(std::mem::take(other), state),
+            None => once.push(state),
         }
     }
     once
+}
+
+/// Whether two states are the same to vehicles, such as a green while pedestrians walk and the one while they clear the
+/// crosswalk.
+///
+/// Deviation: RESCO has an action for each of them, between which it sees no difference.
+fn alike(a: &str, b: &str, signal: &SignalInfo) -> bool {
+    let of = |state: &str| -> Vec<char> {
+        let letters = state.chars().zip(&signal.links);
+        letters.filter(|(_, links)| !links.is_empty()).map(|(letter, _)| letter).collect()
+    };
+    a == b || serves_vehicles(a, signal) && of(a) == of(b)
+}
+
+/// Returns the one of two states that is green for more, the first of equals: the one in which pedestrians walk.
+fn greener(a: String, b: String) -> String {
+    let greens = |state: &str| state.chars().filter(|c| matches!(c, 'G' | 'g')).count();
+    if greens(&b) > greens(&a) { b } else { a }
 }
 
 /// Whether a link for vehicles is green.

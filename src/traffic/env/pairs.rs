@@ -105,10 +105,9 @@ mod tests {
     }
 
     #[test]
-    fn greens_that_serve_the_same_keep_their_two_movements() {
-        // They may differ in what pedestrians get; no name could tell them apart.
-        let found = named(&LANES, &["GgGgG", "GgGgr"]);
-        assert_eq!(found, (Naming::Main, vec![vec![1, 7], vec![1, 7]]));
+    fn greens_that_only_pedestrians_tell_apart_are_one() {
+        let found = named(&LANES, &["GgGgr", "rGrGr", "GgGgG"]);
+        assert_eq!(found, (Naming::Main, vec![vec![1, 7], vec![2, 8]]));
     }
 
     #[test]

@@ -167,6 +167,7 @@ pub(super) mod testing {
             left_out: vec![],
             naming: Naming::Main,
             seen_m: vec![200.0; 2],
+            own_kind: crate::traffic::sim::ProgramKind::Static,
         }
     }
 }

@@ -273,12 +273,14 @@ impl<S: Sim> SignalEnv<S> {
     }
 
     fn run(&mut self, seconds: u32) -> Result<(), SimError> {
-        let left = (self.world.end_s - self.time_s).max(0.0).ceil() as u32;
-        let steps = seconds.min(left);
+        // An episode may end within a second, but not within a step, whatever rounding says.
+        let left_s = (self.world.end_s - self.time_s).max(0.0);
+        let left = (left_s * f64::from(self.world.steps_per_second) - 1e-6).ceil() as u32;
+        let steps = (seconds * self.world.steps_per_second).min(left);
         let start = Instant::now();
-        self.counts += self.sim.step(steps * self.world.steps_per_second)?;
+        self.counts += self.sim.step(steps)?;
         self.simulator += start.elapsed();
-        self.time_s += f64::from(steps);
+        self.time_s += f64::from(seconds.min(left_s.ceil() as u32));
         Ok(())
     }
 

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::traffic::sim::ProgramKind;
 use crate::traffic::vocabulary::Light;
 
 use super::derive::DerivedSignal;
@@ -37,7 +38,7 @@ pub enum Warning {
         /// SUMO's ids of its lanes.
         lanes: Vec<String>,
     },
-    /// A green that serves no vehicle.
+    /// A green that serves no lane for cars.
     NoVehicles {
         /// SUMO's state.
         state: String,
@@ -53,6 +54,8 @@ pub enum Warning {
     NamedByAll,
     /// One phase only.
     OnePhase,
+    /// A program whose greens may be others than its phases.
+    OtherProgram,
 }
 
 impl fmt::Display for Warning {
@@ -70,8 +73,9 @@ impl fmt::Display for Warning {
             ),
             Self::NoVehicles { state } => write!(
                 f,
-                "the green {state} serves no vehicle, so it is no phase to choose; it shows only \
-                 while the network's own program runs"
+                "the green {state} serves no lane for cars, so it is no phase to choose: whoever it is for (pedestrians, \
+                 or buses, trams and bicycles on lanes of their own) has it only while the network's own program runs, \
+                 and waits under every other method"
             ),
             Self::SameMovements { first, second } => write!(
                 f,
@@ -87,6 +91,11 @@ impl fmt::Display for Warning {
                 f,
                 "it has one green only, so that no method decides anything: it is always green, but under \
                  the network's own program"
+            ),
+            Self::OtherProgram => write!(
+                f,
+                "its own program is neither static nor actuated, and methods get the greens of its phases one by one; where \
+                 it shows two of them at once (NEMA), give the scenario a static program of what is shown"
             ),
         }
     }
@@ -114,6 +123,9 @@ pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
     warnings.extend(signal.left_out.iter().map(|s| Warning::NoVehicles { state: s.clone() }));
     if spec.phases.len() == 1 {
         warnings.push(Warning::OnePhase);
+    }
+    if signal.own_kind == ProgramKind::Other {
+        warnings.push(Warning::OtherProgram);
     }
     if signal.naming == Naming::AllServed {
         warnings.push(Warning::NamedByAll);
@@ -164,9 +176,22 @@ mod tests {
         lane e_0 is seen for 8.9 m only; upstream the network ends or a signal stands
         lane w_0 has no green in any phase
         movement 8, from n_0, has no green in any phase
-        the green rrrrG serves no vehicle, so it is no phase to choose; it shows only while the network's own program runs
-        phases 1 and 2 count the same movements: max-pressure chooses the first of them, learners see no difference
+        the green rrrrG serves no lane for cars, so it is no phase to choose: whoever it is for (pedestrians, or buses, trams and bicycles on lanes of their own) has it only while the network's own program runs, and waits under every other method
         ");
+    }
+
+    #[test]
+    fn phases_between_which_nothing_that_is_counted_differs_are_told() {
+        let told = texts(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "gr", "rG"]);
+        assert!(told.len() == 1 && told[0].starts_with("phases 0 and 1 count"), "{told:?}");
+    }
+
+    #[test]
+    fn a_program_that_may_show_two_phases_at_once_is_told() {
+        let mut scene = crossing(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "rG"]);
+        scene.signals[0].programs[0].kind = ProgramKind::Other;
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        assert_eq!(warnings(&derived), [Warning::OtherProgram]);
     }
 
     #[test]
