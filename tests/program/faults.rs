@@ -132,15 +132,18 @@ const SMOKE: &str = "run smoke --methods baseline --eval-seeds 1 --jobs 1";
 fn workers_that_are_killed_leave_their_tasks_to_the_next_run() {
     let folder = tempfile::tempdir().unwrap();
     succeed(folder.path(), "build-networks smoke --quiet");
-    let long = SMOKE.replace("--eval-seeds 1", "--eval-seeds 60");
-    // The workers take more than a second of the processor, the program that waits for them less.
+    let long = SMOKE.replace("--eval-seeds 1", "--eval-seeds 100");
+    // The busy point takes more than a second of any processor, the quiet one of most, the program that
+    // waits for them less.
     let output = limited(folder.path(), "ulimit -t 1", &format!("{long} --json --out out"));
     assert_eq!(output.status.code(), Some(INCOMPLETE), "{}", stderr(&output));
     let said = stderr(&output);
     assert!(said.contains("killed by signal 9 (somebody, or the system"), "{said}");
-    assert!(said.contains("2 tasks have no record, for reasons that are not their own"), "{said}");
     let undone = stdout(&output).lines().filter(|l| l.contains("\"event\":\"undone\"")).count();
-    assert_eq!((undone, rows(&folder.path().join("out")).len()), (2, 0));
+    assert!(undone > 0, "{said}");
+    let left = format!("{undone} tasks have no record, for reasons that are not their own");
+    assert!(said.contains(&left), "{said}");
+    assert_eq!(rows(&folder.path().join("out")).len(), 2 - undone);
     succeed(folder.path(), &format!("{long} --quiet --out out"));
     succeed(folder.path(), &format!("{long} --quiet --out whole"));
     assert_eq!(rows(&folder.path().join("out")), rows(&folder.path().join("whole")));
