@@ -22,7 +22,7 @@ impl Estimated {
     /// Returns it with what its interval has below 0 cut off, for what cannot be there, such as a mean of delays. The change
     /// of a statistic is scaled up in resamples of a small sample, which can take its lower end so far; without, the
     /// interval covers no less.
-    fn not_below_zero(self) -> Self {
+    pub(super) fn not_below_zero(self) -> Self {
         let lowest = self.value.min(0.0);
         Self { interval: self.interval.map(|(low, high)| (low.max(lowest), high)), ..self }
     }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::points::PointSummary;
 use super::reference::Reference;
+use super::summaries::Estimated;
 use crate::seed::derive;
 use crate::stats::bootstrap::RESAMPLES;
 use crate::stats::quantile::containing;
@@ -59,9 +60,12 @@ fn winner(point: &PointSummary, identity: &Identity, reference: &Reference) -> O
     let (own, other) = (contest.resampled(0), contest.resampled(1));
     let divisor = (!reference.is_none()).then_some((1.0, 1.0));
     let is_no_divisor = |b: &&Bootstrap| divisor.is_none() || b.interval() != divisor;
-    let interval = own.as_ref().filter(is_no_divisor).and_then(interval);
     let is_positive = measured(best).is_some_and(|o| o.method.iter().flatten().all(|m| *m >= 0.0));
-    let interval = interval.map(|(low, high)| (if is_positive { low.max(0.0) } else { low }, high));
+    let estimated = |own: &Bootstrap| {
+        let of = Estimated { value: own.estimate, interval: interval(own) };
+        if is_positive { of.not_below_zero() } else { of }
+    };
+    let interval = own.as_ref().filter(is_no_divisor).and_then(|own| estimated(own).interval);
     let lead = own.as_ref().zip(other.as_ref());
     let lead = lead.and_then(|(own, other)| contest.lead(own, other));
     let (probability, is_decided) = contest.outcome(own, other).unzip();

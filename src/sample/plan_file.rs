@@ -132,8 +132,9 @@ impl PlanFile {
             if u64::from(draw.count) > size as u64 {
                 return altered(format!("{} was drawn {} times", draw.point, draw.count));
             }
-            let usable = |x: f64| x.is_finite() && x > 0.0;
-            if !usable(draw.weight) || draw.inclusion.is_some_and(|pi| !usable(pi) || pi > 1.0) {
+            // K-means represents what has no importance with no weight.
+            let weighs = draw.weight.is_finite() && draw.weight >= 0.0;
+            if !weighs || draw.inclusion.is_some_and(|pi| !(pi > 0.0 && pi <= 1.0)) {
                 return altered(format!("the weight or probability of {} is none", draw.point));
             }
             total += draw.weight;
@@ -215,6 +216,7 @@ mod tests {
         };
         refused(&|p| p.sample.draws[0].weight = 0.9);
         refused(&|p| p.sample.draws[0].weight = f64::NAN);
+        refused(&|p| p.sample.draws[0].weight *= -1.0);
         refused(&|p| p.sample.draws[0].inclusion = Some(2.0));
         refused(&|p| p.sample.draws[0] = p.sample.draws[1].clone());
         refused(&|p| p.sample.draws.clear());

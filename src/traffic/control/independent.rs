@@ -28,8 +28,8 @@ pub(super) trait Agent: Sized {
     /// Chooses a phase: as training does in a training episode, else as evaluation does.
     fn choose(&mut self, state: &[f32], training: &TrainingState) -> usize;
 
-    /// Learns from a transition; `truncated` says that the episode ends with it.
-    fn learn(&mut self, state: &[f32], action: usize, reward: f32, next: &[f32], truncated: bool);
+    /// Learns from a decision.
+    fn learn(&mut self, step: &Step<'_>);
 
     /// Returns what was measured in the episode that ends.
     fn curve(&mut self, training: &TrainingState) -> Curve;
@@ -41,6 +41,23 @@ pub(super) trait Agent: Sized {
     fn kept_mut(&mut self) -> &mut dyn Persist;
 }
 
+/// A decision and what came of it.
+#[derive(Debug)]
+pub(super) struct Step<'a> {
+    /// What was seen before.
+    pub(super) state: &'a [f32],
+    /// The phase that was asked for.
+    pub(super) asked: usize,
+    /// The phase that the lights are at or changing to afterwards: not what was asked for where the limits
+    /// of timing did not allow it.
+    pub(super) shown: usize,
+    pub(super) reward: f32,
+    /// What was seen afterwards.
+    pub(super) next: &'a [f32],
+    /// Whether the episode ends with it.
+    pub(super) truncated: bool,
+}
+
 /// The learner of one signal.
 #[derive(Debug)]
 struct OfSignal<A> {
@@ -50,7 +67,7 @@ struct OfSignal<A> {
     normaliser: Option<Normaliser>,
     state: Vec<f32>,
     next: Vec<f32>,
-    action: usize,
+    asked: usize,
 }
 
 impl<A> OfSignal<A> {
@@ -88,7 +105,7 @@ impl<A: Agent> Learner for Independent<A> {
                 normaliser: A::normalises(&self.config).then(|| Normaliser::new(width)),
                 state: Vec::with_capacity(width),
                 next: Vec::with_capacity(width),
-                action: 0,
+                asked: 0,
             }
         };
         self.learners =
@@ -111,8 +128,8 @@ impl<A: Agent> Learner for Independent<A> {
             if let Some(normaliser) = &mut own.normaliser {
                 normaliser.take_in(&mut own.state, training.active);
             }
-            own.action = own.agent.choose(&own.state, training);
-            phases[own.signal] = GreenPhase(own.action);
+            own.asked = own.agent.choose(&own.state, training);
+            phases[own.signal] = GreenPhase(own.asked);
         }
     }
 
@@ -131,7 +148,14 @@ impl<A: Agent> Learner for Independent<A> {
             if let Some(normaliser) = &own.normaliser {
                 normaliser.apply(&mut own.next);
             }
-            own.agent.learn(&own.state, own.action, reward, &own.next, truncated);
+            own.agent.learn(&Step {
+                state: &own.state,
+                asked: own.asked,
+                shown: seen.phase,
+                reward,
+                next: &own.next,
+                truncated,
+            });
         }
         if truncated {
             let curves: Vec<Curve> =

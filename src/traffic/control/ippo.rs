@@ -11,7 +11,7 @@
 
 use std::f32::consts::SQRT_2;
 
-use super::independent::{Agent, Independent};
+use super::independent::{Agent, Independent, Step};
 use super::learner::Learning;
 use super::state::{LANE_WIDTH, lane_rows};
 use super::training::{Curve, TrainingState};
@@ -163,13 +163,15 @@ impl Agent for Ippo {
         }
     }
 
-    fn learn(&mut self, state: &[f32], action: usize, reward: f32, next: &[f32], truncated: bool) {
-        let end = match (truncated, self.config.bootstrap_at_time_limit) {
+    /// The update weighs a phase by how likely the policy was to ask for it, so that this one counts, whatever
+    /// was shown.
+    fn learn(&mut self, step: &Step<'_>) {
+        let end = match (step.truncated, self.config.bootstrap_at_time_limit) {
             (false, _) => End::None,
             (true, false) => End::Terminal,
             (true, true) => End::Truncated,
         };
-        self.ppo.observe(state, action, reward, next, end);
+        self.ppo.observe(step.state, step.asked, step.reward, step.next, end);
     }
 
     fn curve(&mut self, _: &TrainingState) -> Curve {

@@ -9,6 +9,9 @@
 //! - **Counters** of exploration, updates and target copies run per transition, that is, as many times
 //!   as fast as there are signals, and their limits are as many times as large.
 //!
+//! Deviation: where the limits of timing did not allow the phase that was asked for, what is learned is the
+//! value of the one that was shown; RESCO, whose signals obey at once, knows no difference.
+//!
 //! Signals with a single phase stay green and learn nothing.
 //!
 //! Source: Chen et al., "Toward a thousand lights: decentralized deep reinforcement learning for
@@ -106,7 +109,6 @@ struct Controlled {
     phases: usize,
     state: Vec<f32>,
     next: Vec<f32>,
-    action: usize,
 }
 
 /// What is learned, for all signals.
@@ -169,7 +171,7 @@ impl Learner for MpLight {
             state[0] = layouts.len() as f32;
             layouts.push(PhaseLayout::new(&pairs, self.demand.stride()));
             let (phases, next) = (spec.phases.len(), state.clone());
-            self.controlled.push(Controlled { signal, phases, state, next, action: 0 });
+            self.controlled.push(Controlled { signal, phases, state, next });
         }
         let config = &self.config;
         let count = self.controlled.len() as u64;
@@ -217,11 +219,10 @@ impl Learner for MpLight {
             if let Some(normaliser) = &mut shared.normaliser {
                 normaliser.take_in(demand, epsilon.is_some());
             }
-            own.action = match epsilon {
+            phases[own.signal] = GreenPhase(match epsilon {
                 Some(epsilon) => shared.dqn.explore(&own.state, own.phases, epsilon),
                 None => shared.dqn.greedy(&own.state),
-            };
-            phases[own.signal] = GreenPhase(own.action);
+            });
         }
     }
 
@@ -246,7 +247,8 @@ impl Learner for MpLight {
             }
             shared.dqn.observe(&Transition {
                 state: &own.state,
-                action: own.action,
+                // Not what was asked for where the limits of timing did not allow it.
+                action: seen.phase,
                 reward,
                 next: &own.next,
                 terminal: truncated && !self.config.bootstrap_at_time_limit,
@@ -294,7 +296,9 @@ impl Learner for MpLight {
 #[cfg(test)]
 mod tests {
     use super::super::Trainer;
-    use super::super::testing::{QueueWorld, check_learner, signal_with, two_phase_signal};
+    use super::super::testing::{
+        QueueWorld, check_learner, check_shown, signal_with, two_phase_signal,
+    };
     use super::*;
     use crate::traffic::vocabulary::Light::{Protected, Red};
 
@@ -317,6 +321,11 @@ mod tests {
             ..Config::default()
         };
         check_learner(&|episodes| learner(&config, episodes));
+    }
+
+    #[test]
+    fn it_learns_of_the_phase_that_was_shown() {
+        check_shown(&mut *learner(&Config::default(), 2), "replay.actions");
     }
 
     #[test]

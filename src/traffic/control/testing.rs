@@ -74,6 +74,8 @@ pub(crate) struct QueueWorld {
     pub(crate) figures: Vec<BTreeMap<String, f64>>,
     /// Factor on what is observed.
     pub(crate) scale: f64,
+    /// Whether its signals stay at their first phase, whatever they are asked for.
+    pub(crate) stubborn: bool,
 }
 
 impl QueueWorld {
@@ -87,6 +89,7 @@ impl QueueWorld {
             dies_at: u32::MAX,
             figures: vec![],
             scale: 1.0,
+            stubborn: false,
         }
     }
 
@@ -127,6 +130,9 @@ impl Trainer for QueueWorld {
         for t in 0..Self::DECISIONS {
             if decides {
                 controller.act(&self.observe(&queues, &phases), &mut phases)?;
+                if self.stubborn {
+                    phases.fill(GreenPhase(0));
+                }
             }
             for (s, (queues, phase)) in queues.iter_mut().zip(&phases).enumerate() {
                 // Two vehicles arrive per interval, for some time on the same lane.
@@ -156,6 +162,20 @@ impl Trainer for QueueWorld {
         self.kept.borrow_mut().push(state());
         Ok(())
     }
+}
+
+/// Checks that a learner remembers the phase that was shown, not the one that it asked for.
+///
+/// # Arguments
+///
+/// * `actions` — where its checkpoints have what is remembered.
+pub(crate) fn check_shown(learner: &mut dyn Controller, actions: &str) {
+    let decisions = 2 * QueueWorld::DECISIONS;
+    let mut world = QueueWorld::new(vec![two_phase_signal()]);
+    world.stubborn = true;
+    learner.train(&mut world).unwrap();
+    let last = world.kept.borrow_mut().pop().expect("a state per episode");
+    assert_eq!(last.u32(actions, &[decisions as usize]).unwrap(), vec![0; decisions as usize]);
 }
 
 /// Checks what holds for every learner; `make` takes a number of episodes.

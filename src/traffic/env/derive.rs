@@ -166,14 +166,12 @@ fn greens(program: &Program, timing: &Timing) -> Vec<String> {
 fn cycle(program: &Program, timing: &Timing, signal: &SignalInfo) -> Vec<String> {
     let mut states: Vec<String> = Vec::new();
     for state in greens(program, timing).into_iter().filter(|s| serves_vehicles(s, signal)) {
-        match states.last_mut().filter(|last| alike(last, &state, signal)) {
-            Some(last) => *last = greener(std::mem::take(last), state),
-            None => states.push(state),
-        }
+        let last = states.len().checked_sub(1).filter(|last| alike(&states[*last], &state, signal));
+        join(&mut states, last, state);
     }
     if states.len() > 1 && alike(&states[0], &states[states.len() - 1], signal) {
         let last = states.pop().unwrap_or_default();
-        states[0] = greener(std::mem::take(&mut states[0]), last);
+        join(&mut states, Some(0), last);
     }
     states
 }
@@ -182,12 +180,18 @@ fn cycle(program: &Program, timing: &Timing, signal: &SignalInfo) -> Vec<String>
 fn distinct(states: Vec<String>, signal: &SignalInfo) -> Vec<String> {
     let mut once: Vec<String> = Vec::new();
     for state in states {
-        match once.iter_mut().find(|other| alike(other, &state, signal)) {
-            Some(other) => *other = greener(std::mem::take(other), state),
-            None => once.push(state),
-        }
+        let other = once.iter().position(|other| alike(other, &state, signal));
+        join(&mut once, other, state);
     }
     once
+}
+
+/// Adds a state, to the one that it is like if there is one.
+fn join(states: &mut Vec<String>, like: Option<usize>, state: String) {
+    match like {
+        Some(like) => states[like] = greener(std::mem::take(&mut states[like]), state),
+        None => states.push(state),
+    }
 }
 
 /// Whether two states are the same to vehicles, such as a green while pedestrians walk and the one while they clear the
