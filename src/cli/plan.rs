@@ -6,7 +6,7 @@ use std::thread::available_parallelism;
 
 use super::forecast::{Forecast, Job, range};
 use super::output::{line, note};
-use super::recorded::read;
+use super::recorded::{read, warn_of_settings};
 use super::scenario::ScenarioArg;
 use super::subject::Subject;
 use super::values::{at_least_one_worker, parse_seed};
@@ -82,7 +82,12 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
         return Err(Refused(reason.to_owned()).into());
     }
     let subject = Subject::plain(&args.scenario)?;
-    let known = args.assist.as_ref().map(|dir| read(dir)).transpose()?.map(|(known, _)| known);
+    let known = args.assist.as_ref().map(|dir| -> anyhow::Result<_> {
+        let (known, analysis) = read(dir)?;
+        warn_of_settings(dir, &analysis, &subject.problem().settings());
+        Ok(known)
+    });
+    let known = known.transpose()?;
     let family = subject.problem().family();
     let maker =
         Maker { args, subject: &subject, family, design: design(family, known.as_ref(), args)? };

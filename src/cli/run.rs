@@ -18,7 +18,7 @@ use super::interrupt::interrupted;
 use super::json::merge;
 use super::labour::Labour;
 use super::output::{Counted, line, note};
-use super::recorded::read;
+use super::recorded::{read, warn_of_settings};
 use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
@@ -140,7 +140,10 @@ fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>
         let reason = "--assist has no effect: every point MDP is evaluated; give a --budget";
         return Err(Refused(reason.to_owned()).into());
     };
-    let (known, _) = read(dir)?;
+    let (known, analysis) = read(dir)?;
+    if !args.quiet {
+        warn_of_settings(dir, &analysis, &subject.problem().settings());
+    }
     let mut design = Design::of(family);
     known.add_to(&mut design, &dir.display().to_string())?;
     let sample = choose_over(family, &design, Sampling::Balanced, budget, args.seed)?;

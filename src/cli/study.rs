@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::folder::ESTIMATE;
 use super::output::{Counted, line, note};
-use super::recorded::read;
+use super::recorded::{read, warn_of_settings};
 use super::target::Target;
 use super::until::UntilArgs;
 use super::values::{MOST_REPEATS, from_one_to, parse_seed};
@@ -90,7 +90,10 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
             let reason = "--assist has no effect without m4 among --estimators; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
-        let (other, _) = read(dir)?;
+        let (other, known) = read(dir)?;
+        if !args.quiet {
+            warn_of_settings(dir, &known, &analysis.manifest.identity.settings);
+        }
         recorded.assisted_by(
             &other,
             &dir.display().to_string(),

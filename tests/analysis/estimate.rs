@@ -255,6 +255,33 @@ fn what_has_no_truth_or_another_family_is_refused_with_the_way_out() {
 }
 
 #[test]
+fn what_assists_may_be_of_other_settings_which_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let with = |name: &str, settings: serde_json::Value| {
+        let mut made = twelve();
+        made.identity.settings = settings;
+        write_twelve(&dir.path().join(name), &made, "");
+    };
+    let of = |yellow: u32, rate: f64| {
+        serde_json::json!({
+            "signal": {"yellow_time_s": yellow, "all_red_s": 1},
+            "idqn": {"learning_rate": rate},
+        })
+    };
+    with("all", of(3, 0.1));
+    with("same", of(3, 0.2));
+    with("other", of(4, 0.1));
+    let said = |args: &str| {
+        let args = format!("{args} --estimators m4 --budgets 5 --repeats 2");
+        String::from_utf8(estimate(dir.path(), &args).stderr).unwrap()
+    };
+    let told = "other was computed with other settings (signal.yellow_time_s = 4 there, 3 here)";
+    assert!(said("all --assist other").contains(told));
+    // How a method learns that was not run says nothing.
+    assert!(!said("all --assist same").contains("warning"));
+}
+
+#[test]
 fn a_method_that_lacks_scores_is_left_out_and_named() {
     let dir = tempfile::tempdir().unwrap();
     write_twelve(&dir.path().join("all"), &twelve(), "nervous");
