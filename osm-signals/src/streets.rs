@@ -59,7 +59,8 @@ impl Streets {
                 let key = (street.highway, street.direction != Direction::Both);
                 *lanes.entry(key).or_default().entry(u32::from(total)).or_default() += 1;
             }
-            if let Some(mph) = street.speed.both_mph {
+            let directions = [true, false].map(|forward| street.speed.in_direction(forward));
+            for mph in directions.into_iter().flatten() {
                 let (sum, count) = speeds.entry(street.highway).or_default();
                 *sum += f64::from(mph);
                 *count += 1;

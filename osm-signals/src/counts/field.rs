@@ -96,6 +96,7 @@ pub(super) fn count(value: Option<&JsonValue>, have_decimals: bool) -> Result<f6
         Some(JsonValue::Number(number)) => number.as_f64(),
         Some(JsonValue::String(text)) => match text.trim() {
             "" => return Err(NoCount::Skipped("missing count")),
+            text if is_grouped(text) => text.replace(is_group_mark, "").parse().ok(),
             text if is_separated(text) => {
                 Some(sheet::count(text, have_decimals).map_err(NoCount::Refused)?)
             }
@@ -115,6 +116,20 @@ pub(super) fn count(value: Option<&JsonValue>, have_decimals: bool) -> Result<f6
 /// Returns whether a text is a number with a comma or a point.
 pub(super) fn is_separated(text: &str) -> bool {
     text.contains([',', '.']) && text.chars().all(|c| c.is_ascii_digit() || "+-.,".contains(c))
+}
+
+/// Returns whether a character groups the digits of long numbers and nothing else.
+fn is_group_mark(c: char) -> bool {
+    matches!(c, ' ' | '\'' | '\u{2019}' | '\u{a0}' | '\u{2009}' | '\u{202f}')
+}
+
+/// Returns whether a text is a whole number in groups of three digits with one mark between them, such as `12 300`.
+fn is_grouped(text: &str) -> bool {
+    let Some(mark) = text.chars().find(|c| is_group_mark(*c)) else { return false };
+    let digits = |group: &str| group.chars().all(|c| c.is_ascii_digit());
+    let mut groups = text.split(mark);
+    groups.next().is_some_and(|first| matches!(first.len(), 1..=3) && digits(first))
+        && groups.all(|group| group.len() == 3 && digits(group))
 }
 
 /// Returns the year in a name, of several the last one.
@@ -199,7 +214,14 @@ mod tests {
         assert_eq!(count(Some(&json!(1200))), Ok(1200.0));
         assert_eq!(count(Some(&json!(12.345))), Ok(12.345));
         assert_eq!(count(Some(&json!(" 1200.5 "))), Ok(1200.5));
+        for text in ["12 300", "12'300", "12\u{202f}300", "12\u{a0}300", "12\u{2019}300"] {
+            assert_eq!(count(Some(&json!(text))), Ok(12_300.0), "{text:?}");
+        }
+        assert_eq!(count(Some(&json!("1 234 567"))), Ok(1_234_567.0));
         for (value, reason) in [
+            (json!("12 30"), "count that is no number"),
+            (json!("1234 567"), "count that is no number"),
+            (json!("1 234'567"), "count that is no number"),
             (json!(null), "missing count"),
             (json!(" "), "missing count"),
             (json!(-1), "negative count"),

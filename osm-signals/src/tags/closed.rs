@@ -1,6 +1,7 @@
 //! Lanes that are closed to motor vehicles: bus lanes, which `lanes` counts, and cycle lanes, which it does not.
 
-use super::access::lane_by_lane;
+use super::access::{closes, lane_by_lane};
+use super::bus_lanes::leave_out_bus_lanes;
 use super::direction::Direction;
 use super::lanes::{LaneTags, MAX_LANES};
 use super::value::{Tags, tag};
@@ -36,7 +37,7 @@ impl Closed {
                 matches!(lanes.split('|').nth(i).map(str::trim), Some("designated" | "yes"))
             })
         };
-        let shut: Vec<usize> = (0..access.len()).filter(|i| access[*i] == "no").collect();
+        let shut: Vec<usize> = (0..access.len()).filter(|i| closes(access[*i])).collect();
         let narrow = |i: &&usize| are_for(&CYCLE_ACCESS, **i) && !are_for(&BUS_ACCESS, **i);
         let closed = shut.len() as u8;
         let wide = closed - shut.iter().filter(narrow).count() as u8;
@@ -64,14 +65,17 @@ pub(super) fn open_lanes(
     oddities: &mut Oddities,
 ) -> LaneTags {
     let mut lanes = LaneTags::parse(way, tags, direction, oddities);
-    leave_out_closed(&mut lanes, tags, direction);
+    if !leave_out_closed(&mut lanes, tags, direction) {
+        leave_out_bus_lanes(&mut lanes, tags, direction);
+    }
     lanes
 }
 
-/// Leaves out the lanes that are closed where they are counted.
-fn leave_out_closed(lanes: &mut LaneTags, tags: &Tags<'_>, direction: Direction) {
+/// Leaves out the lanes that are closed where they are counted; returns whether tags say lane by lane which are.
+fn leave_out_closed(lanes: &mut LaneTags, tags: &Tags<'_>, direction: Direction) -> bool {
     if direction == Direction::Both {
         let (forward, backward) = (Closed::of(tags, ":forward"), Closed::of(tags, ":backward"));
+        let is_listed = forward.is_some() || backward.is_some();
         let given = |own: Option<u8>, closed: &Option<Closed>| {
             own.or(closed.as_ref().map(|closed| closed.lanes))
         };
@@ -101,15 +105,16 @@ fn leave_out_closed(lanes: &mut LaneTags, tags: &Tags<'_>, direction: Direction)
         };
         (lanes.forward, lanes.backward) = (forward, backward);
         lanes.total = lanes.total.map(|n| n.saturating_sub(fewer_forward + fewer_backward));
-        return;
+        return is_listed;
     }
     let forward = direction == Direction::Forward;
     let closed = Closed::of(tags, if forward { ":forward" } else { ":backward" });
-    let Some(closed) = closed.or_else(|| Closed::of(tags, "")) else { return };
+    let Some(closed) = closed.or_else(|| Closed::of(tags, "")) else { return false };
     let fewer = closed.among(lanes.one_way(forward));
     let own = if forward { &mut lanes.forward } else { &mut lanes.backward };
     *own = own.map(|n| n.saturating_sub(fewer));
     lanes.total = lanes.total.map(|n| n.saturating_sub(fewer));
+    true
 }
 
 #[cfg(test)]

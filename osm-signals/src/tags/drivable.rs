@@ -1,5 +1,6 @@
 //! Which ways are drivable: what OSMnx's filter `drive` keeps, less private drives.
 
+use super::access::is_closed;
 use super::value::{Tags, tag};
 
 /// Values of `highway` that are not drivable (OSMnx's filter).
@@ -37,21 +38,14 @@ const NOT_DRIVABLE: [&str; 27] = [
 const SERVICE: [&str; 6] =
     ["alley", "driveway", "emergency_access", "parking", "parking_aisle", "private"];
 
-/// Values of access tags that keep the public's motor vehicles out.
-const CLOSED: [&str; 2] = ["no", "private"];
-
-/// Values of access tags that let the public's motor vehicles in, whatever a more general tag says.
-const OPEN: [&str; 4] = ["yes", "designated", "permissive", "destination"];
-
 /// Returns whether a way with these tags is a street for this project.
+///
+/// Deviation: OSMnx keeps `access=no`, and looks at no tag that is more specific than one that closes a way.
 pub fn drivable(tags: &Tags<'_>) -> bool {
     let is = |key, values: &[&str]| tag(tags, key).is_some_and(|v| values.contains(&v));
     tag(tags, "highway").is_some_and(|h| !NOT_DRIVABLE.contains(&h))
         && !is("area", &["yes"])
-        && !is("access", &["private"])
-        && !is("motor_vehicle", &CLOSED)
-        && !is("motorcar", &CLOSED)
-        && (!is("vehicle", &CLOSED) || is("motor_vehicle", &OPEN) || is("motorcar", &OPEN))
+        && !is_closed(tags, "")
         && !is("service", &SERVICE)
 }
 
@@ -71,6 +65,7 @@ mod tests {
         for other in [
             ("area", "yes"),
             ("access", "private"),
+            ("access", "no"),
             ("motor_vehicle", "no"),
             ("motorcar", "no"),
             ("motor_vehicle", "private"),
@@ -91,5 +86,9 @@ mod tests {
         };
         assert!(with("motor_vehicle", "yes") && with("motorcar", "designated"));
         assert!(!with("motor_vehicle", "delivery") && !with("bicycle", "yes"));
+        let open = [("highway", "residential"), ("access", "private"), ("motor_vehicle", "yes")];
+        assert!(drivable(&open));
+        let buses = [("highway", "residential"), ("access", "no"), ("bus", "yes")];
+        assert!(!drivable(&buses));
     }
 }

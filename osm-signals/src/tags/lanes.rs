@@ -1,6 +1,6 @@
 //! Numbers of lanes and the turns that lanes are marked for.
 
-use super::access::lane_by_lane;
+use super::access::{closes, lane_by_lane};
 use super::direction::Direction;
 use super::value::{Tags, tag};
 use crate::error::brief;
@@ -199,7 +199,7 @@ fn turn_lanes(text: &str, access: Option<Vec<&str>>) -> Option<Box<[TurnLane]>> 
     let lanes: Option<Vec<_>> = text.split('|').map(TurnLane::parse).collect();
     let lanes = lanes.filter(|lanes| lanes.len() <= usize::from(MAX_LANES))?;
     let access = access.filter(|access| access.len() == lanes.len()).unwrap_or_default();
-    let open = |i: usize| access.get(i) != Some(&"no");
+    let open = |i: usize| !access.get(i).is_some_and(|value| closes(value));
     let open: Vec<_> = (0..lanes.len()).filter(|i| open(*i)).map(|i| lanes[i]).collect();
     Some(open.into())
 }

@@ -12,6 +12,7 @@
 //! OSMnx keeps them, but private drives would end the approaches of public streets.
 
 mod access;
+mod bus_lanes;
 mod closed;
 mod direction;
 mod drivable;

@@ -16,6 +16,49 @@ const RANGE_MPH: std::ops::RangeInclusive<f32> = 3.0..=100.0;
 /// Words that mean that there is no fixed limit; not worth counting as unusable.
 const NO_NUMBER: [&str; 4] = ["none", "signals", "variable", "implicit"];
 
+/// Tags that say by which rule a limit holds that has no sign of its own, where `maxspeed` has no number.
+const RULES: [&str; 4] = ["zone:maxspeed", "maxspeed:type", "source:maxspeed", "zone:traffic"];
+
+/// What `walk` means, km/h (OpenStreetMap's wiki, Key:maxspeed).
+const WALK_KMH: f64 = 7.0;
+
+/// Limits for cars within and outside built-up areas, km/h (OpenStreetMap's wiki, Default speed limits).
+const LEGAL_KMH: [(&str, f64, f64); 30] = [
+    ("at", 50.0, 100.0),
+    ("be-bru", 30.0, 70.0),
+    ("be-vlg", 50.0, 70.0),
+    ("be-wal", 50.0, 90.0),
+    ("bg", 50.0, 90.0),
+    ("by", 60.0, 90.0),
+    ("ch", 50.0, 80.0),
+    ("cz", 50.0, 90.0),
+    ("de", 50.0, 100.0),
+    ("dk", 50.0, 80.0),
+    ("ee", 50.0, 90.0),
+    ("es", 50.0, 90.0),
+    ("fi", 50.0, 80.0),
+    ("fr", 50.0, 80.0),
+    ("gr", 50.0, 90.0),
+    ("hr", 50.0, 90.0),
+    ("hu", 50.0, 90.0),
+    ("it", 50.0, 90.0),
+    ("lt", 50.0, 90.0),
+    ("lv", 50.0, 90.0),
+    ("nl", 50.0, 80.0),
+    ("no", 50.0, 80.0),
+    ("pl", 50.0, 90.0),
+    ("pt", 50.0, 90.0),
+    ("ro", 50.0, 90.0),
+    ("rs", 50.0, 80.0),
+    ("ru", 60.0, 90.0),
+    ("se", 50.0, 70.0),
+    ("si", 50.0, 90.0),
+    ("ua", 50.0, 90.0),
+];
+
+/// Countries whose signs are in miles per hour.
+const MILES: [&str; 3] = ["gb", "uk", "us"];
+
 /// `maxspeed` and its suffixes, miles per hour.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SpeedTags {
@@ -38,8 +81,13 @@ impl SpeedTags {
             }
             speed_mph
         };
+        let both_mph = speed("maxspeed");
+        let by_rule = || {
+            let limits = RULES.iter().filter_map(|key| by_rule(tag(tags, key)?.trim()));
+            limits.map(|mph| mph as f32).find(|mph| RANGE_MPH.contains(mph))
+        };
         Self {
-            both_mph: speed("maxspeed"),
+            both_mph: both_mph.or_else(by_rule),
             forward_mph: speed("maxspeed:forward"),
             backward_mph: speed("maxspeed:backward"),
         }
@@ -53,8 +101,9 @@ impl SpeedTags {
 
 /// Returns a speed limit; of a list the mean, as OSMnx takes it.
 fn speed_mph(text: &str) -> Option<f32> {
-    let speeds: Vec<f32> = text.split([';', '|']).map(single).collect::<Option<_>>()?;
-    Some(speeds.iter().sum::<f32>() / speeds.len() as f32)
+    let parts = text.split([';', '|']).map(str::trim).filter(|part| !part.is_empty());
+    let speeds: Vec<f32> = parts.map(single).collect::<Option<_>>()?;
+    (!speeds.is_empty()).then(|| speeds.iter().sum::<f32>() / speeds.len() as f32)
 }
 
 fn kmh_to_mph(speed_kmh: f64) -> f64 {
@@ -67,16 +116,52 @@ fn knots_to_mph(speed_knots: f64) -> f64 {
 
 /// Returns one speed limit; a number without a unit is in km/h.
 fn single(text: &str) -> Option<f32> {
-    let text = text.trim();
-    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let value: f64 = text[..end].parse().ok()?;
-    let mph = match text[end..].trim() {
+    by_rule(text).or_else(|| signed(text, kmh_to_mph)).map(|mph| mph as f32)
+}
+
+/// Returns the limit of a rule, such as `DE:urban`, `DE:zone30` or `GB:zone:20`, miles per hour.
+fn by_rule(text: &str) -> Option<f64> {
+    let text = text.to_ascii_lowercase();
+    if text == "walk" {
+        return Some(kmh_to_mph(WALK_KMH));
+    }
+    let (country, rule) = text.split_once(':')?;
+    if !matches!(country.len(), 2..=6) || !country.starts_with(|c: char| c.is_ascii_lowercase()) {
+        return None;
+    }
+    let legal = || LEGAL_KMH.iter().find(|(code, ..)| *code == country);
+    match rule {
+        "urban" => return legal().map(|(_, urban, _)| kmh_to_mph(*urban)),
+        "rural" => return legal().map(|(.., rural)| kmh_to_mph(*rural)),
+        "walk" => return Some(kmh_to_mph(WALK_KMH)),
+        // The limits of Great Britain outside motorways (the Highway Code, rule 124).
+        "nsl_restricted" => return Some(30.0),
+        "nsl_single" => return Some(60.0),
+        "nsl_dual" => return Some(70.0),
+        _ => {}
+    }
+    let zone = rule.strip_prefix("zone").unwrap_or(rule).trim_start_matches([':', ' ']);
+    let plain = if MILES.contains(&country) { |mph| mph } else { kmh_to_mph };
+    signed(zone, plain)
+}
+
+/// Returns the limit on a sign, miles per hour.
+///
+/// # Arguments
+///
+/// * `plain` — makes miles per hour of a number without a unit.
+fn signed(text: &str, plain: fn(f64) -> f64) -> Option<f64> {
+    let text = text.trim().to_ascii_lowercase();
+    let is_of_number = |c: char| c.is_ascii_digit() || c == '.' || c == ',';
+    let end = text.find(|c| !is_of_number(c)).unwrap_or(text.len());
+    let value: f64 = text[..end].replace(',', ".").parse().ok()?;
+    Some(match text[end..].trim() {
+        "" => plain(value),
         "mph" => value,
-        "" | "km/h" | "kmh" | "kph" | "kmph" => kmh_to_mph(value),
+        "km/h" | "kmh" | "kph" | "kmph" => kmh_to_mph(value),
         "knots" | "knot" => knots_to_mph(value),
         _ => return None,
-    };
-    Some(mph as f32)
+    })
 }
 
 #[cfg(test)]
@@ -97,6 +182,47 @@ mod tests {
             assert!((parse(text).0.unwrap() - 31.0686).abs() < 1e-3, "{text}");
         }
         assert!((parse("10 knots").0.unwrap() - 11.5078).abs() < 1e-3);
+    }
+
+    #[test]
+    fn units_may_be_in_capitals_and_decimals_have_a_comma() {
+        assert_eq!(parse("35 MPH").0, Some(35.0));
+        assert_eq!(parse("30mph;").0, Some(30.0));
+        assert_eq!(parse("50,5 Km/h"), parse("50.5"));
+    }
+
+    #[test]
+    fn rules_have_the_limit_of_their_country() {
+        let kmh = |text: &str| (parse(text).0.unwrap() * 1.609_344).round();
+        for (text, expected) in [
+            ("DE:urban", 50.0),
+            ("de:rural", 100.0),
+            ("RU:urban", 60.0),
+            ("BE-VLG:rural", 70.0),
+            ("DE:zone30", 30.0),
+            ("DE:zone:30", 30.0),
+            ("FR:30", 30.0),
+            ("walk", 7.0),
+        ] {
+            assert_eq!(kmh(text), expected, "{text}");
+        }
+        assert_eq!(parse("GB:nsl_single").0, Some(60.0));
+        assert_eq!(parse("GB:zone20").0, Some(20.0));
+        assert_eq!(parse("XX:urban"), (None, 1));
+        // Other tags count where the limit itself has no number, and are no mistake.
+        let of = |tags: &Tags<'_>| {
+            let mut oddities = Oddities::default();
+            let speed = SpeedTags::parse(1, tags, &mut oddities);
+            (speed.both_mph.map(f32::round), oddities.iter().count())
+        };
+        assert_eq!(of(&[("zone:maxspeed", "DE:30")]), (Some(19.0), 0));
+        assert_eq!(of(&[("source:maxspeed", "DE:urban")]), (Some(31.0), 0));
+        assert_eq!(
+            of(&[("source:maxspeed", "sign"), ("maxspeed:type", "GB:nsl_dual")]).0,
+            Some(70.0)
+        );
+        assert_eq!(of(&[("maxspeed", "20 mph"), ("zone:traffic", "DE:urban")]).0, Some(20.0));
+        assert_eq!(of(&[("source:maxspeed", "survey:2019")]), (None, 0));
     }
 
     #[test]
