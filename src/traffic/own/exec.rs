@@ -86,7 +86,17 @@ impl Exec {
     ) -> Result<A, ControlError> {
         let limit = self.answer;
         let running = self.running.as_mut().expect("it was started");
-        let answer = running.pipes.ask(&line_of(question), limit);
+        // An answer that is left over would be taken for that to the next question, and so on to the end.
+        let unasked = running.pipes.unasked().map(<[u8]>::to_vec);
+        if let Ok(more) = &unasked
+            && !more.is_empty()
+        {
+            let text = quoted(more);
+            return Err(self.failed(format!(
+                "it said {text:?} without being asked; it answers with one line, and anything else goes to standard error"
+            )));
+        }
+        let answer = unasked.and_then(|_| running.pipes.ask(&line_of(question), limit));
         let text = match answer {
             Ok(text) => text,
             Err(Silence::Unreadable(e)) => {
@@ -106,10 +116,15 @@ impl Exec {
             }
         };
         serde_json::from_slice(&text).map_err(|e| {
-            let text: String = String::from_utf8_lossy(&text).chars().take(QUOTED).collect();
+            let text = quoted(&text);
             self.failed(format!("it answered {what} with {text:?}, which is not {form} ({e})"))
         })
     }
+}
+
+/// Returns the beginning of what was said.
+fn quoted(said: &[u8]) -> String {
+    String::from_utf8_lossy(said).trim_end().chars().take(QUOTED).collect()
 }
 
 impl Controller for Exec {

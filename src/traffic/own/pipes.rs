@@ -59,6 +59,18 @@ impl Pipes {
         self.was_heard
     }
 
+    /// Returns what came without a question since the last answer; nothing where the pipe was closed.
+    ///
+    /// # Errors
+    ///
+    /// [`Silence::Unreadable`].
+    pub(super) fn unasked(&mut self) -> Result<&[u8], Silence> {
+        match self.listen() {
+            Ok(()) | Err(Silence::Closed) => Ok(&self.read),
+            Err(e) => Err(e),
+        }
+    }
+
     /// Says a line and returns the next one that comes back, without its end.
     ///
     /// # Errors
@@ -177,6 +189,18 @@ mod tests {
         assert!(matches!(pipes.ask(&long, limit), Err(Silence::Unreadable(_))));
         drop(pipes);
         child.wait().unwrap();
+    }
+
+    #[test]
+    fn what_comes_without_a_question_is_seen_before_the_next_one() {
+        let (mut child, mut pipes) = shell("read x; echo one; read x; printf 'two\\nmore'; read x");
+        let limit = Duration::from_secs(20);
+        assert_eq!(pipes.ask(b"x\n", limit).unwrap(), b"one");
+        assert_eq!(pipes.unasked().unwrap(), b"");
+        assert_eq!(pipes.ask(b"x\n", limit).unwrap(), b"two");
+        pipes.part(b"");
+        child.wait().unwrap();
+        assert_eq!(pipes.unasked().unwrap(), b"more");
     }
 
     #[test]
