@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::output::line;
 use crate::cli::exit;
+use crate::store::manifest::GIT;
 use crate::traffic::network::netconvert::Netconvert;
 
 /// `tsc-family doctor`.
@@ -71,7 +72,7 @@ fn look() -> Findings {
         ));
     }
     Findings {
-        tsc_family: format!("{} ({})", env!("CARGO_PKG_VERSION"), env!("TSC_FAMILY_GIT")),
+        tsc_family: format!("{} ({})", env!("CARGO_PKG_VERSION"), GIT),
         built_with: env!("TSC_FAMILY_RUSTC").to_owned(),
         libsumo,
         sumo_version,

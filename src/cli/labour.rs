@@ -14,7 +14,7 @@ use crate::run::domain::Domain;
 use crate::run::effort::RunEfforts;
 use crate::run::executor::{Launcher, Local};
 use crate::run::session::Session;
-use crate::store::manifest::Task;
+use crate::store::manifest::{GIT, Task};
 use crate::store::results::Results;
 
 /// Tasks and report of a run that is open.
@@ -67,6 +67,13 @@ impl Labour<'_> {
         if talk && todo.len() < results.plan().len() {
             let (done, all) = (results.done().count(), results.plan().len());
             note(format!("{done} of {all} tasks are already done"));
+            let begun = self.session.manifest.provenance.git.as_str();
+            if !todo.is_empty() && begun != GIT {
+                note(format!(
+                    "warning: this run was begun by the build {begun} and goes on with {GIT}; where they measure otherwise, \
+                     its records are of both (each says its build); another --out has records of this one alone"
+                ));
+            }
         }
         let efforts = RunEfforts::new(self.domain, &self.session.manifest.identity)?;
         let effort = |t: &Task| Ok((t.clone(), efforts.of(&t.method, &t.point)?));

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::FileError;
 use crate::files::replace;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::store::manifest::Task;
+use crate::store::manifest::{GIT, Task};
 use crate::store::record::Row;
 use crate::store::{Layout, remove_checkpoint};
 
@@ -94,7 +94,7 @@ impl Keeper {
         let stamp = Stamp {
             format_version: FORMAT_VERSION,
             tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
-            git: env!("TSC_FAMILY_GIT").to_owned(),
+            git: GIT.to_owned(),
             manifest: manifest.to_owned(),
             task: task.task,
         };

@@ -12,7 +12,7 @@ use crate::files::FileError;
 use crate::machine;
 use crate::nn::archive::Archive;
 use crate::seed;
-use crate::store::manifest::Task;
+use crate::store::manifest::{GIT, Task};
 use crate::store::record::{Metrics, Row, RowKind, Wall};
 
 /// Keeps the rows of a task, and where its training stands.
@@ -85,6 +85,7 @@ impl<'a> TaskCourse<'a> {
             simulator_s: self.earlier.simulator_s + simulator_s,
             attempts: self.attempt,
             peak_memory_mb: machine::peak_memory_mb(),
+            git: GIT.to_owned(),
             ..Wall::default()
         }
     }

@@ -17,7 +17,7 @@ use super::error::RunError;
 use crate::files::{FileError, replace};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::store::Layout;
-use crate::store::manifest::{Identity, Task};
+use crate::store::manifest::{GIT, Identity, Task};
 use crate::store::record::{Record, RowKind};
 
 /// Value of `kind` on a model's card.
@@ -90,7 +90,7 @@ pub(super) fn card(
         seed: task.seed,
         training_episodes: record.rows.iter().filter(|r| r.kind == RowKind::Training).count(),
         tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
-        git: env!("TSC_FAMILY_GIT").to_owned(),
+        git: GIT.to_owned(),
         simulator: identity.simulator.clone(),
         evaluation,
     };

@@ -21,7 +21,7 @@ use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
 use crate::store::kept::Keep;
 use crate::store::lock::{Holder, RunLock};
-use crate::store::manifest::{Manifest, Provenance, Task};
+use crate::store::manifest::{GIT, Manifest, Provenance, Task};
 use crate::store::results::Results;
 use crate::store::scratch::tidy_up;
 
@@ -209,7 +209,7 @@ fn provenance(prepared: &str) -> Provenance {
     Provenance {
         // As a shell takes it again.
         command: shlex::try_join(words.iter().map(String::as_str)).unwrap_or(words.join(" ")),
-        git: env!("TSC_FAMILY_GIT").to_owned(),
+        git: GIT.to_owned(),
         rustc: env!("TSC_FAMILY_RUSTC").to_owned(),
         host: format!(
             "{} {}, {processors} processors",

@@ -14,6 +14,9 @@ use crate::seed;
 use crate::stats::Direction;
 use crate::store::error::StoreError;
 
+/// Git revision of this build, or `unknown`.
+pub const GIT: &str = env!("TSC_FAMILY_GIT");
+
 /// One task of a plan: a method on a point MDP, once. Tasks share their names, since a plan has up to a million.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -68,6 +68,9 @@ pub struct Wall {
     /// kept, none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory_mb: Option<u64>,
+    /// Git revision of the build that did the task, or `unknown`; empty in records from before it was kept.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub git: String,
     /// sha256 over the record's checksum and the other values here; empty before a record is made of them, and in
     /// records from before it was kept.
     #[serde(default, skip_serializing_if = "String::is_empty")]

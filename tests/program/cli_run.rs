@@ -59,6 +59,34 @@ fn a_run_prints_a_line_per_task_and_per_method_and_resumes_to_nothing() {
 }
 
 #[test]
+fn a_run_that_another_build_began_says_so_and_records_name_theirs() {
+    let folder = tempfile::tempdir().unwrap();
+    succeed(folder.path(), &format!("{SMOKE} --quiet --out out"));
+    let record = folder.path().join("out/done/000/2.jsonl");
+    let build = |path: &Path| {
+        let text = fs::read_to_string(path).unwrap();
+        let summary: Value = serde_json::from_str(text.lines().next().unwrap()).unwrap();
+        summary["wall"]["git"].as_str().unwrap().to_owned()
+    };
+    let git = build(&record);
+    let again = |began: &str| {
+        fs::remove_file(&record).unwrap();
+        let path = folder.path().join("out/manifest.json");
+        let mut manifest: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        manifest["provenance"]["git"] = began.into();
+        fs::write(&path, manifest.to_string()).unwrap();
+        let output = run(folder.path(), &format!("{SMOKE} --out out"));
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(build(&record), git);
+        stderr(&output)
+    };
+    let told = format!("warning: this run was begun by the build 1234567 and goes on with {git}");
+    let said = again("1234567");
+    assert!(said.contains(&told), "{said}");
+    assert!(!again(&git).contains("warning"));
+}
+
+#[test]
 fn a_run_against_another_method_writes_a_second_report() {
     let folder = tempfile::tempdir().unwrap();
     let text = succeed(folder.path(), &format!("{SMOKE} --against actuated --out out"));

@@ -15,7 +15,7 @@ use crate::run::progress::{Failure, Fault, News};
 use crate::run::stop::Stop;
 use crate::run::work::{Workplace, do_task};
 use crate::store::Layout;
-use crate::store::manifest::{Manifest, Task};
+use crate::store::manifest::{GIT, Manifest, Task};
 use crate::store::record::{Record, Wall};
 use crate::store::scratch::Scratch;
 
@@ -78,7 +78,7 @@ impl Inline<'_> {
             Fault::Input | Fault::Task | Fault::Own => {}
         }
         let wall_s = start.elapsed().as_secs_f64();
-        let wall = Wall { wall_s, attempts: 1, ..Wall::default() };
+        let wall = Wall { wall_s, attempts: 1, git: GIT.to_owned(), ..Wall::default() };
         let record = Record::failed(task, &self.manifest.sha256(), reason, wall);
         record.commit(self.layout)?;
         Ok(Event::Finished(Box::new(record)))

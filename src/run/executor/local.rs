@@ -29,7 +29,7 @@ use crate::machine::{self, with_way_out};
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
 use crate::store::Layout;
-use crate::store::manifest::Task;
+use crate::store::manifest::{GIT, Task};
 use crate::store::record::{Record, Wall};
 
 /// Attempts at a task that fail before it is recorded as failed, and that are disturbed before it is left undone.
@@ -208,7 +208,7 @@ impl Local {
                 break;
             }
             let wall_s = start.elapsed().as_secs_f64();
-            let wall = Wall { wall_s, attempts: attempt, ..Wall::default() };
+            let wall = Wall { wall_s, attempts: attempt, git: GIT.to_owned(), ..Wall::default() };
             let record = Record::failed(task, &self.manifest, reason, wall);
             record.commit(&self.layout)?;
             send(sender, Event::Finished(Box::new(record)));
