@@ -18,7 +18,8 @@ use tsc_family::sample::{Draw, Sampling};
 use tsc_family::seed;
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, PointRow, Task};
-use tsc_family::store::record::{Record, Row, RowKind, TaskResult, Wall};
+use tsc_family::store::record::{Record, Row, RowKind, TaskResult};
+use tsc_family::store::wall::Wall;
 
 /// Families that are measured unless one is asked for: methods, point MDPs, evaluation seeds.
 const FAMILIES: [[usize; 3]; 3] = [[12, 1000, 2], [12, 1000, 5], [12, 8_334, 2]];

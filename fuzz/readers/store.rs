@@ -6,7 +6,8 @@ use tsc_family::sample::Design;
 use tsc_family::sample::plan_file::PlanFile;
 use tsc_family::store::manifest::{Manifest, Task};
 use tsc_family::store::plan::{parse_rows, plan_text};
-use tsc_family::store::record::{Record, Row, TaskResult, Wall};
+use tsc_family::store::record::{Record, Row, TaskResult};
+use tsc_family::store::wall::Wall;
 use tsc_family::traffic::family::load::load;
 use tsc_family::traffic::places::Places;
 

@@ -312,7 +312,8 @@ mod tests {
     use crate::run::effort::testing::effort;
     use crate::run::progress::Progress as Episodes;
     use crate::store::kept::Keep;
-    use crate::store::record::{TaskResult, Wall};
+    use crate::store::record::TaskResult;
+    use crate::store::wall::Wall;
 
     fn task(task: usize, method: &str, replicate: u32) -> Task {
         Task { task, method: method.into(), point: "p".into(), replicate, seed: 1 }

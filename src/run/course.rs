@@ -13,7 +13,8 @@ use crate::machine;
 use crate::nn::archive::Archive;
 use crate::seed;
 use crate::store::manifest::{GIT, Task};
-use crate::store::record::{Metrics, Row, RowKind, Wall};
+use crate::store::record::{Metrics, Row, RowKind};
+use crate::store::wall::Wall;
 
 /// Keeps the rows of a task, and where its training stands.
 pub(super) struct TaskCourse<'a> {

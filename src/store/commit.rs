@@ -88,7 +88,8 @@ fn sync_folder(folder: &Path) -> Result<(), FileError> {
 mod tests {
     use super::*;
     use crate::store::manifest::Task;
-    use crate::store::record::{TaskResult, Wall};
+    use crate::store::record::TaskResult;
+    use crate::store::wall::Wall;
 
     fn task() -> Task {
         Task { task: 7, method: "m".into(), point: "p".into(), replicate: 0, seed: 3 }

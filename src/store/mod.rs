@@ -38,6 +38,7 @@ pub mod record;
 pub mod results;
 pub mod scratch;
 pub mod tally;
+pub mod wall;
 
 use std::path::{Path, PathBuf};
 

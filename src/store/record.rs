@@ -14,8 +14,9 @@ pub use super::metrics::Metrics;
 use super::opaque::Opaque;
 use super::{Layout, SCHEMA_VERSION};
 use crate::files::{self, limits};
-use crate::hash::{hex, sha256};
+use crate::hash::hex;
 use crate::store::error::StoreError;
+use crate::store::wall::Wall;
 
 /// Why a record is refused that is whole, and of another run.
 pub(super) const OTHER_MANIFEST: &str = "it belongs to another manifest";
@@ -52,38 +53,6 @@ pub struct Row {
     pub seed: u64,
     /// What was measured.
     pub metrics: Metrics,
-}
-
-/// Time a task took; not part of the result.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Wall {
-    /// Wall-clock time of the task, seconds.
-    pub wall_s: f64,
-    /// Wall-clock time within the simulator, seconds.
-    pub simulator_s: f64,
-    /// Attempts, 1 unless the first failed.
-    pub attempts: u32,
-    /// Largest memory of the process so far, MB; where the system does not tell, and in records from before it was
-    /// kept, none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub peak_memory_mb: Option<u64>,
-    /// Git revision of the build that did the task, or `unknown`; empty in records from before it was kept.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub git: String,
-    /// sha256 over the record's checksum and the other values here; empty before a record is made of them, and in
-    /// records from before it was kept.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub checksum: String,
-}
-
-impl Wall {
-    /// Returns the checksum of the values beside a record with this checksum.
-    fn sum(&self, record: &str) -> String {
-        let bare = Self { checksum: String::new(), ..self.clone() };
-        let text = serde_json::to_string(&bare).expect("plain data");
-        sha256(format!("{record} {text}").as_bytes())
-    }
 }
 
 /// First line of a record.

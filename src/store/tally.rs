@@ -97,7 +97,8 @@ fn has_failed(path: &Path) -> Result<bool, FileError> {
 mod tests {
     use super::*;
     use crate::store::manifest::Task;
-    use crate::store::record::{Record, TaskResult, Wall};
+    use crate::store::record::{Record, TaskResult};
+    use crate::store::wall::Wall;
 
     #[test]
     fn records_checkpoints_and_failures_are_counted_and_strangers_are_not() {

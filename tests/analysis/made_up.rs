@@ -9,8 +9,9 @@ use tsc_family::report::Report;
 use tsc_family::sample::{Draw, SamplePlan, Sampling};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
-use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult, Wall};
+use tsc_family::store::record::{Metrics, Record, Row, RowKind, TaskResult};
 use tsc_family::store::results::Results;
+use tsc_family::store::wall::Wall;
 
 const SEEDS: [u64; 2] = [1_073_741_825, 1_073_741_826];
 

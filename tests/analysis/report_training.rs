@@ -7,7 +7,8 @@ use crate::made_up::{Ending, evaluations, manifest, reported, well_formed, well_
 use tsc_family::report::{self, Report, text};
 use tsc_family::store::Layout;
 use tsc_family::store::manifest::{Manifest, Task};
-use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult, Wall};
+use tsc_family::store::record::{Metrics, Row, RowKind, TaskResult};
+use tsc_family::store::wall::Wall;
 
 /// Delays under the baseline on `quiet` and `busy`, seconds.
 const BASELINE: [f64; 2] = [20.0, 50.0];

@@ -94,7 +94,8 @@ impl<'a> Costs<'a> {
 mod tests {
     use super::*;
     use crate::run::testing::{Counting, Toy, planned};
-    use crate::store::record::{TaskResult, Wall};
+    use crate::store::record::TaskResult;
+    use crate::store::wall::Wall;
 
     #[test]
     fn what_was_measured_corrects_what_is_expected() {

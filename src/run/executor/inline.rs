@@ -16,8 +16,9 @@ use crate::run::stop::Stop;
 use crate::run::work::{Workplace, do_task};
 use crate::store::Layout;
 use crate::store::manifest::{GIT, Manifest, Task};
-use crate::store::record::{Record, Wall};
+use crate::store::record::Record;
 use crate::store::scratch::Scratch;
+use crate::store::wall::Wall;
 
 /// Does tasks in this process.
 #[derive(Clone, Copy)]

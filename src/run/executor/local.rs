@@ -30,7 +30,8 @@ use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
 use crate::store::Layout;
 use crate::store::manifest::{GIT, Task};
-use crate::store::record::{Record, Wall};
+use crate::store::record::Record;
+use crate::store::wall::Wall;
 
 /// Attempts at a task that fail before it is recorded as failed, and that are disturbed before it is left undone.
 const ATTEMPTS: u32 = 2;
