@@ -129,7 +129,8 @@ fn a_command_that_misbehaves_is_a_failed_record_and_the_run_goes_on() {
             "it ended (exit status: 7) instead of answering act; it said last\\ntrouble here",
         ),
         ("echo '{\"phases\":[99]}'", "it chose phase 99 of signal 0"),
-        ("echo '{\"phases\":[0]}'; echo more", "it said \\\"more\\\" without being asked"),
+        // Found before the next question, or, where the machine is slow, as its answer.
+        ("echo '{\"phases\":[0]}'; echo more", "\\\"more\\\""),
         ("echo hello", "it answered act with \\\"hello\\\""),
         ("sleep 30", "it did not answer act within 1 s"),
         // A child that outlives it holds its pipes open.
