@@ -48,9 +48,15 @@ pub fn create(
     imported: bool,
     seed: u64,
 ) -> Result<Box<dyn Controller>, RunError> {
-    let setup = Setup { seed, episodes: scenario.training.episodes, imported };
+    let setup = setup(scenario, imported, seed);
     let method = find(METHODS, name)?;
     Ok(make(method.name, scenario, &setup).expect("both follow from the list of methods"))
+}
+
+/// Returns what a controller is set up with in a scenario, beside the settings of its method.
+pub fn setup(scenario: &Scenario, imported: bool, seed: u64) -> Setup {
+    let decision_s = scenario.signal.delta_time_s;
+    Setup { seed, episodes: scenario.training.episodes, imported, decision_s }
 }
 
 /// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:

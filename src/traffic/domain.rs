@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
+use super::control::Controller;
 use super::control::baseline;
 use super::control::registry::METHODS;
-use super::control::{Controller, Setup};
-use super::controllers::create;
+use super::controllers::{create, setup};
 use super::effort::effort;
 use super::env::World;
 use super::environment::{environment, folder_of, planned_world};
@@ -86,9 +86,7 @@ impl Traffic {
         seed: u64,
     ) -> Result<Box<dyn Controller>, RunError> {
         match self.own_of(method).map(|own| &own.play) {
-            Some(Play::Controller(create)) => {
-                Ok(create(&Setup { seed, episodes: scenario.training.episodes, imported }))
-            }
+            Some(Play::Controller(create)) => Ok(create(&setup(scenario, imported, seed))),
             _ => create(method, scenario, imported, seed),
         }
     }

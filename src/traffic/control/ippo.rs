@@ -205,7 +205,7 @@ mod tests {
     }
 
     fn learner(config: &Config, episodes: u32) -> Box<dyn Controller> {
-        create(config, &Setup { seed: 7, episodes, imported: false })
+        create(config, &Setup { seed: 7, episodes, ..Setup::default() })
     }
 
     #[test]

@@ -15,6 +15,12 @@
 //! - **Permissive left turns** have a share of it ([`Config::permissive_share`]), because they wait for
 //!   gaps. With their whole flow, a phase for left turns alone could never win against the through
 //!   phase in which they may turn as well.
+//! - **A shared lane counts for the phases that serve the most of it**, by turning shares: those that serve all of its
+//!   movements where there are any. A phase that serves some of them alone lets vehicles go until the first one that it
+//!   does not serve, and then nothing moves on the lane. Where no phase serves all, one in which the first
+//!   vehicle has stood through a whole green gives way to the others ([`Heads`]). Varaiya's movements
+//!   have lanes of their own. (Without this, a phase for left turns alone would be kept for ever when the first
+//!   vehicle of a lane for left and through goes straight on: nothing moves, so no pressure changes.)
 //! - **Queues** are the observation's: vehicles that have halted within the detection distance.
 //! - **Ties** keep the current phase, which saves yellow.
 //! - **No least green of its own**; the limits of the signal hold.
@@ -33,6 +39,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::Turn;
 
+use super::heads::Heads;
 use super::{
     ControlError, Controller, Drive, GreenPhase, Light, Movement, Observation, Setup, SignalSpec,
 };
@@ -75,19 +82,23 @@ settings! {
 pub struct MaxPressure {
     config: Config,
     signals: Vec<SignalSpec>,
+    /// Seconds from one decision to the next.
+    decision_s: f64,
     /// Per signal and movement the street that it comes from, numbered.
     streets: Vec<Vec<usize>>,
+    /// Per signal what is known of the first vehicles of its lanes.
+    heads: Vec<Heads>,
 }
 
 /// Returns max pressure.
-pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
-    Box::new(MaxPressure::new(config.clone()))
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    Box::new(MaxPressure::new(config.clone(), f64::from(setup.decision_s)))
 }
 
 impl MaxPressure {
-    /// Returns a controller with these constants.
-    pub fn new(config: Config) -> Self {
-        Self { config, ..Self::default() }
+    /// Returns a controller with these constants that decides every so many seconds.
+    pub fn new(config: Config, decision_s: f64) -> Self {
+        Self { config, decision_s, ..Self::default() }
     }
 }
 
@@ -101,6 +112,7 @@ impl Controller for MaxPressure {
             self.signals = signals.to_vec();
             self.streets = signals.iter().map(streets).collect();
         }
+        self.heads = signals.iter().map(Heads::new).collect();
         Ok(vec![Drive::Decisions; signals.len()])
     }
 
@@ -109,19 +121,28 @@ impl Controller for MaxPressure {
         observations: &[Observation],
         phases: &mut [GreenPhase],
     ) -> Result<(), ControlError> {
-        for (((signal, streets), observation), phase) in
-            self.signals.iter().zip(&self.streets).zip(observations).zip(phases.iter_mut())
-        {
-            let weights = weights(signal, streets, observation);
+        let told = observations.iter().zip(phases.iter_mut());
+        let signals = self.signals.iter().zip(&self.streets).zip(&mut self.heads);
+        for (((signal, streets), heads), (observation, phase)) in signals.zip(told) {
+            heads.update(signal, observation, self.decision_s);
+            let parts = lane_parts(signal, &shares(signal, streets, observation));
+            let queues = queues(signal, &parts, observation);
+            let claims = claims(signal, &parts, heads);
             let pressure = |i: usize| -> f64 {
-                let service = signal.phases[i].service.iter().zip(&signal.movements).zip(&weights);
+                let service = signal.phases[i].service.iter().zip(&signal.movements);
+                let service = service.zip(parts.iter().zip(&queues));
                 service
-                    .map(|((service, movement), weight)| match service {
-                        Light::Red => 0.0,
-                        Light::Permissive if movement.turn == Turn::Left => {
-                            self.config.permissive_share * weight
+                    .map(|((service, movement), (parts, queue))| {
+                        let lanes = movement.lanes.iter().zip(parts);
+                        let flow: f64 = lanes.filter(|(l, _)| claims[i][**l]).map(|(_, p)| p).sum();
+                        let weight = factor(movement.turn) * flow * queue;
+                        match service {
+                            Light::Red => 0.0,
+                            Light::Permissive if movement.turn == Turn::Left => {
+                                self.config.permissive_share * weight
+                            }
+                            _ => weight,
                         }
-                        _ => *weight,
                     })
                     .sum()
             };
@@ -140,28 +161,57 @@ impl Controller for MaxPressure {
     }
 }
 
-/// Returns, per movement, its saturation flow in lanes times its pressure in vehicles.
-fn weights(signal: &SignalSpec, streets: &[usize], seen: &Observation) -> Vec<f64> {
-    let parts = lane_parts(signal, &shares(signal, streets, seen));
+/// Returns the saturation flow of a turn with right of way, relative to going straight on.
+fn factor(turn: Turn) -> f64 {
+    match turn {
+        Turn::Left => LEFT_FACTOR,
+        Turn::Through => 1.0,
+        Turn::Right => RIGHT_FACTOR,
+    }
+}
+
+/// Returns the pressure of every movement, vehicles: those queued for it less those queued ahead.
+fn queues(signal: &SignalSpec, parts: &[Vec<f64>], seen: &Observation) -> Vec<f64> {
     signal
         .movements
         .iter()
-        .zip(&parts)
+        .zip(parts)
         .map(|(movement, parts)| {
-            let factor = match movement.turn {
-                Turn::Left => LEFT_FACTOR,
-                Turn::Through => 1.0,
-                Turn::Right => RIGHT_FACTOR,
-            };
             // Lanes that are the movement's own, in parts.
             let own: f64 = parts.iter().sum();
             let upstream: f64 =
                 movement.lanes.iter().zip(parts).map(|(l, part)| part * seen.lanes[*l].queue).sum();
             let lanes = movement.downstream.len().max(1) as f64;
             let ahead: f64 = movement.downstream.iter().map(|l| seen.downstream_queue[*l]).sum();
-            factor * own * (upstream - own * ahead / lanes)
+            upstream - own * ahead / lanes
         })
         .collect()
+}
+
+/// Returns, per phase and lane, whether the phase lets the lane's vehicles go: whether no other phase in which the
+/// first vehicle may go serves more of the lane.
+fn claims(signal: &SignalSpec, parts: &[Vec<f64>], heads: &Heads) -> Vec<Vec<bool>> {
+    let phases = 0..signal.phases.len();
+    let served: Vec<Vec<f64>> = phases.map(|phase| served(signal, parts, heads, phase)).collect();
+    let most = |lane: usize| served.iter().map(|lanes| lanes[lane]).fold(0.0, f64::max);
+    let most: Vec<f64> = (0..signal.lanes.len()).map(most).collect();
+    let claims = |lanes: &Vec<f64>| lanes.iter().zip(&most).map(|(s, most)| s >= most).collect();
+    served.iter().map(claims).collect()
+}
+
+/// Returns, per lane, the share of its vehicles that a phase serves: all of them exactly where it serves all movements, none
+/// where the first vehicle stands.
+fn served(signal: &SignalSpec, parts: &[Vec<f64>], heads: &Heads, phase: usize) -> Vec<f64> {
+    let mut red = vec![0.0; signal.lanes.len()];
+    let service = &signal.phases[phase].service;
+    for ((movement, parts), _) in
+        signal.movements.iter().zip(parts).zip(service).filter(|(_, s)| **s == Light::Red)
+    {
+        movement.lanes.iter().zip(parts).for_each(|(l, part)| red[*l] += part);
+    }
+    let share =
+        |(lane, red)| if red > 0.0 && heads.stands(signal, phase, lane) { 0.0 } else { 1.0 - red };
+    red.into_iter().enumerate().map(share).collect()
 }
 
 /// Returns the street that each movement comes from, numbered: the edge of its lanes.
@@ -287,6 +337,42 @@ mod tests {
         signal.lanes.push(signal.lanes[0].clone());
         signal.movements[0].lanes = vec![0, 2];
         assert_eq!(act(&signal, &queues(1, &[3.0, 8.0, 3.0])), 0);
+    }
+
+    #[test]
+    fn a_phase_for_some_turns_of_a_shared_lane_does_not_count_it_where_another_serves_all() {
+        // One lane for through and left, mostly left; phase 1 serves left alone, phase 2 another lane.
+        let mut signal = signal_with(&[[G, g, N], [N, G, N], [N, N, G]]);
+        signal.movements[1].turn = Turn::Left;
+        signal.movements[1].lanes = vec![0];
+        signal.movements[0].share = Some(0.1);
+        signal.movements[1].share = Some(0.9);
+        let seen = |other| Observation { seen: vec![0.0; 3], ..queues(1, &[9.0, 0.0, other]) };
+        assert_eq!(act(&signal, &seen(0.0)), 0);
+        assert_eq!(act(&signal, &seen(8.0)), 2);
+    }
+
+    #[test]
+    fn where_no_phase_serves_all_of_a_lane_one_whose_first_vehicle_stands_gives_way() {
+        let mut signal = signal_with(&[[G, N], [N, G]]);
+        signal.movements[1].turn = Turn::Left;
+        signal.movements[1].lanes = vec![0];
+        signal.lanes.truncate(1);
+        let seen = |phase, max_wait_s| {
+            let lane = LaneObservation { queue: 5.0, max_wait_s, ..LaneObservation::default() };
+            Observation { lanes: vec![lane], ..queues(phase, &[]) }
+        };
+        let mut controller = MaxPressure::new(Config::default(), 10.0);
+        controller.begin(std::slice::from_ref(&signal)).unwrap();
+        let mut choice = |seen: Observation| {
+            let mut phases = [GreenPhase(9)];
+            controller.act(&[seen], &mut phases).unwrap();
+            phases[0].0
+        };
+        // Equal shares, so that through, the faster turn, goes first until nothing has moved in its green.
+        assert_eq!([choice(seen(0, 3.0)), choice(seen(0, 13.0))], [0, 1]);
+        assert_eq!(choice(seen(1, 23.0)), 1, "the first vehicle has had no whole green yet");
+        assert_eq!(choice(seen(1, 8.0)), 0, "another one is first now");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 pub mod actuated;
 pub mod baseline;
 pub mod fixed_time;
+mod heads;
 pub mod idqn;
 mod independent;
 pub mod ippo;
@@ -272,6 +273,8 @@ pub struct Setup {
     pub episodes: u32,
     /// Whether the network is an imported one.
     pub imported: bool,
+    /// Seconds from one decision to the next.
+    pub decision_s: u32,
 }
 
 /// Runs episodes for a controller that learns or tunes itself.

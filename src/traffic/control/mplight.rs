@@ -303,7 +303,7 @@ mod tests {
     use crate::traffic::vocabulary::Light::{Protected, Red};
 
     fn learner(config: &Config, episodes: u32) -> Box<dyn Controller> {
-        create(config, &Setup { seed: 7, episodes, imported: false })
+        create(config, &Setup { seed: 7, episodes, ..Setup::default() })
     }
 
     #[test]

@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn it_learns_and_goes_on_from_a_checkpoint() {
         check_learner(&|episodes| {
-            create(&Config::default(), &Setup { seed: 7, episodes, imported: false })
+            create(&Config::default(), &Setup { seed: 7, episodes, ..Setup::default() })
         });
     }
 }

@@ -42,7 +42,7 @@ mod tests {
     use super::super::{LaneObservation, Light, Observation};
     use super::*;
 
-    const SETUP: Setup = Setup { seed: 7, episodes: 1, imported: false };
+    const SETUP: Setup = Setup { seed: 7, episodes: 1, imported: false, decision_s: 10 };
 
     #[test]
     fn it_learns_and_goes_on_from_a_checkpoint() {
