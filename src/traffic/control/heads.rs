@@ -5,7 +5,7 @@
 //! queue is and however long the phase lasts. Nobody sees where the first vehicle wants to go, but one that has stood
 //! through a whole interval of green makes none of the movements that had it.
 
-use super::{LaneObservation, Light, Observation, SignalSpec};
+use super::{LaneObservation, Light, Observation, Phase, SignalSpec};
 
 /// Least by which waiting grows between two decisions if the vehicle that has waited longest is still there, as a
 /// part of the interval; it grows by all of it or by less than a second less.
@@ -30,34 +30,44 @@ impl Heads {
     pub(super) fn update(&mut self, signal: &SignalSpec, seen: &Observation, decision_s: f64) {
         let last = self.last.replace((seen.phase, seen.lanes.clone()));
         let Some((phase, lanes)) = last else { return };
+        let green = |phase: &Phase, m: usize| phase.service[m] != Light::Red;
         for (lane, excluded) in self.excluded.iter_mut().enumerate() {
             let waited = seen.lanes[lane].max_wait_s - lanes[lane].max_wait_s;
             if lanes[lane].max_wait_s <= 0.0 || waited < SAME_VEHICLE * decision_s {
                 excluded.fill(false);
             } else if phase == seen.phase {
-                // Green from the first second to the last, with right of way.
-                let mut of_lane = Vec::new();
-                for (m, movement) in signal.movements.iter().enumerate() {
-                    if movement.lanes.contains(&lane) {
-                        excluded[m] |= signal.phases[phase].service[m] == Light::Protected;
-                        of_lane.push(m);
-                    }
-                }
-                // It is the exit that is blocked, and nothing is known of the vehicle.
-                if of_lane.iter().all(|m| excluded[*m]) {
+                // Green from the first second to the last. A vehicle that only had to wait for a gap is taken for one of
+                // another movement, which costs it a green.
+                let of_lane = |m: &usize| signal.movements[*m].lanes.contains(&lane);
+                let of_lane = (0..signal.movements.len()).filter(of_lane);
+                of_lane.clone().for_each(|m| excluded[m] |= green(&signal.phases[phase], m));
+                // None is left that ever has green: the exit is blocked, and nothing is known of the vehicle.
+                let mut left = of_lane.filter(|m| !excluded[*m]);
+                if !left.any(|m| signal.phases.iter().any(|phase| green(phase, m))) {
                     excluded.fill(false);
                 }
             }
         }
     }
 
-    /// Whether the first vehicle of a lane makes none of the movements that a phase serves there.
-    pub(super) fn stands(&self, signal: &SignalSpec, phase: usize, lane: usize) -> bool {
-        let service = signal.phases[phase].service.iter();
-        let mut served = signal.movements.iter().zip(service).zip(&self.excluded[lane]).filter(
-            |((movement, light), _)| **light != Light::Red && movement.lanes.contains(&lane),
-        );
-        served.all(|(_, excluded)| *excluded)
+    /// Divides lanes anew, as parts per movement and lane of it: among the movements that the first vehicle may make.
+    pub(super) fn divide(&self, signal: &SignalSpec, parts: &mut [Vec<f64>]) {
+        for (lane, excluded) in self.excluded.iter().enumerate().filter(|(_, e)| e.contains(&true))
+        {
+            let mut of_lane = Vec::new();
+            for ((movement, parts), excluded) in
+                signal.movements.iter().zip(&mut *parts).zip(excluded)
+            {
+                if let Some(i) = movement.lanes.iter().position(|l| *l == lane) {
+                    if *excluded {
+                        parts[i] = 0.0;
+                    }
+                    of_lane.push(&mut parts[i]);
+                }
+            }
+            let total: f64 = of_lane.iter().map(|part| **part).sum();
+            of_lane.into_iter().for_each(|part| *part /= total);
+        }
     }
 }
 
@@ -68,54 +78,54 @@ mod tests {
 
     use Light::{Protected as G, Red as N};
 
-    /// One lane for through (phase 0) and left (both phases), and what is seen of it.
+    /// One lane for through (phase 0), left (phases 0 and 1) and a movement that never has green.
     fn shared() -> SignalSpec {
-        let mut signal = signal_with(&[[G, G], [N, G]]);
-        signal.movements[1].lanes = vec![0];
+        let mut signal = signal_with(&[[G, G, N], [N, G, N], [N, N, N]]);
+        signal.movements.iter_mut().for_each(|m| m.lanes = vec![0]);
         signal.lanes.truncate(1);
         signal
     }
 
     fn seen(phase: usize, max_wait_s: f64) -> Observation {
         let lane = LaneObservation { queue: 3.0, max_wait_s, ..LaneObservation::default() };
-        Observation { phase, lanes: vec![lane], seen: vec![0.0; 2], ..Observation::default() }
+        Observation { phase, lanes: vec![lane], seen: vec![0.0; 3], ..Observation::default() }
     }
 
-    /// Whether the first vehicle stands in either phase after these phases and longest waits.
-    fn after(steps: &[(usize, f64)]) -> [bool; 2] {
+    /// How a lane of 0.5, 0.3 and 0.2 is divided after these phases and longest waits.
+    fn after(steps: &[(usize, f64)]) -> [f64; 3] {
         let signal = shared();
         let mut heads = Heads::new(&signal);
         steps.iter().for_each(|(p, w)| heads.update(&signal, &seen(*p, *w), 10.0));
-        [0, 1].map(|phase| heads.stands(&signal, phase, 0))
+        let mut parts = [0.5, 0.3, 0.2].map(|part| vec![part]);
+        heads.divide(&signal, &mut parts);
+        parts.map(|part| (part[0] * 1e6).round() / 1e6)
     }
+
+    const NOTHING: [f64; 3] = [0.5, 0.3, 0.2];
+    const NOT_LEFT: [f64; 3] = [0.714286, 0.0, 0.285714];
 
     #[test]
     fn a_vehicle_that_stood_through_a_whole_green_makes_another_movement() {
-        assert_eq!(after(&[(1, 5.0), (1, 15.0)]), [false, true]);
+        assert_eq!(after(&[(1, 5.0), (1, 15.0)]), NOT_LEFT);
     }
 
     #[test]
     fn nothing_is_known_before_the_first_interval_or_when_the_green_has_just_begun() {
-        assert_eq!(after(&[(1, 5.0)]), [false, false]);
-        assert_eq!(after(&[(0, 5.0), (1, 15.0)]), [false, false]);
-        assert_eq!(after(&[(1, 0.0), (1, 3.0)]), [false, false]);
+        assert_eq!(after(&[(1, 5.0)]), NOTHING);
+        assert_eq!(after(&[(0, 5.0), (1, 15.0)]), NOTHING);
+        assert_eq!(after(&[(1, 0.0), (1, 3.0)]), NOTHING);
     }
 
     #[test]
     fn it_is_remembered_through_other_phases_until_the_vehicle_leaves() {
-        let mut signal = shared();
-        signal.phases[0].service = vec![N, N];
-        let mut heads = Heads::new(&signal);
-        for (phase, wait) in [(1, 5.0), (1, 15.0), (0, 25.0), (1, 35.0)] {
-            heads.update(&signal, &seen(phase, wait), 10.0);
-        }
-        assert!(heads.stands(&signal, 1, 0));
-        heads.update(&signal, &seen(1, 41.0), 10.0);
-        assert!(!heads.stands(&signal, 1, 0), "it grew by 6 s in 10, so another one waits longest");
+        let stood = [(1, 5.0), (1, 15.0), (2, 25.0), (1, 35.0)];
+        assert_eq!(after(&stood), NOT_LEFT);
+        // It grew by 6 s in 10, so another one waits longest.
+        assert_eq!(after(&[&stood[..], &[(1, 41.0)]].concat()), NOTHING);
     }
 
     #[test]
-    fn where_every_movement_had_green_and_nothing_moved_the_exit_is_blocked() {
-        assert_eq!(after(&[(0, 5.0), (0, 15.0)]), [false, false]);
+    fn where_every_movement_had_green_that_ever_has_and_nothing_moved_the_exit_is_blocked() {
+        assert_eq!(after(&[(0, 5.0), (0, 15.0)]), NOTHING);
     }
 }

@@ -17,10 +17,13 @@
 //!   phase in which they may turn as well.
 //! - **A shared lane counts for the phases that serve the most of it**, by turning shares: those that serve all of its
 //!   movements where there are any. A phase that serves some of them alone lets vehicles go until the first one that it
-//!   does not serve, and then nothing moves on the lane. Where no phase serves all, one in which the first
-//!   vehicle has stood through a whole green gives way to the others ([`Heads`]). Varaiya's movements
-//!   have lanes of their own. (Without this, a phase for left turns alone would be kept for ever when the first
-//!   vehicle of a lane for left and through goes straight on: nothing moves, so no pressure changes.)
+//!   does not serve, and then nothing moves on the lane. One that has stood through a whole green makes none of the
+//!   movements that had it, and until it leaves the lane is divided among the others ([`Heads`]). Varaiya's
+//!   movements have lanes of their own. (Without this, a phase for left turns alone would be kept for ever when the
+//!   first vehicle of a lane for left and through goes straight on: nothing moves, so no pressure changes.)
+//! - **A movement with more vehicles ahead of it than behind has no pressure**, instead of one below zero: it keeps no
+//!   other movement of its phase from green. (With pressures below zero a phase that nobody can use wins where
+//!   all others lead into longer queues.)
 //! - **Queues** are the observation's: vehicles that have halted within the detection distance.
 //! - **Ties** keep the current phase, which saves yellow.
 //! - **No least green of its own**; the limits of the signal hold.
@@ -41,7 +44,8 @@ use osm_signals::Turn;
 
 use super::heads::Heads;
 use super::{
-    ControlError, Controller, Drive, GreenPhase, Light, Movement, Observation, Setup, SignalSpec,
+    ControlError, Controller, Drive, GreenPhase, Light, Movement, Observation, Phase, Setup,
+    SignalSpec,
 };
 use crate::run::method::{Method, Training};
 use crate::settings::setting::settings;
@@ -125,9 +129,10 @@ impl Controller for MaxPressure {
         let signals = self.signals.iter().zip(&self.streets).zip(&mut self.heads);
         for (((signal, streets), heads), (observation, phase)) in signals.zip(told) {
             heads.update(signal, observation, self.decision_s);
-            let parts = lane_parts(signal, &shares(signal, streets, observation));
+            let mut parts = lane_parts(signal, &shares(signal, streets, observation));
+            heads.divide(signal, &mut parts);
             let queues = queues(signal, &parts, observation);
-            let claims = claims(signal, &parts, heads);
+            let claims = claims(signal, &parts);
             let pressure = |i: usize| -> f64 {
                 let service = signal.phases[i].service.iter().zip(&signal.movements);
                 let service = service.zip(parts.iter().zip(&queues));
@@ -170,7 +175,7 @@ fn factor(turn: Turn) -> f64 {
     }
 }
 
-/// Returns the pressure of every movement, vehicles: those queued for it less those queued ahead.
+/// Returns the pressure of every movement, vehicles: those queued for it less those queued ahead, if there are more.
 fn queues(signal: &SignalSpec, parts: &[Vec<f64>], seen: &Observation) -> Vec<f64> {
     signal
         .movements
@@ -183,35 +188,29 @@ fn queues(signal: &SignalSpec, parts: &[Vec<f64>], seen: &Observation) -> Vec<f6
                 movement.lanes.iter().zip(parts).map(|(l, part)| part * seen.lanes[*l].queue).sum();
             let lanes = movement.downstream.len().max(1) as f64;
             let ahead: f64 = movement.downstream.iter().map(|l| seen.downstream_queue[*l]).sum();
-            upstream - own * ahead / lanes
+            (upstream - own * ahead / lanes).max(0.0)
         })
         .collect()
 }
 
-/// Returns, per phase and lane, whether the phase lets the lane's vehicles go: whether no other phase in which the
-/// first vehicle may go serves more of the lane.
-fn claims(signal: &SignalSpec, parts: &[Vec<f64>], heads: &Heads) -> Vec<Vec<bool>> {
-    let phases = 0..signal.phases.len();
-    let served: Vec<Vec<f64>> = phases.map(|phase| served(signal, parts, heads, phase)).collect();
+/// Returns, per phase and lane, whether no other phase serves more of the lane.
+fn claims(signal: &SignalSpec, parts: &[Vec<f64>]) -> Vec<Vec<bool>> {
+    let served: Vec<Vec<f64>> = signal.phases.iter().map(|p| served(signal, parts, p)).collect();
     let most = |lane: usize| served.iter().map(|lanes| lanes[lane]).fold(0.0, f64::max);
     let most: Vec<f64> = (0..signal.lanes.len()).map(most).collect();
     let claims = |lanes: &Vec<f64>| lanes.iter().zip(&most).map(|(s, most)| s >= most).collect();
     served.iter().map(claims).collect()
 }
 
-/// Returns, per lane, the share of its vehicles that a phase serves: all of them exactly where it serves all movements, none
-/// where the first vehicle stands.
-fn served(signal: &SignalSpec, parts: &[Vec<f64>], heads: &Heads, phase: usize) -> Vec<f64> {
-    let mut red = vec![0.0; signal.lanes.len()];
-    let service = &signal.phases[phase].service;
-    for ((movement, parts), _) in
-        signal.movements.iter().zip(parts).zip(service).filter(|(_, s)| **s == Light::Red)
-    {
-        movement.lanes.iter().zip(parts).for_each(|(l, part)| red[*l] += part);
+/// Returns the part of each lane that a phase serves: exactly 1 where it serves all movements.
+fn served(signal: &SignalSpec, parts: &[Vec<f64>], phase: &Phase) -> Vec<f64> {
+    let mut served = vec![1.0; signal.lanes.len()];
+    for ((movement, parts), service) in signal.movements.iter().zip(parts).zip(&phase.service) {
+        if *service == Light::Red {
+            movement.lanes.iter().zip(parts).for_each(|(l, part)| served[*l] -= part);
+        }
     }
-    let share =
-        |(lane, red)| if red > 0.0 && heads.stands(signal, phase, lane) { 0.0 } else { 1.0 - red };
-    red.into_iter().enumerate().map(share).collect()
+    served
 }
 
 /// Returns the street that each movement comes from, numbered: the edge of its lanes.

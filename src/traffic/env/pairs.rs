@@ -3,7 +3,11 @@
 //! A phase is named by the one or two main movements that it serves with right of way, as RESCO's are.
 //! Two greens may have the same two although they do not serve the same, for example when they differ
 //! in a permissive left turn only. Then max pressure would never choose the second, and FRAP could
-//! not tell them apart; so **all phases of such a signal are named by all movements that they serve**.
+//! not tell them apart; and where a phase serves more than two approaches, such as at a signal of two junctions, one
+//! may be named by no phase, so that nothing would ever ask for its green. **All phases of such signals are named by all
+//! movements that they serve**.
+
+use std::collections::BTreeSet;
 
 use osm_signals::Turn;
 
@@ -15,7 +19,7 @@ use crate::traffic::vocabulary::Light;
 pub enum Naming {
     /// By one or two main movements.
     Main,
-    /// By all that a phase serves, because some phases have the same main movements.
+    /// By all that a phase serves, because some phases have the same main movements or none names an approach.
     AllServed,
 }
 
@@ -31,7 +35,10 @@ pub(super) fn names(
     let main: Vec<_> = services.iter().map(|service| pair(service, movements)).collect();
     let all: Vec<_> = services.iter().map(|service| served(service)).collect();
     let ambiguous = |a: usize, b: usize| main[a] == main[b] && all[a] != all[b];
-    if (0..main.len()).any(|b| (0..b).any(|a| ambiguous(a, b))) {
+    let approach = |m: &usize| movements[*m].approach;
+    let named: BTreeSet<usize> = main.iter().flatten().map(approach).collect();
+    let nameless = all.iter().flatten().any(|m| !named.contains(&approach(m)));
+    if nameless || (0..main.len()).any(|b| (0..b).any(|a| ambiguous(a, b))) {
         (Naming::AllServed, all)
     } else {
         (Naming::Main, main)
@@ -102,6 +109,16 @@ mod tests {
     fn greens_that_two_movements_tell_apart_are_named_by_them() {
         let found = named(&LANES, &["GgGg", "rGrG", "GGrr"]);
         assert_eq!(found, (Naming::Main, vec![vec![1, 7], vec![2, 8], vec![7, 8]]));
+    }
+
+    #[test]
+    fn an_approach_that_two_movements_leave_out_has_all_named() {
+        // North and south straight on; west and east turn, of which two movements of one approach come first.
+        let lanes =
+            [("n_0", 0.0, "s"), ("s_0", 180.0, "s"), ("w_0", 90.0, "rl"), ("e_0", 270.0, "rl")];
+        let found = named(&lanes, &["GGrrrr", "rrGgGg"]);
+        assert_eq!(found.0, Naming::AllServed);
+        assert_eq!(found.1, [vec![1, 7], vec![3, 5, 9, 11]]);
     }
 
     #[test]

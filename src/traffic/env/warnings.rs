@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::traffic::control::Phase;
 use crate::traffic::sim::ProgramKind;
 use crate::traffic::vocabulary::Light;
 
@@ -38,6 +39,11 @@ pub enum Warning {
         /// SUMO's ids of its lanes.
         lanes: Vec<String>,
     },
+    /// A lane whose movements never have green together.
+    NeverWhole {
+        /// SUMO's lane id.
+        lane: String,
+    },
     /// A green that serves no lane for cars.
     NoVehicles {
         /// SUMO's state.
@@ -50,7 +56,7 @@ pub enum Warning {
         /// Index of the second.
         second: usize,
     },
-    /// Phases that two movements do not tell apart.
+    /// Phases that two movements do not tell apart, or that leave an approach out.
     NamedByAll,
     /// One phase only.
     OnePhase,
@@ -71,6 +77,11 @@ impl fmt::Display for Warning {
                 "movement {movement}, from {}, has no green in any phase",
                 lanes.join(" and ")
             ),
+            Self::NeverWhole { lane } => write!(
+                f,
+                "the movements of lane {lane} never have green together, so that its first vehicle may keep those behind it \
+                 from using theirs"
+            ),
             Self::NoVehicles { state } => write!(
                 f,
                 "the green {state} serves no lane for cars, so it is no phase to choose: whoever it is for (pedestrians, \
@@ -84,7 +95,7 @@ impl fmt::Display for Warning {
             ),
             Self::NamedByAll => write!(
                 f,
-                "some phases have the same two main movements, so each counts all movements that \
+                "two main movements do not tell its phases apart or leave an approach out, so each counts all movements that \
                  it serves"
             ),
             Self::OnePhase => write!(
@@ -118,6 +129,15 @@ pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
         let served = spec.phases.iter().any(|p| p.service[m] != Light::Red);
         if !served && lanes.iter().any(|lane| !unserved.contains(&lane.as_str())) {
             warnings.push(Warning::UnservedMovement { movement: movement.index, lanes });
+        }
+    }
+    for (lane, known) in spec.lanes.iter().enumerate() {
+        let of_lane = |m: &usize| spec.movements[*m].lanes.contains(&lane);
+        let ever = |m: &usize| spec.phases.iter().any(|p| p.service[*m] != Light::Red);
+        let served: Vec<usize> = (0..spec.movements.len()).filter(of_lane).filter(ever).collect();
+        let whole = |p: &Phase| served.iter().all(|m| p.service[*m] != Light::Red);
+        if !spec.phases.iter().any(whole) {
+            warnings.push(Warning::NeverWhole { lane: known.id.clone() });
         }
     }
     warnings.extend(signal.left_out.iter().map(|s| Warning::NoVehicles { state: s.clone() }));
@@ -192,6 +212,16 @@ mod tests {
         scene.signals[0].programs[0].kind = ProgramKind::Other;
         let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
         assert_eq!(warnings(&derived), [Warning::OtherProgram]);
+    }
+
+    #[test]
+    fn a_lane_whose_movements_never_have_green_together_is_told() {
+        let lanes = [("n_0", 0.0, "sl"), ("e_0", 90.0, "sl")];
+        let told = texts(&lanes, &["Grrr", "rGrr", "rrGG"]);
+        assert!(
+            told.len() == 1 && told[0].starts_with("the movements of lane n_0 never"),
+            "{told:?}"
+        );
     }
 
     #[test]
