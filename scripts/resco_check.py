@@ -66,15 +66,15 @@ DIFFERENT = {
     "247379907": CROSS,
 }
 
-# Longest mean delays of the methods that choose, seconds. RESCO's configuration, repeated on SUMO 1.15, has 24 to 25 on
-# ingolstadt1, 31 to 32 on cologne1, 30 to 31 on cologne8, 49 to 50 on grid4x4 (two seeds each), and 62 and 167 on
-# ingolstadt7. On cologne3 some seeds end in gridlock with every rule, so that it has no limit.
+# Longest mean delays of the methods that choose, seconds. RESCO's configuration and rule, repeated on SUMO 1.15 with
+# five seeds, has medians of 24 on ingolstadt1, 32 on cologne1, 30 on cologne8, 49 on grid4x4 and 167 on ingolstadt7. On
+# cologne3 one seed in five ends in gridlock with every rule, so that it has no limit.
 LONGEST_S = {
     "ingolstadt1": {"max-pressure": 26, "max-pressure-resco": 26},
     "cologne1": {"max-pressure": 40, "max-pressure-resco": 40},
-    "cologne8": {"max-pressure": 42, "max-pressure-resco": 34},
-    "ingolstadt7": {"max-pressure": 45},
-    "grid4x4": {"max-pressure": 58, "max-pressure-resco": 54},
+    "cologne8": {"max-pressure": 34, "max-pressure-resco": 34},
+    "ingolstadt7": {"max-pressure": 40},
+    "grid4x4": {"max-pressure": 54, "max-pressure-resco": 54},
 }
 
 NAMES = {name: list(signals) for name, signals in RESCO.items()}

@@ -37,7 +37,11 @@ pub(super) fn names(
     let ambiguous = |a: usize, b: usize| main[a] == main[b] && all[a] != all[b];
     let approach = |m: &usize| movements[*m].approach;
     let named: BTreeSet<usize> = main.iter().flatten().map(approach).collect();
-    let nameless = all.iter().flatten().any(|m| !named.contains(&approach(m)));
+    // What has green in every phase need not ask for one.
+    let nameless = (0..movements.len()).any(|m| {
+        let green = all.iter().filter(|served| served.contains(&m)).count();
+        (1..all.len()).contains(&green) && !named.contains(&approach(&m))
+    });
     if nameless || (0..main.len()).any(|b| (0..b).any(|a| ambiguous(a, b))) {
         (Naming::AllServed, all)
     } else {
@@ -119,6 +123,13 @@ mod tests {
         let found = named(&lanes, &["GGrrrr", "rrGgGg"]);
         assert_eq!(found.0, Naming::AllServed);
         assert_eq!(found.1, [vec![1, 7], vec![3, 5, 9, 11]]);
+    }
+
+    #[test]
+    fn an_approach_that_always_has_green_need_not_be_named() {
+        let lanes = [("n_0", 0.0, "rl"), ("e_0", 90.0, "rl"), ("w_0", 270.0, "r")];
+        assert_eq!(named(&lanes, &["GGrrG", "rrGGG"]).0, Naming::Main);
+        assert_eq!(named(&lanes, &["GGrrr", "rrGGG"]).0, Naming::AllServed);
     }
 
     #[test]
