@@ -4,8 +4,9 @@
 //! Two greens may have the same two although they do not serve the same, for example when they differ
 //! in a permissive left turn only. Then max pressure would never choose the second, and FRAP could
 //! not tell them apart; and where a phase serves more than two approaches, such as at a signal of two junctions, one
-//! may be named by no phase, so that nothing would ever ask for its green. **All phases of such signals are named by all
-//! movements that they serve**.
+//! may be named by no phase, so that nothing would ever ask for its green. **Where two movements do not tell the phases
+//! apart, all are named by all movements that they serve; an approach that no phase names is added to those that
+//! serve it**, with the movements that do not have green in every phase anyway.
 
 use std::collections::BTreeSet;
 
@@ -19,8 +20,10 @@ use crate::traffic::vocabulary::Light;
 pub enum Naming {
     /// By one or two main movements.
     Main,
-    /// By all that a phase serves, because some phases have the same main movements or none names an approach.
+    /// By all that a phase serves, because some phases have the same main movements.
     AllServed,
+    /// By main movements and those of approaches that these leave out.
+    Extended,
 }
 
 /// Returns the names of all phases, as indices into `movements`, ascending.
@@ -32,20 +35,26 @@ pub(super) fn names(
     services: &[Vec<Light>],
     movements: &[RawMovement],
 ) -> (Naming, Vec<Vec<usize>>) {
-    let main: Vec<_> = services.iter().map(|service| pair(service, movements)).collect();
     let all: Vec<_> = services.iter().map(|service| served(service)).collect();
-    let ambiguous = |a: usize, b: usize| main[a] == main[b] && all[a] != all[b];
+    let main: Vec<_> = services.iter().map(|service| pair(service, movements)).collect();
     let approach = |m: &usize| movements[*m].approach;
     let named: BTreeSet<usize> = main.iter().flatten().map(approach).collect();
-    // What has green in every phase need not ask for one.
-    let nameless = (0..movements.len()).any(|m| {
-        let green = all.iter().filter(|served| served.contains(&m)).count();
-        (1..all.len()).contains(&green) && !named.contains(&approach(&m))
+    let everywhere = |m: &usize| all.iter().all(|served| served.contains(m));
+    let left_out = |m: &usize| !named.contains(&approach(m)) && !everywhere(m);
+    let extended = main.iter().zip(&all).map(|(pair, served)| {
+        let more = served.iter().copied().filter(left_out);
+        let mut names: Vec<usize> = pair.iter().copied().chain(more).collect();
+        names.sort_unstable();
+        names
     });
-    if nameless || (0..main.len()).any(|b| (0..b).any(|a| ambiguous(a, b))) {
+    let extended: Vec<Vec<usize>> = extended.collect();
+    let ambiguous = |a: usize, b: usize| extended[a] == extended[b] && all[a] != all[b];
+    if (0..main.len()).any(|b| (0..b).any(|a| ambiguous(a, b))) {
         (Naming::AllServed, all)
-    } else {
+    } else if extended == main {
         (Naming::Main, main)
+    } else {
+        (Naming::Extended, extended)
     }
 }
 
@@ -116,20 +125,20 @@ mod tests {
     }
 
     #[test]
-    fn an_approach_that_two_movements_leave_out_has_all_named() {
-        // North and south straight on; west and east turn, of which two movements of one approach come first.
+    fn an_approach_that_no_phase_names_is_added_to_those_that_serve_it() {
+        // West and east turn, of which two movements of one approach come first.
         let lanes =
             [("n_0", 0.0, "s"), ("s_0", 180.0, "s"), ("w_0", 90.0, "rl"), ("e_0", 270.0, "rl")];
         let found = named(&lanes, &["GGrrrr", "rrGgGg"]);
-        assert_eq!(found.0, Naming::AllServed);
-        assert_eq!(found.1, [vec![1, 7], vec![3, 5, 9, 11]]);
+        assert_eq!(found, (Naming::Extended, vec![vec![1, 7], vec![3, 5, 9, 11]]));
     }
 
     #[test]
-    fn an_approach_that_always_has_green_need_not_be_named() {
+    fn an_approach_is_added_without_what_always_has_green() {
         let lanes = [("n_0", 0.0, "rl"), ("e_0", 90.0, "rl"), ("w_0", 270.0, "r")];
         assert_eq!(named(&lanes, &["GGrrG", "rrGGG"]).0, Naming::Main);
-        assert_eq!(named(&lanes, &["GGrrr", "rrGGG"]).0, Naming::AllServed);
+        let found = named(&lanes, &["GGrrr", "GrGGG"]);
+        assert_eq!(found, (Naming::Extended, vec![vec![6, 8], vec![3, 9, 11]]));
     }
 
     #[test]

@@ -56,7 +56,7 @@ pub enum Warning {
         /// Index of the second.
         second: usize,
     },
-    /// Phases that two movements do not tell apart, or that leave an approach out.
+    /// Phases that two movements do not tell apart.
     NamedByAll,
     /// One phase only.
     OnePhase,
@@ -95,7 +95,7 @@ impl fmt::Display for Warning {
             ),
             Self::NamedByAll => write!(
                 f,
-                "two main movements do not tell its phases apart or leave an approach out, so each counts all movements that \
+                "some phases have the same two main movements, so each counts all movements that \
                  it serves"
             ),
             Self::OnePhase => write!(
