@@ -18,7 +18,7 @@
 //! - **A shared lane counts for the phases that serve the most of it**, by turning shares: those that serve all of its
 //!   movements where there are any. A phase that serves some of them alone lets vehicles go until the first one that it
 //!   does not serve, and then nothing moves on the lane. One that has stood through a whole green makes none of the
-//!   movements that had it, and until it leaves the lane is divided among the others ([`Heads`]). Varaiya's
+//!   movements that had it, and until it leaves the lane is divided among the others (`heads.rs`). Varaiya's
 //!   movements have lanes of their own. (Without this, a phase for left turns alone would be kept for ever when the
 //!   first vehicle of a lane for left and through goes straight on: nothing moves, so no pressure changes.)
 //! - **A movement with more vehicles ahead of it than behind has no pressure**, instead of one below zero: it keeps no
