@@ -21,9 +21,9 @@
 //!   movements that had it, and until it leaves the lane is divided among the others (`heads.rs`). Varaiya's
 //!   movements have lanes of their own. (Without this, a phase for left turns alone would be kept for ever when the
 //!   first vehicle of a lane for left and through goes straight on: nothing moves, so no pressure changes.)
-//! - **A movement with more vehicles ahead of it than behind has no pressure**, instead of one below zero: it keeps no
-//!   other movement of its phase from green. (With pressures below zero a phase that nobody can use wins where
-//!   all others lead into longer queues.)
+//! - **A movement with more vehicles ahead of it than behind has no pressure**, so that it keeps no other movement
+//!   of its phase from green. Deviation: Varaiya's has one below zero. (With pressures below zero a phase that
+//!   nobody can use wins where all others lead into longer queues.)
 //! - **Queues** are the observation's: vehicles that have halted within the detection distance.
 //! - **Ties** keep the current phase, which saves yellow.
 //! - **No least green of its own**; the limits of the signal hold.
