@@ -9,7 +9,7 @@
 //! over the last five of the first `k` training episodes, relative to the baseline: with exploration, on training seeds,
 //! for records hold no evaluation in the middle of a training. Hours are those of the trainings of the sample, and of the first `k`
 //! episodes everywhere else, whose share of a task's time is taken to be their share of its episodes.
-//! `docs/results.md` has what came out.
+//! `results/salt-lake-city/README.md` has the results.
 
 use std::error::Error;
 use std::io::Write;
