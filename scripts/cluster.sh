@@ -114,7 +114,7 @@ with_slurm() {
     wait
     same out/long out/limit
     grep -q "stopped with . task" out/limit/jobs/000/out/* || failed "no limit of time was met"
-    grep -rq "training goes on after episode" out/limit/logs || failed "no training went on from its checkpoint"
+    grep -rq "training continues after episode" out/limit/logs || failed "no training went on from its checkpoint"
     "$binary" check out/limit
 }
 echo "--- Slurm"

@@ -158,7 +158,7 @@ def learner(work, rng):
     had = path.exists() and not (work.out / "done" / "000" / f"{task}.jsonl").exists()
     code, text = work.call(*work.arguments())
     log = (work.out / "logs" / "000" / f"{task}.log").read_text(errors="replace")
-    if had and "training goes on after episode" not in log:
+    if had and "training continues after episode" not in log:
         work.wrong.append(f"the checkpoint was not used: {log[-200:]!r}")
     return f"{kills} kills" if had else f"{kills} kills, the last one too late"
 

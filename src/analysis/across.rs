@@ -133,9 +133,9 @@ pub fn across(
         notes.extend(board.lacks().map(|lacks| format!("{}: {lacks}", family.name)));
         let unknown = match weighing {
             Weighing::Equal => {
-                "as they were chosen by importance, all counting the same is not so of the family"
+                "they were chosen by importance, so equal weights do not represent the family"
             }
-            Weighing::Importance => "what the others would change is not known",
+            Weighing::Importance => "the effect of the others is not known",
         };
         notes.extend(board.sampled().map(|sampled| {
             format!("{}: {sampled}, and combinations are of these; {unknown}", family.name)
@@ -195,7 +195,7 @@ fn common_methods(
             methods.iter().filter(|m| !common.contains(m)).map(String::as_str).collect();
         if !only.is_empty() {
             let (name, only) = (&family.name, only.join(", "));
-            notes.push(format!("{name}: {only} left out, which not every family has"));
+            notes.push(format!("{name}: {only} left out, because not every family has it"));
         }
     }
     if common.is_empty() {
@@ -238,7 +238,7 @@ fn check_scale(families: &[Family<'_>]) -> Result<(), AnalysisError> {
         format!("{} ({objective}{relative}, {better} is better)", family.name)
     };
     Err(AnalysisError::NotTogether(format!(
-        "a mean over scores of {} and {} means nothing: give --scale range, which puts the worst score of each \
+        "scores of {} and {} cannot be averaged: give --scale range, which puts the worst score of each \
          family at 0 and its best at 1, or --scale rank, which takes the methods' ranks on each point MDP",
         say(&families[0]),
         say(other)

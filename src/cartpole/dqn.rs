@@ -22,7 +22,7 @@ settings! {
     pub struct Config extends Settings, source "Stable-Baselines3 2.9, DQN" {
         /// Steps of the training.
         total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
-            source "Jayawardana et al., 2022, say none for this task";
+            source "Jayawardana et al., 2022, give none for this task";
         /// Step size of Adam.
         learning_rate: f32 = 1e-4, in 1e-8..=1.0;
         /// Adam's epsilon, added to the root of the second moment.
@@ -45,7 +45,7 @@ settings! {
         start_epsilon: f64 = 1.0, in 0.0..=1.0;
         /// Share of random actions at the end.
         end_epsilon: f64 = 0.05, in 0.0..=1.0;
-        /// Share of the training over which it falls in a straight line.
+        /// Share of the training over which the share of random actions falls linearly.
         exploration_fraction: f64 = 0.1, in 0.0..=1.0;
         /// Largest Euclidean norm of the gradient.
         max_grad_norm: f32 = 10.0, in 1e-6..=1e9;

@@ -27,7 +27,7 @@ settings! {
         /// Steps of the training, in all environments together; the update that begins before this many
         /// are done is completed.
         total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
-            source "Jayawardana et al., 2022, say none for this task";
+            source "Jayawardana et al., 2022, give none for this task";
         /// Environments side by side.
         environments: usize = 1, in 1.0..=256.0, unit "environments";
         /// Steps per environment and update.
@@ -38,7 +38,7 @@ settings! {
         update_epochs: usize = 10, in 1.0..=1000.0, unit "passes";
         /// Step size of Adam.
         learning_rate: f32 = 3e-4, in 1e-8..=1.0;
-        /// How it falls: `constant`, or `linear` to 0 at the end of the training.
+        /// Schedule of the learning rate: `constant`, or `linear` to 0 at the end of the training.
         learning_rate_schedule: Schedule = Schedule::Constant;
         /// Adam's epsilon, added to the root of the second moment.
         adam_epsilon: f32 = 1e-5, in 1e-12..=1.0;
@@ -46,9 +46,9 @@ settings! {
         gamma: f32 = 0.99, in 0.0..=1.0;
         /// Discount of later advantages within the generalised advantage estimate.
         gae_lambda: f32 = 0.95, in 0.0..=1.0;
-        /// Largest relative change of an action's probability that pays.
+        /// Largest relative change of an action's probability that an update rewards.
         clip_range: f32 = 0.2, in 1e-6..=10.0;
-        /// How it falls: `constant`, or `linear` to 0 at the end of the training.
+        /// Schedule of the clip range: `constant`, or `linear` to 0 at the end of the training.
         clip_range_schedule: Schedule = Schedule::Constant;
         /// Weight of the entropy bonus.
         entropy_coefficient: f32 = 0.0, in 0.0..=1e3;

@@ -44,11 +44,11 @@ impl Preset {
 settings! {
     /// Where methods act.
     pub struct Environment, source "CARL 0.2.0 and later" {
-        /// Where the context acts: as it does in CARL (`carl-compat`), where the mass of the cart has no effect and
-        /// mass and length of the pole have one in its inertia only, or everywhere that physics has it (`physical`).
+        /// Which features act: with `carl-compat`, as in CARL, the mass of the cart has no effect, and mass and length
+        /// of the pole act in its inertia only; with `physical` all features act.
         dynamics: Variant = Variant::CarlCompat;
-        /// Where episodes start: position, velocity, angle (rad) and its velocity are uniform within this of 0;
-        /// gymnasium's start within 0.05.
+        /// Start of episodes: position, velocity, angle (rad) and angular velocity are uniform within this of 0.
+        /// Gymnasium has 0.05.
         start: f64 = CARL_START, in 0.0..=0.2;
     }
 }
@@ -236,8 +236,8 @@ mod tests {
         a.toml, line 2: ppo.num_steps: expected a whole number that is not negative, found the text "many"
         a.toml: ppo.num_steps = 0: expected a number from 1 to 1000000
         --set ppo.num_step=0: unknown setting ppo.num_step; did you mean ppo.num_steps?
-        --set environment.dynamics=moon: moon is none of its values carl-compat, physical
-        --set preset=best: best is none of its values sb3, tuned
+        --set environment.dynamics=moon: moon is not one of its values carl-compat, physical
+        --set preset=best: best is not one of its values sb3, tuned
         a.toml, line 1: environment: expected a table, found 1
         a.toml: name = "a b": expected letters, digits, `-` and `_`
         a.toml: domain = "swimmer": expected "cartpole"

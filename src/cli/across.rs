@@ -19,7 +19,7 @@ use crate::store::Layout;
 /// `tsc-family across`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Looks at every combination, 10 million of them in less than a second. Needs no SUMO.
+Evaluates every combination; 10 million take less than a second. Needs no SUMO.
 
 Examples:
   tsc-family across results/resco results/field
@@ -30,22 +30,22 @@ pub struct AcrossArgs {
     /// Results directories that `run` wrote, one per family
     #[arg(value_name = "RESULTS", required = true)]
     pub results: Vec<PathBuf>,
-    /// Methods to compare; without it all that every family has, but no baselines
+    /// Methods to compare [default: all that every family has, except baselines]
     #[arg(id = "compared", long = "methods", value_name = "METHODS", value_delimiter = ',')]
     pub methods: Option<Vec<String>>,
-    /// How scores of different families are brought together
+    /// How scores of different families are made comparable
     #[arg(long, value_name = "SCALE", default_value = "score")]
     pub scale: Scale,
-    /// What a combination weighs
+    /// Weight of a combination
     #[arg(long, value_name = "WEIGHT", default_value = "equal")]
     pub by: Weighing,
-    /// The point MDP that is usually reported; once per family, in their order
+    /// Point MDP that is usually reported; give one per family, in their order
     #[arg(long, value_name = "POINT")]
     pub reported: Vec<String>,
     /// Write the table to a file too
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Print JSON lines instead of the table: one of the whole, one per method
+    /// Print JSON lines instead of the table: one for the whole, one per method
     #[arg(long)]
     pub json: bool,
 }
@@ -58,7 +58,7 @@ impl ValueEnum for Scale {
     fn to_possible_value(&self) -> Option<PossibleValue> {
         Some(PossibleValue::new(self.name()).help(match self {
             Self::Score => {
-                "As they are; for one objective, or scores that are all relative to a baseline"
+                "Unchanged; for one objective, or for scores that are all relative to a baseline"
             }
             Self::Range => "From 0, the family's worst score, to 1, its best",
             Self::Rank => "The methods' ranks on each point MDP",
@@ -73,7 +73,7 @@ impl ValueEnum for Weighing {
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
         Some(PossibleValue::new(self.name()).help(match self {
-            Self::Equal => "All the same, as in the paper",
+            Self::Equal => "All combinations count the same, as in the paper",
             Self::Importance => "The product of the importances of its point MDPs",
         }))
     }

@@ -14,7 +14,7 @@ use crate::store::manifest::Manifest;
 /// `tsc-family cancel`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Records and checkpoints stay; `resume` goes on from them.
+Records and checkpoints stay; `resume` continues from them.
 
 Example:
   tsc-family cancel results/slc")]
@@ -43,9 +43,9 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
         let scripts = submission::all(&layout).map_err(RunError::from)?;
         let by_hand = scripts.iter().any(|s| s.executor != Slurm.name());
         line(if by_hand {
-            "no batch system that can be asked has anything of it; what starts the script is to be stopped by you"
+            "no batch system that can be queried has jobs of this run; if you started the script, stop it yourself"
         } else {
-            "no batch system has anything of it"
+            "no batch system has jobs of this run"
         })?;
         return Ok(exit::DONE);
     }
@@ -56,7 +56,7 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
         let counts = counts.iter().filter(|count| !ends(count));
         let packs: usize = counts.map(|(.., count)| count).sum();
         line(format!(
-            "submission {} ({}): {} taken back; what was done stays, resume goes on from there",
+            "submission {} ({}): {} cancelled; finished tasks stay, and resume continues",
             submission.number,
             submission.ids.join(", "),
             counted(packs, "pack")

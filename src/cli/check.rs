@@ -31,8 +31,8 @@ use crate::traffic::places::{self, Places};
 /// `tsc-family check`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 all is sound and every task has its record, 6 all is sound but some have none, 2 something
-is damaged.
+Exit codes: 0 nothing is damaged and every task has a record, 6 nothing is damaged but some tasks have
+no record, 2 something is damaged.
 
 Examples:
   tsc-family check results/slc
@@ -41,11 +41,10 @@ pub struct CheckArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Set damaged files aside, in DIR/damaged, and do their tasks again, and no others
+    /// Move damaged files to DIR/damaged, and do only their tasks again
     #[arg(long)]
     pub repair: bool,
-    /// Folder of the networks or whatever was prepared, in which --repair may remove what is damaged [default: where
-    /// the run had it]
+    /// Folder of the networks, in which --repair may remove damaged ones [default: that of the run]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
     /// Methods that are not the program's own, as they were given to the run, for --repair
@@ -54,7 +53,7 @@ pub struct CheckArgs {
     /// Worker processes at the same time [default: one per processor]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker, requires = "repair")]
     pub jobs: Option<NonZeroUsize>,
-    /// Print JSON lines: one per damaged file, then one of the whole
+    /// Print JSON lines: one per damaged file, then one for the directory
     #[arg(long)]
     pub json: bool,
 }
@@ -156,7 +155,7 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
     if let Some(first) = audit.strays.first() {
         let others = audit.strays.len() - 1;
         let more = if others > 0 { format!(" and {others} more") } else { String::new() };
-        note(format!("{}{more}: of no task of this run; nothing reads it", first.display()));
+        note(format!("{}{more}: belongs to no task of this run, and is not read", first.display()));
     }
     if !audit.damage.is_empty() && !args.repair {
         let (damaged, repeated) = (audit.damage.len(), audit.to_repeat().len());
@@ -170,7 +169,9 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
 /// Returns what to do with a damaged file, in words.
 fn advice(damage: &Damage, command: Option<&str>) -> String {
     match damage.remedy {
-        Remedy::Repeat(task) => format!("task {task} can be done again, to the same record"),
+        Remedy::Repeat(task) => {
+            format!("task {task} can be done again, with the same record as result")
+        }
         Remedy::Discard => "without it, the training starts from the beginning".to_owned(),
         Remedy::Renew => "the command of the run writes it again".to_owned(),
         Remedy::Rewrite => "it follows from the manifest".to_owned(),
@@ -284,7 +285,7 @@ fn repair(layout: &Layout, looked: &Looked, args: &CheckArgs) -> anyhow::Result<
             Event::Retry { task, reason } => {
                 note(format!("task {task} failed and is tried again: {reason}"))
             }
-            Event::Undone { task, reason } => note(format!("task {task} is left undone: {reason}")),
+            Event::Undone { task, reason } => note(format!("task {task} is not done: {reason}")),
             Event::Fewer { workers, asked, reason } => {
                 note(format!("{workers} of {asked} workers: {reason}"))
             }

@@ -71,7 +71,7 @@ impl Use<'_> {
         let imported = !self.family && !self.networks;
         let plain = |text: &str| Some(text.to_owned());
         if is("family.") && imported {
-            return plain("the point MDPs are the SUMO scenarios that are given");
+            return plain("the point MDPs are the given SUMO scenarios");
         }
         if is("network.") && !self.networks {
             return match imported {
@@ -81,19 +81,19 @@ impl Use<'_> {
         }
         if is("demand.") && !self.networks {
             return match imported {
-                true => plain("the vehicles of SUMO scenarios are their own"),
+                true => plain("SUMO scenarios have their own vehicles"),
                 false => plain("no vehicle is simulated here"),
             };
         }
         if is("signal.") && !self.signals {
-            return plain("no signal is looked at here");
+            return plain("this command reads no signal");
         }
         if is("simulation.") && !self.simulation {
             return plain("nothing is simulated here");
         }
         if is("family.") && scenario.family.points.is_some() {
             if OF_APPROACHES.contains(&key) || is("family.bins.") {
-                return plain("the point MDPs are those of a table, as they stand there");
+                return plain("the point MDPs come from a table and are not derived");
             }
         } else if is("family.bins.") && per_approach {
             return plain("bins join intersections, and per-approach detail keeps every one");
@@ -120,7 +120,7 @@ impl Use<'_> {
             return Some(not_among(method, methods));
         }
         if section == "training" && !any(methods, Training::Learned) {
-            return Some(format!("none of the methods learns ({})", methods.join(", ")));
+            return Some(format!("no method learns ({})", methods.join(", ")));
         }
         let split = loaded.scenario.baseline.program.is_equal_split(imported);
         (key == "baseline.green_s" && !split).then(|| {
@@ -167,21 +167,16 @@ mod tests {
         let run = Use { simulation: true, methods: Some(&names), ..Use::BUILD };
         let imported = Use { family: false, networks: false, ..run };
         let cases = [
-            (imported, "salt-lake-city", "demand.horizon_s=600", "vehicles of SUMO scenarios"),
+            (imported, "salt-lake-city", "demand.horizon_s=600", "SUMO scenarios have their own"),
             (imported, "salt-lake-city", "network.exit_length_m=80", "bring their networks"),
-            (
-                imported,
-                "salt-lake-city",
-                "family={hourly_share=0.1}",
-                "the SUMO scenarios that are",
-            ),
-            (run, "smoke", "family.hourly_share=0.1", "those of a table"),
+            (imported, "salt-lake-city", "family={hourly_share=0.1}", "the given SUMO scenarios"),
+            (run, "smoke", "family.hourly_share=0.1", "come from a table"),
             (run, "smoke", "fixed_time.simulations=4", "fixed-time is not among the methods"),
-            (run, "smoke", "training.episodes=4", "none of the methods learns"),
+            (run, "smoke", "training.episodes=4", "no method learns"),
             (run, "smoke", "idqn.learning_rate=0.1", "idqn is not among"),
             (run, "smoke", "baseline.green_s=20", "own program"),
             (Use::LIST, "smoke", "demand.horizon_s=600", "no vehicle is simulated"),
-            (Use::LIST, "smoke", "signal.yellow_time_s=4", "no signal is looked at"),
+            (Use::LIST, "smoke", "signal.yellow_time_s=4", "this command reads no signal"),
             (Use::BUILD, "smoke", "simulation.time_to_teleport_s=9", "nothing is simulated"),
             (Use::BUILD, "smoke", "max_pressure.permissive_share=0.1", "no method runs"),
         ];

@@ -45,9 +45,9 @@ const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("place").required(true))]
 #[command(after_help = "\
-The model and the baseline get the same vehicles. Method, hyper-parameters and timing of the
-signals are the model's, everything else is the scenario's; nothing is trained. The score is the
-model's mean delay divided by the baseline's.
+The model and the baseline get the same vehicles. Method, hyper-parameters and timing of the signals
+come from the model, everything else from the scenario. Nothing is trained. The score is the model's
+mean delay divided by the baseline's.
 
 Examples:
   tsc-family evaluate --model results/smoke/models/000/1.safetensors --point busy smoke
@@ -65,10 +65,10 @@ pub struct EvaluateArgs {
     /// SUMO configuration to evaluate on, instead of a point MDP of the scenario
     #[arg(long, value_name = "FILE", group = "place")]
     pub sumocfg: Option<PathBuf>,
-    /// Evaluation episodes of each
+    /// Evaluation episodes of the model and of the baseline
     #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<{ extent::MOST_EVALUATION_SEEDS }>)]
     pub eval_seeds: NonZeroU32,
-    /// Seed from which those of the episodes are derived, as in `run`
+    /// Seed from which the seeds of the episodes are derived, as in `run`
     #[arg(long, default_value_t = 0, value_parser = parse_seed)]
     pub seed: u64,
     /// Folder of the networks [default: networks/NAME of the scenario]

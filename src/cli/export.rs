@@ -12,8 +12,9 @@ use crate::store::Layout;
 /// `tsc-family export`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A row per episode of training and evaluation, with its task, its seed, every metric, and the features, importance
-and weight of its point MDP; a task that failed has one row, with its reason. The same records give the same bytes.
+Writes a row per episode of training and evaluation, with its task, its seed, every metric, and the features,
+importance and weight of its point MDP. A failed task has one row, with its reason. The same records give the same
+bytes.
 
 Examples:
   tsc-family export results/slc
@@ -23,13 +24,13 @@ pub struct ExportArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// File to write, over one that is there [default: DIR/records.parquet or DIR/records.csv]
+    /// File to write, replacing an existing one [default: DIR/records.parquet or DIR/records.csv]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// What to write [default: csv for a FILE that ends so, else parquet]
+    /// Format of the file [default: csv if FILE ends in .csv, else parquet]
     #[arg(long, value_enum)]
     pub format: Option<Format>,
-    /// Print a line of JSON instead of words
+    /// Print a line of JSON instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -45,7 +46,7 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<u8> {
         return Ok(exit::DONE);
     }
     if done < tasks {
-        note(format!("{done} of {tasks} tasks have a record, the others no row"));
+        note(format!("{done} of {tasks} tasks have a record; the others have no row"));
     }
     line(format!("{}: {rows} episodes of {done} tasks", path.display()))?;
     Ok(exit::DONE)

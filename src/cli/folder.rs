@@ -102,8 +102,7 @@ impl Kind {
         if more > 0 {
             named.push_str(&format!(" and {more} more"));
         }
-        let way_out =
-            if force.is_some() { ", or --force to write into it all the same" } else { "" };
+        let way_out = if force.is_some() { ", or --force to write into it anyway" } else { "" };
         anyhow::bail!(Refused(format!(
             "{flag} {} is not empty and no {} (it holds {named}); give another folder{way_out}",
             path.display(),
@@ -131,7 +130,7 @@ mod tests {
         assert_eq!(
             check(&files, &RESULTS, Some(false)).unwrap(),
             "--out DIR is not empty and no results directory (it holds a, b, c and 1 more); give \
-             another folder, or --force to write into it all the same"
+             another folder, or --force to write into it anyway"
         );
         assert_eq!(check(&files, &RESULTS, Some(true)), None);
         assert!(check(&files, &NETWORKS, None).unwrap().ends_with("give another folder"));

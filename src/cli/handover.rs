@@ -31,7 +31,7 @@ pub enum Executes {
     Local,
     /// Slurm, as a job array
     Slurm,
-    /// Whatever starts a script: GNU parallel, PBS, Kubernetes
+    /// Scripts that GNU parallel, PBS, Kubernetes or another program starts
     Script,
 }
 
@@ -52,13 +52,13 @@ pub struct WorkersArgs {
     /// File of `#SBATCH` lines for the jobs, such as partition and account
     #[arg(long, value_name = "FILE")]
     pub sbatch: Option<PathBuf>,
-    /// Processor time that a job of a batch system is to take, minutes [default: from 1 to 30, the longer the run the more]
+    /// Processor time of a job in a batch system, in minutes [default: from 1 to 30, more for longer runs]
     #[arg(long, value_name = "MINUTES", value_parser = minutes)]
     pub job_minutes: Option<f64>,
     /// Worker processes at the same time [default: one per processor; one per job of a batch system]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
-    /// Time without a step of the simulation after which a task is given up
+    /// Time without a simulated step after which a task fails
     #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
     pub stall_timeout: u64,
 }
@@ -113,7 +113,7 @@ impl Abroad {
     pub(super) fn say_of_another(&self) {
         for results in &self.of_another {
             note(format!(
-                "what was handed over from {} works there: this directory is a copy, and has nothing of it",
+                "this directory is a copy: jobs that were submitted from {} write there, not here",
                 results.display()
             ));
         }
@@ -240,7 +240,9 @@ pub(super) fn hand_over(
         duration(Duration::from_secs_f64(whole))
     ))?;
     line(system.how(&submission, &place))?;
-    line(format!("next: tsc-family status {dir}; resume does what is left, report what is done"))?;
+    line(format!(
+        "next: tsc-family status {dir}; resume does the missing tasks, report shows the finished ones"
+    ))?;
     Ok(())
 }
 
@@ -254,7 +256,7 @@ pub(super) fn note_doubled(layout: &Layout) {
     let there = abroad(layout).unwrap_or_default();
     if !there.tasks.is_empty() {
         note(format!(
-            "the batch system has {} of this run as well, and what is done twice is done for nothing; \
+            "the batch system also has {} of this run, so these would be done twice; \
              tsc-family cancel {} takes them back",
             counted(there.tasks.len(), "task"),
             quoted(layout.root())

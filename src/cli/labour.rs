@@ -27,7 +27,7 @@ pub(super) struct Labour<'a> {
     pub(super) launcher: Launcher,
     /// Workers at the same time.
     pub(super) jobs: usize,
-    /// Time without a step of the simulation after which a task is given up, seconds.
+    /// Time without a simulated step after which a task fails, seconds.
     pub(super) stall_timeout_s: u64,
     /// Method to divide by in a second report.
     pub(super) against: Option<&'a str>,

@@ -38,7 +38,7 @@ pub struct ListArgs {
     /// The scenario
     #[command(flatten)]
     pub scenario: ScenarioArg,
-    /// Show mean and standard deviation of each feature; of signals beside the paper's table
+    /// Show mean and standard deviation of each feature; for signals beside the paper's table
     #[arg(long)]
     pub features: bool,
     /// Print one JSON line per point MDP

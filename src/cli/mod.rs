@@ -60,7 +60,7 @@ use own::ControllersArgs;
 use crate::traffic::domain::Traffic;
 use crate::traffic::own::Host;
 
-/// Evaluate traffic signal controllers over the whole family of a city's intersections
+/// Evaluate traffic signal controllers over all intersections of a city
 #[derive(Debug, Parser)]
 #[command(name = "tsc-family", version, after_help = AFTER_HELP, max_term_width = 100)]
 pub struct Cli {
@@ -78,7 +78,7 @@ Examples:
 
 Exit codes:
   0 done, 1 unexpected, 2 usage or input, 3 some tasks failed, 4 SUMO missing,
-  5 results of another run or in use, 6 some tasks have no record,
+  5 DIR holds another run or is in use, 6 some tasks have no record,
   75 stopped at a checkpoint, 130 interrupted";
 
 /// Subcommands.
@@ -88,7 +88,7 @@ pub enum Command {
     List(list::ListArgs),
     /// Build the SUMO networks of a family
     BuildNetworks(build_networks::BuildNetworksArgs),
-    /// Choose the point MDPs of a run: how many, what to expect, how long
+    /// Choose the point MDPs of a run, and say what error and time to expect
     Plan(plan::PlanArgs),
     /// Evaluate controllers on a sample of a family
     Run(run::RunArgs),
@@ -96,23 +96,23 @@ pub enum Command {
     Evaluate(evaluate::EvaluateArgs),
     /// Write the vehicles of a recorded episode for plain `sumo`
     Routes(routes::RoutesArgs),
-    /// Show what is derived of a scenario's signals, and what may be wrong with them
+    /// Show the lanes, movements and phases derived from a scenario's signals, with warnings
     Signals(signals::SignalsArgs),
     /// Write the tables, figures and HTML page of a results directory
     Report(report::ReportArgs),
     /// Write all records of a results directory to one table: Parquet or CSV
     Export(export::ExportArgs),
-    /// Say what is damaged in a results directory, and repair it
+    /// Find damaged files in a results directory, and repair them
     Check(check::CheckArgs),
-    /// Hand the tasks of a run that are missing over to a batch system
+    /// Submit the missing tasks of a run to a batch system
     Submit(submit::SubmitArgs),
-    /// Say how far a run is, here or in a batch system
+    /// Show the progress of a run, on this machine or in a batch system
     Status(status::StatusArgs),
-    /// Take back what batch systems have of a run
+    /// Cancel the jobs of a run in batch systems
     Cancel(cancel::CancelArgs),
-    /// Do the tasks of a run that are missing, where they were done last
+    /// Do the missing tasks of a run, with the executor that it used last
     Resume(submit::SubmitArgs),
-    /// Say what estimators would miss at which budget, on results of a whole family
+    /// Measure the error of samples at several budgets, on results of a whole family
     Estimate(study::EstimateArgs),
     /// Rank methods over every combination of one point MDP from each of several families
     Across(across::AcrossArgs),

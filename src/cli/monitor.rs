@@ -173,7 +173,7 @@ impl<'d> Monitor<'d> {
                     (work.name(), work.task.clone());
                 self.latest = self.latest.filter(|latest| *latest != task);
                 let told = self.told(task, reason.clone());
-                self.say(&format!("task {task} ({name}) is left undone: {told}"));
+                self.say(&format!("task {task} ({name}) is not done: {told}"));
                 if self.json {
                     // A closed pipe shows at the summary; the tasks go on.
                     let _ = line(json!({

@@ -20,7 +20,7 @@ use crate::traffic::domain::Traffic;
 use crate::traffic::given::{add, add_external, add_named};
 use crate::traffic::own::Host;
 
-/// Time that a command has for an answer, seconds.
+/// Time that a command may take for an answer, seconds.
 const ANSWER_TIMEOUT_S: u64 = 60;
 
 /// How this program is started again; empty for its executable alone.
@@ -35,13 +35,13 @@ static HOST: OnceLock<Box<dyn Host>> = OnceLock::new();
 /// Methods that are not the program's own.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct ControllersArgs {
-    /// Controller of your own: a command that is asked over pipes, or a class in Python (repeatable)
+    /// Your own controller: a command that answers over pipes, or a class in Python (repeatable)
     #[arg(long = "controller", value_name = "NAME=exec:COMMAND|NAME=FILE.py:CLASS")]
     pub controllers: Vec<String>,
-    /// Scores that were measured elsewhere, a table with the columns point, delay_s and seed or episode (repeatable)
+    /// Scores measured elsewhere: a table with the columns point, delay_s, and seed or episode (repeatable)
     #[arg(long = "controller-results", value_name = "NAME=FILE")]
     pub results: Vec<String>,
-    /// Time that a command has for an answer
+    /// Time that a command may take for an answer
     #[arg(long, value_name = "SECONDS", default_value_t = ANSWER_TIMEOUT_S, value_parser = at_least_a_second())]
     pub answer_timeout: u64,
 }

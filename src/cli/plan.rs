@@ -29,8 +29,8 @@ const RESAMPLES: usize = 200;
 /// `tsc-family plan`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Writes a file for `run --plan`. With --assist the sample is also spread over the scores of the methods that do
-not learn, estimates use them, and errors are expected from samples of those methods.
+Writes a file for `run --plan`. With --assist the sample is also spread over the scores of the methods without
+training, and estimates use these scores (M4). The expected error is that of samples of these methods.
 
 Examples:
   tsc-family plan --budget 40 --assist results/all --out plan.json
@@ -45,19 +45,19 @@ pub struct PlanArgs {
     /// Number of point MDPs
     #[arg(long, value_name = "N")]
     pub budget: Option<NonZeroUsize>,
-    /// As few point MDPs as give 95% intervals of this half-width, for the median of the known methods
+    /// Choose the smallest sample whose 95% intervals have this half-width, for the median of the known methods
     #[arg(long, value_name = "SCORE", requires = "assist")]
     pub half_width: Option<f64>,
-    /// As many point MDPs as are expected to be done in so many hours
+    /// Choose as many point MDPs as can be done in this number of hours
     #[arg(long, value_name = "H")]
     pub hours: Option<f64>,
-    /// Results of the whole family with methods that do not learn
+    /// Results of the whole family for methods without training
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
     /// How the point MDPs are chosen [default: balanced]
     #[arg(long, value_enum, conflicts_with = "assist")]
     pub sampling: Option<Sampling>,
-    /// Methods that will run, separated by commas: what takes the time
+    /// Methods that will run, separated by commas; the time depends on them
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Worker processes at the same time [default: one per processor]
@@ -242,7 +242,7 @@ impl Maker<'_> {
             text.push_str(&format!("\nas for {}: error {:.3}{width}{holds}", e.method, e.rmse));
         }
         if !plan.expected.is_empty() {
-            text.push_str("\nlearners scatter more than these methods, so expect more of them");
+            text.push_str("\nscores of learners vary more than those of these methods, so expect larger errors");
         }
         if !self.args.methods.is_empty()
             && let Some(forecast) = self.forecast(sample)?

@@ -52,7 +52,8 @@ pub(super) fn warn_of_settings(dir: &Path, known: &Analysis, settings: &Value) {
     let more = if more > 0 { format!("; and {more} more") } else { String::new() };
     let named = differing.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; ");
     note(format!(
-        "warning: {} was computed with other settings ({named}{more}): it assists less than results with the same would",
+        "warning: {} was computed with other settings ({named}{more}): it helps less than results with the same \
+         settings would",
         dir.display()
     ));
 }

@@ -29,11 +29,11 @@ pub struct ReportArgs {
     /// Method to divide by instead of the baseline; the report goes to DIR/report/against-METHOD
     #[arg(long, value_name = "METHOD")]
     pub against: Option<String>,
-    /// What a failure is, in quotes: 'METRIC>VALUE' or 'METRIC<VALUE'; without it what the task says, for
-    /// signals a mean waiting above 20 s
+    /// Definition of a failure, in quotes: 'METRIC>VALUE' or 'METRIC<VALUE' [default: that of the task, for signals
+    /// a mean wait above 20 s]
     #[arg(long, value_name = "LIMIT")]
     pub failure: Option<Limit>,
-    /// Folder to write to, with --against to against-METHOD in it [default: DIR/report]
+    /// Folder to write to; with --against, its folder against-METHOD [default: DIR/report]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Print JSON lines instead of the table: one per method

@@ -174,7 +174,7 @@ fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result
         return refuse("--sampling", "there is one point MDP only");
     }
     if request.replicates > 1 && draft.replicated.is_empty() {
-        return refuse("--replicates", "none of the methods tunes or learns");
+        return refuse("--replicates", "no method tunes or learns");
     }
     args.workers.check(args.executor)?;
     if args.executor != Executes::Local && args.against.is_some() {
@@ -183,7 +183,7 @@ fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result
     let learners = request.domain.methods().iter().filter(|m| m.training == Training::Learned);
     let learners: Vec<&str> = learners.map(|m| m.name).collect();
     if args.episodes.is_some() && !draft.methods.iter().any(|m| learners.contains(&m.as_str())) {
-        let reason = format!("none of the methods learns, as {} do", learners.join(", "));
+        let reason = format!("no method learns; {} do", learners.join(", "));
         return refuse("--episodes", &reason);
     }
     Ok(())

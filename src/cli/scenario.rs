@@ -22,8 +22,8 @@ pub struct ScenarioArg {
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<Override>,
-    /// Limits of timing and demand: `resco`, the literature's, or `field`, what a cabinet in the street
-    /// allows; of `cartpole` `sb3` or `tuned` [default: the scenario's, else `resco`, `sb3`]
+    /// Limits of timing, and demand: `resco` as in the literature, or `field` as on the street; for `cartpole`
+    /// `sb3` or `tuned` [default: the scenario's, else `resco` or `sb3`]
     #[arg(long, value_name = "PRESET", value_parser = presets(), hide_possible_values = true)]
     preset: Option<String>,
 }

@@ -30,7 +30,7 @@ const MOST_ODDS: f64 = 1e6;
 /// `tsc-family sensitivity`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-From records alone; needs no SUMO. Writes RESULTS/sensitivity/index.html, a figure as SVG, and
+Reads the records only; needs no SUMO. Writes RESULTS/sensitivity/index.html, a figure as SVG, and
 distributions.csv, weights.csv, ranks.csv, failures.csv, reported.csv, cases.csv.
 
 Examples:
@@ -41,32 +41,33 @@ pub struct SensitivityArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "RESULTS")]
     pub results: PathBuf,
-    /// Methods to compare; without it all with results but the baseline
+    /// Methods to compare [default: all with results, except the baseline]
     #[arg(id = "compared", long = "methods", value_name = "METHODS", value_delimiter = ',')]
     pub methods: Option<Vec<String>>,
-    /// What a failure is, in quotes: 'METRIC>VALUE' or 'METRIC<VALUE'; without it what the task says, for
-    /// signals a mean waiting above 20 s
+    /// Definition of a failure, in quotes: 'METRIC>VALUE' or 'METRIC<VALUE' [default: that of the task, for signals
+    /// a mean wait above 20 s]
     #[arg(long, value_name = "LIMIT")]
     pub failure: Option<Limit>,
-    /// Feature by which importance is multiplied; can be repeated; without it for signals the inflow
+    /// Feature by which importance is multiplied (repeatable) [default: for signals the inflow]
     #[arg(long, value_name = "FEATURE")]
     pub weigh_by: Vec<String>,
-    /// Concentration of random importance: 1 makes all distributions equally likely, less makes few point MDPs count
+    /// Concentration of random importance: with 1 all distributions are equally likely; smaller values make few
+    /// point MDPs count
     #[arg(long, value_name = "NUMBER", default_value = "1", value_parser = parse_concentration)]
     pub concentration: f64,
     /// Seed of random importance
     #[arg(long, value_name = "NUMBER", default_value = "0", value_parser = parse_seed)]
     pub seed: u64,
-    /// Point MDP that is usually reported for the family; can be repeated
+    /// Point MDP that is usually reported for the family (repeatable)
     #[arg(long, value_name = "POINT")]
     pub reported: Vec<String>,
-    /// Results on what is usually reported, such as a named scenario; can be repeated
+    /// Results on the scenario that is usually reported (repeatable)
     #[arg(long, value_name = "DIR")]
     pub reported_results: Vec<PathBuf>,
-    /// Study estimators in the paper's cases 1 to 3 too: failures rare, failures frequent, random importance
+    /// Test estimators in the paper's cases 1 to 3 too: failures rare, failures frequent, random importance
     #[arg(long)]
     pub cases: bool,
-    /// Numbers of point MDPs for the cases [default: 10,20,40,80 as far as the family has more]
+    /// Sizes of samples for the cases [default: 10,20,40,80, if the family is larger]
     #[arg(long, value_name = "N,...", value_delimiter = ',', requires = "cases")]
     pub budgets: Vec<NonZeroUsize>,
     /// Samples per case, budget and estimator
@@ -76,7 +77,7 @@ pub struct SensitivityArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, requires = "cases",
           default_values_t = [Kind::M1, Kind::M2, Kind::M3, Kind::Balanced])]
     pub estimators: Vec<Kind>,
-    /// By how much the importance of failures is divided in case 1 and multiplied in case 2
+    /// Factor that divides the importance of failures in case 1 and multiplies it in case 2
     #[arg(long, value_name = "FACTOR", default_value = "10", value_parser = parse_odds, requires = "cases")]
     pub failure_odds: f64,
     /// Folder to write to [default: RESULTS/sensitivity]

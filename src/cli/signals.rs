@@ -24,9 +24,11 @@ use crate::traffic::sim::error::SimError;
 /// `tsc-family signals`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Of each signal: its lanes and how far they are seen upstream, through nodes without a signal; the
-movements with their links and the lanes that they lead to at the next signals; the phases to choose
-from with the movements that count for them; warnings. `run --dry-run` prints the warnings too.
+Shows for each signal:
+  its lanes, and how far upstream they are seen, through nodes without a signal;
+  its movements, with their links and the lanes to which they lead at the next signals;
+  the phases to choose from, with the movements whose pressure they have;
+  warnings, which `run --dry-run` prints too.
 
 Examples:
   tsc-family signals city/a.sumocfg

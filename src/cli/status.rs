@@ -31,8 +31,8 @@ const ERROR: f64 = 1.5;
 /// `tsc-family status`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 every task has its record, 3 every task has and some failed, 6 some have none. Of a run that stops when it
-knows enough, these are the tasks of the looks so far.
+Exit codes: 0 every task has a record, 3 every task has a record and some failed, 6 some tasks have no record.
+For a run that stops when enough is known, these are the tasks of the looks until now.
 
 Example:
   tsc-family status results/slc")]
@@ -121,7 +121,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let others = [(tally.failed.len(), "of them failed"), (rest, rests.words())];
     parts.extend(others.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
     if !tally.begun.is_empty() {
-        parts.push(format!("of the missing {} with a checkpoint", tally.begun.len()));
+        parts.push(format!("{} of the missing with a checkpoint", tally.begun.len()));
     }
     line(format!("{}: {}", args.dir.display(), parts.join(", ")))?;
     for (submission, counts) in &there.submissions {
@@ -172,23 +172,23 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
             note(format!("tsc-family report {dir} writes tables, figures and page"));
             if reach.may_grow() {
                 note(format!(
-                    "the command of the run looks at the results, and goes on unless they say enough: {}",
+                    "the command of the run inspects the results, and continues if they are not enough: {}",
                     manifest.provenance.command
                 ));
             }
         }
         _ if rest == 0 => {}
-        Rest::Here(holder) => note(format!("a run is going on: {holder}")),
+        Rest::Here(holder) => note(format!("a run is in progress: {holder}")),
         Rest::Unknown(said) => {
             note(format!(
-                "the batch system cannot be asked, so that nobody knows who has them: {said}"
+                "the batch system cannot be queried, so it is not known where they are: {said}"
             ));
         }
         Rest::Script(number) => note(format!(
-            "whatever starts {} may have them; if nothing does any more, tsc-family resume {dir}",
+            "the program that starts {} may have them; if it has ended, run tsc-family resume {dir}",
             quoted(&submission::folder(&layout, number).join("job.sh"))
         )),
-        Rest::Nobody => note(format!("tsc-family resume {dir} goes on with them")),
+        Rest::Nobody => note(format!("tsc-family resume {dir} does them")),
     }
     Ok(code(missing, tally.failed.len()))
 }

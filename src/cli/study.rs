@@ -37,7 +37,7 @@ impl ValueEnum for Kind {
 /// `tsc-family estimate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Needs no SUMO. DIR must have the whole family (--budget all). Writes DIR/estimate/index.html,
+Needs no SUMO. DIR must hold results of the whole family (--budget all). Writes DIR/estimate/index.html,
 errors.csv and the figure as SVG.
 
 Examples:
@@ -45,16 +45,16 @@ Examples:
   tsc-family estimate results/all --budgets 10,20,40,80 --until-decided
   tsc-family estimate results/learners --assist results/all --budgets 20,40 --repeats 200")]
 pub struct EstimateArgs {
-    /// Results directory with a whole family
+    /// Results directory in which the whole family was evaluated
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Results directory of the same family with methods that do not learn, for m4 [default: DIR]
+    /// Results of the same family for methods without training, for m4 [default: DIR]
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
     /// Methods whose scores m4 knows on all point MDPs [default: all that do not learn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub inputs: Vec<String>,
-    /// Numbers of point MDPs [default: 10,20,40,80 as far as the family has more]
+    /// Sizes of samples [default: 10,20,40,80, if the family is larger]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub budgets: Vec<NonZeroUsize>,
     /// Try runs that stop early too, with looks at --budgets

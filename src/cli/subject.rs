@@ -116,7 +116,7 @@ impl Subject {
         let plain = scenario.preset == Preset::default();
         if imported && plain && !args.quiet && scenario.demand != DemandSettings::default() {
             note(
-                "the scenario file's [demand] has no effect: the vehicles of SUMO scenarios are their own",
+                "the scenario file's [demand] has no effect: SUMO scenarios have their own vehicles",
             );
         }
         Ok(())
@@ -129,7 +129,7 @@ impl Subject {
         match warning_lines(&configs, &problem.loaded.scenario.signal) {
             // A plan needs no SUMO.
             Err(SimError::Unavailable(_) | SimError::Absent(_)) => {
-                note("the signals were not looked at, since SUMO is missing")
+                note("the signals were not checked, because SUMO is missing")
             }
             lines => lines?.iter().for_each(|line| note(format!("warning: {line}"))),
         }

@@ -35,10 +35,10 @@ pub struct SubmitArgs {
     /// Results directory with manifest and plan
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Who does the tasks [default: who had them last; else `resume` takes this machine, and `submit` has to be told]
+    /// Where tasks run [default: where they ran last; else `resume` takes this machine, and `submit` needs a value]
     #[arg(long, value_enum)]
     pub executor: Option<Executes>,
-    /// Folder of the networks or whatever was prepared [default: where the run had it]
+    /// Folder of the networks [default: that of the run]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
     /// Try failed tasks again
@@ -58,11 +58,11 @@ pub struct SubmitArgs {
 /// Hands over what is missing; this machine is no batch system.
 pub(super) fn submit(args: &SubmitArgs) -> anyhow::Result<u8> {
     if args.executor == Some(Executes::Local) {
-        let reason = "this machine is no batch system: `resume` works here";
+        let reason = "this machine is no batch system; `resume` does tasks here";
         return Err(Refused(reason.to_owned()).into());
     }
     if args.executor.is_none() && asked_last(&Layout::new(&args.dir))?.is_none() {
-        let reason = "say who is to do the tasks: --executor slurm or --executor script; `resume` does them here";
+        let reason = "name the executor: --executor slurm or --executor script; `resume` does the tasks here";
         return Err(Refused(reason.to_owned()).into());
     }
     go_on(args)
@@ -91,9 +91,8 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let own = env!("CARGO_PKG_VERSION");
     let there = &manifest.identity.tsc_family;
     if own != there {
-        let reason = format!(
-            "tsc-family {there} planned this run, and this is {own}; go on with that version"
-        );
+        let reason =
+            format!("tsc-family {there} planned this run, and this is {own}; use that version");
         return Err(Refused(reason).into());
     }
     let prepared =
@@ -144,7 +143,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     };
     let (Some(system), Some(there)) = (system, there) else {
         if !args.quiet {
-            note(format!("this machine does what is missing: {}", counted(missing, "task")));
+            note(format!("this machine does the missing tasks: {}", counted(missing, "task")));
             note_doubled(&layout);
         }
         let code = labour.work_on(&results, &interrupted)?;
@@ -154,7 +153,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     for (submission, counts) in &there.submissions {
         if counts.iter().any(|(standing, ..)| *standing == Standing::Held) {
             Slurm.release(submission).map_err(RunError::from)?;
-            note(format!("jobs of submission {} that were held may go on", submission.number));
+            note(format!("held jobs of submission {} are released", submission.number));
         }
     }
     let launcher = labour.launcher.clone();

@@ -6,12 +6,10 @@ use crate::sample::Until;
 /// When a run stops before its budget is spent.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct UntilArgs {
-    /// Stop before the budget is spent, at the first look at which the intervals of all methods' overall performance have
-    /// this half-width
+    /// Stop at the first look at which the intervals of all methods' overall performance have this half-width
     #[arg(long, value_name = "SCORE", conflicts_with = "until_decided")]
     pub until_half_width: Option<f64>,
-    /// Stop before the budget is spent, at the first look at which it is decided which of two methods is better: for every
-    /// two, or for those that are given
+    /// Stop at the first look at which every pair of methods is decided, or every pair that is given
     #[arg(long, value_name = "A:B,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     pub until_decided: Option<String>,
 }

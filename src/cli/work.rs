@@ -39,7 +39,7 @@ pub struct WorkArgs {
     /// Worker processes at the same time
     #[arg(long, short, value_name = "J", default_value = "1", value_parser = at_least_one_worker)]
     pub jobs: NonZeroUsize,
-    /// Time without a step of the simulation after which a task is given up
+    /// Time without a simulated step after which a task fails
     #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
     pub stall_timeout: u64,
     /// Methods that are not the program's own
@@ -91,7 +91,7 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
             let _ = line(format!("task {}, {} on {}: {how}", s.task, s.method, s.point));
         }
         Event::Retry { task, reason } => note(format!("task {task} is tried again: {reason}")),
-        Event::Undone { task, reason } => note(format!("task {task} is left undone: {reason}")),
+        Event::Undone { task, reason } => note(format!("task {task} is not done: {reason}")),
         Event::Fewer { workers, asked, reason } => {
             note(format!("{workers} of {asked} workers: {reason}"));
         }
@@ -100,7 +100,7 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     Ok(match left {
         0 => exit::DONE,
         _ if interrupted.load(Ordering::Relaxed) => {
-            note(format!("stopped with {left} tasks to do; the same pack goes on from there"));
+            note(format!("stopped with {left} tasks to do; the same pack continues from there"));
             exit::STOPPED
         }
         _ => exit::INCOMPLETE,

@@ -28,7 +28,7 @@ pub(super) struct Answer {
 pub(super) fn answers(data: &Report) -> Vec<Answer> {
     let Some(best) = data.best() else {
         let sentence = match data.reference.is_none() {
-            true => "There is no finished task yet.".to_owned(),
+            true => "No task is finished yet.".to_owned(),
             false => format!(
                 "A score needs a finished task of a method and of {} on the same point MDP, and there is \
                  no such pair yet.",
@@ -46,7 +46,7 @@ pub(super) fn answers(data: &Report) -> Vec<Answer> {
             "What does it hold for?",
             [Some(basis(data, best)), text::growth(data)].into_iter().flatten().collect(),
         ),
-        ("What does the sample miss?", misses(data)),
+        ("What does the sample not cover?", misses(data)),
     ]
     .into_iter()
     .filter(|(_, sentences)| !sentences.is_empty())
@@ -111,7 +111,7 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
             change(score)
         ),
         (Some(score), false) if of_rival > 0.0 => format!(
-            " ({}). That is in sum; {instance} by {instance} it is {} on average.",
+            " ({}). This compares the means; {instance} by {instance} it is {} on average.",
             format::percent((difference / of_rival).abs()),
             change(score)
         ),
@@ -142,7 +142,7 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
     let of = &data.reference.name;
     let noun = &data.words.noun;
     sentences.extend(match (best.interval, data.reference.is_none(), best.is_reference) {
-        (None, ..) => Some("How much is chance cannot be said: see the warnings.".to_owned())
+        (None, ..) => Some("How much of this is chance is not known: see the warnings.".to_owned())
             .filter(|_| !best.is_reference),
         (_, _, true) => None,
         (Some((low, high)), true, _) => {
@@ -164,9 +164,9 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
         let verdict = match (lead.interval.0 > 0.0, few) {
             (true, false) => "is more than chance explains".to_owned(),
             (true, true) => {
-                "is more than chance explains, but so few seeds say that roughly".to_owned()
+                "is more than chance explains, but with so few seeds this is only rough".to_owned()
             }
-            (false, _) => "may be chance: which of the two is better is open".to_owned(),
+            (false, _) => "may be chance: it is open which of the two is better".to_owned(),
         };
         sentences.push(format!("Its lead on the next, {}, {verdict}.", lead.runner_up));
         sentences.extend(rests::sentence(data));
@@ -176,7 +176,8 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
             .map(|m| format!("{} {}", m.method, m.overall.map_or_else(String::new, format::score)))
             .collect();
         sentences.push(format!(
-            "Methods that lack point MDPs are not ranked. On the {} that all of them finished the order is: {}.",
+            "Methods without results on some point MDPs are not ranked. On the {} that all of them finished, the \
+             order is: {}.",
             format::count(common.points, "point MDP"),
             order.join(", ")
         ));
@@ -249,7 +250,7 @@ fn fails(data: &Report, best: &MethodSummary) -> Vec<String> {
     let unknown = data.without_result(best.index);
     sentences.extend(unknown.map(|extent| {
         let lacks = extent.in_words(instance, format::percent);
-        format!("{} has no result on {lacks}, of which nothing is said here.", best.method)
+        format!("{} has no result on {lacks}; these are not included here.", best.method)
     }));
     let known = if unknown.is_some() { " where it has results" } else { "" };
     if !data.reference.is_none() && !best.is_reference {
@@ -333,10 +334,10 @@ fn misses(data: &Report) -> Vec<String> {
     let mut sentences: Vec<String> = data.sections.says(About::Misses, data).into_iter().collect();
     sentences.push(match &data.design {
         Some(design) => unlike(data, design).unwrap_or_else(|| {
-            "What describes point MDPs has no names to compare the sample with the family by."
+            "The features of the point MDPs have no names, so the sample cannot be compared with the family."
                 .to_owned()
         }),
-        None => "The run keeps no list of the whole family, so what else the sample misses is not known."
+        None => "The run has no list of the whole family, so it is not known what else the sample does not cover."
             .to_owned(),
     });
     sentences

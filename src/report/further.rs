@@ -183,7 +183,7 @@ fn other_order(data: &Report) -> Option<String> {
     let order: Vec<String> =
         by_ratio.iter().map(|(m, r)| format!("{} {}", m.method, format::score(*r))).collect();
     Some(format!(
-        "The order by ratio of mean {} is another than that by score: {}.",
+        "The order by ratio of mean {} differs from the order by score: {}.",
         data.words.nouns,
         order.join(", ")
     ))

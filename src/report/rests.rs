@@ -38,6 +38,7 @@ pub(super) fn sentence(data: &Report) -> Option<String> {
         false => format!(", with {ahead} against {behind}"),
     };
     Some(format!(
-        "The first place of {best} rests on {rests}, {names} ({much}): without {without} {other} would be first{figures}."
+        "The first place of {best} depends on {rests}, {names} ({much}): without {without}, {other} would be \
+         first{figures}."
     ))
 }

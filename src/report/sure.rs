@@ -119,12 +119,22 @@ fn answer(data: &Report) -> String {
         .collect();
     let known = pairs.iter().filter(|p| p.decided() != Decided::Unknown).count();
     text.push_str(&match (known, open.len()) {
-        (0, _) => "Which of two methods is better cannot be said to be more than chance: there are no intervals.".to_owned(),
-        (1, 0) => "The difference of the two is decided.".to_owned(),
+        (0, _) => {
+            "There are no intervals, so any difference between methods may be chance.".to_owned()
+        }
+        (1, 0) => "It is decided which of the two is better.".to_owned(),
         (n, 0) => format!("All {n} pairs are decided."),
         (n, open_pairs) => {
-            let named = if open.len() <= MOST_PAIRS { open.join("; ") } else { format!("{}; and others", open[..MOST_PAIRS].join("; ")) };
-            format!("Of {} {open_pairs} {} open: {named}.", format::count(n, "pair"), if open_pairs == 1 { "is" } else { "are" })
+            let named = if open.len() <= MOST_PAIRS {
+                open.join("; ")
+            } else {
+                format!("{}; and others", open[..MOST_PAIRS].join("; "))
+            };
+            format!(
+                "Of {} {open_pairs} {} open: {named}.",
+                format::count(n, "pair"),
+                if open_pairs == 1 { "is" } else { "are" }
+            )
         }
     });
     text
@@ -154,23 +164,24 @@ fn covers(data: &Report) -> String {
         ));
     }
     if seeds > 1 {
-        causes.push(format!("which {seeds} evaluation seeds were drawn"));
+        causes.push(format!("the choice of {seeds} evaluation seeds"));
     }
     if !repeated.is_empty() {
-        causes.push(format!("how the trainings of {} came out", repeated.join(", ")));
+        causes.push(format!("the luck of the trainings of {}", repeated.join(", ")));
     }
     let mut text = match causes.is_empty() {
-        true => "Chance cannot be seen in one seed on every point MDP of a family: differences and profiles are those of the records, without probability.".to_owned(),
+        true => "One seed on every point MDP of a family does not show chance. Differences and profiles are those of \
+        the records, without probabilities.".to_owned(),
         false => format!(
-            "Probabilities and intervals cover {}, and nothing else.",
+            "Probabilities and intervals cover only {}.",
             causes.join(" and ")
         ),
     };
     if evaluated < data.points.len() {
-        text.push_str(" What is missing is taken to be missing at random.");
+        text.push_str(" Missing results are assumed to be missing at random.");
     }
     if whole && !causes.is_empty() {
-        text.push_str(" All point MDPs were evaluated, so their choice is no chance.");
+        text.push_str(" All point MDPs were evaluated, so their choice adds no chance.");
     }
     let once = text::trained_once(data);
     if !once.is_empty() {
@@ -178,7 +189,7 @@ fn covers(data: &Report) -> String {
         text.push_str(&match whole {
             true => format!(" They do not cover the luck of tuning or training ({names})."),
             false => format!(
-                " The luck of tuning or training ({names}) they cover only as far as it differs between point MDPs."
+                " They cover the luck of tuning or training ({names}) only as far as it differs between point MDPs."
             ),
         });
     }
@@ -216,15 +227,17 @@ fn dominance(data: &Report) -> Vec<String> {
         })
         .collect();
     if !neither.is_empty() {
-        sentences
-            .push(format!("None dominates, for each is ahead somewhere: {}.", shortened(&neither)));
+        sentences.push(format!(
+            "These do not dominate each other, because each is ahead somewhere: {}.",
+            shortened(&neither)
+        ));
     }
     let open: Vec<String> = pairs()
         .filter(|(_, d)| d.verdict == Verdict::Open)
         .map(|(p, _)| format!("{} and {}", name(p.first), name(p.second)))
         .collect();
     if !open.is_empty() {
-        sentences.push(format!("Too near to each other to tell: {}.", shortened(&open)));
+        sentences.push(format!("Too close to decide: {}.", shortened(&open)));
     }
     sentences
 }

@@ -121,12 +121,12 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
         data.unranked().map(|m| format!("{} ({} of {chosen})", m.method, m.points)).collect();
     if !unranked.is_empty() {
         let where_to_compare = match &data.common {
-            Some(_) => "a further table compares all methods where all have results",
-            None => "no point MDP has results of all methods, so nothing compares them yet",
+            Some(_) => "a second table compares all methods where all have results",
+            None => "no point MDP has results of all methods yet, so they cannot be compared",
         };
         notes.push(format!(
-            "Not ranked, because they lack point MDPs that others have: {}. Their scores are over other point \
-             MDPs than those above them; {where_to_compare}.",
+            "Not ranked, because they have no results on some point MDPs: {}. Their scores are over other point MDPs \
+             than those above them; {where_to_compare}.",
             unranked.join(", ")
         ));
     } else if data.reference.is_none() && data.methods.iter().any(|m| m.points != chosen) {
@@ -148,7 +148,7 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
     let others = || data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some());
     if others().any(|m| m.interval.is_none()) {
         notes.push(
-            "Without interval: it takes at least two evaluation seeds, and two point MDPs where others of \
+            "Without interval: this needs at least two evaluation seeds, and two point MDPs where others of \
              the family have no result."
                 .to_owned(),
         );
@@ -164,16 +164,18 @@ pub fn growth(data: &Report) -> Option<String> {
     let growth = data.manifest.identity.sample.growth.as_ref()?;
     let (until, looks) = (&growth.until, standing.looks);
     let outcome = match (standing.is_enough, standing.look < looks) {
-        (true, true) => "it is, and the rest of the budget was not needed".to_owned(),
+        (true, true) => "this is reached, and the rest of the budget was not needed".to_owned(),
         (true, false) => "it is".to_owned(),
-        (false, true) => "it is not yet; the same command goes on with more point MDPs".to_owned(),
+        (false, true) => {
+            "this is not reached yet; the same command continues with more point MDPs".to_owned()
+        }
         (false, false) if standing.open.is_empty() => {
-            "it is not, and the budget is spent".to_owned()
+            "this is not reached, and the budget is spent".to_owned()
         }
         (false, false) => {
             let open: Vec<String> =
                 standing.open.iter().map(|(a, b)| format!("{a} and {b}")).collect();
-            format!("it is not between {}, and the budget is spent", open.join(", "))
+            format!("this is not reached for {}, and the budget is spent", open.join(", "))
         }
     };
     Some(format!(
@@ -214,7 +216,7 @@ fn luck(data: &Report) -> Vec<String> {
     let reference = &data.reference.name;
     if data.trained.contains(reference) {
         sentences.push(format!(
-            "No interval covers that {reference}, which all are divided by, could have come out otherwise."
+            "No interval covers the chance in {reference}, by which all scores are divided."
         ));
     }
     sentences

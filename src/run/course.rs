@@ -114,7 +114,7 @@ impl Course for TaskCourse<'_> {
                 self.rows = kept.rows;
                 self.resumed = true;
                 let episodes = self.rows.len();
-                (self.news)(News::Note(format!("training goes on after episode {episodes}")));
+                (self.news)(News::Note(format!("training continues after episode {episodes}")));
                 let last = self.rows.last().and_then(|row| progress(episodes, row, self.objective));
                 last.into_iter().for_each(&mut *self.news);
                 Some(state)

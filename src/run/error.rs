@@ -50,7 +50,7 @@ pub enum RunError {
     Trial(#[from] TrialError),
     /// A method of somebody's own that is not the one that was planned.
     #[error(
-        "{}: {difference}; what has changed is to be restored, or needs a new run with another --out",
+        "{}: {difference}; restore the changed file, or start a new run with another --out",
         .path.display()
     )]
     Controller {
@@ -88,7 +88,7 @@ pub enum RunError {
         reason: String,
     },
     /// A worker found something that would make every other task fail as well.
-    #[error("{reason}; nothing is lost, run the same command again once this is mended")]
+    #[error("{reason}; nothing is lost: correct this and run the same command again")]
     Stopped {
         /// What the worker said.
         reason: String,

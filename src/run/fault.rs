@@ -26,7 +26,7 @@ pub enum TrialError {
     #[error(transparent)]
     Machine(Cause),
     /// The task was asked to stop; another attempt goes on from its checkpoint.
-    #[error("it was asked to stop and goes on from its checkpoint")]
+    #[error("it was asked to stop and continues from its checkpoint")]
     Stopped,
     /// Something from outside came between; another attempt may end well, and there is no record of this one.
     #[error(transparent)]

@@ -268,7 +268,7 @@ mod tests {
         assert!(!desk.checkpoint().exists());
         // Every attempt says first how far the last one came.
         assert_eq!(desk.episodes[..7], [1, 1, 2, 3, 4, 5, 5]);
-        assert_eq!(desk.notes.last().unwrap(), "training goes on after episode 12");
+        assert_eq!(desk.notes.last().unwrap(), "training continues after episode 12");
         assert_ne!(record.rows[0].metrics["score"], record.rows[1].metrics["score"]);
     }
 

@@ -135,7 +135,10 @@ impl PlanFile {
             // K-means represents what has no importance with no weight.
             let weighs = draw.weight.is_finite() && draw.weight >= 0.0;
             if !weighs || draw.inclusion.is_some_and(|pi| !(pi > 0.0 && pi <= 1.0)) {
-                return altered(format!("the weight or probability of {} is none", draw.point));
+                return altered(format!(
+                    "the weight or probability of {} is not a valid number",
+                    draw.point
+                ));
             }
             total += draw.weight;
         }

@@ -210,7 +210,7 @@ mod tests {
             ("demand=3", "expected a table, found 3"),
             ("name={a=1}", "expected a text, found a table"),
             ("demand.horizon_s.x=3", "demand.horizon_s is one value and has no settings"),
-            ("baseline.program=own", "own is none of its values auto, netconvert, equal-split"),
+            ("baseline.program=own", "own is not one of its values auto, netconvert, equal-split"),
         ];
         for (text, expected) in cases {
             assert_eq!(refused(text), format!("--set {text}: {expected}"));

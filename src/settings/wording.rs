@@ -71,7 +71,7 @@ pub fn explain<S: Named>(message: &str, key: &str) -> String {
         let (value, others) = rest.split_once('`').unwrap_or((rest, ""));
         let values = quoted(others);
         let meant = did_you_mean(value, values.iter().copied());
-        return about(format!("{value} is none of its values {}{meant}", values.join(", ")));
+        return about(format!("{value} is not one of its values {}{meant}", values.join(", ")));
     }
     if let Some(name) = message.strip_prefix("missing field `") {
         let above = if key.is_empty() { String::new() } else { format!("{key}.") };
@@ -148,7 +148,7 @@ mod tests {
             ("demand = 3\n", "line 3: demand: expected a table, found 3"),
             (
                 "baseline.program = \"netconver\"\n",
-                "line 3: baseline.program: netconver is none of its values auto, netconvert, \
+                "line 3: baseline.program: netconver is not one of its values auto, netconvert, \
                  equal-split; did you mean netconvert?",
             ),
             ("wheather = 1\n", "line 3: unknown setting wheather; there are domain, name, title,"),

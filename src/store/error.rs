@@ -86,7 +86,7 @@ pub enum StoreError {
     },
     /// A record whose content does not match its own checksum or task.
     #[error(
-        "{}: {reason}; delete the file and run again, only this task is repeated",
+        "{}: {reason}; delete the file and run again: only this task is repeated",
         .path.display()
     )]
     Record {
@@ -97,7 +97,7 @@ pub enum StoreError {
     },
     /// Several damaged records.
     #[error(
-        "{} records are damaged; delete these files and run again, only their tasks are repeated:{}",
+        "{} records are damaged; delete these files and run again: only their tasks are repeated:{}",
         .0.len(),
         .0.iter().map(|(path, reason)| format!("\n{}: {reason}", path.display())).collect::<String>()
     )]

@@ -275,7 +275,7 @@ impl Identity {
         }
         for own in &self.controllers {
             if !self.methods.contains(&own.name) {
-                return Err(format!("controller {:?} is none of its methods", own.name));
+                return Err(format!("controller {:?} is not among its methods", own.name));
             }
             let said = [&own.name, &own.source, &own.summary].into_iter();
             let said =

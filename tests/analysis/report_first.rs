@@ -84,7 +84,7 @@ fn where_a_method_has_no_result_nothing_is_claimed_and_means_are_over_what_both_
         "These means are over the 1 point MDP on which both have results.",
         "It is decided wherever two methods have results.",
         "Not known: 1 of 4 intersections, where fewer than two methods have results.",
-        "max-pressure has no result on 1 of 4 intersections, of which nothing is said here.",
+        "max-pressure has no result on 1 of 4 intersections; these are not included here.",
         "max-pressure is nowhere worse than baseline where it has results.",
     ] {
         assert!(page.contains(said), "{said}\n{page}");
@@ -218,7 +218,7 @@ fn a_first_place_that_rests_on_few_point_mdps_names_them() {
         });
         let notes = report::text::notes(&reported(&layout));
         let page = page_of(&layout);
-        let sentence = notes.into_iter().find(|n| n.contains(" rests on "));
+        let sentence = notes.into_iter().find(|n| n.contains(" depends on "));
         if let Some(sentence) = &sentence {
             assert!(page.contains(sentence), "{page}");
         }

@@ -189,7 +189,7 @@ fn the_map_shows_streets_all_intersections_and_who_stands_for_them() {
     for legend in [
         "its point MDP was simulated",
         "not simulated: colour of the point MDP that stands for it",
-        "not simulated, and nothing stands for it",
+        "not simulated, and no point MDP stands for it",
         "OpenStreetMap contributors",
     ] {
         assert!(map.contains(legend), "{legend}");

@@ -141,7 +141,7 @@ fn a_method_that_lacks_points_has_pairs_where_both_have_results_and_no_place() {
     let layout = many(dir.path(), Some("ippo"));
     let (text, _) = written(&layout);
     assert!(
-        text.contains("Not ranked, and so neither among the places nor among the profiles: ippo."),
+        text.contains("Not ranked, and therefore without places and profiles: ippo."),
         "{text}"
     );
     let data = reported(&layout);

@@ -184,10 +184,10 @@ fn a_pack_that_is_asked_to_stop_keeps_its_training_and_goes_on_to_the_same_recor
         next = if checkpoint.exists() { patience.next() } else { Some((signal, 2 * wait_ms)) };
     }
     let begun = run(dir.path(), "status out");
-    assert!(stdout(&begun).contains("of the missing 1 with a checkpoint"), "{}", stdout(&begun));
+    assert!(stdout(&begun).contains("1 of the missing with a checkpoint"), "{}", stdout(&begun));
     succeed(dir.path(), "resume out --quiet --executor local");
     let log = fs::read_to_string(dir.path().join("out/logs/000/1.log")).unwrap();
-    assert!(log.contains("training goes on after episode"), "{log}");
+    assert!(log.contains("training continues after episode"), "{log}");
     assert_eq!(records(&dir.path().join("out")), records(&dir.path().join("here")));
 }
 
@@ -214,11 +214,15 @@ fn a_copy_of_a_directory_has_nothing_of_the_jobs_that_write_into_the_original() 
     assert!(stderr(&status).contains("this directory is a copy"), "{}", stderr(&status));
     assert!(stderr(&status).contains("tsc-family resume 'a copy'"), "{}", stderr(&status));
     let cancel = with(&["cancel", "a copy"]);
-    assert!(stdout(&cancel).contains("no batch system has anything of it"), "{}", stdout(&cancel));
+    assert!(
+        stdout(&cancel).contains("no batch system has jobs of this run"),
+        "{}",
+        stdout(&cancel)
+    );
     assert!(!fs::read_to_string(folder.join("told")).unwrap().contains("scancel"));
     // What the original has is done twice by whoever works on it here, which is said.
     let both = with(&["resume", "out", "--executor", "local"]);
-    assert!(stderr(&both).contains("has 4 tasks of this run as well"), "{}", stderr(&both));
+    assert!(stderr(&both).contains("also has 4 tasks of this run"), "{}", stderr(&both));
 }
 
 #[test]
@@ -241,7 +245,7 @@ fn who_was_asked_is_asked_again_and_nobody_works_here_unasked() {
     fs::remove_dir_all(folder.join("here/jobs")).unwrap();
     let submitted = with_slurm(folder, "submit here");
     assert_eq!(submitted.status.code(), Some(2));
-    assert!(stderr(&submitted).contains("say who is to do the tasks"), "{}", stderr(&submitted));
+    assert!(stderr(&submitted).contains("name the executor"), "{}", stderr(&submitted));
     let mut elsewhere = program(Path::new("/"));
     let output = elsewhere.arg("resume").arg(folder.join("here")).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
@@ -252,11 +256,11 @@ fn who_was_asked_is_asked_again_and_nobody_works_here_unasked() {
     lock.lock().unwrap();
     let status = run(folder, "status here");
     assert!(stdout(&status).contains("4 to do"), "{}", stdout(&status));
-    assert!(stderr(&status).contains("a run is going on: process"), "{}", stderr(&status));
+    assert!(stderr(&status).contains("a run is in progress: process"), "{}", stderr(&status));
     drop(lock);
     let resumed = run(folder, "resume here");
     assert_eq!(resumed.status.code(), Some(0), "{}", stderr(&resumed));
-    assert!(stderr(&resumed).contains("this machine does what is missing: 4 tasks"));
+    assert!(stderr(&resumed).contains("this machine does the missing tasks: 4 tasks"));
 }
 
 #[test]
@@ -276,7 +280,8 @@ fn what_has_no_effect_is_refused() {
         assert!(stderr(&output).contains(why), "{args}: {}", stderr(&output));
     }
     assert!(
-        stderr(&run(dir.path(), "submit out --executor local")).contains("`resume` works here")
+        stderr(&run(dir.path(), "submit out --executor local"))
+            .contains("`resume` does tasks here")
     );
     assert_eq!(run(dir.path(), "status nowhere").status.code(), Some(2));
 }

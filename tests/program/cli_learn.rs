@@ -117,7 +117,7 @@ fn a_killed_training_continues_to_the_same_record_and_model() {
     assert!(checkpoint.exists() && !killed.join("done/000/1.jsonl").exists());
 
     let output = run(folder.path(), worker);
-    assert!(stderr(&output).contains("training goes on after episode "), "{}", stderr(&output));
+    assert!(stderr(&output).contains("training continues after episode "), "{}", stderr(&output));
     assert_eq!(record(&killed, 1), record(&whole, 1));
     let model = |results: &Path| fs::read(results.join("models/000/1.safetensors")).unwrap();
     assert!(model(&killed) == model(&whole), "the models differ");

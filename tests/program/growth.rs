@@ -65,7 +65,7 @@ fn a_run_that_knows_enough_stops_and_says_so_again() {
     };
     let (code, status) = said(&["status", "r"]);
     assert!(code == Some(0) && status.contains("look 1 of 3: 8 of 8 tasks are done"), "{status}");
-    assert!(status.contains("goes on unless they say enough"), "{status}");
+    assert!(status.contains("continues if they are not enough"), "{status}");
     let (code, checked) = said(&["check", "r"]);
     assert!(code == Some(0) && checked.contains("look 1 of 3: 8 of 8 records"), "{checked}");
 }
@@ -150,9 +150,9 @@ fn a_look_that_is_not_complete_does_not_count_and_is_gone_on_with() {
     fs::remove_file(out.join(format!("done/000/{later}.jsonl"))).unwrap();
     let (rows, notes) = reported(dir.path(), "r");
     assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
-    assert!(notes.contains("it is not yet; the same command goes on"), "{notes}");
+    assert!(notes.contains("this is not reached yet; the same command continues"), "{notes}");
     let (_, said) = run(&args, dir.path());
-    assert!(said.contains("going on to 12") && said.contains("23 of 24 tasks"), "{said}");
+    assert!(said.contains("continuing to 12") && said.contains("23 of 24 tasks"), "{said}");
     assert_eq!(reported(dir.path(), "r").0, before);
 }
 

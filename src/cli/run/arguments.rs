@@ -14,8 +14,8 @@ use crate::store::extent::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 /// `tsc-family run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A run is resumable: the same command continues it, finished tasks are kept. Another run in the
-same directory is refused.
+The same command continues an interrupted run and keeps finished tasks. Another run in the same
+directory is refused.
 
 Examples:
   tsc-family run --budget 20 --out results/slc
@@ -39,24 +39,24 @@ pub struct RunArgs {
     /// Number of point MDPs to evaluate, or `all`
     #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
     pub budget: Budget,
-    /// How the point MDPs of a budget are chosen [default: balanced]
+    /// How the sample is chosen [default: balanced]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
-    /// Point MDPs that `plan` chose
+    /// File that `plan` wrote, with the point MDPs to evaluate
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
     pub plan: Option<PathBuf>,
-    /// Results of the whole family with methods that do not learn: the sample is spread over their scores, and
-    /// estimates use them
+    /// Results of the whole family for methods without training; sample and estimates use their scores (M4)
     #[arg(long, value_name = "DIR", conflicts_with_all = ["sampling", "sumocfg"])]
     pub assist: Option<PathBuf>,
     /// When it stops
     #[command(flatten)]
     pub until: UntilArgs,
-    /// Numbers of point MDPs at which to look [default: the budget, and half of each down to 10]
+    /// Numbers of point MDPs at which the run inspects its results [default: the budget, half of it, and so on down
+    /// to 10]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub looks: Vec<NonZeroUsize>,
-    /// Methods, separated by commas, or `all`; of signals `baseline` always runs [default:
-    /// baseline,fixed-time,max-pressure,actuated; of `cartpole` ppo,dqn]
+    /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default:
+    /// baseline,fixed-time,max-pressure,actuated; for `cartpole` ppo,dqn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Methods that are not the program's own
@@ -75,7 +75,7 @@ pub struct RunArgs {
     /// Evaluation episodes per task, the same for all methods
     #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<MOST_EVALUATION_SEEDS>)]
     pub eval_seeds: NonZeroU32,
-    /// Who does the tasks: this machine, a Slurm that gets them as a job array, or whatever starts a script
+    /// Where tasks run: on this machine, in a job array of Slurm, or in scripts that another program starts
     #[arg(long, value_enum, default_value_t = Executes::Local)]
     pub executor: Executes,
     /// How they are done
@@ -84,16 +84,16 @@ pub struct RunArgs {
     /// Results directory [default: results/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write into a folder that holds other things than results
+    /// Write into a folder that holds other files
     #[arg(long)]
     pub force: bool,
     /// Folder of the networks; missing ones are built [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
-    /// Method to divide by in a second report, besides that against the baseline
+    /// Method to divide by in a second report, beside the one relative to the baseline
     #[arg(long, value_name = "METHOD")]
     pub against: Option<String>,
-    /// Try tasks again that failed in an earlier run of the same command
+    /// Try the failed tasks of an earlier run of this command again
     #[arg(long)]
     pub retry_failed: bool,
     /// List the chosen point MDPs, their weights and the estimated time, then stop

@@ -109,7 +109,7 @@ fn said(standing: &Standing, points: usize, then: Option<usize>) -> String {
             text.push_str(&format!("the widest interval is ± {width:.3}, of {method}"));
         }
         Some((method, None)) => text.push_str(&format!("{method} has no interval")),
-        None if open.is_empty() => text.push_str("all is decided"),
+        None if open.is_empty() => text.push_str("every pair is decided"),
         None => {
             let named = open.iter().take(NAMED).map(|(a, b)| format!("{a} and {b}"));
             text.push_str(&format!("open between {}", named.collect::<Vec<_>>().join(", ")));
@@ -120,7 +120,7 @@ fn said(standing: &Standing, points: usize, then: Option<usize>) -> String {
     }
     text.push_str(&match (is_enough, then) {
         (true, _) => "; that is enough".to_owned(),
-        (false, Some(then)) => format!("; going on to {then}"),
+        (false, Some(then)) => format!("; continuing to {then}"),
         (false, None) => "; the budget is spent".to_owned(),
     });
     text

@@ -14,7 +14,7 @@ pub(super) fn tables(report: &SensitivityReport<'_>) -> String {
     let mut parts = Vec::new();
     parts.extend(failures(report));
     parts.push(format!(
-        "Overall performance on {points} when they count as said (rank): {}:\n\n{}",
+        "Overall performance on {points} with the importance named (rank): {}:\n\n{}",
         report.score(),
         distributions(report, report.meant()),
     ));
@@ -24,7 +24,7 @@ pub(super) fn tables(report: &SensitivityReport<'_>) -> String {
         { distributions(report, report.drawn()) }
     ));
     parts.push(format!(
-        "Of {RANDOM} of these, in how many a method takes which rank:\n\n{}",
+        "In how many of {RANDOM} such distributions a method takes which rank:\n\n{}",
         ranks(report)
     ));
     parts.extend(reported(report));
@@ -121,7 +121,7 @@ fn reported(report: &SensitivityReport<'_>) -> Option<String> {
 /// Returns on what else than the whole family the tables rest.
 pub(super) fn warnings(report: &SensitivityReport<'_>) -> Vec<String> {
     let mut warnings: Vec<String> = report.data.board.lacks().into_iter().collect();
-    let unknown = |sampled| format!("{sampled}; what the others would change is not known");
+    let unknown = |sampled| format!("{sampled}; the effect of the others is not known");
     warnings.extend(report.data.board.sampled().map(unknown));
     warnings
 }

@@ -31,7 +31,8 @@ impl StudyReport<'_> {
         }
         let right: Vec<usize> = (0..header.len()).filter(|c| ![0, 2].contains(c)).collect();
         format!(
-            "Root-mean-square error of the overall performance over {} samples, and how often its 95% interval holds it:\n\n{}",
+            "Root-mean-square error of the overall performance over {} samples, and how often its 95% interval \
+             contains it:\n\n{}",
             self.plan.repeats,
             plain_table(&header, &right, rows)
         )
@@ -52,7 +53,8 @@ impl StudyReport<'_> {
                 let names: BTreeSet<&str> = off.iter().map(|c| c.method.as_str()).collect();
                 let names: Vec<&str> = names.into_iter().collect();
                 notes.push(format!(
-                    "{}: intervals hold the overall performance in less than 92% of samples for {}; least for {} at N = {}, {}.",
+                    "{}: intervals contain the overall performance in less than 92% of samples for {}; the lowest is \
+                     {} at N = {}, {}.",
                     kind.title(),
                     names.join(", "),
                     cell.method,
@@ -101,11 +103,12 @@ impl StudyReport<'_> {
     pub(super) fn inputs(&self) -> String {
         let names: Vec<&str> = self.recorded.inputs.iter().map(|(i, _)| &i.method[..]).collect();
         if names.is_empty() {
-            return "M4 knows features only: there is no method without learning on all point MDPs; see --assist."
+            return "M4 knows only the features: no method without training has results on all point MDPs; see \
+            --assist."
                 .to_owned();
         }
         format!(
-            "M4 knows on all point MDPs: {}; of a method that is estimated never its own scores.",
+            "M4 knows the scores of {} on all point MDPs, but never those of the method that is estimated.",
             names.join(", ")
         )
     }

@@ -29,8 +29,8 @@ pub const METHOD: Method = Method {
 settings! {
     /// The denominator of every score: an untuned fixed-time program.
     pub struct Config, source "Jayawardana et al. (NeurIPS 2022), section 4" {
-        /// Which program: `netconvert`, the one that it gives a signal by default, `equal-split`, or `auto`, the first
-        /// for generated networks and the second for imported scenarios.
+        /// Program of the baseline: `netconvert` is its default program, `equal-split` gives all phases the same green,
+        /// and `auto` is the first for generated networks and the second for imported scenarios.
         program: BaselineProgram = BaselineProgram::Auto;
         /// Green per phase of the equal split; 35 s reproduces the paper's normaliser.
         green_s: f64 = 35.0, in 1.0..=300.0, unit "s";

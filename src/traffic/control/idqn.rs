@@ -58,7 +58,7 @@ settings! {
         buffer_size: usize = 10_000, in 1.0..=1e6, unit "transitions";
         /// Transitions per update, drawn uniformly without replacement.
         batch_size: usize = 32, in 1.0..=4096.0, at most buffer_size, unit "transitions";
-        /// Transitions stored before the first update, a batch at least.
+        /// Transitions stored before the first update; at least one batch.
         learning_starts: usize = 32, in 1.0..=1e6, at most buffer_size, unit "transitions";
         /// Decisions between two updates.
         train_frequency: u32 = 1, in 1.0..=1e6, unit "decisions";
@@ -68,13 +68,13 @@ settings! {
         start_e: f64 = 1.0, in 0.0..=1.0;
         /// Share of random actions at the end.
         end_e: f64 = 0.0, in 0.0..=1.0;
-        /// Share of the training's episodes over which exploration falls from start to end; the
-        /// product is cut to whole episodes.
+        /// Share of the training's episodes over which exploration falls from start to end, rounded down to whole
+        /// episodes.
         exploration_fraction: f64 = 0.8, in 0.0..=1.0;
         /// Channels of the convolution and units of both hidden layers.
         hidden: usize = 64, in 1.0..=1024.0, unit "units";
-        /// Whether the last state of an episode has a value of its own. RESCO takes the time limit for
-        /// the end of the world, although traffic goes on.
+        /// Whether the last state of an episode gets a value (bootstrapping). RESCO treats the time limit as the end of
+        /// the task, although traffic continues.
         bootstrap_at_time_limit: bool = false;
         /// Whether the online network chooses the action that the target network values (Van Hasselt et
         /// al., 2016). Not in RESCO.

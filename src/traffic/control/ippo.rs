@@ -54,7 +54,7 @@ settings! {
         update_epochs: usize = 4, in 1.0..=1000.0, unit "passes";
         /// Transitions per gradient step.
         minibatch_size: usize = 256, in 1.0..=1e6, at most num_steps, unit "transitions";
-        /// Largest relative change of an action's probability that pays.
+        /// Largest relative change of an action's probability that an update rewards.
         clip_range: f32 = 0.1, in 1e-6..=10.0;
         /// Weight of the squared error of the value.
         value_coefficient: f32 = 1.0, in 0.0..=1e3;
@@ -66,8 +66,8 @@ settings! {
         hidden: usize = 64, in 1.0..=1024.0, unit "units";
         /// Whether evaluation takes the most probable phase; RESCO draws it as in training.
         evaluate_mode: bool = false;
-        /// Whether the last state of an episode has a value of its own. RESCO takes the time limit for
-        /// the end of the world, although traffic goes on.
+        /// Whether the last state of an episode gets a value (bootstrapping). RESCO treats the time limit as the end of
+        /// the task, although traffic continues.
         bootstrap_at_time_limit: bool = false;
         /// Whether observations are shifted and scaled by their running mean and deviation. Not in RESCO.
         normalise_observations: bool = false;

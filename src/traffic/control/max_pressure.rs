@@ -74,9 +74,8 @@ const RIGHT_FACTOR: f64 = 0.85;
 settings! {
     /// Constants of max pressure.
     pub struct Config, source "HCM (6th ed.), chapter 19" {
-        /// Saturation flow of a left turn that has to wait for gaps, relative to one that has not; the
-        /// default is the inverse of the HCM's through-car equivalent at some 600 opposing vehicles per
-        /// hour (3.3).
+        /// Saturation flow of a left turn that must wait for gaps, relative to one that need not. The default is the
+        /// inverse of the HCM's through-car equivalent at about 600 opposing vehicles per hour (3.3).
         permissive_share: f64 = 0.3, in 0.0..=1.0;
     }
 }

@@ -30,7 +30,7 @@ mplight_settings! { {
     /// Hyper-parameters of `mplight-star` and `mplight-star-resco`; the defaults are RESCO's.
     pub struct Config extends mplight::Config
 } and {
-    /// Whether the speeds of all lanes of a movement count; in RESCO only those of its last lane.
+    /// Whether the speeds of all lanes of a movement count. In RESCO only those of its last lane do.
     speed_of_all_lanes: bool = false;
 } }
 

@@ -105,7 +105,7 @@ pub(super) fn misses(data: &Analysis) -> Option<String> {
         None => format!(
             "{sample}; how many the family has is not known{}.",
             match at_f {
-                0 => ", and nothing here says how methods do in congestion",
+                0 => ", and these results do not show how methods do in congestion",
                 _ => "",
             }
         ),

@@ -41,14 +41,14 @@ fn behaviour(plans: &[&TaskPlan]) -> &'static str {
     let all = |source: &[Source]| plans.iter().all(|p| source.contains(&p.source));
     let own = |p: &&TaskPlan| p.programs().iter().all(|program| program.own);
     if all(&[Source::Decides]) {
-        "decides while it runs: there is no program to load"
+        "decides during the simulation: there is no program to load"
     } else if all(&[Source::NotKept]) {
-        "a program, which these records do not have: they are from an earlier version"
+        "a program; these records of an earlier version do not contain it"
     } else if plans.iter().all(own) {
         "the network\u{2019}s own program: nothing to load"
     } else if all(&[Source::Recorded, Source::Described]) {
         "a program"
     } else {
-        "a program, of which these records have greens and cycles: they are from an earlier version"
+        "a program; these records of an earlier version contain its greens and cycles only"
     }
 }

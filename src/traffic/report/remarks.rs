@@ -27,8 +27,8 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             overloaded_of(data).map(|o| format!("Under the baseline {}.", o.in_words()))
         }
         About::Summaries => constant(
-            "The score weighs every intersection by how often it occurs, whatever its delay. Where few of \
-             them hold most of the delay, other summaries say other things; none of them is right instead.",
+            "The score weighs every intersection by how often it occurs, whatever its delay. If a few intersections \
+             have most of the delay, other summaries can differ from the score. Each answers another question.",
         ),
         About::Episodes => constant("Vehicles that do not arrive"),
         About::BeforeEpisodes => unfinished(data),
@@ -40,8 +40,8 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             format::percent(GRIDLOCK_SHARE)
         )),
         About::Training => constant(
-            "RESCO reports training instead. Its best episode is optimistic: the smallest of many noisy \
-             delays, and the noisier a method, the smaller; the mean of the last ten is not, but it includes \
+            "RESCO reports training instead. Its best episode is optimistic: it is the smallest of many noisy \
+             delays, and smaller for a noisier method. The mean of the last ten is not optimistic, but it includes \
              exploration.",
         ),
         About::Points => constant(
@@ -49,7 +49,7 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
              paper does not print one.",
         ),
         About::Worst => constant(
-            "What even the best method cannot help may need lanes or less demand, not other signals.",
+            "Where even the best method does not help, lanes or less demand may be needed instead of other signals.",
         ),
         About::WorstCaption if is_delay => {
             let best = data.best()?;
@@ -69,17 +69,15 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             HtmlEscape(&data.reference.name)
         )),
         About::ApplySummaries => constant(
-            "the ratio is what the city as a whole gains or loses, the median what the typical intersection \
-             does. At F more vehicles come than the baseline can serve, so that capacity decides; up to E it \
-             is timing.",
+            "the ratio is what the city as a whole gains or loses, the median what the typical intersection does. At \
+             F more vehicles arrive than the baseline can serve, so capacity decides. Up to E timing decides.",
         ),
         About::ApplySpread => constant(
             "a method with a good average but bars far to the right needs a check at those intersections \
              before it is deployed.",
         ),
         About::ApplyTraining => Some(format!(
-            "what lies above the dashed line is worse than {}: that is what drivers would meet if a method \
-             learned on the street.",
+            "above the dashed line is worse than {}. Drivers would meet this if a method learned on the street.",
             HtmlEscape(&data.reference.name)
         )),
         About::ApplyFeatures => constant(
@@ -121,9 +119,9 @@ fn unfinished(data: &Analysis) -> Option<String> {
         None => "when its scenario ends".to_owned(),
     };
     Some(format!(
-        "An episode ends {horizon}. Vehicles that have then not arrived or never entered count with \
-         their delay up to that moment, so that delays where there are many depend on the length of \
-         an episode, and a longer one would put them further apart. Their share, weighted by \
+        "An episode ends {horizon}. Vehicles that have not arrived or entered by then count with their delay until \
+         then. So if there are many, delays depend on the length of an episode, and a longer episode would make them \
+         differ more. Their share, weighted by \
          importance: {}.",
         shares.join(", ")
     ))

@@ -18,14 +18,14 @@ settings! {
         horizon_s: f64 = 3600.0, in 10.0..=86_400.0, unit "s", source "the paper's hour";
         /// How arriving vehicles turn; renormalised over the movements that exist.
         turn_shares: TurnShares = TurnShares::default();
-        /// Volume of the horizon divided by four times that of its busiest quarter, the second; 1 is an
-        /// even flow, above 0.25 all that is possible. The volume stays the same. The Highway Capacity
-        /// Manual's peak hour factor, `V / (4 V15)`, is 0.92 by default there.
+        /// Volume of the horizon divided by four times the volume of its busiest quarter, which is the second one. 1 is
+        /// an even flow; values must be above 0.25. The volume of the horizon stays the same. This is the peak hour
+        /// factor of the Highway Capacity Manual, `V / (4 V15)`, whose default is 0.92.
         peak_hour_factor: f64 = 1.0;
-        /// Variation (standard deviation divided by the mean) of the inflow between the four approaches of
-        /// a six-feature point MDP, whose mean stays the same; 0 makes them equal. Approaches with
-        /// features of their own have their own inflows, so that it has no effect on them. 0.4 is the
-        /// variation within the intersections of Salt Lake City.
+        /// Variation (standard deviation divided by the mean) of the inflow between the four approaches of a
+        /// six-feature point MDP, whose mean stays the same; 0 makes them equal. It has no effect on approaches that
+        /// have their own features, because these have their own inflows. 0.4 is the variation within the intersections
+        /// of Salt Lake City.
         approach_spread: f64 = 0.0, in 0.0..=MAX_APPROACH_SPREAD;
     }
 }

@@ -123,7 +123,7 @@ settings! {
         approaches: Option<String> = None;
         /// Table of point MDPs, relative to the scenario file, as written by hand.
         points: Option<String> = None;
-        /// `six-features` of an intersection, or `per-approach`, its real arms, which needs `approaches`.
+        /// Description of an intersection: `six-features`, or `per-approach`, its real arms, which needs `approaches`.
         detail: Detail = Detail::SixFeatures;
         /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
         /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
@@ -132,8 +132,8 @@ settings! {
         /// directions equal, 0.55 is a usual design hour. Left out of manifests where it is 0.5.
         #[serde(skip_serializing_if = "is_even")]
         directional_split: f64 = EVEN_SPLIT, in EVEN_SPLIT..=1.0;
-        /// Heading within 90 degrees of which the peak direction of every street lies, clockwise from
-        /// north. Left out of manifests where it is 45.
+        /// Heading, clockwise from north. The peak direction of every street lies within 90 degrees of it. Left out of
+        /// manifests where it is 45.
         #[serde(skip_serializing_if = "is_north_east")]
         peak_heading_deg: f64 = NORTH_EAST_DEG, in 0.0..=360.0, unit "degrees";
         /// Upper limit of the inflow.
@@ -143,7 +143,7 @@ settings! {
         /// Factor on every length; 0.757 turns EPSG:3395 lengths at 40.76 degrees north into ground
         /// distances.
         length_scale: f64 = 1.0, in 0.01..=100.0;
-        /// Width of the bins that make intersections one point MDP; six-feature detail only.
+        /// Width of the bins in which intersections are one point MDP; only with `six-features`.
         bins: SixFeatures = SixFeatures {
             lanes: 1.0,
             speed_mph: 5.0,
@@ -152,7 +152,7 @@ settings! {
             left_turn_lanes: 1.0,
             right_turn_lanes: 1.0,
         };
-        /// What the inflows of the table rest on, for the pages of results; decides nothing.
+        /// Sources of the table's inflows, shown on the pages of results. They change no result.
         #[serde(skip_serializing_if = "Option::is_none")]
         inflows: Option<InflowSources> = None;
     }
@@ -221,7 +221,7 @@ impl SixFeatures {
 settings! {
     /// How intersections become road networks.
     pub struct NetworkSettings, source "netconvert's defaults where it has one, else our choice" {
-        /// Length of outgoing edges: they cost simulation time and change nothing.
+        /// Length of outgoing edges. They cost simulation time and do not change results.
         exit_length_m: f64 = 60.0, in 10.0..=10_000.0, unit "m";
         /// Green of each phase in the networks' own eight-phase program; controllers choose their own
         /// durations.

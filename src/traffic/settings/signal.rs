@@ -61,20 +61,20 @@ pub enum ChangeInterval {
 settings! {
     /// How signals are timed and what controllers see.
     pub struct SignalSettings, source "RESCO's settings for single intersections" {
-        /// Which greens a controller chooses from: `own-greens`, those of the signal's own program, as in RESCO, or
-        /// `all-pairs`, on generated networks every pair of movements that can be green together (imported ones have
-        /// no more than their own greens).
+        /// Greens that a controller chooses from: `own-greens` are those of the signal's own program, as in RESCO, and
+        /// `all-pairs` are all pairs of movements that can be green together. Imported networks have only their own
+        /// greens.
         actions: Actions = Actions::OwnGreens;
         /// Time between decisions.
         delta_time_s: u32 = 10, in 1.0..=300.0, unit "s";
         /// Distance to the signal within which vehicles are detected.
         detection_m: f64 = 200.0, in 1.0..=10_000.0, unit "m";
-        /// How long yellow and all-red last: `fixed`, as `yellow_time_s` and `all_red_s` say, or `kinematic`, by
+        /// Length of yellow and all-red: `fixed` is as `yellow_time_s` and `all_red_s` say, `kinematic` depends on
         /// approach speed and crossing width (ITE's formula).
         change_interval: ChangeInterval = ChangeInterval::Fixed;
-        /// Yellow of links whose green ends; with `kinematic` the least.
+        /// Yellow of links whose green ends; with `kinematic` the minimum.
         yellow_time_s: u32 = 3, in 0.0..=10.0, unit "s";
-        /// Red for all that changes, after yellow; with `kinematic` the least.
+        /// All-red after yellow; with `kinematic` the minimum.
         all_red_s: u32 = 0, in 0.0..=30.0, unit "s";
         /// Shortest green.
         min_green_s: u32 = 7, in 1.0..=100.0, unit "s";

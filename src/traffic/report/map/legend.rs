@@ -40,7 +40,12 @@ pub(super) fn draw_legend(canvas: &mut Canvas, data: &Analysis, dots: &[Dot]) {
     let entries = [
         (any_hollow, Some(2), Basis::PointMdp, own),
         (has(Basis::Represented, true), Some(2), Basis::Represented, represented),
-        (has(Basis::None, false), None, Basis::None, "not simulated, and nothing stands for it"),
+        (
+            has(Basis::None, false),
+            None,
+            Basis::None,
+            "not simulated, and no point MDP stands for it",
+        ),
         (unknown, None, Basis::PointMdp, "no result"),
     ];
     let mut x = LEFT_PX;
