@@ -51,6 +51,21 @@ pub fn training(task_seed: u64, k: u32) -> u64 {
     seed & SUMO_SEED_MAX & !EVALUATION_BIT
 }
 
+/// Returns the seed of the `k`-th validation episode of a task, which vehicles and simulator get; never an evaluation
+/// seed, and another source than the training seeds.
+pub fn validation(task_seed: u64, k: u32) -> u64 {
+    let seed = derive(task_seed, &["validation", &k.to_string()]);
+    seed & SUMO_SEED_MAX & !EVALUATION_BIT
+}
+
+/// Returns the seed of everything random in a method whose training starts again for the `k`-th time.
+pub fn restart(task_seed: u64, k: u32) -> u64 {
+    match k {
+        0 => task_seed,
+        k => derive(task_seed, &["restart", &k.to_string()]),
+    }
+}
+
 /// Returns the seed of one property (`purpose`) of the vehicles that start on an edge, in the episode
 /// of a seed: a stream of vehicles, and each of its properties, is independent of all others.
 pub fn vehicles(seed: u64, purpose: &str, edge: &str) -> u64 {
@@ -75,6 +90,7 @@ mod tests {
         #[test]
         fn training_and_evaluation_seeds_never_meet(base: u64, task: u64, j: u32, k: u32) {
             prop_assert_ne!(evaluation(base, j), training(task, k));
+            prop_assert_ne!(evaluation(base, j), validation(task, k));
         }
 
         #[test]

@@ -13,6 +13,7 @@ use super::points::PointSummary;
 use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
+use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS};
 use crate::store::kept::{Kept, Rows};
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -44,6 +45,15 @@ pub struct TrainingSummary {
     pub diverged: bool,
     /// Score of what was learned, on the evaluation seeds.
     pub score: Option<f64>,
+    /// Row of training, from 1, after which the evaluated policy was taken; `None` where nothing chose among policies and
+    /// the last one was evaluated.
+    pub policy_row: Option<u32>,
+    /// Score of the last policy, on the evaluation seeds; `None` where nothing chose among policies.
+    pub last_policy: Option<f64>,
+    /// How often it started again because the network was dead; `None` where that is not known or was not allowed.
+    pub restarts: Option<u32>,
+    /// Whether it ended with a dead network; `None` where that is not known.
+    pub is_dead: Option<bool>,
     /// Its evaluation episodes.
     pub evaluations: EpisodeSummary,
     /// Objective in the best training episode, relative to the reference.
@@ -77,6 +87,16 @@ pub struct LearnerSummary<'a> {
     pub diverged: usize,
     /// Most training episodes.
     pub episodes: usize,
+    /// Trainings whose policy was chosen by validation.
+    pub validated: usize,
+    /// Those of them of which another policy than the last one was evaluated.
+    pub replaced: usize,
+    /// Overall performance if the last policies counted; `None` where nothing chose among policies.
+    pub last_policy: Option<f64>,
+    /// Trainings that started again because the network was dead.
+    pub restarted: usize,
+    /// Trainings that ended with a dead network.
+    pub dead: usize,
     /// Overall performance if the best training episode counted.
     pub best_episode: Option<f64>,
     /// Overall performance if the last ten training episodes counted.
@@ -95,6 +115,11 @@ pub struct LearnerSummary<'a> {
 }
 
 impl TrainingSummary {
+    /// Whether another policy than the last one was evaluated.
+    pub fn is_replaced(&self) -> bool {
+        self.policy_row.is_some_and(|row| (row as usize) < self.episodes)
+    }
+
     /// Returns whether one of its evaluation episodes or more has a share above 0; `None` when that is not
     /// known.
     pub fn has_share(&self, share: usize) -> Option<bool> {
@@ -132,6 +157,11 @@ pub(super) fn learner<'a>(
         failed: count(&|t| t.outcome == Some(Outcome::Failed)),
         diverged: count(&|t| t.diverged),
         episodes: all().map(|t| t.episodes).max().unwrap_or(0),
+        validated: count(&|t| t.policy_row.is_some()),
+        replaced: count(&TrainingSummary::is_replaced),
+        last_policy: weighted(all(), points, |t| t.last_policy),
+        restarted: count(&|t| t.restarts.is_some_and(|n| n > 0)),
+        dead: count(&|t| t.is_dead == Some(true)),
         best_episode: weighted(all(), points, |t| t.best_episode),
         last_episodes: weighted(all(), points, |t| t.last_episodes),
         worse: relative.then(|| count(&|t| t.score.is_some_and(|s| direction.is_worse(s, 1.0)))),
@@ -182,6 +212,8 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 rows.into_iter().flat_map(|rows| rows.values(objective)).flatten().collect();
             let last = &in_training[in_training.len().saturating_sub(LAST_EPISODES)..];
             let best = identity.direction.best(in_training.iter().copied());
+            let of_record = |name: &str| record.and_then(|r| r.metrics.get(name).copied());
+            let last_policy = of_record(&format!("{LAST_PREFIX}{objective}"));
             let figure = |name: &str| -> Vec<Option<f64>> {
                 rows.into_iter().flat_map(|rows| rows.values(name)).collect()
             };
@@ -200,6 +232,10 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 score: row.score,
                 best_episode: best.zip(unit).map(|(best, unit)| best / unit),
                 last_episodes: mean(last).zip(unit).map(|(last, unit)| last / unit),
+                policy_row: of_record(POLICY_ROW).map(|row| row as u32),
+                last_policy: last_policy.zip(unit).map(|(last, unit)| last / unit),
+                restarts: of_record(RESTARTS).map(|n| n as u32),
+                is_dead: of_record(DEAD).map(|dead| dead > 0.0),
                 evaluations,
                 curve: unit.map_or_else(Vec::new, |unit| {
                     in_training.iter().map(|value| value / unit).collect()

@@ -10,6 +10,7 @@ use super::environment::CARL_START;
 use super::family::NAME;
 use super::{dqn, ppo};
 use crate::family::FamilyError;
+use crate::run::selection::training_settings;
 use crate::settings::default_name::{self, name_of};
 use crate::settings::named::{Named, names_of};
 use crate::settings::overrides::{Override, overlay};
@@ -53,6 +54,13 @@ settings! {
     }
 }
 
+training_settings! {
+    {
+        /// Which policy of a training is evaluated. A row of training is 2,000 steps.
+        pub struct TrainingSettings, source "our choice"
+    }
+}
+
 /// Where the point MDPs come from.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -78,6 +86,8 @@ pub struct Scenario {
     pub family: FamilySettings,
     /// Where methods act.
     pub environment: Environment,
+    /// Which policy of a training is evaluated.
+    pub training: TrainingSettings,
     /// Hyper-parameters of `ppo`.
     pub ppo: ppo::Config,
     /// Hyper-parameters of `dqn`.
@@ -105,6 +115,7 @@ impl Default for Scenario {
             preset: Preset::default(),
             family: FamilySettings::default(),
             environment: Environment::default(),
+            training: TrainingSettings::default(),
             ppo: ppo::Config::default(),
             dqn: dqn::Config::default(),
         }
@@ -164,8 +175,13 @@ impl Scenario {
     }
 
     /// Returns its sections by name.
-    pub fn sections(&self) -> [(&'static str, &dyn Section); 3] {
-        [("environment", &self.environment), ("ppo", &self.ppo), ("dqn", &self.dqn)]
+    pub fn sections(&self) -> [(&'static str, &dyn Section); 4] {
+        [
+            ("environment", &self.environment),
+            ("training", &self.training),
+            ("ppo", &self.ppo),
+            ("dqn", &self.dqn),
+        ]
     }
 }
 

@@ -8,8 +8,9 @@ use crate::rl::environment::play;
 use crate::rl::sb3::dqn::Dqn;
 use crate::rl::sb3::ppo::Ppo;
 use crate::rl::sb3::{Progress, Trainer};
-use crate::run::domain::{Course, Trial};
+use crate::run::domain::{Course, Next, Played, Trial};
 use crate::run::fault::TrialError;
+use crate::seed;
 use crate::store::record::Metrics;
 
 /// Name of the objective: the return divided by the best one, 500; from 0 to 1.
@@ -18,9 +19,14 @@ pub const NORMALISED_RETURN: &str = "normalised_return";
 /// Steps of training that a row of the record stands for, or a few more: an update is not cut.
 pub const ROW_STEPS: u64 = 2000;
 
+/// Makes a training of a method from a seed.
+type Begin = dyn Fn(u64) -> Box<dyn Trainer>;
+
 /// A method and its environment.
 pub struct PoleTrial {
     environment: CartPole,
+    seed: u64,
+    begin: Box<Begin>,
     trainer: Box<dyn Trainer>,
 }
 
@@ -32,14 +38,18 @@ impl PoleTrial {
         method: &str,
         seed: u64,
     ) -> Option<Self> {
-        let trainer: Box<dyn Trainer> = if method == ppo::METHOD.name {
-            Box::new(Ppo::new((&scenario.ppo).into(), || environment.clone(), seed))
+        let there = environment.clone();
+        let begin: Box<Begin> = if method == ppo::METHOD.name {
+            let config = scenario.ppo.clone();
+            Box::new(move |seed| Box::new(Ppo::new((&config).into(), || there.clone(), seed)))
         } else if method == dqn::METHOD.name {
-            Box::new(Dqn::new((&scenario.dqn).into(), environment.clone(), seed))
+            let config = scenario.dqn.clone();
+            Box::new(move |seed| Box::new(Dqn::new((&config).into(), there.clone(), seed)))
         } else {
             return None;
         };
-        Some(Self { environment, trainer })
+        let trainer = begin(seed);
+        Some(Self { environment, seed, begin, trainer })
     }
 
     /// Takes over a model.
@@ -55,6 +65,7 @@ impl PoleTrial {
 impl Trial for PoleTrial {
     fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
         if let Some(saved) = course.saved() {
+            self.trainer = (self.begin)(seed::restart(self.seed, course.restarts()));
             self.trainer.restore("", &saved).map_err(TrialError::Model)?;
         }
         while !self.trainer.finished() {
@@ -72,6 +83,12 @@ impl Trial for PoleTrial {
                     progress.steps
                 )));
             }
+            if course.starts_again(progress.loss.is_none() || self.trainer.is_alive()) {
+                self.trainer = (self.begin)(seed::restart(self.seed, course.restarts()));
+                continue;
+            }
+            // Acting draws nothing at random, and the training's own environments are others.
+            let next = course.validate(&mut Played(self))?;
             let trainer = &self.trainer;
             course.checkpoint(
                 &|| {
@@ -81,12 +98,15 @@ impl Trial for PoleTrial {
                 },
                 0.0,
             )?;
+            if next == Next::Stop {
+                break;
+            }
         }
         Ok(())
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        let Self { environment, trainer } = self;
+        let Self { environment, trainer, .. } = self;
         let outcome = play(environment, seed, &mut |observation| trainer.act(observation));
         Ok(named([
             (NORMALISED_RETURN, Some(outcome.total / f64::from(HORIZON))),
@@ -98,6 +118,10 @@ impl Trial for PoleTrial {
         let mut archive = Archive::default();
         self.trainer.learned("", &mut archive);
         Some(archive)
+    }
+
+    fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
+        self.trainer.load("", model).map_err(TrialError::Model)
     }
 }
 

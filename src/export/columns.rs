@@ -194,12 +194,7 @@ impl Cells {
             Part::Point => Cell::Text(&self.point.id),
             Part::Title => Cell::Text(&self.point.title),
             Part::Replicate => Cell::Whole(self.replicate.into()),
-            Part::Kind => episode(|(kind, ..)| {
-                Cell::Text(match kind {
-                    RowKind::Evaluation => "evaluation",
-                    RowKind::Training => "training",
-                })
-            }),
+            Part::Kind => episode(|(kind, ..)| Cell::Text(kind.name())),
             Part::Episode => episode(|(_, number, _)| Cell::Whole(number.into())),
             Part::Seed => episode(|(.., seed)| Cell::Whole(seed)),
             Part::Outcome => Cell::Text(match self.outcome {

@@ -200,6 +200,31 @@ impl Archive {
         Ok(tensor)
     }
 
+    /// Moves all tensors of another archive into this one, their names behind a prefix, and its card under the
+    /// prefix.
+    pub fn nest(&mut self, prefix: &str, other: Self) {
+        self.put(prefix, other.card);
+        let named = other.tensors.into_iter().map(|(name, t)| (format!("{prefix}{name}"), t));
+        self.tensors.extend(named);
+    }
+
+    /// Takes out what [`Self::nest`] moved in under a prefix that no other tensor's name begins with.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError::Card`] when there is none.
+    pub fn take_nested(&mut self, prefix: &str) -> Result<Self, ArchiveError> {
+        let card = self.get(prefix)?;
+        self.card.remove(prefix);
+        let inside = |name: &String| name.starts_with(prefix);
+        let names: Vec<String> = self.tensors.keys().filter(|name| inside(name)).cloned().collect();
+        let take = |name: String| {
+            let tensor = self.tensors.remove(&name).expect("its name was listed");
+            (name[prefix.len()..].to_owned(), tensor)
+        };
+        Ok(Self { card, tensors: names.into_iter().map(take).collect() })
+    }
+
     /// Returns the bytes of the file; equal archives give equal bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let (card, checksum) = (self.card_as_json(), self.checksum());

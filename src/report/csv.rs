@@ -10,7 +10,7 @@ use super::streamed::write_rows;
 use super::whole::Report;
 use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary};
 use crate::files::{Lines, Streamed, lines};
-use crate::store::record::{Metrics, Outcome, Row, RowKind};
+use crate::store::record::{Metrics, Outcome, Row};
 
 /// Name of the column of the score.
 const SCORE: &str = "score";
@@ -222,10 +222,7 @@ fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String], l
     lines.text(&identity.methods[task.method]);
     lines.text(&data.points[task.point].row.point);
     lines.whole(task.replicate.into());
-    lines.text(match e.kind {
-        RowKind::Evaluation => "evaluation",
-        RowKind::Training => "training",
-    });
+    lines.text(e.kind.name());
     lines.whole(e.episode.into());
     lines.whole(e.seed);
     lines.number(e.metrics.get(&identity.objective).copied());
@@ -237,6 +234,7 @@ fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String], l
 pub(super) fn training(data: &Report, file: Streamed) -> Result<(), ReportError> {
     let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
         .into_iter()
+        .chain(["policy_row", "last_policy", "restarts", "dead"])
         .chain(data.sections.training_columns()[0])
         .chain(events(data).map(|(_, event)| event))
         .chain(["weight", "against"])
@@ -259,6 +257,7 @@ fn training_row(data: &Report, t: &TrainingSummary) -> Vec<String> {
         None => "missing",
     };
     let point = &data.points[t.point];
+    let whole = |n: Option<u32>| n.map_or_else(String::new, |n| n.to_string());
     let mut cells = vec![
         t.method.clone(),
         point.row.point.clone(),
@@ -266,6 +265,10 @@ fn training_row(data: &Report, t: &TrainingSummary) -> Vec<String> {
         outcome.to_owned(),
         t.episodes.to_string(),
         number(t.score),
+        whole(t.policy_row),
+        number(t.last_policy),
+        whole(t.restarts),
+        t.is_dead.map_or_else(String::new, |dead| dead.to_string()),
         number(t.best_episode),
         number(t.last_episodes),
     ];

@@ -7,7 +7,7 @@ use super::sections::About;
 use super::sure::certain;
 use super::whole::Report;
 use super::words::{Words, limit_in_words};
-use super::{format, rests, text};
+use super::{format, policies, rests, text};
 use crate::analysis::{Extent, MethodSummary, PointSummary};
 use crate::sample::Design;
 use crate::stats::score::weighted_mean;
@@ -40,6 +40,7 @@ pub(super) fn answers(data: &Report) -> Vec<Answer> {
     [
         ("By how much?", gain(data, best)),
         ("How sure?", sure(data, best)),
+        ("Which policies?", policies::sentences(data)),
         ("Which is best where?", wins(data)),
         ("Where does it fail?", fails(data, best)),
         (

@@ -304,6 +304,8 @@ fn learner(data: &Report, l: &LearnerSummary<'_>) -> Value {
         diverged => l.diverged,
         episodes => l.episodes,
         overall => m.overall.map_or_else(dash, |v| format::score_within(v, m.interval)),
+        last_policy => score(l.last_policy),
+        replaced => l.replaced,
         best => score(l.best_episode),
         last => score(l.last_episodes),
         worse => l.worse.unwrap_or(0),

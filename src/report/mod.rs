@@ -28,6 +28,7 @@ pub(crate) mod palette;
 mod paths;
 mod plain;
 mod plain_table;
+mod policies;
 mod profiles;
 mod provenance;
 mod ranks;

@@ -4,7 +4,7 @@ use super::divisor::baseline_in_full;
 use super::figures::shown;
 use super::plain_table::plain_table;
 use super::whole::Report;
-use super::{format, further, rests};
+use super::{format, further, policies, rests};
 use crate::analysis::MethodSummary;
 
 /// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
@@ -81,6 +81,7 @@ pub fn notes(data: &Report) -> Vec<String> {
     let mut notes = warnings(data);
     notes.extend(further::disagreements(data));
     notes.extend(rests::sentence(data));
+    notes.extend(policies::sentences(data));
     notes
 }
 

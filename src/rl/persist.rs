@@ -7,6 +7,11 @@ pub trait Persist {
     /// Whether parameters and moments are numbers; where they are not, training has diverged.
     fn is_finite(&self) -> bool;
 
+    /// Whether what was learned depends on state and action, as far as the states of the last decisions show it: a
+    /// network whose units all give zero says the same everywhere, and no gradient brings it back. `true` where there
+    /// are no states to ask about.
+    fn is_alive(&mut self) -> bool;
+
     /// Adds what was learned.
     fn learned(&self, prefix: &str, archive: &mut Archive);
 
@@ -26,4 +31,66 @@ pub trait Persist {
     ///
     /// [`ArchiveError`] when it is of another shape.
     fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
+}
+
+/// States that are asked about to see whether a network is alive.
+const PROBES: usize = 32;
+
+/// Step between two of them, as a share of all states: the golden ratio meets no period, such as the length of an
+/// episode, at whose beginnings all states are alike.
+const STEP: f64 = 0.618_033_988_749_894_9;
+
+/// Difference below which two outputs of a network count as the same, relative to the larger of them and 1.
+const SAME: f32 = 1e-6;
+
+/// Returns places from all over a buffer of so many states.
+pub(crate) fn spread(len: usize) -> impl Iterator<Item = usize> {
+    (0..PROBES.min(len)).map(move |i| ((i as f64 * STEP).fract() * len as f64) as usize)
+}
+
+/// Whether outputs, a row of `width` per state, differ between actions in some state and between states for some action;
+/// infinities stand for actions that there are not.
+pub(crate) fn depends_on_both(outputs: &[f32], width: usize) -> bool {
+    let differs = |a: f32, b: f32| (a - b).abs() > SAME * a.abs().max(b.abs()).max(1.0);
+    let rows = || outputs.chunks_exact(width);
+    let finite = |row: &[f32]| row.iter().copied().filter(|v| v.is_finite()).collect::<Vec<_>>();
+    let spreads = |values: &[f32]| values.iter().any(|v| differs(*v, values[0]));
+    let actions = rows().any(|row| spreads(&finite(row)));
+    let states = (0..width).any(|action| {
+        let column: Vec<f32> = rows().map(|row| row[action]).filter(|v| v.is_finite()).collect();
+        spreads(&column)
+    });
+    rows().len() < 2 || (actions && states)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_within_the_buffer_and_at_different_times_of_episodes() {
+        assert_eq!(spread(0).count(), 0);
+        for len in [1, 5, 31, 960, 10_000] {
+            assert!(spread(len).all(|place| place < len));
+        }
+        // Thirty-two episodes of thirty decisions.
+        let times: std::collections::BTreeSet<usize> =
+            spread(960).map(|place| place % 30).collect();
+        assert!(times.len() > 10, "{times:?}");
+    }
+
+    #[test]
+    fn a_network_is_alive_when_its_outputs_depend_on_state_and_action() {
+        let alive = |outputs: &[f32]| depends_on_both(outputs, 2);
+        assert!(alive(&[1.0, 2.0, 1.5, 2.0]));
+        assert!(!alive(&[1.0, 2.0, 1.0, 2.0]), "the same in all states");
+        assert!(!alive(&[1.0, 1.0, 3.0, 3.0]), "the same for all actions");
+        assert!(!alive(&[-900.0, -900.0001, -900.0, -900.0001]), "rounding is no difference");
+        let absent = f32::NEG_INFINITY;
+        assert!(
+            !alive(&[1.0, absent, 1.0, absent]),
+            "an action that there is not is no difference"
+        );
+        assert!(alive(&[1.0, 2.0]), "one state shows nothing");
+    }
 }

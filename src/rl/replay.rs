@@ -1,5 +1,6 @@
 //! A replay buffer: the latest transitions, drawn uniformly (Lin, 1992).
 
+use super::persist::spread;
 use super::random::Generator;
 use crate::nn::archive::{Archive, ArchiveError};
 
@@ -103,6 +104,11 @@ impl Replay {
             let seen = places[..i].contains(&place);
             places[i] = if seen { left_out + i } else { place };
         }
+    }
+
+    /// Returns the states before some transitions from all over the buffer.
+    pub fn probes(&self) -> Vec<f32> {
+        spread(self.len()).flat_map(|place| self.get(place).state).copied().collect()
     }
 
     /// Adds the transitions to an archive.

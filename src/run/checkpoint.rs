@@ -12,12 +12,13 @@ use serde::{Deserialize, Serialize};
 use crate::files::FileError;
 use crate::files::replace;
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::stats::Direction;
 use crate::store::manifest::{GIT, Task};
 use crate::store::record::Row;
 use crate::store::{Layout, remove_checkpoint};
 
 /// Version of checkpoints and models; a change of their form raises it.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Wall time between two checkpoints, seconds: little is lost, and writing costs nothing beside it.
 pub const CHECKPOINT_EVERY_S: u64 = 60;
@@ -33,6 +34,11 @@ pub(super) const LEARNER: &str = "learner";
 
 /// Where the card keeps what the task adds to a checkpoint.
 const TASK: &str = "task";
+
+/// What the names of the tensors of the `i`-th candidate begin with.
+fn candidate_prefix(i: usize) -> String {
+    format!("candidate{i}.")
+}
 
 /// Which training a checkpoint belongs to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,6 +72,65 @@ impl Stamp {
     }
 }
 
+/// A policy that may be evaluated in place of the last one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Candidate {
+    /// Rows of training after which it was taken.
+    pub(super) row: u32,
+    /// Its mean objective in validation.
+    pub(super) objective: f64,
+    /// The policy; it lies beside the card.
+    #[serde(skip)]
+    pub(super) model: Archive,
+}
+
+/// What validation has found so far, and how often training has started again.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Validated {
+    /// Episodes of validation.
+    pub(super) rows: Vec<Row>,
+    /// The best policies so far, in the order in which they were met.
+    pub(super) candidates: Vec<Candidate>,
+    /// Validations since the best one.
+    pub(super) since_best: u32,
+    /// Times that training has started again.
+    pub(super) restarts: u32,
+    /// Episodes of the attempts that were given up.
+    pub(super) discarded: u32,
+    /// Whether the network is dead and training goes on all the same.
+    pub(super) is_dead: bool,
+    /// The row whose policy is evaluated; `None` for the last one.
+    #[serde(skip)]
+    pub(super) chosen: Option<u32>,
+}
+
+impl Validated {
+    /// Returns the mean objective of the best policy so far.
+    pub(super) fn best(&self, direction: Direction) -> Option<f64> {
+        let objectives = self.candidates.iter().map(|c| c.objective);
+        objectives.reduce(|a, b| if direction.is_lower() { a.min(b) } else { a.max(b) })
+    }
+
+    /// Returns the mean objective of the validation after a row.
+    pub(super) fn of(&self, row: u32, objective: &str) -> Option<f64> {
+        let values = self.rows.iter().filter(|r| r.episode == row);
+        let values: Vec<f64> = values.filter_map(|r| r.metrics.get(objective).copied()).collect();
+        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    }
+
+    /// Takes in a policy, and lets the worst go where there are more than `most`; of equal ones the latest.
+    pub(super) fn keep(&mut self, candidate: Candidate, most: u32, direction: Direction) {
+        self.candidates.push(candidate);
+        if self.candidates.len() > most as usize {
+            let worse = |a: f64, b: f64| if direction.is_lower() { a >= b } else { a <= b };
+            let objective = |i: usize| self.candidates[i].objective;
+            let worst = (1..self.candidates.len())
+                .fold(0, |w, i| if worse(objective(i), objective(w)) { i } else { w });
+            self.candidates.remove(worst);
+        }
+    }
+}
+
 /// What a checkpoint holds beside the learner's state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Kept {
@@ -73,6 +138,8 @@ pub(super) struct Kept {
     stamp: Stamp,
     /// Training episodes so far.
     pub(super) rows: Vec<Row>,
+    /// What validation has found so far.
+    pub(super) validated: Validated,
     /// Wall-clock time of the task so far, seconds.
     pub(super) wall_s: f64,
     /// Wall-clock time within the simulator so far, seconds.
@@ -119,6 +186,7 @@ impl Keeper {
         &mut self,
         mut state: Archive,
         rows: &[Row],
+        validated: &Validated,
         wall_s: f64,
         simulator_s: f64,
     ) -> Result<(), FileError> {
@@ -126,7 +194,11 @@ impl Keeper {
         state.put(LEARNER, card);
         state.put(KIND, CHECKPOINT);
         let stamp = self.stamp.clone();
-        state.put(TASK, Kept { stamp, rows: rows.to_vec(), wall_s, simulator_s });
+        for (i, candidate) in validated.candidates.iter().enumerate() {
+            state.nest(&candidate_prefix(i), candidate.model.clone());
+        }
+        let (rows, validated) = (rows.to_vec(), validated.clone());
+        state.put(TASK, Kept { stamp, rows, validated, wall_s, simulator_s });
         let root = self.layout.root();
         replace(root, &self.path(), &self.layout.tmp(), &state.to_bytes())?;
         self.last = Instant::now();
@@ -150,12 +222,16 @@ impl Keeper {
             ArchiveError::Foreign { reason, .. } => unusable(reason),
             other => unusable(other.to_string()),
         })?;
-        let kept: Kept = (archive.get::<String>(KIND).ok())
+        let mut kept: Kept = (archive.get::<String>(KIND).ok())
             .filter(|kind| kind == CHECKPOINT)
             .and_then(|_| archive.get(TASK).ok())
             .ok_or_else(|| unusable("it is not a checkpoint of this version".into()))?;
         if let Some(reason) = self.stamp.difference(&kept.stamp) {
             return Err(unusable(reason));
+        }
+        for (i, candidate) in kept.validated.candidates.iter_mut().enumerate() {
+            let model = archive.take_nested(&candidate_prefix(i));
+            candidate.model = model.map_err(|e| unusable(e.to_string()))?;
         }
         archive.card = archive.get(LEARNER).map_err(|e| unusable(e.to_string()))?;
         Ok(Some((archive, kept)))
@@ -192,6 +268,29 @@ mod tests {
         state
     }
 
+    fn candidate(row: u32, objective: f64) -> Candidate {
+        Candidate { row, objective, model: state() }
+    }
+
+    fn validated() -> Validated {
+        let candidates = vec![candidate(5, 3.0), candidate(10, 2.0)];
+        Validated { candidates, since_best: 1, restarts: 2, discarded: 7, ..Validated::default() }
+    }
+
+    #[test]
+    fn the_worst_policy_goes_when_there_are_too_many_and_of_equal_ones_the_latest() {
+        let rows = |direction: Direction| {
+            let mut validated = Validated::default();
+            for (row, objective) in [(1, 3.0), (2, 1.0), (3, 2.0), (4, 3.0), (5, 1.0)] {
+                validated.keep(candidate(row, objective), 2, direction);
+            }
+            let rows: Vec<u32> = validated.candidates.iter().map(|c| c.row).collect();
+            (rows, validated.best(direction).unwrap())
+        };
+        assert_eq!(rows(Direction::Lower), (vec![2, 5], 1.0));
+        assert_eq!(rows(Direction::Higher), (vec![1, 4], 3.0));
+    }
+
     fn row() -> Row {
         let metrics = Metrics::from([("delay_s".to_owned(), 0.1 + 0.2)]);
         Row { kind: RowKind::Training, episode: 0, seed: (1 << 53) - 1, metrics }
@@ -201,7 +300,7 @@ mod tests {
     fn kept() -> (tempfile::TempDir, Layout) {
         let dir = tempfile::tempdir().unwrap();
         let layout = Layout::new(dir.path());
-        keeper(&layout, "abc", 3).keep(state(), &[row()], 2.0, 1.0).unwrap();
+        keeper(&layout, "abc", 3).keep(state(), &[row()], &validated(), 2.0, 1.0).unwrap();
         (dir, layout)
     }
 
@@ -218,6 +317,12 @@ mod tests {
         let (archive, kept) = keeper(&layout, "abc", 3).restore().unwrap().unwrap();
         assert_eq!(archive.to_bytes(), state().to_bytes());
         assert_eq!((kept.rows, kept.wall_s, kept.simulator_s), (vec![row()], 2.0, 1.0));
+        assert_eq!(kept.validated.candidates[1].model.to_bytes(), state().to_bytes());
+        let without_models = |mut validated: Validated| {
+            validated.candidates.iter_mut().for_each(|c| c.model = Archive::default());
+            validated
+        };
+        assert_eq!(without_models(kept.validated), without_models(validated()));
         assert_eq!(fs::read_dir(layout.tmp()).unwrap().count(), 0);
     }
 

@@ -14,7 +14,7 @@ use super::fault::{Cause, CheckpointError, TrialError};
 use super::method::Method;
 use crate::family::MdpFamily;
 use crate::files::FileError;
-use crate::nn::archive::Archive;
+use crate::nn::archive::{Archive, ArchiveError};
 use crate::stats::{Direction, Limit};
 use crate::store::Layout;
 use crate::store::manifest::{Identity, PointRow};
@@ -212,9 +212,29 @@ pub trait Trial {
     /// [`TrialError`] when it fails.
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError>;
 
+    /// Runs one episode to judge a policy while or after it is trained: as [`Self::episode`], but it leaves
+    /// what evaluation draws at random as it is.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when it fails.
+    fn validate(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        self.episode(seed)
+    }
+
     /// Returns what has been learned; `None` for methods that do not learn.
     fn model(&self) -> Option<Archive> {
         None
+    }
+
+    /// Takes over what [`Self::model`] returned of this trial earlier in its training.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError::Model`] when it does not fit.
+    fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
+        let _ = model;
+        Err(TrialError::Model(ArchiveError::Card("method that learns".to_owned())))
     }
 
     /// Returns what a record's summary says of the training, from its rows.
@@ -249,6 +269,41 @@ pub trait Trial {
     }
 }
 
+/// What a training has learned so far, as validation sees it.
+pub trait Policy {
+    /// Runs one episode without exploring and without learning; training goes on afterwards as if it had not been.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when it fails.
+    fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError>;
+
+    /// Returns what has been learned; `None` where it cannot be kept, so that no earlier policy can be chosen.
+    fn model(&self) -> Option<Archive>;
+}
+
+/// A trial as its own policy: for domains whose episodes change nothing that training depends on.
+pub struct Played<'a, T>(pub &'a mut T);
+
+impl<T: Trial> Policy for Played<'_, T> {
+    fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        self.0.validate(seed)
+    }
+
+    fn model(&self) -> Option<Archive> {
+        self.0.model()
+    }
+}
+
+/// Whether a training goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next {
+    /// It does.
+    Continue,
+    /// It has not become better for so long that it ends here.
+    Stop,
+}
+
 /// A training as the task keeps it: its seeds, its rows and how far it has come.
 pub trait Course {
     /// Returns the `index`-th training seed.
@@ -259,6 +314,28 @@ pub trait Course {
 
     /// Returns the state that an earlier attempt at this training left; `None` starts anew.
     fn saved(&mut self) -> Option<Archive>;
+
+    /// Offers the policy for validation; called after every row of training, before [`Self::checkpoint`].
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when an episode of validation fails.
+    fn validate(&mut self, policy: &mut dyn Policy) -> Result<Next, TrialError> {
+        let _ = policy;
+        Ok(Next::Continue)
+    }
+
+    /// Returns how often the training has started again; the seed of everything random in the method follows from it.
+    fn restarts(&self) -> u32 {
+        0
+    }
+
+    /// Says after a row of training whether the network is alive. Returns whether training starts again from its first
+    /// episode, with the next number of [`Self::restarts`]; the rows so far are discarded then.
+    fn starts_again(&mut self, is_alive: bool) -> bool {
+        let _ = is_alive;
+        false
+    }
 
     /// Offers the state of a training that can go on from here, at the end of an episode; it is only
     /// asked for when it is time to keep it, or when the task is asked to stop.

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use super::domain::{Domain, EffortOf};
 use super::error::RunError;
-use super::method::{Method, find};
+use super::method::{Method, Training, find};
 use super::plan::Request;
+use super::selection::Selection;
 use crate::family::{MdpFamily, PointMdp};
 use crate::store::manifest::{Identity, PointRow};
 
@@ -22,7 +23,7 @@ pub struct TaskEffort {
     pub training: u32,
     /// Processor time of one of them, seconds.
     pub training_s: f64,
-    /// Episodes of evaluation.
+    /// Episodes of validation and evaluation, at most.
     pub evaluation: u32,
     /// Processor time of one of them, seconds.
     pub evaluation_s: f64,
@@ -75,6 +76,7 @@ pub struct Efforts<'a> {
     methods: &'a [Method],
     of: Box<EffortOf>,
     evaluation: u32,
+    selection: Selection,
     /// Of point MDPs with more than one agent.
     agents: BTreeMap<String, u32>,
 }
@@ -86,14 +88,16 @@ impl<'a> Efforts<'a> {
     ///
     /// [`RunError::Prepare`] with what is wrong with the settings.
     pub fn of_request(request: &Request<'a>) -> Result<Self, RunError> {
-        let of = request.domain.efforts(&request.problem.settings());
-        let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
+        let settings = request.problem.settings();
+        let wrong = |reason: String| RunError::Prepare(reason.into());
+        let of = request.domain.efforts(&settings).map_err(wrong)?;
         let row = |p: &PointMdp| (p.id.clone(), request.problem.agents(&p.id));
         let agents = request.problem.family().points.iter().map(row).filter(|(_, n)| *n > 1);
         Ok(Self {
             methods: request.domain.methods(),
             of,
             evaluation: request.evaluation_seeds,
+            selection: Selection::of(&settings).map_err(wrong)?,
             agents: agents.collect(),
         })
     }
@@ -123,11 +127,16 @@ impl<'a> Efforts<'a> {
         agents: u32,
         feature: &dyn Fn(&str) -> Option<f64>,
     ) -> Result<TaskEffort, RunError> {
-        let of = (self.of)(find(self.methods, method)?, agents, feature);
+        let method = find(self.methods, method)?;
+        let of = (self.of)(method, agents, feature);
+        let validation = match method.training {
+            Training::Learned => self.selection.most_episodes(of.training),
+            _ => 0,
+        };
         Ok(TaskEffort {
             training: of.training,
             training_s: of.training_s,
-            evaluation: self.evaluation,
+            evaluation: self.evaluation + validation,
             evaluation_s: of.evaluation_s,
             is_informed: of.is_informed,
         })
@@ -149,11 +158,12 @@ impl<'a> RunEfforts<'a> {
     ///
     /// [`RunError::Prepare`] with what is wrong with its settings.
     pub fn new(domain: &'a dyn Domain, identity: &'a Identity) -> Result<Self, RunError> {
-        let of = domain.efforts(&identity.settings);
-        let of = of.map_err(|reason| RunError::Prepare(reason.into()))?;
+        let wrong = |reason: String| RunError::Prepare(reason.into());
+        let of = domain.efforts(&identity.settings).map_err(wrong)?;
+        let selection = Selection::of(&identity.settings).map_err(wrong)?;
         let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
         let agents = BTreeMap::new();
-        let efforts = Efforts { methods: domain.methods(), of, evaluation, agents };
+        let efforts = Efforts { methods: domain.methods(), of, evaluation, selection, agents };
         let row = |p: &'a PointRow| (p.point.as_str(), (p, domain.agents(p)));
         let points = identity.points.iter().map(row).collect();
         Ok(Self { efforts, identity, points })

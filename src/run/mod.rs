@@ -16,6 +16,7 @@ pub mod method;
 pub mod model;
 pub mod plan;
 pub mod progress;
+pub mod selection;
 pub mod session;
 pub mod stop;
 #[cfg(test)]

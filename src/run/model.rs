@@ -17,14 +17,15 @@ use super::error::RunError;
 use crate::files::{FileError, replace};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::store::Layout;
+use crate::store::figures::POLICY_ROW;
 use crate::store::manifest::{GIT, Identity, Task};
 use crate::store::record::{Record, RowKind};
 
 /// Value of `kind` on a model's card.
 pub const MODEL: &str = "model";
 
-/// Versions of models that are read; the first differs from the second by a checksum only.
-const READABLE: [u32; 2] = [1, FORMAT_VERSION];
+/// Versions of models that are read: the second added a checksum, the third [`ModelCard::policy_row`].
+const READABLE: [u32; 3] = [1, 2, FORMAT_VERSION];
 
 /// What a model's file says of it, whatever the domain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,6 +44,10 @@ pub struct ModelCard {
     pub seed: u64,
     /// Episodes of training.
     pub training_episodes: usize,
+    /// Row of training, from 1, after which the policy was taken; models from before there was a choice hold the
+    /// last policy and lack it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy_row: Option<u32>,
     /// Version of tsc-family.
     pub tsc_family: String,
     /// Git revision of the build, or `unknown`.
@@ -89,6 +94,7 @@ pub(super) fn card(
         replicate: task.replicate,
         seed: task.seed,
         training_episodes: record.rows.iter().filter(|r| r.kind == RowKind::Training).count(),
+        policy_row: record.summary.metrics.get(POLICY_ROW).map(|row| *row as u32),
         tsc_family: env!("CARGO_PKG_VERSION").to_owned(),
         git: GIT.to_owned(),
         simulator: identity.simulator.clone(),

@@ -11,6 +11,7 @@ use super::error::RunError;
 use super::fault::TrialError;
 use super::model;
 use super::progress::News;
+use super::selection::Selection;
 use super::stop::Stop;
 use crate::files::numbers::{check_all, is_usable};
 use crate::nn::archive::Archive;
@@ -66,7 +67,10 @@ pub fn do_task(
     let seeds = point.evaluation_seeds(&identity.evaluation_seeds);
     let keeper = Keeper::new(layout, &sha256, task, workplace.checkpoint_every);
     let (attempt, stop) = (workplace.attempt, workplace.stop.clone());
-    let mut course = TaskCourse::new(task, &identity.objective, attempt, keeper, stop, news);
+    let selection = Selection::of(&identity.settings);
+    let selection = selection.map_err(|reason| RunError::Prepare(reason.into()))?;
+    let objective = (identity.objective.as_str(), domain.objective().direction);
+    let mut course = TaskCourse::new(task, objective, selection, attempt, keeper, stop, news);
     let mut trial = domain.trial(&site, &task.method, task.seed)?;
     let result = train_and_evaluate(trial.as_mut(), &mut course, &seeds, &identity.objective);
     // Whatever came of files that were written meanwhile says nothing of the method.
@@ -115,14 +119,16 @@ fn train_and_evaluate(
 ) -> Result<(TaskResult, Option<Archive>), TrialError> {
     trial.train(course)?;
     course.evaluate(trial, seeds)?;
-    numbers(&course.rows, objective)?;
+    let rows = course.take_rows();
+    numbers(&rows, objective)?;
     // Not before an episode has begun: a training that was killed when it was over is restored then.
     let learned = trial.model();
-    let training = match learned {
-        Some(_) => trial.training_metrics(&course.rows),
-        None => Metrics::new(),
-    };
-    let (programs, rows) = (trial.programs(), std::mem::take(&mut course.rows));
+    let mut training = Metrics::new();
+    if learned.is_some() {
+        training.extend(trial.training_metrics(&rows));
+        training.extend(course.figures(&rows));
+    }
+    let programs = trial.programs();
     let (details, wall) = (trial.details(), course.wall(trial.simulator_s()));
     Ok((TaskResult { rows, training, details, programs, wall }, learned))
 }
@@ -135,7 +141,8 @@ fn numbers(rows: &[Row], objective: &str) -> Result<(), TrialError> {
             let of = format!("{name} of the episode with seed {}", row.seed);
             return failed(format!("{of} is {value:e}, not from -1e100 to 1e100"));
         }
-        if row.kind == RowKind::Evaluation && !row.metrics.contains_key(objective) {
+        let held_out = matches!(row.kind, RowKind::Evaluation | RowKind::Last);
+        if held_out && !row.metrics.contains_key(objective) {
             return failed(format!("the episode with seed {} has no {objective}", row.seed));
         }
     }

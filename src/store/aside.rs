@@ -38,7 +38,7 @@ impl Packed {
             });
             packed.bytes.extend(episode.to_le_bytes());
             packed.bytes.extend(seed.to_le_bytes());
-            packed.bytes.push(u8::from(*kind == RowKind::Training));
+            packed.bytes.push(*kind as u8);
             packed.bytes.extend((at as u32).to_le_bytes());
             metrics.values().for_each(|value| packed.bytes.extend(value.to_le_bytes()));
         }
@@ -52,8 +52,8 @@ fn unpacked(names: &[&Names], mut bytes: &[u8]) -> Option<Vec<Row>> {
     while !bytes.is_empty() {
         let episode = u32::from_le_bytes(*next(&mut bytes)?);
         let seed = u64::from_le_bytes(*next(&mut bytes)?);
-        let [training] = *next(&mut bytes)?;
-        let kind = if training == 1 { RowKind::Training } else { RowKind::Evaluation };
+        let [kind] = *next(&mut bytes)?;
+        let kind = *RowKind::ALL.get(usize::from(kind))?;
         let names = *names.get(u32::from_le_bytes(*next(&mut bytes)?) as usize)?;
         let value = |_: &String| Some(f64::from_le_bytes(*next(&mut bytes)?));
         let values = names.iter().map(value).collect::<Option<Arc<[f64]>>>()?;

@@ -23,6 +23,7 @@ mod commit;
 pub mod difference;
 pub mod error;
 pub mod extent;
+pub mod figures;
 pub mod kept;
 mod links;
 pub mod lock;

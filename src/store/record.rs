@@ -1,7 +1,7 @@
 //! One finished task: one immutable file.
 //!
-//! The first line is the [`Summary`], then follows one [`Row`] per evaluation and per training
-//! episode. Wall-clock values stand apart: the checksum and every comparison leave them out.
+//! The first line is the [`Summary`], then follows one [`Row`] per episode of training, validation and
+//! evaluation. Wall-clock values stand apart: the checksum and every comparison leave them out.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -39,6 +39,26 @@ pub enum RowKind {
     Evaluation,
     /// An episode of training or tuning.
     Training,
+    /// An episode that judged a policy during or after training; its number is that of the row of training after
+    /// which the policy was taken.
+    Validation,
+    /// A held-out episode of the last policy of a training, where an earlier one is evaluated in its place.
+    Last,
+}
+
+impl RowKind {
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Evaluation, Self::Training, Self::Validation, Self::Last];
+
+    /// Returns its name, as in records and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Evaluation => "evaluation",
+            Self::Training => "training",
+            Self::Validation => "validation",
+            Self::Last => "last",
+        }
+    }
 }
 
 /// One episode.
@@ -47,7 +67,7 @@ pub enum RowKind {
 pub struct Row {
     /// What the episode was for.
     pub kind: RowKind,
-    /// Number within its kind, from 0.
+    /// Number within its kind, from 0; of validation the row of training after which the policy was taken, from 1.
     pub episode: u32,
     /// Seed of the episode, as vehicles and simulator got it.
     pub seed: u64,
@@ -100,7 +120,7 @@ pub struct Summary {
 pub struct Record {
     /// First line.
     pub summary: Summary,
-    /// Episodes: training first, then evaluation.
+    /// Episodes: training first, then validation, the last policy's where another is evaluated, evaluation.
     pub rows: Vec<Row>,
 }
 
@@ -264,7 +284,12 @@ impl Summary {
 
 /// Returns the means over the evaluation rows of every metric that all of them have.
 pub fn mean_metrics(rows: &[Row]) -> Metrics {
-    let evaluations: Vec<_> = rows.iter().filter(|r| r.kind == RowKind::Evaluation).collect();
+    means_of(rows, RowKind::Evaluation)
+}
+
+/// Returns the means over the rows of a kind of every metric that all of them have.
+pub fn means_of(rows: &[Row], kind: RowKind) -> Metrics {
+    let evaluations: Vec<_> = rows.iter().filter(|r| r.kind == kind).collect();
     let Some(first) = evaluations.first() else { return Metrics::new() };
     first
         .metrics

@@ -130,6 +130,7 @@ mod tests {
             replicate: 0,
             seed: 1,
             training_episodes: 1,
+            policy_row: None,
             tsc_family: String::new(),
             git: String::new(),
             simulator: String::new(),

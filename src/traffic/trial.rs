@@ -13,7 +13,7 @@ use super::program::{ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
 use crate::files::numbers::is_usable;
 use crate::nn::archive::Archive;
-use crate::run::domain::{Course, Trial};
+use crate::run::domain::{Course, Next, Policy, Trial};
 use crate::run::fault::TrialError;
 use crate::store::opaque::Opaque;
 use crate::store::record::{Metrics, Row, RowKind};
@@ -41,16 +41,22 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        let metrics = run_episode(&mut self.env, self.controller.as_mut(), seed);
-        let metrics = metrics.map_err(|e| match e {
-            EpisodeError::Sim(e) => of_sim(e),
-            EpisodeError::Control(e) => of_control(e),
-        })?;
-        named(&metrics, seed).map_err(of_sim)
+        played(&mut self.env, self.controller.as_mut(), seed)
+    }
+
+    fn validate(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        self.controller.set_validation(true);
+        let metrics = self.episode(seed);
+        self.controller.set_validation(false);
+        metrics
     }
 
     fn model(&self) -> Option<Archive> {
         self.controller.model()
+    }
+
+    fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
+        self.controller.load(model.clone()).map_err(of_control)
     }
 
     fn training_metrics(&self, rows: &[Row]) -> Metrics {
@@ -74,6 +80,38 @@ impl<S: Sim> Trial for SignalTrial<S> {
 
     fn verify(&self) -> Result<(), TrialError> {
         self.held.verify().map_err(of_files)
+    }
+}
+
+/// Plays the episode of a seed and returns its metrics by name.
+fn played<S: Sim>(
+    env: &mut SignalEnv<S>,
+    controller: &mut dyn Controller,
+    seed: u64,
+) -> Result<Metrics, TrialError> {
+    let metrics = run_episode(env, controller, seed).map_err(|e| match e {
+        EpisodeError::Sim(e) => of_sim(e),
+        EpisodeError::Control(e) => of_control(e),
+    })?;
+    named(&metrics, seed).map_err(of_sim)
+}
+
+/// What a controller has learned so far, on the signals on which it trains.
+struct Learned<'a, S> {
+    env: &'a mut SignalEnv<S>,
+    controller: &'a mut dyn Controller,
+}
+
+impl<S: Sim> Policy for Learned<'_, S> {
+    fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        self.controller.set_validation(true);
+        let metrics = played(self.env, self.controller, seed);
+        self.controller.set_validation(false);
+        metrics
+    }
+
+    fn model(&self) -> Option<Archive> {
+        self.controller.model()
     }
 }
 
@@ -116,6 +154,19 @@ impl<S: Sim> Trainer for School<'_, S> {
         self.course.saved()
     }
 
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+        let mut learned = Learned { env: &mut *self.env, controller };
+        self.course.validate(&mut learned).map_err(|e| ControlError::Validation(Box::new(e)))
+    }
+
+    fn restarts(&self) -> u32 {
+        self.course.restarts()
+    }
+
+    fn starts_again(&mut self, is_alive: bool) -> bool {
+        self.course.starts_again(is_alive)
+    }
+
     fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
         // What was learned from files of something else is not kept.
         self.held.verify().map_err(|e| ControlError::Episode(e.into()))?;
@@ -130,6 +181,7 @@ pub(super) fn of_control(error: ControlError) -> TrialError {
         ControlError::Diverged { .. } => TrialError::Diverged(error.to_string()),
         ControlError::Model(e) => TrialError::Model(e),
         ControlError::Checkpoint(e) => e.into(),
+        ControlError::Validation(e) => *e,
         ControlError::Own { .. } => TrialError::Own(error.into()),
         // A training episode fails for reasons of the simulation, not of what was given.
         ControlError::Episode(e) => match e.downcast::<TrafficError>() {

@@ -130,6 +130,54 @@ fn a_learner_is_reported_by_evaluation_and_as_resco_does() {
     assert_eq!((star.planned, star.scored, star.failed, star.diverged), (4, 3, 1, 1));
 }
 
+/// The ending of a training of which validation chose the policy after row 8.
+fn validated(task: &Task, score: f64, last: f64, more: &[(&str, f64)]) -> Ending {
+    let unit = BASELINE[usize::from(task.point == "busy")];
+    learned(task, score).map(|mut result| {
+        let row = if score == last { f64::from(EPISODES) } else { 8.0 };
+        result.training.extend(named(&[("policy_row", row), ("last_delay_s", last * unit)]));
+        result.training.extend(named(more));
+        result
+    })
+}
+
+#[test]
+fn what_validation_chose_is_ranked_and_the_last_policy_stands_beside_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let manifest = manifest(&["baseline", "idqn", "ippo", "mplight"]);
+    let layout = crate::made_up::write_results(dir.path(), &manifest, |task| {
+        Some(match (task.method.as_str(), task.point.as_str()) {
+            ("idqn", "busy") => validated(task, 0.5, 4.5, &[("restarts", 0.0), ("dead", 0.0)]),
+            ("idqn", _) => validated(task, 0.5, 0.5, &[("restarts", 2.0), ("dead", 0.0)]),
+            ("mplight", _) => validated(task, 0.75, 0.75, &[("restarts", 3.0), ("dead", 1.0)]),
+            ("ippo", _) => learned(task, 0.9),
+            _ => untrained(task, 1.0),
+        })
+    });
+    let data = data_of(&layout);
+    let idqn = &data.learners()[0];
+    assert_eq!((idqn.method.method.as_str(), idqn.method.overall), ("idqn", Some(0.5)));
+    assert_eq!(idqn.last_policy, Some(0.75 * 0.5 + 0.25 * 4.5));
+    assert_eq!((idqn.validated, idqn.replaced, idqn.restarted, idqn.dead), (2, 1, 1, 0));
+    let said = text::notes(&data);
+    for expected in [
+        "idqn is ranked by the policies that validation chose (0.500). The last policies score 1.500; validation replaced \
+         them in 1 of 2 trainings.",
+        "mplight is ranked by the last policy of each training: in none of 2 trainings did validation find a better one.",
+        "ippo is ranked by the last policy of each training; validation did not choose among policies.",
+        "1 of 2 trainings of idqn started again from another seed, because the network was dead.",
+        "2 of 2 trainings of mplight ended with a dead network, which shows the same phase whatever it sees.",
+    ] {
+        assert!(said.iter().any(|s| s == expected), "{expected}\n{said:#?}");
+    }
+    let csv = file_of(&layout, "training.csv");
+    let row = |start: &str| csv.lines().find(|line| line.starts_with(start)).unwrap().to_owned();
+    assert!(row("idqn,busy").starts_with("idqn,busy,0,ok,12,0.5,8,4.5,0,false,"), "{csv}");
+    assert!(row("ippo,busy").starts_with("ippo,busy,0,ok,12,0.9,,,,,"), "{csv}");
+    let page = words(&file_of(&layout, "index.html"));
+    assert!(page.contains("Which policies?"), "{page}");
+}
+
 #[test]
 fn a_learner_that_only_diverged_is_still_in_the_table() {
     let dir = tempfile::tempdir().unwrap();

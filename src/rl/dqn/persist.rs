@@ -3,11 +3,17 @@
 use super::Dqn;
 use crate::nn::Network;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::rl::persist::Persist;
+use crate::rl::persist::{Persist, depends_on_both};
 
 impl<N: Network> Persist for Dqn<N> {
     fn is_finite(&self) -> bool {
         self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
+    }
+
+    fn is_alive(&mut self) -> bool {
+        let actions = self.network.outputs();
+        let values = self.network.forward(&self.parameters, &self.replay.probes());
+        depends_on_both(values, actions)
     }
 
     fn learned(&self, prefix: &str, archive: &mut Archive) {

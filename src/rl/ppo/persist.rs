@@ -4,11 +4,22 @@ use super::Ppo;
 use super::rollout::Rollout;
 use crate::nn::Network;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::rl::persist::Persist;
+use crate::rl::persist::{Persist, depends_on_both, spread};
 
 impl<N: Network> Persist for Ppo<N> {
     fn is_finite(&self) -> bool {
         self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
+    }
+
+    /// Of the logits: the value, which comes last, chooses no action.
+    fn is_alive(&mut self) -> bool {
+        let (inputs, width) = (self.network.inputs(), self.network.outputs());
+        let state = |place: usize| &self.collected.states[place * inputs..][..inputs];
+        let states: Vec<f32> =
+            spread(self.collected.actions.len()).flat_map(state).copied().collect();
+        let outputs = self.network.forward(&self.parameters, &states);
+        let logits = outputs.chunks_exact(width).flat_map(|row| &row[..width - 1]);
+        depends_on_both(&logits.copied().collect::<Vec<_>>(), width - 1)
     }
 
     fn learned(&self, prefix: &str, archive: &mut Archive) {

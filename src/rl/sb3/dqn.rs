@@ -20,6 +20,7 @@ use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
 use crate::nn::{self, Activation, Network};
 use crate::rl::environment::Environment;
+use crate::rl::persist::depends_on_both;
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 use crate::rl::schedule::linear_epsilon;
@@ -191,6 +192,12 @@ impl<E: Environment> Trainer for Dqn<E> {
 
     fn is_finite(&self) -> bool {
         self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
+    }
+
+    fn is_alive(&mut self) -> bool {
+        let actions = self.network.outputs();
+        let values = self.network.forward(&self.parameters, &self.replay.probes());
+        depends_on_both(values, actions)
     }
 
     fn learned(&self, prefix: &str, archive: &mut Archive) {

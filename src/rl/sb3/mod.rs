@@ -78,6 +78,9 @@ pub trait Trainer {
     /// Whether all that was learned are numbers; where they are not, training has diverged.
     fn is_finite(&self) -> bool;
 
+    /// Whether what was learned depends on state and action, as [`super::persist::Persist::is_alive`].
+    fn is_alive(&mut self) -> bool;
+
     /// Adds what was learned to an archive, a tensor for the weights and one for the biases of every layer.
     fn learned(&self, prefix: &str, archive: &mut Archive);
 

@@ -22,6 +22,7 @@ use super::lanes::Lanes;
 use super::{Progress, Schedule, Trainer, largest};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::Environment;
+use crate::rl::persist::depends_on_both;
 use crate::rl::random::Generator;
 
 /// A training of a policy and its value.
@@ -139,6 +140,12 @@ impl<E: Environment> Trainer for Ppo<E> {
 
     fn is_finite(&self) -> bool {
         self.networks.is_finite()
+    }
+
+    fn is_alive(&mut self) -> bool {
+        let states = self.rollout.probes();
+        let (logits, _) = self.networks.forward(&states);
+        depends_on_both(logits, self.logs.len())
     }
 
     fn learned(&self, prefix: &str, archive: &mut Archive) {

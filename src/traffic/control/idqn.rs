@@ -101,7 +101,7 @@ fn network(lanes: usize, phases: usize, hidden: usize) -> Sequential {
 /// Returns IDQN, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let learners: Independent<Idqn> = Independent::new(config.clone(), setup.seed);
-    Box::new(Learning::new(learners, setup.episodes))
+    Box::new(Learning::new(learners, setup))
 }
 
 /// The algorithm of one signal's learner.

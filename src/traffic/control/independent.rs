@@ -34,6 +34,9 @@ pub(super) trait Agent: Sized {
     /// Returns what was measured in the episode that ends.
     fn curve(&mut self, training: &TrainingState) -> Curve;
 
+    /// Begins an episode of validation, in which every policy draws the same random numbers.
+    fn begin_validation(&mut self) {}
+
     /// What of the algorithm is kept.
     fn kept(&self) -> &dyn Persist;
 
@@ -94,6 +97,14 @@ impl<A: Agent> Independent<A> {
 impl<A: Agent> Learner for Independent<A> {
     fn name(&self) -> &'static str {
         A::NAME
+    }
+
+    fn reseed(&mut self, seed: u64) {
+        self.seed = seed;
+    }
+
+    fn begin_validation(&mut self) {
+        self.learners.iter_mut().for_each(|own| own.agent.begin_validation());
     }
 
     fn meet(&mut self, signals: &[SignalSpec]) {
@@ -167,6 +178,11 @@ impl<A: Agent> Learner for Independent<A> {
             training.curve.entropy = mean(&of(|c| c.entropy));
             training.curve.epsilon = curves.first().and_then(|c| c.epsilon);
         }
+    }
+
+    /// With several signals one dead network is enough.
+    fn is_alive(&mut self) -> bool {
+        self.learners.iter_mut().all(|own| own.agent.kept_mut().is_alive())
     }
 
     fn is_finite(&self) -> bool {

@@ -112,7 +112,7 @@ fn initial(network: &Sequential, orthogonal: bool, generator: &mut Generator) ->
 /// Returns IPPO, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let learners: Independent<Ippo> = Independent::new(config.clone(), setup.seed);
-    Box::new(Learning::new(learners, setup.episodes))
+    Box::new(Learning::new(learners, setup))
 }
 
 /// The algorithm of one signal's learner.
@@ -122,6 +122,10 @@ struct Ippo {
     ppo: Ppo<Sequential>,
     /// Draws phases in evaluation, so that training's draws stay as they are.
     evaluation: Generator,
+    /// Draws phases in validation.
+    validation: Generator,
+    seed: u64,
+    label: String,
 }
 
 impl Agent for Ippo {
@@ -148,7 +152,8 @@ impl Agent for Ippo {
         };
         let ppo = Ppo::new(network, parameters, settings, seed, &[label]);
         let evaluation = Generator::new(seed, &["evaluation", label]);
-        Self { config: config.clone(), ppo, evaluation }
+        let validation = Generator::new(seed, &["validation", label]);
+        Self { config: config.clone(), ppo, evaluation, validation, seed, label: label.to_owned() }
     }
 
     fn normalises(config: &Config) -> bool {
@@ -159,8 +164,15 @@ impl Agent for Ippo {
         match (training.active, self.config.evaluate_mode) {
             (true, _) => self.ppo.sample(state, None),
             (false, true) => self.ppo.mode(state),
+            (false, false) if training.validates => {
+                self.ppo.sample(state, Some(&mut self.validation))
+            }
             (false, false) => self.ppo.sample(state, Some(&mut self.evaluation)),
         }
+    }
+
+    fn begin_validation(&mut self) {
+        self.validation = Generator::new(self.seed, &["validation", &self.label]);
     }
 
     /// The update weighs a phase by how likely the policy was to ask for it, so that this one counts, whatever

@@ -3,13 +3,21 @@
 use std::collections::BTreeMap;
 
 use super::training::{self, CHECKPOINT, Curve, TrainingState, remarks};
-use super::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec, Trainer};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use crate::nn::archive::Archive;
+use crate::run::domain::Next;
+use crate::seed;
 
 /// What is a learner's own: networks, states, actions, rewards.
 pub(super) trait Learner {
     /// Stable name of the method.
     fn name(&self) -> &'static str;
+
+    /// Takes another seed of everything random in it; [`Self::meet`] follows.
+    fn reseed(&mut self, seed: u64);
+
+    /// Begins an episode of validation: what is drawn at random in it is the same for every policy.
+    fn begin_validation(&mut self) {}
 
     /// Prepares for these signals, from the beginning.
     fn meet(&mut self, signals: &[SignalSpec]);
@@ -36,6 +44,9 @@ pub(super) trait Learner {
         truncated: bool,
     );
 
+    /// Whether what it has learned depends on state and action; where it does not, the network is dead.
+    fn is_alive(&mut self) -> bool;
+
     /// Whether what it has learned are numbers.
     fn is_finite(&self) -> bool;
 
@@ -57,14 +68,23 @@ pub(super) trait Learner {
 #[derive(Debug)]
 pub(super) struct Learning<L> {
     pub(super) learner: L,
+    seed: u64,
     training: TrainingState,
     signals: Vec<SignalSpec>,
 }
 
 impl<L: Learner> Learning<L> {
-    /// Returns an untrained controller that is trained for so many episodes.
-    pub(super) fn new(learner: L, episodes: u32) -> Self {
-        Self { learner, training: TrainingState::new(episodes), signals: Vec::new() }
+    /// Returns an untrained controller of a learner with this seed that is trained for so many episodes.
+    pub(super) fn new(learner: L, &Setup { seed, episodes, .. }: &Setup) -> Self {
+        Self { learner, seed, training: TrainingState::new(episodes), signals: Vec::new() }
+    }
+
+    /// Validates what has been learned so far and returns whether training goes on.
+    fn validate(&mut self, trainer: &mut dyn Trainer) -> Result<Next, ControlError> {
+        self.training.active = false;
+        let next = trainer.validate(self);
+        self.training.active = true;
+        next
     }
 }
 
@@ -83,6 +103,9 @@ impl<L: Learner> Controller for Learning<L> {
         }
         if let Some(archive) = self.training.adopted(changed) {
             self.learner.restore(signals, &archive)?;
+        }
+        if self.training.validates {
+            self.learner.begin_validation();
         }
         Ok(vec![Drive::Decisions; signals.len()])
     }
@@ -108,6 +131,7 @@ impl<L: Learner> Controller for Learning<L> {
         if let Some(archive) = trainer.saved() {
             self.training.resume(archive)?;
         }
+        self.learner.reseed(seed::restart(self.seed, trainer.restarts()));
         self.training.active = true;
         while self.training.done < self.training.episodes {
             let episode = self.training.done;
@@ -125,6 +149,13 @@ impl<L: Learner> Controller for Learning<L> {
                 return Err(ControlError::Diverged { episode, what });
             }
             self.training.updated |= loss.is_some();
+            if trainer.starts_again(!self.training.updated || self.learner.is_alive()) {
+                self.training.start_again();
+                self.learner.reseed(seed::restart(self.seed, trainer.restarts()));
+                self.learner.meet(&self.signals);
+                continue;
+            }
+            let next = self.validate(trainer)?;
             trainer.checkpoint(&|| {
                 let mut archive = Archive::default();
                 archive.put("kind", CHECKPOINT);
@@ -134,6 +165,9 @@ impl<L: Learner> Controller for Learning<L> {
                 self.learner.save(&mut archive);
                 archive
             })?;
+            if next == Next::Stop {
+                break;
+            }
         }
         self.training.active = false;
         Ok(())
@@ -153,6 +187,10 @@ impl<L: Learner> Controller for Learning<L> {
             self.learner.learned(&mut model);
             model
         })
+    }
+
+    fn set_validation(&mut self, is_validation: bool) {
+        self.training.validates = is_validation;
     }
 
     fn load(&mut self, model: Archive) -> Result<(), ControlError> {

@@ -30,6 +30,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use osm_signals::Turn;
 
 use crate::nn::archive::{Archive, ArchiveError};
+use crate::run::domain::Next;
 
 pub use crate::traffic::vocabulary::Light;
 
@@ -259,6 +260,9 @@ pub enum ControlError {
         /// What happened, with the traceback where there is one.
         reason: String,
     },
+    /// An episode of validation failed.
+    #[error(transparent)]
+    Validation(Box<crate::run::fault::TrialError>),
     /// A checkpoint could not be written, or the training is to stop after it.
     #[error(transparent)]
     Checkpoint(#[from] crate::run::fault::CheckpointError),
@@ -296,6 +300,29 @@ pub trait Trainer {
     /// Returns the state that an earlier attempt at this training left; `None` starts anew.
     fn saved(&mut self) -> Option<Archive> {
         None
+    }
+
+    /// Offers the policy for validation: plays it on validation seeds when that is due, and returns whether training goes
+    /// on. Called after every training episode, before [`Self::checkpoint`]; the controller neither explores nor learns
+    /// meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Validation`] when an episode of it fails.
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+        let _ = controller;
+        Ok(Next::Continue)
+    }
+
+    /// Returns how often the training has started again, by which the learner's seed is derived anew.
+    fn restarts(&self) -> u32 {
+        0
+    }
+
+    /// Says after a training episode whether the network is alive, and returns whether training starts again.
+    fn starts_again(&mut self, is_alive: bool) -> bool {
+        let _ = is_alive;
+        false
     }
 
     /// Offers the state of a training that can go on from here, at the end of an episode; it is
@@ -371,6 +398,12 @@ pub trait Controller {
     /// Returns what a learner has learned; `None` for other methods and before training.
     fn model(&self) -> Option<Archive> {
         None
+    }
+
+    /// Says whether the episodes from now on are validation: played as in evaluation, with random numbers of their own,
+    /// so that evaluation and training stay as they are.
+    fn set_validation(&mut self, is_validation: bool) {
+        let _ = is_validation;
     }
 
     /// Takes over what [`Self::model`] returned; it is checked against the signals when the next

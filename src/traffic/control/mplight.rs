@@ -98,7 +98,7 @@ mplight_settings! { {
 /// Returns MPLight, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let learner = MpLight::new(METHOD.name, config.clone(), Demand::Pressure, setup.seed);
-    Box::new(Learning::new(learner, setup.episodes))
+    Box::new(Learning::new(learner, setup))
 }
 
 /// A signal that the learner decides for.
@@ -156,6 +156,10 @@ impl MpLight {
 impl Learner for MpLight {
     fn name(&self) -> &'static str {
         self.name
+    }
+
+    fn reseed(&mut self, seed: u64) {
+        self.seed = seed;
     }
 
     fn meet(&mut self, signals: &[SignalSpec]) {
@@ -260,6 +264,10 @@ impl Learner for MpLight {
         }
     }
 
+    fn is_alive(&mut self) -> bool {
+        self.shared.as_mut().is_none_or(|shared| shared.dqn.is_alive())
+    }
+
     fn is_finite(&self) -> bool {
         self.shared.as_ref().is_none_or(|shared| shared.dqn.is_finite())
     }
@@ -335,7 +343,8 @@ mod tests {
         let signals = vec![two_phase_signal(), three.clone()];
         let mut world = QueueWorld::new(signals.clone());
         let shared = MpLight::new("mplight", Config::default(), Demand::Pressure, 7);
-        let mut trained = Learning::new(shared, 60);
+        let setup = Setup { seed: 7, episodes: 60, ..Setup::default() };
+        let mut trained = Learning::new(shared, &setup);
         trained.train(&mut world).unwrap();
         let shared = trained.learner.shared.as_ref().unwrap();
         assert_eq!(shared.dqn.transitions(), 60 * 2 * u64::from(QueueWorld::DECISIONS));

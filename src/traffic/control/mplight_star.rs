@@ -37,7 +37,7 @@ mplight_settings! { {
 /// Returns MPLight*, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let learner = variant(METHOD.name, FULL_WIDTH, config, setup.seed);
-    Box::new(Learning::new(learner, setup.episodes))
+    Box::new(Learning::new(learner, setup))
 }
 
 /// Returns a variant whose movements read windows that are `stride` numbers apart.

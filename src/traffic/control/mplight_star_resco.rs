@@ -31,7 +31,7 @@ const RESCO_STRIDE: usize = 1;
 /// Returns RESCO's MPLight*, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let learner = variant(METHOD.name, RESCO_STRIDE, config, setup.seed);
-    Box::new(Learning::new(learner, setup.episodes))
+    Box::new(Learning::new(learner, setup))
 }
 
 #[cfg(test)]

@@ -76,6 +76,11 @@ pub(crate) struct QueueWorld {
     pub(crate) scale: f64,
     /// Whether its signals stay at their first phase, whatever they are asked for.
     pub(crate) stubborn: bool,
+    /// Whether it validates after every episode.
+    pub(crate) validates: bool,
+    /// Episode, from 1, after which training starts again, once.
+    pub(crate) starts_again_after: u32,
+    restarts: u32,
 }
 
 impl QueueWorld {
@@ -90,6 +95,9 @@ impl QueueWorld {
             figures: vec![],
             scale: 1.0,
             stubborn: false,
+            validates: false,
+            starts_again_after: 0,
+            restarts: 0,
         }
     }
 
@@ -158,6 +166,28 @@ impl Trainer for QueueWorld {
         self.saved.take()
     }
 
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+        if self.validates {
+            controller.set_validation(true);
+            self.episode(controller, 1000)?;
+            controller.set_validation(false);
+        }
+        Ok(Next::Continue)
+    }
+
+    fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
+    fn starts_again(&mut self, is_alive: bool) -> bool {
+        assert!(is_alive, "what learns is alive");
+        let again =
+            self.restarts == 0 && self.kept.borrow().len() as u32 == self.starts_again_after;
+        let again = again && self.starts_again_after > 0;
+        self.restarts += u32::from(again);
+        again
+    }
+
     fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
         self.kept.borrow_mut().push(state());
         Ok(())
@@ -206,6 +236,26 @@ pub(crate) fn check_learner(make: &dyn Fn(u32) -> Box<dyn Controller>) {
     continued.train(&mut world).unwrap();
     assert!(world.kept.borrow().last().unwrap().to_bytes() == last);
     assert_eq!(world.kept.borrow().len() as u32, episodes - killed.dies_at);
+
+    // Validation disturbs neither what is learned nor what evaluation draws.
+    let mut world = QueueWorld::new(signals());
+    world.validates = true;
+    let mut validated = make(episodes);
+    validated.train(&mut world).unwrap();
+    assert!(world.kept.borrow().last().unwrap().to_bytes() == last);
+    assert_eq!(QueueWorld::new(signals()).episode(validated.as_mut(), 0).unwrap().delay_s, trained);
+
+    // Started again, it learns something else, and what it then learns follows from its seed.
+    let again = || {
+        let mut world = QueueWorld::new(signals());
+        world.starts_again_after = 3;
+        let mut learner = make(episodes);
+        learner.train(&mut world).unwrap();
+        assert_eq!(world.kept.borrow().len() as u32, 3 + episodes);
+        learner.model().unwrap().to_bytes()
+    };
+    let second = again();
+    assert!(second != model && second == again());
 
     // The model does in another controller what it did in this one.
     let (first, second) = (

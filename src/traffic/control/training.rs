@@ -39,6 +39,8 @@ pub(super) struct TrainingState {
     pub(super) updated: bool,
     /// Whether this is a training episode.
     pub(super) active: bool,
+    /// Whether this is an episode of validation.
+    pub(super) validates: bool,
     /// Decisions per episode.
     pub(super) decisions: u32,
     /// A model or checkpoint that the next episode begins with.
@@ -59,6 +61,12 @@ impl TrainingState {
     /// signals are others than before.
     pub(super) fn adopted(&mut self, changed: bool) -> Option<Archive> {
         self.pending.take().or_else(|| self.model.clone().filter(|_| changed))
+    }
+
+    /// Starts again from the first episode.
+    pub(super) fn start_again(&mut self) {
+        (self.done, self.updated) = (0, false);
+        self.curve = Curve::default();
     }
 
     /// Goes on from a checkpoint.

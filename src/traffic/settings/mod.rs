@@ -14,6 +14,7 @@ pub mod table;
 use osm_signals::DrivingSide;
 use serde::{Deserialize, Serialize};
 
+use crate::run::selection::training_settings;
 use crate::settings::setting::{Section, settings};
 use crate::traffic::control;
 use crate::traffic::control::registry::methods;
@@ -247,10 +248,11 @@ settings! {
     }
 }
 
-settings! {
-    /// How long learners are trained.
-    pub struct TrainingSettings, source "RESCO, main.py" {
-        /// Episodes of training per task, for every learner.
-        episodes: u32 = 100, in 1.0..=1e6, unit "episodes";
+training_settings! {
+    {
+        /// How long learners are trained, and which of their policies is evaluated. A row of training is an episode.
+        pub struct TrainingSettings, source "RESCO, main.py"
     }
+    /// Episodes of training per task, for every learner.
+    episodes: u32 = 100, in 1.0..=1e6, unit "episodes";
 }

@@ -2,6 +2,7 @@
 
 use crate::rl::environment::Step;
 use crate::rl::gae::{self, advantages};
+use crate::rl::persist::spread;
 use crate::rl::sb3::actor_critic::ActorCritic;
 
 /// States of one forward pass, which bounds the memory of its buffers.
@@ -54,6 +55,12 @@ impl Rollout {
             advantages: vec![0.0; count],
             returns: vec![0.0; count],
         }
+    }
+
+    /// Returns some states from all over.
+    pub(super) fn probes(&self) -> Vec<f32> {
+        let state = |place: usize| &self.states[place * self.width..][..self.width];
+        spread(self.len()).flat_map(state).copied().collect()
     }
 
     pub(super) fn len(&self) -> usize {

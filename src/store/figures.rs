@@ -1,0 +1,20 @@
+//! Names of what a record's summary says of a training, beside the means over its evaluation.
+
+/// Name of the metric of a record that says after which row of training the evaluated policy was taken.
+pub const POLICY_ROW: &str = "policy_row";
+
+/// Name of the metric of a record that counts how often the training was started again.
+pub const RESTARTS: &str = "restarts";
+
+/// Name of the metric of a record that counts the rows of training and the episodes of validation that were given up by
+/// starting again.
+pub const DISCARDED_EPISODES: &str = "discarded_episodes";
+
+/// Name of the metric of a record that is 1 where the training ended with a dead network, else 0.
+pub const DEAD: &str = "dead";
+
+/// Name of the metric of a record that counts the episodes of validation.
+pub const VALIDATION_EPISODES: &str = "validation_episodes";
+
+/// What the name of the objective begins with where it is the last policy's.
+pub const LAST_PREFIX: &str = "last_";
