@@ -161,7 +161,7 @@ fn what_validation_chose_is_ranked_and_the_last_policy_stands_beside_it() {
     assert_eq!((idqn.validated, idqn.replaced, idqn.restarted, idqn.dead), (2, 1, 1, 0));
     let said = text::notes(&data);
     for expected in [
-        "idqn is ranked by the policies that validation chose (0.500). The last policies score 1.500; validation replaced \
+        "idqn is ranked by the policies that validation chose (0.50). The last policies score 1.50; validation replaced \
          them in 1 of 2 trainings.",
         "mplight is ranked by the last policy of each training: in none of 2 trainings did validation find a better one.",
         "ippo is ranked by the last policy of each training; validation did not choose among policies.",
