@@ -18,10 +18,10 @@ pub struct Restrictions<'a> {
 }
 
 impl<'a> Restrictions<'a> {
-    /// Returns the restrictions of an extract.
-    pub fn new(extract: &'a Extract) -> Self {
+    /// Returns the restrictions of an extract that hold in the hour that begins at a time.
+    pub fn new(extract: &'a Extract, time_of_day: f64) -> Self {
         let mut by_from: HashMap<i64, Vec<&Restriction>> = HashMap::new();
-        for restriction in &extract.restrictions {
+        for restriction in extract.restrictions.iter().filter(|r| r.holds(time_of_day)) {
             by_from.entry(restriction.from).or_default().push(restriction);
         }
         Self { by_from }

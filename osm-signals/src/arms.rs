@@ -1,7 +1,9 @@
 //! The arms of a site: legs of one street joined, with lanes, speed and length.
 
+use std::cmp::Reverse;
 use std::collections::HashSet;
 
+use super::drawn::once;
 use super::extract::Place;
 use super::geometry::bearing_deg;
 use super::graph::{Chain, Graph, Step};
@@ -24,6 +26,10 @@ const APART_DEG: f64 = 5.0;
 /// Largest angle between streets of one name that run side by side, such as frontage roads,
 /// degrees.
 const SIDE_BY_SIDE_DEG: f64 = 20.0;
+
+/// Largest angle between one-way streets from one node, or to it, that are one arm, degrees: a ramp that leaves
+/// beside the street.
+const BESIDE_DEG: f64 = 15.0;
 
 /// Largest angle between legs that no network could keep apart, degrees.
 const SAME_DEG: f64 = 10.0;
@@ -59,6 +65,8 @@ pub struct Arm {
     pub cut: bool,
     /// Whether the length is outside the settings' limits and is not used as it is.
     pub clamped: bool,
+    /// Whether two ways of the map are drawn over each other, of which one is counted.
+    pub drawn_twice: bool,
     /// Class of the street.
     pub highway: Highway,
     /// Name of the street.
@@ -118,7 +126,13 @@ fn join(graph: &Graph<'_>, legs: &[Leg]) -> Vec<Vec<usize>> {
             let angle = turn_degrees(a.direction_deg, b.direction_deg).abs();
             let (name, other) = (name(graph, a), name(graph, b));
             let same_name = name.is_some() && name == other;
-            if angle <= SAME_DEG || (same_name && angle <= SIDE_BY_SIDE_DEG) {
+            let forked = a.chain.end == b.chain.end && graph.is_open_fork(a.chain.end);
+            // Exits of one node, or entries, that no network could keep apart either.
+            let beside = a.chain.start == b.chain.start
+                && (a.inbound, a.outbound) == (b.inbound, b.outbound)
+                && a.inbound != a.outbound
+                && angle <= BESIDE_DEG;
+            if forked || beside || angle <= SAME_DEG || (same_name && angle <= SIDE_BY_SIDE_DEG) {
                 merge(i, j);
             } else if a.inbound != b.inbound && a.outbound != b.outbound {
                 let (inward, outward) = if a.inbound { (a, b) } else { (b, a) };
@@ -173,7 +187,12 @@ fn arm(
     let legs: Vec<&Leg> = members.iter().map(|l| &around.legs[*l]).collect();
     let stop_line_m = settings.streets.stop_line_m;
     let lanes = |leg: &Leg, inwards: bool| at_stop_line(graph, streets, leg, inwards, stop_line_m);
-    let stop_lines: Vec<(Lanes, usize, &Leg)> = legs
+    let counted_once = once(graph, &legs, &|leg| {
+        let (lanes, _) = lanes(leg, leg.inbound);
+        (lanes.source, Reverse(lanes.lanes))
+    });
+    let drawn_twice = counted_once.len() < legs.len();
+    let stop_lines: Vec<(Lanes, usize, &Leg)> = counted_once
         .iter()
         .filter(|l| l.inbound)
         .map(|l| {
@@ -183,7 +202,7 @@ fn arm(
         .collect();
     let inward: Vec<(Lanes, &Leg)> = stop_lines.iter().map(|(lanes, _, l)| (*lanes, *l)).collect();
     let outward: Vec<Lanes> =
-        legs.iter().filter(|l| l.outbound).map(|l| lanes(l, false).0).collect();
+        counted_once.iter().filter(|l| l.outbound).map(|l| lanes(l, false).0).collect();
     // The widest inbound leg stands for the street.
     let main = inward.iter().max_by_key(|(lanes, _)| lanes.lanes).map_or(legs[0], |(_, l)| *l);
     let toward = if main.inbound { main.first().reversed() } else { main.first() };
@@ -234,9 +253,10 @@ fn arm(
         speed_mph,
         speed_source,
         length_m,
-        cut: graph.is_cut(end),
+        cut: graph.is_cut(end) || graph.is_open_fork(end),
         clamped: !(settings.intersections.min_length_m..=settings.intersections.max_length_m)
             .contains(&length_m),
+        drawn_twice,
         highway: street.highway,
         name: street.name.as_deref().map(str::to_owned),
         places,

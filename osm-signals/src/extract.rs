@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::hours::Hours;
 use super::oddities::Oddities;
 use super::tags::{SignalTags, Street};
 
@@ -87,6 +88,15 @@ pub struct Restriction {
     pub to: i64,
     /// Whether this is the only way on (`only_*`) instead of one that is forbidden (`no_*`).
     pub only: bool,
+    /// Times at which it holds; `None` if always.
+    pub when: Option<Hours>,
+}
+
+impl Restriction {
+    /// Returns whether it holds in an hour of a working day that begins at a time, hours after midnight.
+    pub fn holds(&self, time_of_day: f64) -> bool {
+        self.when.as_ref().is_none_or(|hours| hours.hold(time_of_day))
+    }
 }
 
 /// The nodes on drivable ways, sorted by id.
@@ -176,6 +186,17 @@ impl Extract {
     /// Returns the node ids of a way.
     pub fn nodes_of(&self, way: &Way) -> &[i64] {
         &self.refs[way.refs.clone()]
+    }
+
+    /// Returns how many turn restrictions that hold at certain times only hold in an hour of a working day, and
+    /// how many there are.
+    ///
+    /// # Arguments
+    ///
+    /// * `time_of_day` — when the hour begins, hours after midnight.
+    pub fn timed_restrictions(&self, time_of_day: f64) -> (usize, usize) {
+        let timed = || self.restrictions.iter().filter(|r| r.when.is_some());
+        (timed().filter(|r| r.holds(time_of_day)).count(), timed().count())
     }
 
     /// Removes ways, such as those of a class that a setting leaves out.

@@ -12,6 +12,14 @@ pub enum Flag {
     AllCrossings,
     /// The map leaves an approach no way across.
     NoWayAcross,
+    /// Two ways of the map are drawn over each other, and the lanes of one of them are counted.
+    DrawnTwice,
+    /// Its signals are those of one controller by the signal list, though they are far apart.
+    OneController,
+    /// Ramps along one street that are joined because they are near: they may have several controllers.
+    JoinedRamps,
+    /// Another signalised intersection is near: both may have one controller.
+    NearSignal,
     /// Two neighbouring arms are at a small angle.
     CloseArms,
     /// Five or six arms.
@@ -37,6 +45,12 @@ impl Flag {
             Self::CrossingsOnly => "known by its crossings only",
             Self::AllCrossings => "all signals are at crossings",
             Self::NoWayAcross => "an approach without a way across",
+            Self::DrawnTwice => "two ways over each other, counted once",
+            Self::OneController => "joined by the controller in the list",
+            Self::JoinedRamps => "ramps joined by distance, perhaps of several controllers",
+            Self::NearSignal => {
+                "another signal less than 60 m away, perhaps of the same controller"
+            }
             Self::CloseArms => "two arms less than 25 degrees apart",
             Self::ManyArms => "five or more arms",
             Self::ManyLanes => "an approach of seven or more lanes",

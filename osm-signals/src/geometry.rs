@@ -5,7 +5,7 @@
 //! [`LocalMetric`] takes the surroundings of a latitude as flat instead: within 1 km the error is
 //! below 0.1% up to 80 degrees north and south.
 
-use geo::{Bearing, Distance, HaversineMeasure, InterpolatePoint, Point};
+use geo::{Bearing, Destination, Distance, HaversineMeasure, InterpolatePoint, Point};
 
 use super::extract::Place;
 
@@ -75,6 +75,19 @@ pub fn distance_m(a: Place, b: Place) -> f64 {
 /// they are one place.
 pub fn bearing_deg(a: Place, b: Place) -> f64 {
     if a == b { 0.0 } else { SPHERE.bearing(point(a), point(b)) }
+}
+
+/// Returns the place some metres from another in a direction, degrees clockwise from north.
+pub fn beyond(from: Place, bearing_deg: f64, metres: f64) -> Place {
+    let at = SPHERE.destination(point(from), bearing_deg, metres);
+    Place::from_degrees(at.y(), at.x()).unwrap_or(from)
+}
+
+/// Returns where a place is on the sphere, metres from the centre of the earth.
+pub(crate) fn chord(place: Place) -> [f64; 3] {
+    let (latitude, longitude) = (place.latitude().to_radians(), place.longitude().to_radians());
+    let east = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin()];
+    [east[0], east[1], latitude.sin()].map(|c| c * EARTH_RADIUS_M)
 }
 
 /// Returns the angle between two axes, degrees, in [0, 90]: directions that differ by 180 degrees

@@ -191,6 +191,15 @@ impl<'a> Graph<'a> {
         self.cut.contains(&node)
     }
 
+    /// Returns whether traffic can only leave a node or only come to it, on two or more pieces: it comes from or
+    /// goes to a street that the extract does not have, such as where a street forks at the border.
+    pub fn is_open_fork(&self, node: u32) -> bool {
+        let steps = self.steps(node);
+        steps.len() > 1
+            && steps.iter().all(|s| self.is_one_way(*s))
+            && steps.windows(2).all(|pair| self.allowed(pair[0]) == self.allowed(pair[1]))
+    }
+
     /// Returns the neighbours of a node, each once, without streets to be `ignored`.
     pub fn neighbours(&self, node: u32, ignored: &HashSet<u32>) -> Vec<u32> {
         let steps = self.steps(node).iter().filter(|s| !ignored.contains(&s.piece));

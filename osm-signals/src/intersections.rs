@@ -3,18 +3,20 @@
 use std::collections::BTreeSet;
 
 use rayon::prelude::*;
+use rstar::RTree;
 use serde::Serialize;
 
 use super::across::{Restrictions, crossings};
 use super::arms::{Arm, arms};
-use super::extract::Place;
+use super::extract::{Place, SignalNode};
 use super::flags::Flag;
-use super::graph::Graph;
+use super::geometry::chord;
+use super::graph::{Graph, Step};
 use super::legs::{Leg, Surroundings, surroundings};
 use super::settings::Settings;
 use super::sites::{Site, Uncontrolled, sites};
 use super::streets::Streets;
-use super::tags::Special;
+use super::tags::{Highway, Special};
 use super::turn::{Turns, exits};
 
 /// Most arms of an intersection: what has more is probably several that were joined.
@@ -22,6 +24,9 @@ pub const MAX_ARMS: usize = 6;
 
 /// Most lanes of an arm in one direction: more are probably a mistake of the map.
 pub const MAX_LANES: u32 = 12;
+
+/// Distance of intersections that may have one controller, metres: fewer than eight cars fit between.
+const NEAR_M: f64 = 60.0;
 
 /// Why a signal is no intersection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -153,11 +158,17 @@ pub struct Found {
 /// # Arguments
 ///
 /// * `listed` — nodes that have a signal, whatever the map says.
-pub fn intersections(graph: &Graph<'_>, settings: &Settings, listed: &[u32]) -> Found {
+/// * `together` — groups of nodes with a signal that are one intersection, however far apart they are.
+pub fn intersections(
+    graph: &Graph<'_>,
+    settings: &Settings,
+    listed: &[u32],
+    together: &[Vec<u32>],
+) -> Found {
     let extract = graph.extract;
     let streets = Streets::new(extract, &settings.streets);
-    let restrictions = Restrictions::new(extract);
-    let (sites, left) = sites(graph, &settings.intersections, listed);
+    let restrictions = Restrictions::new(extract, settings.streets.time_of_day);
+    let (sites, left) = sites(graph, &settings.intersections, listed, together);
     let made: Vec<Result<Intersection, Skipped>> = sites
         .par_iter()
         .map(|site| intersection(graph, &streets, &restrictions, settings, site))
@@ -172,6 +183,9 @@ pub fn intersections(graph: &Graph<'_>, settings: &Settings, listed: &[u32]) -> 
     found.skipped.extend(left.into_iter().map(|(signal, reason)| {
         let signal = &extract.signals[signal];
         let reason = match reason {
+            Uncontrolled::NoJunction | Uncontrolled::EndOfStreet if meters(graph, signal) => {
+                Skip::RampMeter
+            }
             Uncontrolled::NotOnStreet => Skip::NotOnStreet,
             Uncontrolled::NoJunction => Skip::NoJunction,
             Uncontrolled::Border => Skip::Border,
@@ -186,6 +200,7 @@ pub fn intersections(graph: &Graph<'_>, settings: &Settings, listed: &[u32]) -> 
     }));
     let first = |signals: &[i64], nodes: &[i64]| signals.first().or(nodes.first()).copied();
     found.intersections.sort_by_key(|i| first(&i.signals, &i.nodes));
+    flag_near(&mut found.intersections);
     found.skipped.sort_by_key(|s| first(&s.signals, &[]));
     found
 }
@@ -207,6 +222,18 @@ fn intersection(
         return skip(Skip::Roundabout);
     }
     let around = surroundings(graph, site, &settings.intersections);
+    // Signals at the entries of a roundabout stand before its fork, too.
+    let reach_m = settings.intersections.signal_reach_m;
+    let enters = |l: &Leg| l.outbound && l.length_m <= reach_m && on_roundabout(&l.chain.end);
+    let entry = around.legs.iter().any(enters);
+    let circle = |l: &&Leg| l.length_m <= reach_m && on_roundabout(&l.chain.end);
+    if entry && around.legs.len() - around.legs.iter().filter(circle).count() <= 1 {
+        return skip(Skip::Roundabout);
+    }
+    let skip = |reason| match reason {
+        Skip::RampMeter | Skip::FewArms | Skip::FewApproaches if entry => skip(Skip::Roundabout),
+        reason => skip(reason),
+    };
     let metered =
         !site.signals.is_empty() && site.signals.iter().all(|s| extract.signals[*s].tags.meter);
     let merges = around.legs.iter().filter(|l| l.outbound).count() <= 1;
@@ -269,10 +296,32 @@ fn intersection(
     })
 }
 
+/// Flags the intersections that have another one near.
+fn flag_near(intersections: &mut [Intersection]) {
+    let at = |i: &Intersection| chord(i.centre);
+    let tree = RTree::bulk_load(intersections.iter().map(at).collect());
+    for i in intersections {
+        if tree.locate_within_distance(chord(i.centre), NEAR_M * NEAR_M).count() > 1 {
+            i.flags.push(Flag::NearSignal);
+        }
+    }
+}
+
+/// Returns whether a signal without a junction meters a ramp: the map says so, or it is on a ramp only.
+fn meters(graph: &Graph<'_>, signal: &SignalNode) -> bool {
+    let steps = graph.extract.nodes.index(signal.id).map(|n| graph.steps(n as u32));
+    let on_ramp = |s: &Step| graph.way(*s).street.highway == Highway::MotorwayLink;
+    signal.tags.meter
+        || (!signal.tags.crossing
+            && steps.is_some_and(|steps| !steps.is_empty() && steps.iter().all(on_ramp)))
+}
+
 fn flags(site: &Site, graph: &Graph<'_>) -> Vec<Flag> {
     let signals = || site.signals.iter().map(|s| &graph.extract.signals[*s]);
     let holds = [
         (Flag::CrossingsOnly, site.signals.is_empty() && !site.listed),
+        (Flag::OneController, site.together),
+        (Flag::JoinedRamps, site.ramps),
         (Flag::AllCrossings, !site.signals.is_empty() && signals().all(|s| s.tags.crossing)),
     ];
     holds.into_iter().filter(|(_, holds)| *holds).map(|(flag, _)| flag).collect()

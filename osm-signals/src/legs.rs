@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::extract::Place;
-use super::geometry::{along, bearing_deg};
+use super::geometry::{along, bearing_deg, beyond};
 use super::graph::{Chain, Graph, Step};
 use super::settings::IntersectionSettings;
 use super::sites::Site;
@@ -96,9 +96,10 @@ fn legs(
     let (mut legs, mut inside) = (Vec::new(), Vec::new());
     for node in &site.nodes {
         for step in graph.steps(*node).iter().filter(|s| !ignored.contains(&s.piece)) {
-            let chain = graph.chain(*step, ignored, &is_inside);
+            let chain = graph.chain(*step, ignored, &|n| is_inside(n) || graph.is_open_fork(n));
             let length_m = graph.length_m(&chain.steps);
-            if is_inside(chain.end) && length_m <= settings.max_extent_m {
+            let within = site.together || length_m <= settings.max_extent_m;
+            if is_inside(chain.end) && within {
                 inside.extend(&chain.steps);
             } else {
                 legs.push(leg(graph, chain, length_m, settings.bearing_at_m));
@@ -112,7 +113,10 @@ fn leg(graph: &Graph<'_>, chain: Chain, length_m: f64, bearing_at_m: f64) -> Leg
     let places = graph.places(&chain);
     let first = chain.steps[0];
     let at = along(&places, bearing_at_m).and_then(|(lat, lon)| Place::from_degrees(lat, lon));
-    let towards = at.unwrap_or(places[places.len() - 1]);
+    let end = places[places.len() - 1];
+    // A short leg goes on as it leads, so that a place beside the centre is no direction of its own.
+    let beyond_m = (bearing_at_m - length_m).max(0.0);
+    let towards = at.unwrap_or_else(|| beyond(end, bearing_deg(places[0], end), beyond_m));
     Leg {
         inbound: graph.allowed(first.reversed()),
         outbound: graph.allowed(first),
@@ -139,7 +143,7 @@ fn find_slip(
     for leg in legs.iter().filter(|l| l.inbound).filter(near) {
         let fork = leg.chain.end;
         let last = leg.chain.steps[leg.chain.steps.len() - 1];
-        if graph.neighbours(fork, ignored).len() != 3 {
+        if graph.neighbours(fork, ignored).len() != 3 && !graph.is_open_fork(fork) {
             continue;
         }
         let others = graph.steps(fork).iter().filter(|s| {
@@ -212,7 +216,14 @@ fn turns_off(graph: &Graph<'_>, off: Step, on: Step, joins: bool) -> bool {
     }
     let fork = graph.source(off);
     let before = graph.steps(fork).iter().find(|s| ![off.piece, on.piece].contains(&s.piece));
-    let Some(before) = before else { return false };
+    let Some(before) = before else { return is_lesser(graph, off, on) };
     let turn = |s: Step| turn_degrees(graph.direction(before.reversed()), graph.direction(s)).abs();
     turn(off) > turn(on)
+}
+
+/// Returns whether a street is of a lower class than another, or of the same and without a name.
+fn is_lesser(graph: &Graph<'_>, one: Step, other: Step) -> bool {
+    let (one, other) = (&graph.way(one).street, &graph.way(other).street);
+    let unnamed = one.name.is_none() && other.name.is_some();
+    one.highway > other.highway || (one.highway == other.highway && unnamed)
 }

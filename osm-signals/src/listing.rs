@@ -11,8 +11,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
-use super::extract::Place;
-use super::geometry::EARTH_RADIUS_M;
+use super::geometry::chord;
 use super::graph::Graph;
 use super::intersections::{Found, Intersection, Skip, Skipped};
 use super::signals::ListedSignal;
@@ -28,13 +27,6 @@ const CLEARLY_M: f64 = 20.0;
 /// the ground.
 type Chord<T> = GeomWithData<[f64; 3], T>;
 
-/// Returns where a place is on the sphere, metres from the centre of the earth.
-pub(super) fn chord(place: Place) -> [f64; 3] {
-    let (latitude, longitude) = (place.latitude().to_radians(), place.longitude().to_radians());
-    let east = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin()];
-    [east[0], east[1], latitude.sin()].map(|c| c * EARTH_RADIUS_M)
-}
-
 /// Why a row has no intersection, or why its intersection is not called like it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowNote {
@@ -48,6 +40,8 @@ pub enum RowNote {
     Skipped(Skip),
     /// It has an intersection, which cannot be called like it.
     NoName,
+    /// Its intersection is called like another row, on this line, which has the same controller.
+    SameController(u64),
 }
 
 impl RowNote {
@@ -55,6 +49,7 @@ impl RowNote {
     pub fn words(self) -> &'static str {
         match self {
             Self::Duplicate(_) => "duplicate of another row",
+            Self::SameController(_) => "run by the controller of another row",
             Self::NoPlace => "at latitude 0, longitude 0, which stands for no place",
             Self::NothingNear => "no junction of streets within reach",
             Self::Skipped(skip) => skip.reason(),
@@ -136,6 +131,26 @@ pub fn unmapped(graph: &Graph<'_>, mapped: &Found, rows: &[ListedSignal], match_
     let left = (0..rows.len()).filter(|row| on_junction.contains(row) || !near.contains_key(row));
     let named: BTreeSet<u32> = left.filter_map(|row| own[row].map(|(node, ..)| node)).collect();
     Named { nodes: named.into_iter().collect(), on_junction }
+}
+
+/// Returns the junctions of intersections that a list gives one controller, in groups of at least two intersections.
+pub fn one_controller(
+    graph: &Graph<'_>,
+    found: &Found,
+    rows: &[ListedSignal],
+    match_m: f64,
+) -> Vec<Vec<u32>> {
+    let mut of: BTreeMap<&str, BTreeSet<usize>> = BTreeMap::new();
+    let nearest = assign(&found.intersections, rows, &BTreeSet::new(), match_m).nearest;
+    for (row, (intersection, _)) in nearest {
+        if let Some(controller) = rows[row].controller.as_deref() {
+            of.entry(controller).or_default().insert(intersection);
+        }
+    }
+    let nodes = |i: &usize| found.intersections[*i].nodes.iter();
+    let index = |id: &i64| graph.extract.nodes.index(*id).map(|n| n as u32);
+    let groups = of.into_values().filter(|intersections| intersections.len() > 1);
+    groups.map(|group| group.iter().flat_map(nodes).filter_map(index).collect()).collect()
 }
 
 /// Returns what is nearest to a place and the square of its distance.
@@ -261,6 +276,19 @@ pub fn keep_listed(
             }),
         }
     }
+    for row in 0..rows.len() {
+        let (Some(RowNote::Duplicate(line)), Some(controller)) =
+            (matches[row].note, &rows[row].controller)
+        else {
+            continue;
+        };
+        let same = |r: &ListedSignal| r.line == line && r.controller.as_ref() == Some(controller);
+        if let Some(owner) = rows.iter().position(same) {
+            matches[row].intersection = matches[owner].intersection.clone();
+            matches[row].on_map = matches[owner].on_map;
+            matches[row].note = Some(RowNote::SameController(line));
+        }
+    }
     matches
 }
 
@@ -269,6 +297,7 @@ mod tests {
     use std::time::{Duration, Instant};
 
     use super::*;
+    use crate::extract::Place;
     use crate::intersections::Intersection;
 
     /// Places on a grid of about 100 m, so many in a row.
@@ -280,7 +309,7 @@ mod tests {
     }
 
     fn row(id: &str, place: Place) -> ListedSignal {
-        ListedSignal { id: id.into(), place, line: 2 }
+        ListedSignal { id: id.into(), place, line: 2, controller: None }
     }
 
     fn intersection(i: usize) -> Intersection {

@@ -10,7 +10,7 @@ use super::arms::Arm;
 use super::extract::{Extract, Place};
 use super::graph::Graph;
 use super::intersections::{Found, Intersection, intersections};
-use super::listing::{Named, unmapped};
+use super::listing::{Named, one_controller, unmapped};
 use super::settings::Settings;
 use super::signals::ListedSignal;
 use super::turn::Turns;
@@ -33,12 +33,16 @@ pub fn found(
 ) -> (Found, Named) {
     let match_m = settings.intersections.list_match_m;
     let of = |graph: &Graph<'_>, listed: &[ListedSignal]| {
-        let found = intersections(graph, settings, &[]);
+        let mut found = intersections(graph, settings, &[], &[]);
         let named = unmapped(graph, &found, listed, match_m);
-        match named.nodes.is_empty() {
-            true => (found, named),
-            false => (intersections(graph, settings, &named.nodes), named),
+        if !named.nodes.is_empty() {
+            found = intersections(graph, settings, &named.nodes, &[]);
         }
+        let together = one_controller(graph, &found, listed, match_m);
+        if !together.is_empty() {
+            found = intersections(graph, settings, &named.nodes, &together);
+        }
+        (found, named)
     };
     match side {
         DrivingSide::Right => of(graph, listed),

@@ -32,6 +32,7 @@ pub fn flags(i: &Intersection) -> Vec<Flag> {
     });
     let flags = [
         (Flag::NoWayAcross, any(&|_, turns| turns.is_none())),
+        (Flag::DrawnTwice, i.arms.iter().any(|arm| arm.drawn_twice)),
         (Flag::CloseArms, close),
         (Flag::ManyArms, i.arms.len() >= MANY_ARMS),
         (Flag::ManyLanes, any(&|arm, _| arm.lanes_in >= MANY_LANES)),

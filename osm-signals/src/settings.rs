@@ -47,6 +47,9 @@ pub struct StreetSettings {
     /// Distance from the junction within which the best tagged piece of a leg gives its lanes,
     /// metres: ways are often split shortly before the stop line, and the last bit left untagged.
     pub stop_line_m: f64,
+    /// When the simulated hour begins, hours after midnight of a working day: turn restrictions that hold in
+    /// the middle of that hour are applied. By default the morning peak, as is the peak direction of traffic.
+    pub time_of_day: f64,
 }
 
 impl Default for StreetSettings {
@@ -62,6 +65,7 @@ impl Default for StreetSettings {
             default_lanes: Highway::NAMES.iter().map(|(c, _)| (*c, lanes(*c))).collect(),
             driving_side: SideSetting::Auto,
             stop_line_m: 25.0,
+            time_of_day: 8.0,
         }
     }
 }
@@ -91,6 +95,9 @@ pub struct IntersectionSettings {
     /// Widest median: crossings with the two carriageways of one street at most this far apart
     /// are one intersection, metres.
     pub median_m: f64,
+    /// Farthest that the signals of two ramps may be apart along a street to be one intersection, metres: one
+    /// controller runs a single-point interchange, and vehicles have no room between.
+    pub ramps_m: f64,
     /// Largest distance between two nodes of one intersection, metres.
     pub max_extent_m: f64,
     /// Farthest from the junction that a slip lane may begin or end, metres along the street.
@@ -112,6 +119,7 @@ impl Default for IntersectionSettings {
             join_m: 30.0,
             from_crossings: true,
             median_m: 45.0,
+            ramps_m: 50.0,
             max_extent_m: 100.0,
             slip_reach_m: 80.0,
             bearing_at_m: 40.0,
@@ -178,9 +186,11 @@ impl Settings {
         let ranges = [
             ("streets.default_speed_mph", s.default_speed_mph, 3.0, 100.0),
             ("streets.stop_line_m", s.stop_line_m, 0.0, 200.0),
+            ("streets.time_of_day", s.time_of_day, 0.0, 24.0),
             ("intersections.signal_reach_m", i.signal_reach_m, 0.0, 200.0),
             ("intersections.join_m", i.join_m, 0.0, 200.0),
             ("intersections.median_m", i.median_m, i.join_m, 200.0),
+            ("intersections.ramps_m", i.ramps_m, 0.0, 200.0),
             ("intersections.max_extent_m", i.max_extent_m, 10.0, 500.0),
             ("intersections.slip_reach_m", i.slip_reach_m, 0.0, 300.0),
             ("intersections.bearing_at_m", i.bearing_at_m, 1.0, 200.0),

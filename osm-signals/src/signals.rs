@@ -2,6 +2,11 @@
 //!
 //! An extract tells where OpenStreetMap's contributors have seen a signal; such a list tells
 //! where one is by its operator. One row is one signal, with its place and, if it has one, its id.
+//!
+//! A place is a latitude and a longitude, a text `POINT (longitude latitude)`, or the point of a feature. Lists mix
+//! signals with beacons, flashers and planned ones; [`SignalColumns::keep`] says which rows count.
+
+mod choice;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,25 +14,73 @@ use std::path::Path;
 use geo::{BoundingRect, Coord, LineString, Rect};
 use serde::{Deserialize, Serialize};
 
+use choice::{conditions, doubt, kinds, named};
+
 use super::error::{OsmError, brief};
 use super::extract::Place;
 use super::file;
+use super::geometry::checked_place;
+use super::sources::Source;
 use super::table::{Column, Table};
+use super::wkt;
 
-/// Usual names of the column with the id.
-const ID: [&str; 5] = ["id", "signal", "signal_id", "signalid", "name"];
+/// Usual names of the column with the id, the best one first.
+const ID: [&str; 18] = [
+    "id",
+    "signal",
+    "signal_id",
+    "signalid",
+    "name",
+    "signal_number",
+    "signal_no",
+    "sig_id",
+    "sig_no",
+    "asset_id",
+    "assetid",
+    "intersection_id",
+    "int_id",
+    "intid",
+    "location_id",
+    "site_id",
+    "facilityid",
+    "objectid",
+];
 
-/// Names of a signal list's columns, where they are not among the usual ones.
+/// Usual names of the column with a text `POINT (...)`.
+const POINT: [&str; 10] = [
+    "shape",
+    "the_geom",
+    "geom",
+    "geometry",
+    "wkt",
+    "wkt_geom",
+    "point",
+    "location",
+    "georeference",
+    "geo_point",
+];
+
+/// Usual names of the column with the controller; a column `controller` mostly has its type.
+const CONTROLLER: [&str; 2] = ["controller_id", "controllerid"];
+
+/// Names of a signal list's columns, where they are not among the usual ones, and which of its rows count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SignalColumns {
-    /// Column with the id; usual are id, signal, signal_id, signalid, name. Without one, rows are
-    /// numbered.
+    /// Column with the id; usual are id, signal, signal_id, name and the like. Without one, rows are numbered.
     pub id: Option<String>,
-    /// Column with the latitude, degrees, WGS 84; usual are latitude, lat, y.
+    /// Column with the latitude, degrees, WGS 84; usual are latitude, lat, y and the like.
     pub latitude: Option<String>,
-    /// Column with the longitude, degrees, WGS 84; usual are longitude, lon, lng, long, x.
+    /// Column with the longitude, degrees, WGS 84; usual are longitude, lon, lng, long, x and the like.
     pub longitude: Option<String>,
+    /// Column with a text `POINT (longitude latitude)`, WGS 84; usual are shape, the_geom, geom, wkt and the like.
+    pub point: Option<String>,
+    /// Column with the controller: signals with one value are one intersection. Usual is controller_id.
+    pub controller: Option<String>,
+    /// Which rows count, each `COLUMN=VALUE` or `COLUMN!=VALUE`, whatever the case of letters: of one column
+    /// any of the values, and what all columns say.
+    #[serde(rename = "where")]
+    pub keep: Vec<String>,
 }
 
 /// A signal of a list.
@@ -35,10 +88,12 @@ pub struct SignalColumns {
 pub struct ListedSignal {
     /// Its id, or else the number of its row, from 1.
     pub id: String,
-    /// Where it is.
+    /// Where it is; latitude 0, longitude 0 if its row has no place.
     pub place: Place,
-    /// Line of the file.
+    /// Line of the file; of features and workbooks the number of the feature or row.
     pub line: u64,
+    /// Its controller, if the list has a column for it.
+    pub controller: Option<String>,
 }
 
 /// The signals of a list, in the order of the file; at least one.
@@ -46,10 +101,22 @@ pub struct ListedSignal {
 pub struct SignalList {
     /// The signals.
     pub signals: Vec<ListedSignal>,
+    /// How many rows were left out by [`SignalColumns::keep`].
+    pub left_out: usize,
+    /// What may be no signal, and how to leave it out.
+    pub doubts: Vec<String>,
+}
+
+/// Where the place of a row stands.
+enum At {
+    /// In two columns.
+    Degrees(usize, usize),
+    /// In a text.
+    Text(usize),
 }
 
 impl SignalList {
-    /// Reads a list.
+    /// Reads a list: CSV, a workbook, GeoJSON points, a shapefile, or an archive with one of these.
     ///
     /// # Errors
     ///
@@ -59,7 +126,7 @@ impl SignalList {
         Self::from_bytes(&file::bytes(path)?, path, columns)
     }
 
-    /// Reads a list from the bytes of a file; `path` is for messages only.
+    /// Reads a list from the bytes of a file; `path` is for messages, and for the other files of a shapefile.
     ///
     /// # Errors
     ///
@@ -69,19 +136,33 @@ impl SignalList {
         path: &Path,
         columns: &SignalColumns,
     ) -> Result<Self, OsmError> {
-        let mut table = Table::open(bytes, path)?;
+        let source = Source::of(bytes, path)?;
+        let mut table = Table::with_rows(&source.bytes, path, source.rows)?;
         let id = Column { what: "id", given: columns.id.as_deref(), usual: &ID };
         let id = table.find(&id)?;
-        let at = (
-            table.need(&Column::latitude(columns.latitude.as_deref()))?,
-            table.need(&Column::longitude(columns.longitude.as_deref()))?,
-        );
-        let mut signals: Vec<ListedSignal> = Vec::new();
+        let controller =
+            Column { what: "controller", given: columns.controller.as_deref(), usual: &CONTROLLER };
+        let controller = table.find(&controller)?;
+        let at = places(&table, columns)?;
+        let conditions = conditions(&table, &columns.keep)?;
+        let kinds = kinds(&table, &conditions);
+        let mut found: BTreeMap<usize, BTreeMap<String, usize>> = BTreeMap::new();
+        let mut left: BTreeMap<usize, BTreeMap<String, usize>> = BTreeMap::new();
+        let mut list = Self { signals: Vec::new(), left_out: 0, doubts: Vec::new() };
         let mut lines: BTreeMap<String, u64> = BTreeMap::new();
+        let mut number = 0;
         while let Some(row) = table.next_row()? {
             let line = row.line;
+            number += 1;
+            let value = |column: usize| row.text(column).to_lowercase();
+            if let Some(condition) = conditions.iter().find(|c| !c.holds(&value(c.column))) {
+                let values = left.entry(condition.column).or_default();
+                *values.entry(row.text(condition.column).to_owned()).or_default() += 1;
+                list.left_out += 1;
+                continue;
+            }
             let id = match id.map(|column| row.text(column)) {
-                None => (signals.len() + 1).to_string(),
+                None => number.to_string(),
                 Some("") => {
                     let reason = "no id; give every signal one, or remove the column to number \
                                   the rows";
@@ -91,18 +172,39 @@ impl SignalList {
             };
             if let Some(first) = lines.insert(id.clone(), line) {
                 let id = brief(&id);
+                let first = table.number_of(first);
                 let reason = format!(
                     "signal {id} is on line {first} already; if these are two signals, name a column that \
                      tells them apart (`id` in [signals] of the settings), else remove one of them"
                 );
                 return Err(table.error(line, reason));
             }
-            signals.push(ListedSignal { id, place: table.place(&row, at)?, line });
+            for kind in &kinds {
+                *found.entry(*kind).or_default().entry(row.text(*kind).to_owned()).or_default() +=
+                    1;
+            }
+            let controller = controller.map(|column| row.text(column)).filter(|c| !c.is_empty());
+            list.signals.push(ListedSignal {
+                id,
+                place: at.place(&table, &row)?,
+                line: table.number_of(line),
+                controller: controller.map(str::to_owned),
+            });
         }
-        if signals.is_empty() {
-            return Err(table.nothing("no signal below the first line; give one row per signal"));
+        if list.signals.is_empty() {
+            let reason = match left.iter().next() {
+                Some((column, values)) => format!(
+                    "no row is as asked for; column {} has {}",
+                    brief(table.name(*column)),
+                    named(values)
+                ),
+                None => "no signal below the first line; give one row per signal".to_owned(),
+            };
+            return Err(table.nothing(&reason));
         }
-        Ok(Self { signals })
+        let kinds = found.into_iter().filter_map(|(c, values)| doubt(table.name(c), &values));
+        list.doubts = kinds.collect();
+        Ok(list)
     }
 
     /// Returns the smallest box around all signals but those at (0, 0), where programs put what has
@@ -116,80 +218,46 @@ impl SignalList {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn read(text: &str) -> Result<Vec<ListedSignal>, String> {
-        SignalList::from_bytes(text.as_bytes(), Path::new("s.csv"), &SignalColumns::default())
-            .map(|list| list.signals)
-            .map_err(|e| e.to_string())
-    }
-
-    #[test]
-    fn a_list_keeps_ids_places_and_lines() {
-        let signals = read("SIGNAL,TYPE,LAT,LNG\n1001,Signal,40.78,-111.92\n").unwrap();
-        let place = Place::from_degrees(40.78, -111.92).unwrap();
-        assert_eq!(signals, [ListedSignal { id: "1001".into(), place, line: 2 }]);
-    }
-
-    #[test]
-    fn rows_without_an_id_column_are_numbered() {
-        let signals = read("y,x\n40,-111\n41,-111\n").unwrap();
-        assert_eq!(signals.iter().map(|s| &*s.id).collect::<Vec<_>>(), ["1", "2"]);
-    }
-
-    #[test]
-    fn an_id_that_comes_twice_names_both_lines() {
-        let reason = read("id,y,x\n7,40,-111\n8,41,-111\n7,40,-111\n").unwrap_err();
-        assert_eq!(
-            reason,
-            "s.csv, line 4: signal 7 is on line 2 already; if these are two signals, name a column that \
-             tells them apart (`id` in [signals] of the settings), else remove one of them"
-        );
-        let long = "7".repeat(100_000);
-        let reason = read(&format!("id,y,x\n{long},40,-111\n{long},40,-111\n")).unwrap_err();
-        assert!(reason.len() < 300, "{reason}");
-    }
-
-    #[test]
-    fn bounds_are_those_of_all_signals() {
-        let text = "y,x\n40,-111\n41.5,-112\n40.5,-110\n";
-        let list =
-            SignalList::from_bytes(text.as_bytes(), Path::new("s"), &SignalColumns::default());
-        let bounds = list.unwrap().bounds();
-        assert_eq!(bounds.min(), Coord { x: -112.0, y: 40.0 });
-        assert_eq!(bounds.max(), Coord { x: -110.0, y: 41.5 });
-    }
-
-    #[test]
-    fn a_missing_id_and_a_list_without_rows_are_refused() {
-        assert!(read("id,y,x\n,40,-111\n").unwrap_err().contains("line 2: no id"));
-        assert!(read("id,y,x\n").unwrap_err().contains("no signal below the first line"));
-    }
-
-    #[test]
-    fn columns_with_other_names_can_be_given() {
-        let columns: SignalColumns =
-            toml::from_str("latitude = \"Breite\"\nlongitude = \"Länge\"").unwrap();
-        let text = "Breite,LÄNGE\n40,-111\n";
-        let list = SignalList::from_bytes(text.as_bytes(), Path::new("s.csv"), &columns).unwrap();
-        assert_eq!(list.signals.len(), 1);
-        assert!(toml::from_str::<SignalColumns>("lat = \"y\"").is_err());
-    }
-
-    proptest! {
-        #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let columns = SignalColumns::default();
-            drop(SignalList::from_bytes(&bytes, Path::new("s.csv"), &columns));
-        }
-
-        #[test]
-        fn any_rows_are_read_or_refused(rows in "[0-9;,.\"\\-\r\n a]{0,80}") {
-            drop(read(&format!("id,lat,lon\n{rows}")));
+impl At {
+    /// Returns the place of a row; latitude 0, longitude 0 for one without any.
+    fn place(&self, table: &Table<'_>, row: &sheet::Row) -> Result<Place, OsmError> {
+        let nowhere = Place { latitude_e7: 0, longitude_e7: 0 };
+        match *self {
+            Self::Degrees(latitude, longitude) => {
+                let empty = row.text(latitude).is_empty() && row.text(longitude).is_empty();
+                if empty { Ok(nowhere) } else { table.place(row, (latitude, longitude)) }
+            }
+            Self::Text(column) => match row.text(column) {
+                "" => Ok(nowhere),
+                text => wkt::point(text)
+                    .and_then(|(latitude, longitude)| checked_place(latitude, longitude))
+                    .map_err(|reason| table.error(row.line, reason)),
+            },
         }
     }
 }
+
+/// Returns where the places of a list stand.
+fn places(table: &Table<'_>, columns: &SignalColumns) -> Result<At, OsmError> {
+    let text = Column { what: "point", given: columns.point.as_deref(), usual: &POINT };
+    let degrees = [
+        Column::latitude(columns.latitude.as_deref()),
+        Column::longitude(columns.longitude.as_deref()),
+    ];
+    if columns.point.is_none() {
+        let found = [table.find(&degrees[0])?, table.find(&degrees[1])?];
+        if let [Some(latitude), Some(longitude)] = found {
+            return Ok(At::Degrees(latitude, longitude));
+        }
+        if columns.latitude.is_none() && columns.longitude.is_none() {
+            if let Some(column) = table.find(&text)? {
+                return Ok(At::Text(column));
+            }
+        }
+        return Ok(At::Degrees(table.need(&degrees[0])?, table.need(&degrees[1])?));
+    }
+    Ok(At::Text(table.need(&text)?))
+}
+
+#[cfg(test)]
+mod tests;

@@ -9,15 +9,16 @@
 //! neighbouring ones in a dense street grid.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashSet};
+use std::collections::{BTreeMap, BinaryHeap, HashSet};
 
 use super::crossings::crossed_all_around;
 use super::extract::SignalNode;
 use super::geometry::{bearing_deg, distance_m};
 use super::graph::{Graph, Step};
+use super::groups::{Group, Groups};
 use super::near::{adjoining, touch};
 use super::settings::IntersectionSettings;
-use super::tags::Special;
+use super::tags::{Highway, Special};
 use crate::angle::turn_degrees;
 
 /// Largest deviation of two carriageways from opposite headings, degrees.
@@ -56,6 +57,10 @@ pub struct Site {
     pub signals: Vec<usize>,
     /// Whether a signal list names one of its junctions.
     pub listed: bool,
+    /// Whether a signal list says that its signals have one controller.
+    pub together: bool,
+    /// Whether ramps are joined in it only because they are near.
+    pub ramps: bool,
 }
 
 /// Returns the sites of an extract and the signals that belong to none.
@@ -63,10 +68,12 @@ pub struct Site {
 /// # Arguments
 ///
 /// * `listed` — further junctions that have a signal, whatever the map says.
+/// * `together` — groups of junctions with a signal that are one intersection, however far apart they are.
 pub fn sites(
     graph: &Graph<'_>,
     settings: &IntersectionSettings,
     listed: &[u32],
+    together: &[Vec<u32>],
 ) -> (Vec<Site>, Vec<(usize, Uncontrolled)>) {
     let mut anchors: BTreeMap<u32, Vec<usize>> = listed.iter().map(|n| (*n, vec![])).collect();
     let (mut left, mut corners) = (Vec::new(), Vec::new());
@@ -96,15 +103,17 @@ pub fn sites(
             anchors.entry(node).or_default();
         }
     }
-    let groups = group(graph, settings, &anchors, &corners);
+    let groups = group(graph, settings, &anchors, (&corners, together));
     let sites = groups
         .into_iter()
-        .map(|nodes| {
+        .map(|Group { nodes, ramps }| {
+            let nodes: Vec<u32> = nodes.into_iter().collect();
             let mut signals: Vec<usize> =
                 nodes.iter().filter_map(|n| anchors.get(n)).flatten().copied().collect();
             signals.sort_unstable();
             let listed = nodes.iter().any(|n| listed.contains(n));
-            Site { nodes, signals, listed }
+            let together = together.iter().flatten().any(|n| nodes.binary_search(n).is_ok());
+            Site { nodes, signals, listed, together, ramps }
         })
         .collect();
     (sites, left)
@@ -215,26 +224,34 @@ fn group(
     graph: &Graph<'_>,
     settings: &IntersectionSettings,
     anchors: &BTreeMap<u32, Vec<usize>>,
-    corners: &[(u32, u32)],
-) -> Vec<Vec<u32>> {
+    (corners, together): (&[(u32, u32)], &[Vec<u32>]),
+) -> Vec<Group> {
     let none = HashSet::new();
     let mut groups = Groups::new(graph, settings.max_extent_m, anchors.keys().copied());
     let mut links = Vec::new();
     for a in anchors.keys().copied() {
         let reached = within_reach(graph, a, settings.max_extent_m);
         for (b, r) in reached.range(a + 1..).filter(|(b, _)| anchors.contains_key(b)) {
-            if r.metres <= settings.join_m
+            let sure = r.metres <= settings.join_m
                 || (r.metres <= settings.median_m && opposite(graph, a, *b))
-                || touch(graph, a, *b)
-            {
-                links.push((r.metres, a, *b, path(&reached, *b)));
+                || touch(graph, a, *b);
+            if sure || (r.metres <= settings.ramps_m && ramps(graph, a) && ramps(graph, *b)) {
+                links.push((!sure, r.metres, a, *b, path(&reached, *b)));
             }
         }
     }
-    links.sort_by(|x, y| x.0.total_cmp(&y.0).then_with(|| (x.1, x.2).cmp(&(y.1, y.2))));
-    for (_, a, b, between) in links {
+    links.sort_by(|x, y| {
+        x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then_with(|| (x.2, x.3).cmp(&(y.2, y.3)))
+    });
+    for (guessed, _, a, b, between) in links {
         let junctions = between.into_iter().filter(|n| graph.is_junction(*n, &none));
-        groups.join(a, b, junctions.collect());
+        groups.join(a, b, junctions.collect(), guessed);
+    }
+    for nodes in together {
+        let mut known = nodes.iter().filter(|n| groups.of.contains_key(n)).copied();
+        let Some(first) = known.next() else { continue };
+        let others: Vec<u32> = known.collect();
+        others.into_iter().for_each(|other| groups.unite(first, other));
     }
     let mut queue: Vec<u32> = groups.of.keys().copied().rev().collect();
     while let Some(a) = queue.pop() {
@@ -258,6 +275,12 @@ fn group(
         }
     }
     groups.members()
+}
+
+/// Returns whether a ramp begins or ends at a junction.
+fn ramps(graph: &Graph<'_>, node: u32) -> bool {
+    let class = |s: &Step| graph.way(*s).street.highway;
+    graph.steps(node).iter().any(|s| matches!(class(s), Highway::MotorwayLink | Highway::TrunkLink))
 }
 
 /// Returns the nodes between the start of a search and a node.
@@ -292,61 +315,4 @@ fn opposite(graph: &Graph<'_>, a: u32, b: u32) -> bool {
                 && street.highway == other_street.highway
         })
     })
-}
-
-/// Disjoint groups of nodes of limited extent.
-struct Groups<'g, 'a> {
-    graph: &'g Graph<'a>,
-    max_extent_m: f64,
-    of: BTreeMap<u32, usize>,
-    nodes: Vec<BTreeSet<u32>>,
-}
-
-impl<'g, 'a> Groups<'g, 'a> {
-    fn new(graph: &'g Graph<'a>, max_extent_m: f64, nodes: impl Iterator<Item = u32>) -> Self {
-        let nodes: Vec<BTreeSet<u32>> = nodes.map(|n| BTreeSet::from([n])).collect();
-        let of = nodes.iter().enumerate().flat_map(|(i, n)| n.iter().map(move |n| (*n, i)));
-        Self { graph, max_extent_m, of: of.collect(), nodes }
-    }
-
-    fn fits(&self, a: usize, others: &BTreeSet<u32>) -> bool {
-        self.nodes[a].iter().all(|x| {
-            others.iter().all(|y| {
-                distance_m(self.graph.place(*x), self.graph.place(*y)) <= self.max_extent_m
-            })
-        })
-    }
-
-    /// Joins the groups of two nodes and takes in the nodes between them, unless that is too wide.
-    fn join(&mut self, a: u32, b: u32, between: BTreeSet<u32>) {
-        let (i, j) = (self.of[&a], self.of[&b]);
-        let free = between.into_iter().filter(|n| !self.of.contains_key(n));
-        let mut others: BTreeSet<u32> = free.collect();
-        if i != j {
-            others.extend(&self.nodes[j]);
-        }
-        if self.fits(i, &others) {
-            if i != j {
-                self.nodes[j].clear();
-            }
-            self.of.extend(others.iter().map(|n| (*n, i)));
-            self.nodes[i].extend(others);
-        }
-    }
-
-    /// Adds a node to the group of another, unless that is too wide; returns whether it did.
-    fn add(&mut self, a: u32, node: u32) -> bool {
-        let group = self.of[&a];
-        let fits = self.fits(group, &BTreeSet::from([node]));
-        if fits {
-            self.nodes[group].insert(node);
-            self.of.insert(node, group);
-        }
-        fits
-    }
-
-    fn members(self) -> Vec<Vec<u32>> {
-        let groups = self.nodes.into_iter().filter(|n| !n.is_empty());
-        groups.map(|n| n.into_iter().collect()).collect()
-    }
 }

@@ -16,7 +16,7 @@ use super::tags::{Direction, Highway, Street};
 pub enum Source {
     /// A tag, or a count.
     Tagged,
-    /// The mode or mean of its highway class in the extract.
+    /// What is most frequent in its highway class in the extract.
     Imputed,
     /// A default.
     Default,
@@ -44,7 +44,7 @@ pub struct Lanes {
 pub struct Streets {
     /// Most frequent total of lanes by class and one-wayness.
     lanes: BTreeMap<(Highway, bool), u32>,
-    /// Mean speed limit by class, miles per hour.
+    /// Most frequent speed limit by class, miles per hour.
     speed_mph: BTreeMap<Highway, f64>,
     settings: StreetSettings,
 }
@@ -53,7 +53,7 @@ impl Streets {
     /// Gathers what the ways of an extract say.
     pub fn new(extract: &Extract, settings: &StreetSettings) -> Self {
         let mut lanes: BTreeMap<(Highway, bool), BTreeMap<u32, u32>> = BTreeMap::new();
-        let mut speeds: BTreeMap<Highway, (f64, u32)> = BTreeMap::new();
+        let mut speeds: BTreeMap<Highway, BTreeMap<u32, u32>> = BTreeMap::new();
         for street in extract.ways.iter().map(|w| &w.street) {
             if let Some(total) = street.lanes.total {
                 let key = (street.highway, street.direction != Direction::Both);
@@ -61,19 +61,29 @@ impl Streets {
             }
             let directions = [true, false].map(|forward| street.speed.in_direction(forward));
             for mph in directions.into_iter().flatten() {
-                let (sum, count) = speeds.entry(street.highway).or_default();
-                *sum += f64::from(mph);
-                *count += 1;
+                // Speeds are positive, so that their bits are in their order.
+                *speeds.entry(street.highway).or_default().entry(mph.to_bits()).or_default() += 1;
             }
         }
         // Of equally frequent numbers the smallest.
         let mode = |counts: BTreeMap<u32, u32>| {
             let most = counts.values().max().copied();
-            counts.into_iter().find(|(_, n)| Some(*n) == most).map_or(1, |(lanes, _)| lanes)
+            counts.into_iter().find(|(_, n)| Some(*n) == most).map(|(value, _)| value)
+        };
+        // Of equally frequent limits the one nearest to the mean, so that a street of few tags is no extreme.
+        let limit = |counts: BTreeMap<u32, u32>| {
+            let mph = |bits: &u32| f64::from(f32::from_bits(*bits));
+            let total: f64 = counts.values().copied().map(f64::from).sum();
+            let mean =
+                counts.iter().map(|(bits, n)| mph(bits) * f64::from(*n)).sum::<f64>() / total;
+            let most = counts.values().max().copied();
+            let frequent = counts.iter().filter(|(_, n)| Some(**n) == most).map(|(b, _)| mph(b));
+            frequent.min_by(|a, b| (a - mean).abs().total_cmp(&(b - mean).abs()))
         };
         Self {
-            lanes: lanes.into_iter().map(|(key, counts)| (key, mode(counts))).collect(),
-            speed_mph: speeds.into_iter().map(|(c, (sum, n))| (c, sum / f64::from(n))).collect(),
+            lanes: lanes.into_iter().map(|(key, n)| (key, mode(n).unwrap_or(1))).collect(),
+            // Deviation: OSMnx takes the mean, which is no limit that anybody signs, and yellow follows from it.
+            speed_mph: speeds.into_iter().filter_map(|(c, n)| Some((c, limit(n)?))).collect(),
             settings: settings.clone(),
         }
     }

@@ -16,7 +16,13 @@ use super::mirror;
 use super::settings::Settings;
 use super::signals::SignalList;
 use super::spread::Spread;
-use super::traffic::{ArmTraffic, traffic};
+use super::tags::Highway;
+use super::traffic::{ArmTraffic, InflowSource, traffic};
+
+/// Vehicles per day and lane of main streets below which counts are in thousands, and of an hour: the ranges of
+/// FHWA for collectors and arterials begin at 550 (Highway Functional Classification, 2013, tables 3-5 and 3-6).
+const THOUSANDS: f64 = 50.0;
+const HOURLY: f64 = 400.0;
 
 /// What decides beside the extract.
 #[derive(Debug, Clone, Copy, Default)]
@@ -82,6 +88,32 @@ impl Survey {
     /// Returns whether a traffic count was found for any arm.
     pub fn is_counted(&self) -> bool {
         self.traffic.iter().flatten().any(|t| t.count.is_some())
+    }
+
+    /// Says in which unit the counts of a survey may be, if too few vehicles come for the classes of its streets.
+    ///
+    /// Half of the counted arms of main streets (tertiary and above) have, per lane and day, less than any quiet
+    /// street: then the counts are in thousands; or less than a twentieth of what is usual there: then they are of an
+    /// hour.
+    pub fn count_doubt(&self) -> Option<String> {
+        let arms = self.found.intersections.iter().flat_map(|i| &i.arms);
+        let main = arms.zip(self.traffic.iter().flatten()).filter(|(arm, traffic)| {
+            traffic.source == InflowSource::Counted && arm.highway <= Highway::Tertiary
+        });
+        let mut per_lane: Vec<f64> = main.map(|(_, traffic)| traffic.aadt_per_lane).collect();
+        per_lane.sort_by(f64::total_cmp);
+        let middle = *per_lane.get(per_lane.len() / 2).filter(|_| per_lane.len() >= 3)?;
+        let way_out = match middle {
+            _ if middle < THOUSANDS => "if they are in thousands, multiply them by 1000",
+            _ if middle < HOURLY => {
+                "if they are of an hour, divide them by its share of the day (traffic.hourly_share)"
+            }
+            _ => return None,
+        };
+        Some(format!(
+            "traffic counts: half of the counted approaches of main streets have {middle:.0} vehicles a day and lane or \
+             less; {way_out}"
+        ))
     }
 
     /// Returns how many signals are no intersection, by reason, most frequent first.

@@ -15,11 +15,41 @@ use super::geometry::checked_place;
 /// Most columns that a message names.
 const QUOTED_COLUMNS: usize = 20;
 
+/// Names of the columns with the places of features.
+pub(super) const PLACE: [&str; 2] = ["feature_latitude", "feature_longitude"];
+
+/// Most usual names that a message names.
+const QUOTED_NAMES: usize = 5;
+
 /// Usual names of the column with the latitude.
-const LATITUDE: [&str; 3] = ["latitude", "lat", "y"];
+const LATITUDE: [&str; 10] = [
+    PLACE[0],
+    "latitude",
+    "lat",
+    "y",
+    "latitude_wgs84",
+    "lat_wgs84",
+    "lat_dd",
+    "gps_lat",
+    "point_y",
+    "y_coord",
+];
 
 /// Usual names of the column with the longitude.
-const LONGITUDE: [&str; 5] = ["longitude", "lon", "lng", "long", "x"];
+const LONGITUDE: [&str; 12] = [
+    PLACE[1],
+    "longitude",
+    "lon",
+    "lng",
+    "long",
+    "x",
+    "longitude_wgs84",
+    "lon_wgs84",
+    "lon_dd",
+    "gps_lon",
+    "point_x",
+    "x_coord",
+];
 
 /// A column to look for.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +78,8 @@ impl<'a> Column<'a> {
 pub(super) struct Table<'a> {
     path: &'a Path,
     sheet: Sheet<'a>,
+    /// What a row is called, and what its number in the file is more than its line in the text.
+    rows: (&'static str, i64),
 }
 
 impl<'a> Table<'a> {
@@ -57,8 +89,21 @@ impl<'a> Table<'a> {
     ///
     /// [`OsmError`] when it is no text, empty, or no table.
     pub(super) fn open(bytes: &'a [u8], path: &'a Path) -> Result<Self, OsmError> {
+        Self::with_rows(bytes, path, ("line", 0))
+    }
+
+    /// Opens a table whose rows have other names or numbers in the file.
+    ///
+    /// # Errors
+    ///
+    /// As [`Table::open`].
+    pub(super) fn with_rows(
+        bytes: &'a [u8],
+        path: &'a Path,
+        rows: (&'static str, i64),
+    ) -> Result<Self, OsmError> {
         let sheet = Sheet::open(bytes).map_err(|fault| malformed(path, fault))?;
-        let table = Self { path, sheet };
+        let table = Self { path, sheet, rows };
         if table.sheet.headers().iter().all(str::is_empty) {
             return Err(table.nothing("empty; the first line has to name the columns"));
         }
@@ -68,6 +113,11 @@ impl<'a> Table<'a> {
     /// Returns the names of the columns.
     pub(super) fn headers(&self) -> impl Iterator<Item = &str> {
         self.sheet.headers().iter()
+    }
+
+    /// Returns the name of a column.
+    pub(super) fn name(&self, column: usize) -> &str {
+        self.sheet.headers().get(column).unwrap_or_default()
     }
 
     /// Returns the line with the names of the columns.
@@ -123,7 +173,8 @@ impl<'a> Table<'a> {
         if let Some(index) = self.find(column)? {
             return Ok(index);
         }
-        let names = column.usual.join(", ");
+        let usual = column.usual.iter().filter(|name| !PLACE.contains(name));
+        let names = usual.copied().take(QUOTED_NAMES).collect::<Vec<_>>().join(", ");
         let way_out = if self.headers().any(|h| h.parse::<f64>().is_ok()) {
             "the first line seems to hold values; put a line with the names of the columns before it"
         } else {
@@ -140,7 +191,12 @@ impl<'a> Table<'a> {
     ///
     /// [`OsmError`] when it has more or less fields than there are columns.
     pub(super) fn next_row(&mut self) -> Result<Option<Row>, OsmError> {
-        self.sheet.next_row().map_err(|fault| malformed(self.path, fault))
+        self.sheet.next_row().map_err(|fault| self.error(fault.line, fault.message))
+    }
+
+    /// Returns the number that a line of the text has in the file.
+    pub(super) fn number_of(&self, line: u64) -> u64 {
+        line.saturating_add_signed(self.rows.1).max(1)
     }
 
     /// Returns a field's number; `None` if the field is empty.
@@ -204,7 +260,11 @@ impl<'a> Table<'a> {
 
     /// Returns an error at a line.
     pub(super) fn error(&self, line: u64, reason: String) -> OsmError {
-        malformed(self.path, Fault { line, message: reason })
+        let place = match self.rows.0 {
+            "feature" if line <= self.header_line() => "columns".to_owned(),
+            what => format!("{what} {}", self.number_of(line)),
+        };
+        OsmError::Malformed { path: PathBuf::from(self.path), place, reason }
     }
 
     /// Returns an error for a table in which something is missing altogether.
@@ -212,7 +272,7 @@ impl<'a> Table<'a> {
         OsmError::Nothing { path: PathBuf::from(self.path), reason: reason.to_owned() }
     }
 
-    fn columns(&self) -> String {
+    pub(super) fn columns(&self) -> String {
         let names: Vec<String> = self.headers().take(QUOTED_COLUMNS).map(brief).collect();
         let more = if self.sheet.headers().len() > QUOTED_COLUMNS { ", ..." } else { "" };
         format!("the columns are {}{more}", names.join(", "))

@@ -243,7 +243,7 @@ fn report_others(raw: &Raw, found: &Found, sumo: &[SumoSignal], pairs: &[Pair<'_
 
 fn compare(path: &Path) -> Agreement {
     let extract = read(path, &|_, _| {}).unwrap();
-    let found = intersections(&Graph::new(&extract), &Settings::default(), &[]);
+    let found = intersections(&Graph::new(&extract), &Settings::default(), &[], &[]);
     let raw = Raw::read(path);
     let network = network(&raw);
     let name = path.file_name().unwrap().to_string_lossy();

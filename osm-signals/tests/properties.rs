@@ -98,7 +98,7 @@ fn extract(streets: &[Drawn], reversed: bool) -> Extract {
 
 fn intersection(streets: &[Drawn], reversed: bool) -> Option<Intersection> {
     let extract = extract(streets, reversed);
-    intersections(&Graph::new(&extract), &Settings::default(), &[]).intersections.pop()
+    intersections(&Graph::new(&extract), &Settings::default(), &[], &[]).intersections.pop()
 }
 
 /// Exits of an arm by side: left, through, right, as far as angles tell.

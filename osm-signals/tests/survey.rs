@@ -7,6 +7,7 @@ use std::path::Path;
 use osm_signals::boundary::Boundary;
 use osm_signals::counts::{CountSettings, Counts};
 use osm_signals::extract::Extract;
+use osm_signals::flags::Flag;
 use osm_signals::intersections::Skip;
 use osm_signals::listing::RowNote;
 use osm_signals::read::read;
@@ -156,6 +157,54 @@ fn a_listed_junction_beside_a_signal_of_the_map_is_an_intersection_of_its_own() 
         assert_eq!(nodes, [("a", &[10][..]), ("b", &[20])]);
         assert_eq!(survey.listed.iter().filter(|l| l.on_map).count(), 1);
     }
+}
+
+#[test]
+fn signals_of_one_controller_are_one_intersection() {
+    let extract = two_crossings(&[(10, 0.0), (20, 38.0)]);
+    let text = format!(
+        "id,lat,lon,controller_id\n{}",
+        [("a", 0.0, "7"), ("b", 38.0, "7")]
+            .map(|(id, east, c)| { format!("{},{c}\n", row(id, east).trim_end()) })
+            .concat()
+    );
+    let read = |text: &str| {
+        SignalList::from_bytes(text.as_bytes(), Path::new("l.csv"), &SignalColumns::default())
+            .unwrap()
+    };
+    let signals = read(&text);
+    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+    let survey = Survey::new(&extract, &Settings::default(), &inputs);
+    assert_eq!(ids(&survey), ["a"]);
+    let one = &survey.found.intersections[0];
+    assert_eq!(one.nodes, [10, 20]);
+    assert!(one.flags.contains(&Flag::OneController), "{:?}", one.flags);
+    let (second, owner) = (&survey.listed[1], Some("a"));
+    assert_eq!(
+        (second.note, second.intersection.as_deref()),
+        (Some(RowNote::SameController(2)), owner)
+    );
+    // Two controllers are two intersections, which are flagged as near each other.
+    let signals = read(&text.replace(",7\nb", ",8\nb"));
+    let inputs = Inputs { signals: Some(&signals), ..Inputs::default() };
+    let survey = Survey::new(&extract, &Settings::default(), &inputs);
+    assert_eq!(ids(&survey), ["a", "b"]);
+    assert!(survey.found.intersections.iter().all(|i| i.flags.contains(&Flag::NearSignal)));
+}
+
+#[test]
+fn counts_in_thousands_and_of_an_hour_are_told() {
+    let extract = four_arms(&[("v=\"residential\"", "v=\"secondary\"")]);
+    let doubt = |factor: f64| {
+        let lines =
+            [(factor * 8_000.0, EAST), (factor * 16_000.0, WEST), (factor * 9_000.0, NORTH)];
+        let counts = counts(&lines);
+        let inputs = Inputs { counts: Some(&counts), ..Inputs::default() };
+        Survey::new(&extract, &Settings::default(), &inputs).count_doubt()
+    };
+    assert_eq!(doubt(1.0), None);
+    assert!(doubt(0.001).unwrap().contains("multiply them by 1000"));
+    assert!(doubt(0.09).unwrap().contains("of an hour"));
 }
 
 #[test]

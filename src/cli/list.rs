@@ -44,6 +44,9 @@ pub struct ListArgs {
     /// Print one JSON line per point MDP
     #[arg(long)]
     pub json: bool,
+    /// Print everything doubtful or changed in the table, row by row, instead
+    #[arg(long, conflicts_with_all = ["features", "json"])]
+    pub warnings: bool,
 }
 
 pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
@@ -53,7 +56,11 @@ pub(super) fn run(args: &ListArgs) -> anyhow::Result<u8> {
     }
     let loaded = args.scenario.signals(&args.scenario.settings())?;
     Use::LIST.check(&loaded, &args.scenario.settings())?;
-    if args.json {
+    if args.warnings {
+        for doubt in &loaded.doubts {
+            line(doubt.full())?;
+        }
+    } else if args.json {
         for text in json_lines(&loaded.family, Instances::Intersections) {
             line(text)?;
         }

@@ -37,9 +37,12 @@ pub struct OsmArgs {
     /// Extract to derive a family from: .osm.pbf, .osm or .osm.gz
     #[arg(long, value_name = "FILE", conflicts_with = "scenario")]
     pub osm: Option<PathBuf>,
-    /// CSV of the signals that count, with latitude and longitude [default: those of the map]
-    #[arg(long, value_name = "CSV", requires = "osm")]
+    /// List of the signals that count: CSV, XLSX, GeoJSON, shapefile, or zipped, with places [default: those of the map]
+    #[arg(long, value_name = "FILE", requires = "osm")]
     pub signals: Option<PathBuf>,
+    /// Rows of the list that count, such as TYPE=SIGNAL or 'STATUS!=PLANNED' (repeatable)
+    #[arg(long, value_name = "COLUMN=VALUE", requires = "signals")]
+    pub signals_where: Vec<String>,
     /// Traffic counts: GeoJSON lines or a CSV of places [default: by class of street]
     #[arg(long, value_name = "FILE", requires = "osm")]
     pub aadt: Option<PathBuf>,
@@ -53,7 +56,7 @@ pub struct OsmArgs {
     #[arg(long, value_name = "SIDE", requires = "osm", value_parser = side_parser())]
     pub driving_side: Option<SideSetting>,
     /// Six features per intersection, or its real arms
-    #[arg(long, value_enum, requires = "osm", default_value = "six-features")]
+    #[arg(long, value_enum, requires = "osm", default_value = "per-approach")]
     pub detail: Detail,
 }
 
@@ -94,6 +97,7 @@ pub(super) fn run(
     let request = Request {
         extract: extract.to_path_buf(),
         signals: args.signals.clone(),
+        signals_where: args.signals_where.clone(),
         counts: args.aadt.clone(),
         boundary: args.boundary.clone(),
         config: args.config.clone(),
@@ -185,9 +189,20 @@ fn summary(quality: &Quality) -> Vec<String> {
         quality.approaches,
         known.join(", ")
     ));
+    let (applied, timed) = quality.timed_restrictions;
+    if timed > 0 {
+        lines.push(format!(
+            "{applied} of {timed} turn restrictions at certain times hold in the simulated hour (streets.time_of_day)"
+        ));
+    }
     if !quality.listed.is_empty() {
         let matched = quality.listed.iter().filter(|l| l.intersection.is_some()).count();
         lines.push(format!("{matched} of {} listed signals matched", quality.listed.len()));
+        let unmapped = quality.listed.iter().filter(|l| l.intersection.is_some() && !l.on_map);
+        match unmapped.count() {
+            0 => {}
+            n => lines.push(format!("  {n} of them have no signal on the map")),
+        }
         let mut others: BTreeMap<&str, usize> = BTreeMap::new();
         for row in quality.listed.iter().filter(|l| l.intersection.is_none()) {
             *others.entry(row.reason.unwrap_or("unknown")).or_default() += 1;

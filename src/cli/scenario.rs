@@ -1,14 +1,19 @@
 //! The scenario of a subcommand, and the settings that replace its own.
 
+use std::path::Path;
+
 use clap::ValueEnum;
 use clap::builder::PossibleValuesParser;
 
+use crate::cli::output::note;
 use crate::cli::refused::Refused;
 use crate::domains::{entry_of, others};
 use crate::family::FamilyError;
+use crate::files::quoted;
 use crate::run::entry::Entry;
 use crate::settings::overrides::Override;
 use crate::suggest::did_you_mean;
+use crate::traffic::family::doubts::Doubt;
 use crate::traffic::family::load::{LoadedScenario, load_with};
 use crate::traffic::settings::Preset;
 
@@ -63,8 +68,24 @@ impl ScenarioArg {
             ))
             .into());
         }
-        Ok(load_with(&self.scenario, settings).map_err(with_others)?)
+        let loaded = load_with(&self.scenario, settings).map_err(with_others)?;
+        for doubt in &loaded.doubts {
+            note(format!("warning: {}: {}", table_of(&loaded), doubt.brief()));
+        }
+        if loaded.doubts.iter().any(Doubt::is_long) {
+            note(format!(
+                "all rows: tsc-family list {} --warnings",
+                quoted(Path::new(&self.scenario))
+            ));
+        }
+        Ok(loaded)
     }
+}
+
+/// Returns the table of a scenario, as it names it.
+pub(super) fn table_of(loaded: &LoadedScenario) -> &str {
+    let family = &loaded.scenario.family;
+    family.approaches.as_deref().or(family.points.as_deref()).unwrap_or(&loaded.scenario.name)
 }
 
 /// Returns the names of the presets of all domains.

@@ -121,7 +121,16 @@ fn of_point(data: &Report, p: &PointSummary) -> Spot {
         true => stands_for,
         false => format!("{}, {stands_for}", p.row.point),
     };
-    Spot { name, detail, point: Some(p.index), dot: None }
+    Spot { name, detail, point: Some(p.index), dot: None, withheld: None }
+}
+
+/// Returns what stands below the name of a place, with the reason where no probability is given.
+fn detail(spot: &Spot, winner: Option<&Winner>) -> String {
+    let given = winner.is_some_and(|w| w.probability.is_some());
+    match spot.withheld.filter(|_| given) {
+        Some(why) => format!("{}; no probability, because {why}", spot.detail),
+        None => spot.detail.clone(),
+    }
 }
 
 fn row(data: &Report, number: usize, spot: &Spot) -> Value {
@@ -149,9 +158,9 @@ fn row(data: &Report, number: usize, spot: &Spot) -> Value {
         id => format!("row-{number}"),
         dot => spot.dot.map(|dot| format!("dot-{dot}")),
         name => spot.name.as_str(),
-        detail => spot.detail.as_str(),
+        detail => detail(spot, winner),
         best => winner.map_or_else(dash, |w| shown(data, &methods[w.best])),
-        probability => probability(winner),
+        probability => probability(winner.filter(|_| spot.withheld.is_none())),
         decided => decided(winner),
         fails => match point.zip(winner).and_then(|(p, w)| data.fails(p, w.best)) {
             Some(true) => "yes".to_owned(),

@@ -115,6 +115,8 @@ pub struct Spot {
     pub point: Option<usize>,
     /// Number of its dot on a map: the id of the dot is `dot-` and the number; `None` without a map.
     pub dot: Option<usize>,
+    /// Why the probability that its best method is the best is not given; `None` where it is.
+    pub withheld: Option<&'static str>,
 }
 
 /// What differences in the objective amount to, where more depends on some point MDPs than on others.

@@ -104,6 +104,7 @@ fn plain() -> Quality {
     let file =
         |role, name: &str| InputFile { role, name: name.to_owned(), sha256: "ab".repeat(32) };
     Quality {
+        timed_restrictions: (0, 0),
         name: "made-up".to_owned(),
         version: "0.1.0",
         inputs: vec![file("extract", "a <b> & \"c\".osm.pbf")],

@@ -54,7 +54,6 @@ fn bad_families_are_refused_with_file_and_place() {
         ("bad_no_column", SCENARIO, without),
         ("bad_nan", SCENARIO, row("a,1,NaN,30")),
         ("bad_negative", SCENARIO, row("a,1,4,-30")),
-        ("bad_turn_lanes", SCENARIO, format!("{header}a,1,4,30,200,500,1,1\n")),
         ("bad_importance", SCENARIO, format!("{header}a,0.5,4,30,200,500,0,0\n")),
         ("bad_short_row", SCENARIO, format!("# by hand\n\n{header}a,1\n")),
         ("bad_semicolons", SCENARIO, row("a,1,4,30").replace(',', ";").replace("200", "1,200")),

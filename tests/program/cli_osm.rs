@@ -126,6 +126,69 @@ fn a_signal_list_decides_which_intersections_count_and_names_them() {
 }
 
 #[test]
+fn rows_of_a_list_that_are_no_signals_are_told_and_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let list =
+        "id,Type,shape\n1001,SIGNAL,POINT (-75.0 40.00005)\n1002,BEACON,POINT (-75.0 40.1)\n";
+    fs::write(folder.path().join("list.csv"), list).unwrap();
+    let all = build(folder.path(), "four_arms", "--signals list.csv");
+    let warning = "list.csv: 1 rows may be no signals: column Type has BEACON (1); leave them out with --signals-where";
+    assert!(stderr(&all).contains(warning), "{}", stderr(&all));
+    let some = build(folder.path(), "four_arms", "--signals list.csv --signals-where type=signal");
+    assert!(some.status.success(), "{}", stderr(&some));
+    assert!(stderr(&some).contains("1 rows are not as asked for"), "{}", stderr(&some));
+    let text = String::from_utf8(some.stdout).unwrap();
+    assert!(text.contains("1 of 1 listed signals matched"), "{text}");
+    // A listed junction without a signal on the map is counted in the terminal.
+    let unmapped = "id,lat,lon\n1,40.0,-75.0\n";
+    fs::write(folder.path().join("unmapped.csv"), unmapped).unwrap();
+    let map = fs::read_to_string(case("four_arms")).unwrap();
+    fs::write(folder.path().join("bare.osm"), map.replace("traffic_signals", "crossing")).unwrap();
+    let text =
+        succeed(folder.path(), "build-networks --osm bare.osm --signals unmapped.csv --out bare");
+    assert!(text.contains("1 of them have no signal on the map"), "{text}");
+}
+
+#[test]
+fn real_approaches_stay_what_they_are_unless_somebody_asks_for_six_features() {
+    let (folder, _) = built("t_junction", "");
+    let scenario = fs::read_to_string(folder.path().join("city/scenario.toml")).unwrap();
+    assert!(scenario.contains("detail = \"per-approach\""), "{scenario}");
+    let approaches = folder.path().join("city/approaches.csv");
+    fs::copy(&approaches, folder.path().join("own.csv")).unwrap();
+    fs::write(folder.path().join("own.toml"), "family.approaches = \"own.csv\"\n").unwrap();
+    assert!(succeed(folder.path(), "list own.toml").contains("n101"));
+    let six = succeed(folder.path(), "list own.toml --set family.detail=six-features");
+    assert!(six.contains("-Q") && !six.contains("n101"), "{six}");
+}
+
+#[test]
+fn what_is_doubtful_in_a_table_is_told_by_every_command_and_listed_in_full() {
+    let (folder, _) = built("four_arms", "");
+    let text = fs::read_to_string(folder.path().join("city/approaches.csv")).unwrap();
+    // Every count is empty or beyond the cap.
+    let counts = |(i, row): (usize, &str)| {
+        let mut fields: Vec<&str> = row.split(',').collect();
+        fields[11] = if i == 1 { "" } else { "24000" };
+        fields.join(",") + "\n"
+    };
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    let rows: String = lines.enumerate().map(counts).collect();
+    fs::write(folder.path().join("own.csv"), format!("{header}\n{rows}")).unwrap();
+    fs::write(folder.path().join("own.toml"), "family.approaches = \"own.csv\"\n").unwrap();
+    let output = run(folder.path(), "run own.toml --dry-run");
+    let message = stderr(&output);
+    assert!(message.contains("warning: own.csv: inflows above"), "{message}");
+    assert!(
+        message.contains("is empty, and the mean of other approaches stands for it (line 3"),
+        "{message}"
+    );
+    let all = succeed(folder.path(), "list own.toml --warnings");
+    assert!(all.lines().count() > 5 && all.contains("\n  line 2: "), "{all}");
+}
+
+#[test]
 fn counts_replace_the_default_of_the_class() {
     let folder = tempfile::tempdir().unwrap();
     let line = r#"{"type": "FeatureCollection", "features": [{"type": "Feature",
@@ -159,7 +222,18 @@ fn counts_of_another_city_are_refused() {
     fs::write(folder.path().join("list.csv"), "{\"type\": \"FeatureCollection\"}").unwrap();
     let output = build(folder.path(), "four_arms", "--signals list.csv");
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("list.csv, line 1: holds JSON"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("a FeatureCollection of points is needed"),
+        "{}",
+        stderr(&output)
+    );
+    fs::write(folder.path().join("list.csv"), "lat,lon\n-75.0,40.0\n").unwrap();
+    let output = build(folder.path(), "four_arms", "--signals list.csv");
+    let message = stderr(&output);
+    assert!(
+        message.contains("exchange latitude and longitude, with which they lie at the extract"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -265,7 +339,7 @@ fn tables_that_were_edited_are_not_overwritten_without_force() {
 fn settings_that_the_command_decides_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (text, named) in [
-        ("[scenario.family]\ndetail = \"per-approach\"\n", "family.detail"),
+        ("[scenario.family]\ndetail = \"six-features\"\n", "family.detail"),
         ("[scenario.family]\napproaches = \"q.csv\"\n", "family.approaches"),
         ("[scenario]\nname = \"other\"\n", "name"),
         ("[scenario.family]\nfamiliy = 1\n", "familiy"),
@@ -276,7 +350,7 @@ fn settings_that_the_command_decides_are_refused() {
         assert_eq!(output.status.code(), Some(2), "{text}: {message}");
         assert!(message.contains("own.toml") && message.contains(named), "{message}");
     }
-    let message = refused("four_arms", "--set family.detail=per-approach");
+    let message = refused("four_arms", "--set family.detail=six-features");
     assert!(message.contains("--set") && message.contains("family.detail"), "{message}");
 }
 

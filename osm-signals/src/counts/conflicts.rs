@@ -13,8 +13,7 @@ use rstar::primitives::GeomWithData;
 use super::counted::{Counted, Shape};
 use crate::error::brief;
 use crate::extract::Place;
-use crate::geometry::{along, axis_difference_deg, distance_m, length_m};
-use crate::listing::chord;
+use crate::geometry::{along, axis_difference_deg, chord, distance_m, length_m};
 use crate::oddities::Oddities;
 
 /// Farthest that two counts of one place may be apart, metres: the sides of a street of two lanes.

@@ -1,5 +1,7 @@
 //! What the passes keep, part by part of a file and all together.
 
+use std::collections::HashSet;
+
 use super::turns::{Member, is_restriction, restrictions};
 use crate::extract::{Extract, Nodes, Place, Restriction, SignalNode, Via, Way};
 use crate::oddities::Oddities;
@@ -10,6 +12,8 @@ use crate::tags::{SignalTags, Street, Tags, is_crossing_signal, tag};
 pub(super) struct Streets {
     ways: Vec<Way>,
     refs: Vec<i64>,
+    /// Ways with a class that are not drivable, by id.
+    closed: Vec<i64>,
     /// By relation, so that of two with one id the later one can win.
     turns: Vec<(i64, Vec<Restriction>)>,
     oddities: Oddities,
@@ -18,7 +22,12 @@ pub(super) struct Streets {
 impl Streets {
     /// Keeps a way if it is drivable.
     pub(super) fn way(&mut self, id: i64, tags: &Tags<'_>, nodes: &[i64]) {
-        let Some(street) = Street::parse(id, tags, &mut self.oddities) else { return };
+        let Some(street) = Street::parse(id, tags, &mut self.oddities) else {
+            if tag(tags, "highway").is_some() {
+                self.closed.push(id);
+            }
+            return;
+        };
         if nodes.len() < 2 {
             self.oddities.add("way with fewer than two nodes", || format!("way {id}"));
             return;
@@ -46,13 +55,15 @@ impl Streets {
             way.refs = way.refs.start + shift..way.refs.end + shift;
             way
         }));
+        self.closed.extend(later.closed);
         self.turns.extend(later.turns);
         self.oddities.merge(later.oddities);
     }
 
     /// Returns the extract, in which no node has a place yet.
     pub(super) fn finish(self) -> Extract {
-        let Self { mut ways, mut refs, mut turns, mut oddities } = self;
+        let Self { mut ways, mut refs, closed, mut turns, mut oddities } = self;
+        let closed: HashSet<i64> = closed.into_iter().collect();
         if !ways.is_sorted_by(|a, b| a.id < b.id) {
             last_of_each(&mut ways, |way| way.id, "two ways with one id", "way", &mut oddities);
             refs = in_order(&mut ways, &refs);
@@ -70,7 +81,16 @@ impl Streets {
             });
             restrictions.extend(on);
             if !off.is_empty() {
-                let reason = "turn restriction on a way that is not drivable";
+                let ways = |turn: &Restriction| match &turn.via {
+                    Via::Node(_) => vec![turn.from, turn.to],
+                    Via::Ways(via) => [&[turn.from, turn.to], &via[..]].concat(),
+                };
+                let missing =
+                    off.iter().flat_map(ways).any(|id| !kept(&id) && !closed.contains(&id));
+                let reason = match missing {
+                    true => "turn restriction on a way that the extract does not have",
+                    false => "turn restriction on a way that is not drivable",
+                };
                 oddities.add(reason, || format!("relation {relation}"));
             }
         }
@@ -233,7 +253,8 @@ mod tests {
         let mut streets = Streets::default();
         streets.way(1, &ROAD, &[1, 2]);
         streets.way(2, &ROAD, &[2, 3]);
-        for (relation, to) in [(11, 2), (10, 3)] {
+        streets.way(3, &[("highway", "footway")], &[2, 4]);
+        for (relation, to) in [(11, 2), (10, 3), (12, 99)] {
             let members = [
                 member(Kind::Way, 1, "from"),
                 member(Kind::Node, 2, "via"),
@@ -242,9 +263,11 @@ mod tests {
             streets.relation(relation, &tags, &members);
         }
         let extract = streets.finish();
-        let kept = Restriction { from: 1, via: Via::Node(2), to: 2, only: false };
+        let kept = Restriction { from: 1, via: Via::Node(2), to: 2, only: false, when: None };
         assert_eq!(extract.restrictions, [kept]);
         assert_eq!(extract.oddities.count("turn restriction on a way that is not drivable"), 1);
+        let missing = "turn restriction on a way that the extract does not have";
+        assert_eq!(extract.oddities.count(missing), 1);
     }
 
     #[test]

@@ -2,12 +2,13 @@
 //!
 //! Choices where readers differ:
 //! - `restriction:motorcar` and `restriction:motor_vehicle` go before `restriction`.
-//! - What holds at certain times only is left out, and so is `no_u_turn`: signals here are
-//!   modelled without U-turns.
+//! - What holds at certain times only keeps these times: which hour is simulated is not known here.
+//! - `no_u_turn` is left out: signals here are modelled without U-turns.
 //!
 //! Source: <https://wiki.openstreetmap.org/wiki/Relation:restriction>.
 
 use crate::extract::{Restriction, Via};
+use crate::hours::Hours;
 use crate::oddities::Oddities;
 use crate::tags::{Tags, tag};
 
@@ -19,6 +20,9 @@ const KEYS: [&str; 3] = ["restriction:motorcar", "restriction:motor_vehicle", "r
 
 /// Keys that limited a restriction to a time before `restriction:conditional` was invented.
 const TIMES: [&str; 4] = ["day_on", "day_off", "hour_on", "hour_off"];
+
+/// End of a key whose value holds under conditions only.
+const CONDITIONAL: &str = ":conditional";
 
 /// What a member of a relation is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,33 +59,92 @@ pub(super) fn restrictions(
     members: &[Member<'_>],
     oddities: &mut Oddities,
 ) -> Vec<Restriction> {
-    let parsed = kind(tags).and_then(|kind| match kind {
-        None => Ok(Vec::new()),
-        Some(kind) => between(kind, members),
+    let mut found = Vec::new();
+    let mut add = |reason: &'static str| oddities.add(reason, || format!("relation {relation}"));
+    match clauses(tags) {
+        Err(reason) => add(reason),
+        Ok(clauses) => {
+            for clause in clauses {
+                match clause.and_then(|(kind, when)| between(kind, when.as_ref(), members)) {
+                    Ok(more) => found.extend(more),
+                    Err(reason) => add(reason),
+                }
+            }
+        }
+    }
+    found
+}
+
+/// A kind, such as `no_left_turn`, and the times at which it holds, if it does not always; or why it cannot
+/// be used.
+type Clause<'a> = Result<(&'a str, Option<Hours>), &'static str>;
+
+/// What is said of a restriction that is for some vehicles only.
+const NOT_FOR_CARS: &str = "turn restriction that is not for cars";
+
+/// What is said of a restriction whose times are not in the syntax of `opening_hours`.
+const OTHER_TIMES: &str = "turn restriction at times that are not understood";
+
+/// Returns the kinds that matter here.
+fn clauses<'a>(tags: &Tags<'a>) -> Result<Vec<Clause<'a>>, &'static str> {
+    let except = tag(tags, "except").unwrap_or_default();
+    if except.split(';').any(|v| matches!(v.trim(), "motorcar" | "motor_vehicle")) {
+        return Err(NOT_FOR_CARS);
+    }
+    if let Some(value) = KEYS.iter().find_map(|key| tag(tags, key)) {
+        let when = match TIMES.iter().any(|key| tag(tags, key).is_some()) {
+            true => Some(days_and_hours(tags).ok_or(OTHER_TIMES)?),
+            false => None,
+        };
+        return Ok(kind(value)?.map(|kind| Ok((kind, when))).into_iter().collect());
+    }
+    let conditional = KEYS.iter().find_map(|key| {
+        let is = |k: &str| k.strip_suffix(CONDITIONAL) == Some(key);
+        tags.iter().find(|(k, _)| is(k)).map(|(_, value)| *value)
     });
-    parsed.unwrap_or_else(|reason| {
-        oddities.add(reason, || format!("relation {relation}"));
-        Vec::new()
+    match conditional {
+        Some(value) => Ok(conditions(value).collect()),
+        None if tags.iter().any(|(key, _)| key.starts_with("restriction:")) => Err(NOT_FOR_CARS),
+        None => Err("turn restriction of no kind"),
+    }
+}
+
+/// Returns the clauses of a value such as `no_left_turn @ (Mo-Fr 07:00-09:00); no_u_turn @ 24/7`.
+fn conditions(value: &str) -> impl Iterator<Item = Clause<'_>> {
+    let mut open = 0_i32;
+    let parts = value.split(move |c| {
+        open += i32::from(c == '(') - i32::from(c == ')');
+        c == ';' && open == 0
+    });
+    parts.filter(|part| !part.trim().is_empty()).filter_map(|part| {
+        let Some((value, times)) = part.split_once('@') else { return Some(Err(OTHER_TIMES)) };
+        let times = times.trim();
+        let inner = times.strip_prefix('(').and_then(|t| t.strip_suffix(')')).unwrap_or(times);
+        match (kind(value.trim()), Hours::parse(inner)) {
+            (Ok(None), _) => None,
+            (Ok(Some(kind)), Some(hours)) => Some(Ok((kind, Some(hours)))),
+            (Ok(Some(_)), None) => Some(Err(OTHER_TIMES)),
+            (Err(reason), _) => Some(Err(reason)),
+        }
     })
 }
 
-/// Returns the kind, such as `no_left_turn`; `Ok(None)` if it is none that matters here.
-fn kind<'a>(tags: &Tags<'a>) -> Result<Option<&'a str>, &'static str> {
-    let except = tag(tags, "except").unwrap_or_default();
-    if except.split(';').any(|v| matches!(v.trim(), "motorcar" | "motor_vehicle")) {
-        return Err("turn restriction that is not for cars");
-    }
-    let Some(value) = KEYS.iter().find_map(|key| tag(tags, key)) else {
-        let others = || tags.iter().filter(|(key, _)| key.starts_with("restriction:"));
-        return Err(match (others().next(), others().any(|(k, _)| !k.ends_with(":conditional"))) {
-            (None, _) => "turn restriction of no kind",
-            (Some(_), false) => "turn restriction at certain times only",
-            (Some(_), true) => "turn restriction that is not for cars",
-        });
+/// Returns the times that the keys of old say.
+fn days_and_hours(tags: &Tags<'_>) -> Option<Hours> {
+    let day = |key, usual| {
+        let name: String = tag(tags, key).unwrap_or(usual).trim().chars().take(2).collect();
+        let mut letters = name.chars();
+        let first = letters.next().map(|c| c.to_ascii_uppercase());
+        first.into_iter().chain(letters.map(|c| c.to_ascii_lowercase())).collect::<String>()
     };
-    if TIMES.iter().any(|key| tag(tags, key).is_some()) {
-        return Err("turn restriction at certain times only");
-    }
+    let hour = |key, usual| tag(tags, key).unwrap_or(usual).trim().to_owned();
+    let days = (day("day_on", "Mo"), day("day_off", "Su"));
+    let hours = (hour("hour_on", "00:00"), hour("hour_off", "24:00"));
+    Hours::parse(&format!("{}-{} {}-{}", days.0, days.1, hours.0, hours.1))
+}
+
+/// Returns the kind that a value names, such as `no_left_turn`; `Ok(None)` if it is none that matters here.
+fn kind(value: &str) -> Result<Option<&str>, &'static str> {
     let mut kinds = value.split(';').map(str::trim).filter(|kind| *kind != "no_u_turn");
     match kinds.next() {
         None => Ok(None),
@@ -91,7 +154,11 @@ fn kind<'a>(tags: &Tags<'a>) -> Result<Option<&'a str>, &'static str> {
 }
 
 /// Returns the restrictions between the ways that the members name.
-fn between(kind: &str, members: &[Member<'_>]) -> Result<Vec<Restriction>, &'static str> {
+fn between(
+    kind: &str,
+    when: Option<&Hours>,
+    members: &[Member<'_>],
+) -> Result<Vec<Restriction>, &'static str> {
     const UNCLEAR: &str = "turn restriction with more members than it can have";
     if members.len() > MAX_MEMBERS {
         return Err(UNCLEAR);
@@ -119,7 +186,9 @@ fn between(kind: &str, members: &[Member<'_>]) -> Result<Vec<Restriction>, &'sta
     }
     let only = kind.starts_with("only_");
     let pairs = from.iter().flat_map(|from| to.iter().map(|to| (*from, *to)));
-    Ok(pairs.map(|(from, to)| Restriction { from, via: via.clone(), to, only }).collect())
+    let restriction =
+        |(from, to)| Restriction { from, via: via.clone(), to, only, when: when.cloned() };
+    Ok(pairs.map(restriction).collect())
 }
 
 #[cfg(test)]
@@ -144,7 +213,7 @@ mod tests {
     }
 
     fn one(only: bool) -> Vec<Restriction> {
-        vec![Restriction { from: 1, via: Via::Node(2), to: 3, only }]
+        vec![Restriction { from: 1, via: Via::Node(2), to: 3, only, when: None }]
     }
 
     #[test]
@@ -165,14 +234,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_for_cars_at_all_times_is_counted() {
+    fn what_is_not_for_cars_is_counted() {
         let not_cars = "turn restriction that is not for cars";
-        let times = "turn restriction at certain times only";
+        let times = "turn restriction at times that are not understood";
         for (tags, reason) in [
             (vec![("restriction:hgv", "no_left_turn")], not_cars),
+            (vec![("restriction:hgv:conditional", "no_left_turn @ (07:00-09:00)")], not_cars),
             (vec![("restriction", "no_left_turn"), ("except", "bus; motorcar")], not_cars),
-            (vec![("restriction:conditional", "no_left_turn @ (07:00-09:00)")], times),
-            (vec![("restriction", "no_left_turn"), ("hour_on", "07:00")], times),
+            (vec![("restriction:conditional", "no_left_turn @ (weight>3.5)")], times),
+            (vec![("restriction:conditional", "no_left_turn")], times),
+            (vec![("restriction", "no_left_turn"), ("hour_on", "school")], times),
             (vec![("name", "x")], "turn restriction of no kind"),
             (vec![("restriction", "maybe")], "turn restriction of an unknown kind"),
         ] {
@@ -180,6 +251,24 @@ mod tests {
         }
         let bus = [("restriction", "no_left_turn"), ("except", "bus")];
         assert_eq!(read(&bus, &MEMBERS), (one(false), None));
+    }
+
+    #[test]
+    fn times_stay_with_the_restriction() {
+        let day = [
+            ("day_on", "Monday"),
+            ("day_off", "Friday"),
+            ("hour_on", "07:00"),
+            ("hour_off", "19:00"),
+        ];
+        let old = [&[("restriction", "no_left_turn")], &day[..]].concat();
+        let both = "no_left_turn @ (Mo-Fr 07:00-09:00; PH off); only_straight_on @ (16:00-18:00); no_u_turn @ 24/7";
+        let (found, reason) = read(&old, &MEMBERS);
+        assert_eq!((found[0].holds(8.0), found[0].holds(20.0), reason), (true, false, None));
+        let (found, reason) = read(&[("restriction:conditional", both)], &MEMBERS);
+        let holds = |time| found.iter().map(|r| (r.only, r.holds(time))).collect::<Vec<_>>();
+        assert_eq!(holds(8.0), [(false, true), (true, false)]);
+        assert_eq!((holds(16.0), reason), (vec![(false, false), (true, true)], None));
     }
 
     #[test]

@@ -23,6 +23,19 @@ const LEFT: [&str; 76] = [
     "TO", "TT", "TV", "TZ", "UG", "VC", "VG", "VI", "WS", "ZA", "ZM", "ZW",
 ];
 
+/// ISO 3166-1 codes of the countries and territories whose signs have miles per hour.
+///
+/// Source: <https://en.wikipedia.org/wiki/Miles_per_hour>, usage on signs, as of 2024.
+const MILES: [&str; 27] = [
+    "AG", "AI", "AS", "BS", "BZ", "DM", "FK", "GB", "GD", "GG", "GU", "IM", "JE", "KN", "KY", "LC",
+    "LR", "MP", "MS", "PR", "SH", "TC", "US", "VC", "VG", "VI", "WS",
+];
+
+/// Returns whether signs have miles per hour in a country, by its ISO 3166-1 code.
+pub fn signs_in_miles(code: &str) -> bool {
+    MILES.contains(&code)
+}
+
 /// How many places lie in a country, and on which side traffic keeps there.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Country {

@@ -117,16 +117,34 @@ pub fn derive(
     if let Some(warning) = &input.side.warning {
         events(Event::Warning(warning));
     }
+    if let (Some(path), Some(list)) = (&request.signals, &input.signals) {
+        let said = list.doubts.iter().map(|doubt| format!("{}: {doubt}", path.display()));
+        said.for_each(|text| events(Event::Warning(&text)));
+        if list.left_out > 0 {
+            let text = format!(
+                "{}: {} rows are not as asked for and left out",
+                path.display(),
+                list.left_out
+            );
+            events(Event::Warning(&text));
+        }
+    }
     let survey = Survey::new(&input.extract, &input.config.settings, &input.inputs());
     check(request, &input, &survey)?;
     let mut city = City::new(survey, input.side.clone());
     let surveyed_in = start.elapsed() - read_in;
     let (loaded, networks, built) = with_networks(request, &input, &mut city, events)?;
+    for doubt in &loaded.doubts {
+        events(Event::Warning(&format!("{APPROACHES_FILE}: {}", doubt.brief())));
+    }
+    if let Some(doubt) = city.survey().count_doubt() {
+        events(Event::Warning(&doubt));
+    }
     let written = tables(&loaded).map(|(name, text)| (name.to_owned(), sha256(text.as_bytes())));
     let quality = quality(
         family_facts(&loaded),
         (request.files()?, written.into()),
-        &input.extract,
+        (&input.extract, input.config.settings.streets.time_of_day),
         &city,
         input.counts.as_ref().map(|counts| (counts, input.config.settings.counts.spread_m)),
     );

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use geo::Rect;
+use geo::{Coord, Intersects, Rect};
 use osm_signals::OsmError;
 use osm_signals::side::AcrossBorder;
 
@@ -60,9 +60,9 @@ pub enum CityError {
     },
     /// A signal list that names no intersection of the extract.
     #[error(
-        "{}: none of its {signals} signals is at an intersection of the extract; they cover {}{}; give \
+        "{}: none of its {signals} signals is at an intersection of the extract; they cover {}{}; {}give \
          the list of this city, or leave out --signals",
-        .path.display(), extent(*.bounds), beside(.covered.as_ref())
+        .path.display(), extent(*.bounds), beside(.covered.as_ref()), exchanged(*.bounds, .covered.as_ref())
     )]
     ListElsewhere {
         /// The list.
@@ -76,9 +76,10 @@ pub enum CityError {
     },
     /// Counts of which none lies along a street of an intersection.
     #[error(
-        "{}: none of its {counts} counts lies along a street of an intersection{}; they cover {}{}; give \
+        "{}: none of its {counts} counts lies along a street of an intersection{}; they cover {}{}; {}give \
          counts of this city, or leave out --aadt",
-        .path.display(), over(*.over_cap), extent(*.bounds), beside(.covered.as_ref())
+        .path.display(), over(*.over_cap), extent(*.bounds), beside(.covered.as_ref()),
+        exchanged(*.bounds, .covered.as_ref())
     )]
     CountsElsewhere {
         /// The file.
@@ -132,6 +133,16 @@ fn extent(bounds: Rect<f64>) -> String {
 /// Says where the extract lies, after where something else does.
 fn beside(covered: Option<&Rect<f64>>) -> String {
     covered.map_or_else(String::new, |bounds| format!(", the extract {}", extent(*bounds)))
+}
+
+/// Says that latitude and longitude are exchanged, if the box lies at the extract then.
+fn exchanged(bounds: Rect<f64>, covered: Option<&Rect<f64>>) -> &'static str {
+    let flipped = |c: Coord<f64>| Coord { x: c.y, y: c.x };
+    let other = Rect::new(flipped(bounds.min()), flipped(bounds.max()));
+    match covered.is_some_and(|covered| covered.intersects(&other)) {
+        true => "exchange latitude and longitude, with which they lie at the extract, ",
+        false => "",
+    }
 }
 
 /// Says how many counts exceed what lanes can carry.

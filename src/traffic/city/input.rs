@@ -25,6 +25,8 @@ pub struct Request {
     pub extract: PathBuf,
     /// Table of the signals that count; `None` for those of the map.
     pub signals: Option<PathBuf>,
+    /// Rows of that table that count, as [`keep`](osm_signals::signals::SignalColumns::keep); added to those of the settings.
+    pub signals_where: Vec<String>,
     /// Traffic counts; `None` for values by class of street.
     pub counts: Option<PathBuf>,
     /// GeoJSON file or `WEST,SOUTH,EAST,NORTH` in degrees: only intersections within.
@@ -49,11 +51,12 @@ impl Request {
         Self {
             extract: extract.into(),
             signals: None,
+            signals_where: Vec::new(),
             counts: None,
             boundary: None,
             config: None,
             driving_side: None,
-            detail: Detail::SixFeatures,
+            detail: Detail::PerApproach,
             overrides: Vec::new(),
             out: out.into(),
             force: false,
@@ -145,7 +148,9 @@ impl Input {
         request.scenario(&config, (None, None))?;
         let boundary = request.boundary.as_deref().map(Boundary::parse).transpose()?;
         let signals = request.signals.as_deref();
-        let signals = signals.map(|p| SignalList::read(p, &settings.signals)).transpose()?;
+        let mut columns = settings.signals.clone();
+        columns.keep.extend(request.signals_where.iter().cloned());
+        let signals = signals.map(|p| SignalList::read(p, &columns)).transpose()?;
         let counts = request.counts.as_deref();
         let counts = counts.map(|p| Counts::read(p, &settings.counts)).transpose()?;
         let mut extract = read(&request.extract, progress)?;

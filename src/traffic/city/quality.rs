@@ -207,6 +207,8 @@ pub struct Quality {
     pub counts: Option<CountsSummary>,
     /// Intersections without a sound network, and why.
     pub left_out: BTreeMap<String, String>,
+    /// Turn restrictions at certain times that hold in the simulated hour, and all of them.
+    pub timed_restrictions: (usize, usize),
     /// What became of the rows of the signal list.
     pub listed: Vec<ListedRow>,
     /// Values of the map that were ignored.
@@ -222,11 +224,12 @@ pub struct Quality {
 /// # Arguments
 ///
 /// * `(inputs, written)` — files that went in, and hashes of those that come out.
+/// * `time_of_day` — when the simulated hour begins, hours after midnight.
 /// * `counts` — the counts and how far they were spread, metres.
 pub fn quality(
     family: FamilyFacts,
     (inputs, written): (Vec<InputFile>, BTreeMap<String, String>),
-    extract: &Extract,
+    (extract, time_of_day): (&Extract, f64),
     city: &City,
     counts: Option<(&Counts, f64)>,
 ) -> Quality {
@@ -294,6 +297,7 @@ pub fn quality(
         no_way_across: arms().filter(|(_, turns)| turns.is_none()).count(),
         counts,
         left_out: city.left_out.clone(),
+        timed_restrictions: extract.timed_restrictions(time_of_day),
         listed: city.listed().map(ListedRow::of).collect(),
         ignored: extract.oddities.clone(),
         features: family.features,

@@ -32,6 +32,8 @@ fn rows(site: &Site<'_>, settings: &IntersectionSettings) -> Vec<Approach> {
         length_m: rounded(arm.length_m.clamp(shortest_m, longest_m)),
         aadt_veh_per_day_per_lane: traffic.aadt_per_lane.round(),
         movements: turns.map_or_else(String::new, letters),
+        line: 0,
+        imputed: false,
     })
     .collect()
 }

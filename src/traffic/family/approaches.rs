@@ -3,14 +3,17 @@
 //! Columns, in any order: `intersection, arm, latitude, longitude, bearing_deg, lanes_in,
 //! lanes_out, left_turn_lanes, right_turn_lanes, speed_mph, length_m,
 //! aadt_veh_per_day_per_lane, movements`. An empty `aadt_veh_per_day_per_lane` is a count that is
-//! missing and gets imputed; 0 is a count of no vehicle.
+//! missing and gets imputed; 0 is a count of no vehicle. What is believed although it is doubtful is named by
+//! [`super::doubts`].
 
 mod approach;
 mod arms;
 mod impute;
+mod movements;
 
 use std::collections::BTreeMap;
 
+use osm_signals::geometry::checked_place;
 use osm_signals::intersections::MAX_LANES;
 use sheet::{Fault, Row, Sheet};
 
@@ -18,6 +21,7 @@ use crate::family::columns::{Columns, at};
 use crate::family::error::FamilyError;
 use crate::family::names::title;
 use crate::settings::within;
+use crate::units::KMH_TO_MPH;
 use approach::RawIntersection;
 pub use approach::{Approach, Intersection};
 pub use arms::{ARMS, check_arms};
@@ -39,6 +43,9 @@ const COLUMNS: [&str; 13] = [
     "aadt_veh_per_day_per_lane",
     "movements",
 ];
+
+/// Highest speed limit, miles per hour.
+const MOST_MPH: f64 = 100.0;
 
 /// Reads an approaches table and imputes the counts that are missing.
 ///
@@ -79,6 +86,7 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
     if intersections.is_empty() {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
+    movements::settle(intersections.iter_mut().flat_map(|i| &mut i.arms));
     for RawIntersection { id, line, arms } in &intersections {
         if arms.iter().all(|a| a.lanes_in == 0) {
             let message = format!("intersection {id} has no incoming lane; remove it");
@@ -105,7 +113,9 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, Strin
         speed_mph: number("speed_mph")?,
         length_m: number("length_m")?,
         aadt_veh_per_day_per_lane: columns.optional_count(row, "aadt_veh_per_day_per_lane")?,
-        movements: text("movements"),
+        movements: movements::letters(row.text(columns.at("movements")))?,
+        line: row.line,
+        imputed: false,
     })
 }
 
@@ -113,10 +123,14 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
     let number = |name: &str, value: f64, low: f64, high: f64| {
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
     };
-    number("latitude", row.latitude, -90.0, 90.0)?;
-    number("longitude", row.longitude, -180.0, 180.0)?;
+    checked_place(row.latitude, row.longitude)?;
     number("bearing_deg", row.bearing_deg, 0.0, 360.0)?;
-    number("speed_mph", row.speed_mph, 1.0, 100.0)?;
+    number("speed_mph", row.speed_mph, 1.0, MOST_MPH).map_err(|e| {
+        match row.speed_mph > MOST_MPH {
+            true => format!("{e}; if it is in km/h, multiply the column by {KMH_TO_MPH}"),
+            false => e,
+        }
+    })?;
     number("length_m", row.length_m, 1.0, 100_000.0)?;
     if let Some(aadt) = row.aadt_veh_per_day_per_lane {
         number("aadt_veh_per_day_per_lane", aadt, 0.0, 1e7)?;
@@ -136,9 +150,6 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
             row.lanes_in,
             row.left_turn_lanes.saturating_add(row.right_turn_lanes)
         ));
-    }
-    if let Some(c) = row.movements.chars().find(|c| !"tlsr".contains(*c)) {
-        return Err(format!("movements has the letter {c:?}: expected some of t, l, s, r"));
     }
     Ok(())
 }
@@ -172,6 +183,28 @@ mod tests {
             error("7,A,40,-111,0,many,1,1,0,30,200,9000,lsr\n"),
             "a.csv, line 2: lanes_in = \"many\": expected a whole number that is not negative"
         );
+    }
+
+    #[test]
+    fn letters_of_both_cases_mean_through_and_a_row_with_both_makes_t_a_u_turn() {
+        let read = |movements: [&str; 2]| {
+            let row = |arm: &str, m: &str| format!("7,{arm},40,-111,0,2,1,0,0,30,200,9000,{m}\n");
+            let text = format!("{HEADER}{}{}", row("A", movements[0]), row("B", movements[1]));
+            let read = read(&text, "a.csv").unwrap();
+            read[0].arms.iter().map(|a| a.movements.clone()).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(read(["ltr", "LTR"]), "lsr lsr");
+        assert_eq!(read(["lsr", "TR"]), "lsr sr");
+        assert_eq!(read(["tlsr", "tlr"]), "tlsr tlr");
+        assert_eq!(read(["ULSR", "ltr"]), "ulsr lsr");
+    }
+
+    #[test]
+    fn what_cannot_be_says_what_it_may_be() {
+        let e = error("7,A,-111.9,40.7,0,2,1,1,0,30,200,9000,lsr\n");
+        assert!(e.ends_with("swap latitude and longitude"), "{e}");
+        let e = error("7,A,40,-111,0,2,1,1,0,110,200,9000,lsr\n");
+        assert!(e.ends_with("if it is in km/h, multiply the column by 0.621371"), "{e}");
     }
 
     #[test]

@@ -56,6 +56,8 @@ mod tests {
             length_m: 250.0,
             aadt_veh_per_day_per_lane: aadt,
             movements: movements.into(),
+            line: 2,
+            imputed: false,
         }
     }
 

@@ -10,15 +10,47 @@ use std::collections::BTreeMap;
 
 use super::approaches::{Approach, Intersection};
 use super::inflow::direction_factor;
+use crate::family::MdpFamily;
 use crate::traffic::settings::{FamilySettings, SixFeatures};
+
+/// Lanes of a direction that no turn lane uses up.
+const MIN_SHARED_LANES: u32 = 1;
 
 /// Returns the arriving vehicles per hour of an approach: its AADT per lane times the hourly share and
 /// the share of its direction, capped per lane, times the lanes that lead to the signal.
 pub fn inflow_vph(approach: &Approach, settings: &FamilySettings) -> f64 {
-    let factor = direction_factor(approach, settings);
-    (approach.aadt_veh_per_day_per_lane * settings.hourly_share * factor)
-        .min(settings.inflow_cap_vph_per_lane)
+    uncapped_vph_per_lane(approach, settings).min(settings.inflow_cap_vph_per_lane)
         * f64::from(approach.lanes_in)
+}
+
+/// Returns the vehicles per hour and lane of an approach, before the cap.
+pub(super) fn uncapped_vph_per_lane(approach: &Approach, settings: &FamilySettings) -> f64 {
+    let factor = direction_factor(approach, settings);
+    approach.aadt_veh_per_day_per_lane * settings.hourly_share * factor
+}
+
+/// Returns where a family has the six features.
+///
+/// # Errors
+///
+/// The name of the first that it lacks.
+pub fn six_columns(family: &MdpFamily) -> Result<[usize; 6], &'static str> {
+    let mut columns = [0; 6];
+    for (column, (name, _)) in columns.iter_mut().zip(SixFeatures::COLUMNS) {
+        *column = family.features.iter().position(|f| f.name == name).ok_or(name)?;
+    }
+    Ok(columns)
+}
+
+/// Returns the lanes of a six-feature approach that lead to the signal: half of its lanes rounded up, and then
+/// as many as its turn lanes and one more need.
+///
+/// Source: this project's rule; the paper does not say how six features become a junction.
+pub fn incoming_lanes(features: &SixFeatures) -> (u32, u32) {
+    let whole = |value: f64| value.max(0.0).round() as u32;
+    let half = whole(features.lanes).div_ceil(2);
+    let turn_lanes = whole(features.left_turn_lanes) + whole(features.right_turn_lanes);
+    (half, half.max(turn_lanes + MIN_SHARED_LANES))
 }
 
 /// Returns the six features of an intersection, unquantised: means over the arms that lead to it.
@@ -125,6 +157,8 @@ mod tests {
             length_m: 250.0,
             aadt_veh_per_day_per_lane: aadt,
             movements: String::new(),
+            line: 2,
+            imputed: false,
         }
     }
 

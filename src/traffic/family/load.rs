@@ -8,6 +8,7 @@ use toml::Table;
 
 use super::approaches::{self, Intersection, check_arms};
 use super::describing::describing;
+use super::doubts::{self, Doubt};
 use super::features::{group, per_approach_features, point_id};
 use super::points;
 use crate::family::columns::at;
@@ -53,6 +54,8 @@ pub struct LoadedScenario {
     pub intersections: Vec<Intersection>,
     /// Per point MDP the indices of its intersections.
     pub members: Vec<Vec<usize>>,
+    /// What is doubtful in the table, and what of it is changed; nothing for a table that the program carries.
+    pub doubts: Vec<Doubt>,
 }
 
 /// Loads a scenario by path or embedded name.
@@ -78,7 +81,11 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
             // Only a table from the command line is not embedded.
             None => read_text(Path::new(table)),
         };
-        return from_text(text, &file, overrides, &table);
+        let mut loaded = with_detail(text, &file, overrides, &table, Detail::SixFeatures)?;
+        if EMBEDDED_TABLES.iter().any(|(_, text)| *text == loaded.table) {
+            loaded.doubts.clear();
+        }
+        return Ok(loaded);
     }
     let path = Path::new(name);
     if !path.exists() {
@@ -143,6 +150,18 @@ pub fn from_text(
     overrides: &[Override],
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
 ) -> Result<LoadedScenario, FamilyError> {
+    with_detail(text, file, overrides, table, Detail::PerApproach)
+}
+
+/// Does what [`from_text`] does, with the detail of approaches where neither the scenario nor what replaces its
+/// settings says one.
+fn with_detail(
+    text: &str,
+    file: &str,
+    overrides: &[Override],
+    table: &dyn Fn(&str) -> Result<String, FamilyError>,
+    detail: Detail,
+) -> Result<LoadedScenario, FamilyError> {
     let mut scenario: Scenario =
         toml::from_str(text).map_err(|e| wording::file_error::<Scenario>(file, text, &e))?;
     // A name that is written and empty is the user's mistake, one that is not written is the file's.
@@ -158,6 +177,22 @@ pub fn from_text(
     if preset != Preset::default() {
         scenario = with_preset(text, preset, overrides, file)?;
     }
+    // Real approaches stay what they are, unless somebody asks for the paper's six features.
+    let says = |key: &str| {
+        text.parse::<Table>().is_ok_and(|table| family_has(&table, key))
+            || overrides.iter().flat_map(Override::keys).any(|k| k == format!("family.{key}"))
+    };
+    let real = scenario.family.approaches.is_some() && scenario.family.points.is_none();
+    if real && !says("detail") {
+        scenario.family.detail = detail;
+    }
+    let without_effect = scenario.family.detail == Detail::PerApproach && says("bins");
+    let bins_without_effect = without_effect.then(|| {
+        Doubt::whole(
+            "family.bins has no effect on intersections that keep their own approaches; say detail = \"six-features\" \
+             in [family] for means over them",
+        )
+    });
     let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
     let file = &if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") };
     check(&scenario, file)?;
@@ -167,13 +202,16 @@ pub fn from_text(
             let table = table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
             let intersections = approaches::read(&table, path)?;
             let (family, members) = derive(&scenario, &intersections, path)?;
-            Ok(LoadedScenario { scenario, text, table, family, intersections, members })
+            let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
+            doubts.extend(bins_without_effect);
+            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
         }
         (None, Some(path)) => {
             let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
             let family = points::read(&scenario.name, &table, path)?;
             let members = vec![Vec::new(); family.points.len()];
-            Ok(LoadedScenario { scenario, text, table, family, intersections: vec![], members })
+            let (intersections, doubts) = (vec![], doubts::of_points(&family));
+            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
         }
         (approaches, _) => Err(FamilyError::Setting {
             file: file.to_owned(),
@@ -184,6 +222,11 @@ pub fn from_text(
                 .into(),
         }),
     }
+}
+
+/// Returns whether the text of a scenario sets something of its family.
+fn family_has(table: &Table, key: &str) -> bool {
+    table.get("family").and_then(|family| family.get(key)).is_some()
 }
 
 /// Derives the point MDPs of intersections, and per point MDP the intersections it stands for.
@@ -274,123 +317,4 @@ fn called(id: &str, intersection: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn salt_lake_city_has_164_point_mdps_of_282_intersections() {
-        let loaded = load("salt-lake-city").unwrap();
-        assert_eq!(loaded.intersections.len(), 282);
-        assert_eq!(loaded.family.points.len(), 164);
-        assert_eq!(loaded.family.points[0].instances, 19);
-        let single = loaded.family.points.iter().filter(|p| p.instances == 1).count();
-        assert_eq!(single, 117);
-    }
-
-    #[test]
-    fn the_design_hour_has_other_point_mdps_of_the_same_table() {
-        let (mean, peak) = (load("salt-lake-city").unwrap(), load("salt-lake-city-peak").unwrap());
-        assert_eq!((peak.intersections, peak.table), (mean.intersections, mean.table));
-        assert_eq!(peak.family.points.len(), 187);
-        let mut settings = peak.scenario;
-        (settings.name, settings.title) = (mean.scenario.name.clone(), mean.scenario.title.clone());
-        settings.version = mean.scenario.version;
-        settings.family.hourly_share = mean.scenario.family.hourly_share;
-        assert_eq!(settings, mean.scenario);
-    }
-
-    #[test]
-    fn a_scenario_without_a_version_has_the_first() {
-        assert_eq!(load("smoke").unwrap().scenario.version, 1);
-        assert_eq!(load("salt-lake-city").unwrap().scenario.version, 2);
-    }
-
-    #[test]
-    fn salt_lake_city_has_36_approaches_without_a_count_at_30_intersections() {
-        let loaded = load("salt-lake-city").unwrap();
-        let imputed: Vec<u32> =
-            loaded.intersections.iter().map(|i| i.imputed).filter(|n| *n > 0).collect();
-        assert_eq!((imputed.len(), imputed.iter().sum::<u32>()), (30, 36));
-    }
-
-    #[test]
-    fn four_intersections_are_raised_to_the_minimal_inflow() {
-        let loaded = load("salt-lake-city").unwrap();
-        let raised: u32 = loaded
-            .family
-            .points
-            .iter()
-            .filter(|p| p.features[3] == 60.0)
-            .map(|p| p.instances)
-            .sum();
-        assert_eq!(raised, 4);
-    }
-
-    #[test]
-    fn per_approach_detail_keeps_every_intersection() {
-        let text = EMBEDDED[0].1.replace("six-features", "per-approach");
-        let loaded =
-            from_text(&text, "t.toml", &[], &|_| Ok(EMBEDDED_TABLES[0].1.to_owned())).unwrap();
-        assert_eq!(loaded.family.points.len(), 282);
-    }
-
-    /// The ids of a family of intersections with these ids, each with one arm.
-    fn per_approach(ids: &[&str]) -> Result<Vec<String>, String> {
-        let mut table = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,\
-            left_turn_lanes,right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,\
-            movements\n"
-            .to_owned();
-        for id in ids {
-            table += &format!("{id},A,40,-111,0,2,1,1,0,30,200,9000,\n");
-            table += &format!("{id},B,40,-111,90,2,1,1,0,30,200,9000,\n");
-        }
-        let text = "name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"per-approach\"\n";
-        let loaded = from_text(text, "t.toml", &[], &|_| Ok(table.clone()));
-        let loaded = loaded.map_err(|e| e.to_string())?;
-        Ok(loaded.family.points.into_iter().map(|p| p.id).collect())
-    }
-
-    #[test]
-    fn only_plain_numbers_are_renamed_so_that_two_ids_stay_two() {
-        let ids = per_approach(&["7", "007", "12345", "99999999999", "n7"]).unwrap();
-        assert_eq!(ids, ["007", "99999999999", "i0007", "i12345", "n7"]);
-    }
-
-    #[test]
-    fn two_intersections_of_one_point_id_are_refused_by_name() {
-        assert_eq!(
-            per_approach(&["7", "i0007"]).unwrap_err(),
-            "a.csv: intersection = i0007: the point MDP would be called i0007, as that of \
-             intersection 7; rename one of the two"
-        );
-    }
-
-    #[test]
-    fn arms_that_cannot_be_built_are_refused_with_their_line() {
-        let table = EMBEDDED_TABLES[0].1;
-        let row = table.lines().rfind(|line| !line.is_empty()).unwrap();
-        let twin = row.replacen(row.split(',').nth(1).unwrap(), "twin", 1);
-        let table = format!("{}\n{twin}\n", table.trim_end());
-        let read = |detail: &str| {
-            let text = EMBEDDED[0].1.replace("six-features", detail);
-            from_text(&text, "t.toml", &[], &|_| Ok(table.clone()))
-        };
-        read("six-features").unwrap();
-        let error = read("per-approach").unwrap_err().to_string();
-        assert!(error.contains(", line ") && error.contains("both have bearing_deg"), "{error}");
-    }
-
-    #[test]
-    fn an_unknown_field_is_refused_with_its_name() {
-        let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\nspeeed = 3\n";
-        let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
-        assert!(e.contains("t.toml") && e.contains("speeed"), "{e}");
-    }
-
-    #[test]
-    fn both_tables_at_once_are_refused() {
-        let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\napproaches = \"a.csv\"\n";
-        let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
-        assert!(e.contains("exactly one"), "{e}");
-    }
-}
+mod tests;

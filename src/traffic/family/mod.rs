@@ -2,6 +2,7 @@
 
 pub mod approaches;
 pub mod describing;
+pub mod doubts;
 pub mod features;
 mod inflow;
 pub mod load;

@@ -29,8 +29,9 @@ const RANGES: [(f64, f64); 6] =
 /// # Errors
 ///
 /// [`FamilyError`] naming file and line: a missing or doubled column, a value that is no number or
-/// that no intersection has, turn lanes that leave no lane to go straight, a name that comes twice,
-/// importance that does not sum to 1.
+/// that no intersection has, a name that comes twice, importance that does not sum to 1. Turn lanes that leave
+/// no lane to go straight get one more, as in a family that is derived from approaches
+/// ([`super::features::incoming_lanes`]), and [`super::doubts`] says so.
 pub fn read(name: &str, text: &str, file: &str) -> Result<MdpFamily, FamilyError> {
     let needed = SixFeatures::COLUMNS.map(|(name, _)| name);
     let kind = Kind {
@@ -49,24 +50,7 @@ fn check(number: &dyn Fn(&str) -> Result<f64, String>) -> Result<(), String> {
         let value = number(name)?;
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))?;
     }
-    check_turn_lanes(number("lanes")?, number("left_turn_lanes")?, number("right_turn_lanes")?)
-}
-
-/// Checks that turn lanes leave a lane to go straight: of the lanes of both directions half, rounded
-/// up, lead to the signal. A family that is derived from approaches has means, for which
-/// `network::intersection` adds the lanes that are missing.
-fn check_turn_lanes(lanes: f64, left: f64, right: f64) -> Result<(), String> {
-    let incoming = (lanes.round() / 2.0).ceil();
-    let needed = left.round() + right.round() + 1.0;
-    if left.round() + right.round() == 0.0 || needed <= incoming {
-        return Ok(());
-    }
-    Err(format!(
-        "left_turn_lanes = {left} and right_turn_lanes = {right} leave no lane to go straight: of \
-         lanes = {lanes}, both directions, {incoming} lead to the signal; give lanes at least {}, \
-         or fewer turn lanes",
-        2.0 * needed - 1.0
-    ))
+    Ok(())
 }
 
 #[cfg(test)]
@@ -134,16 +118,21 @@ mod tests {
     }
 
     #[test]
-    fn turn_lanes_leave_a_lane_to_go_straight() {
-        for fits in ["1,30,200,500,0,0", "3,30,200,500,1,0", "5,30,200,500,1,1"] {
-            six(fits).unwrap();
-        }
-        assert_eq!(
-            six("4,30,200,500,1,1").unwrap_err(),
-            "p.csv, line 2: left_turn_lanes = 1 and right_turn_lanes = 1 leave no lane to go \
-             straight: of lanes = 4, both directions, 2 lead to the signal; give lanes at least 5, \
-             or fewer turn lanes"
-        );
+    fn a_point_mdp_of_the_derived_family_can_be_written_by_hand() {
+        let derived = crate::traffic::family::load::load("salt-lake-city").unwrap().family;
+        let rows: String = (derived.points.iter())
+            .map(|p| {
+                let features: Vec<String> = p.features.iter().map(f64::to_string).collect();
+                format!("{},{},{}\n", p.id, p.instances, features.join(","))
+            })
+            .collect();
+        let text = format!("point,intersections,{SIX}\n{rows}");
+        let by_hand = read("salt-lake-city", &text, "p.csv").unwrap();
+        assert_eq!(by_hand.points, derived.points);
+        let doubts = crate::traffic::family::doubts::of_points(&by_hand);
+        let added: Vec<&String> = doubts.iter().flat_map(|d| &d.rows).collect();
+        let expected = "point L4-S50-D300-Q750-l1-r1: 3 instead of 2".to_owned();
+        assert!(added.contains(&&expected), "{added:?}");
     }
 
     #[test]

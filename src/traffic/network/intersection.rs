@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::settings::within;
 use crate::traffic::family::approaches::{Approach, Intersection};
-use crate::traffic::family::features::simulated_inflow_vph;
+use crate::traffic::family::features::{incoming_lanes, simulated_inflow_vph, six_columns};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::settings::{Detail, FamilySettings, SixFeatures};
@@ -53,9 +53,6 @@ pub struct IntersectionSpec {
     pub side: DrivingSide,
 }
 
-/// Lanes of a direction that no turn lane uses up.
-const MIN_SHARED_LANES: u32 = 1;
-
 /// Bearings of the four arms that six features make, degrees, and how far their inflow lies from the
 /// mean, in units of `approach_spread / sqrt(5)`: evenly spaced, with deviation `approach_spread`.
 /// North and south are the major street, each street has unequal directions.
@@ -80,7 +77,7 @@ impl IntersectionSpec {
         let lanes = whole(features.lanes);
         let turn_lanes = (whole(features.left_turn_lanes), whole(features.right_turn_lanes));
         let (left, right) = side.swapped(turn_lanes);
-        let lanes_in = lanes.div_ceil(2).max(left + right + MIN_SHARED_LANES);
+        let (_, lanes_in) = incoming_lanes(features);
         let arm = |(bearing_deg, steps): (f64, f64)| Arm {
             bearing_deg,
             lanes_in,
@@ -153,15 +150,10 @@ pub fn intersections(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, N
             })
             .collect());
     }
-    let mut columns = [0; 6];
-    for (column, (name, _)) in columns.iter_mut().zip(SixFeatures::COLUMNS) {
-        *column = family.features.iter().position(|f| f.name == name).ok_or_else(|| {
-            NetworkError::Intersection {
-                point: family.name.clone(),
-                reason: format!("the family has no feature {name}; add a column of that name"),
-            }
-        })?;
-    }
+    let columns = six_columns(family).map_err(|name| NetworkError::Intersection {
+        point: family.name.clone(),
+        reason: format!("the family has no feature {name}; add a column of that name"),
+    })?;
     family
         .points
         .iter()

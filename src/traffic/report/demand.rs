@@ -94,6 +94,11 @@ pub(super) fn on_defaults(settings: &Value) -> bool {
     inflows(settings).is_some_and(|[.., default]| default > MOSTLY)
 }
 
+/// Returns whether the settings of a run say that all of its inflows are defaults.
+pub(super) fn all_defaults(settings: &Value) -> bool {
+    inflows(settings).is_some_and(|[.., default]| default >= 1.0)
+}
+
 fn inflows(settings: &Value) -> Option<[f64; 4]> {
     let of = settings.pointer("/family/inflows")?;
     let share = |name: &str| of.get(name)?.as_f64();

@@ -6,6 +6,7 @@
 
 use geojson::{Feature, FeatureCollection, GeometryValue, JsonObject, JsonValue};
 
+use super::demand::all_defaults;
 use super::level_of_service::{DELAY, letter};
 use super::shown::{Seen, streets};
 use crate::analysis::Analysis;
@@ -55,8 +56,26 @@ pub(super) fn basis(data: &Analysis, place: &MappedIntersection) -> (Basis, Opti
     (basis, Some(point))
 }
 
+/// Returns why no probability is given that a method is the best at an intersection: the simulated vehicles are not
+/// its own.
+pub(super) fn withheld(data: &Analysis, basis: Basis) -> Option<&'static str> {
+    match basis {
+        Basis::Represented => Some("another intersection was simulated in its place"),
+        Basis::Simulated | Basis::PointMdp => all_defaults(&data.manifest.identity.settings)
+            .then_some("all inflows are defaults by class of street"),
+        Basis::None => None,
+    }
+}
+
+/// Returns whether a probability is withheld anywhere, so that the tables need a column for the reason.
+fn any_withheld(seen: Seen<'_>) -> bool {
+    let Seen { data, shown } = seen;
+    let of = |place| withheld(data, basis(data, place).0).is_some();
+    shown.places.intersections.iter().any(of)
+}
+
 /// Returns the names of the columns; those of one method come last.
-fn header(data: &Analysis) -> Vec<String> {
+fn header(data: &Analysis, why: bool) -> Vec<String> {
     let identity = &data.manifest.identity;
     let objective = &identity.objective;
     ["id", "streets", "latitude", "longitude", "point", "basis", "results_of", "winner"]
@@ -72,14 +91,16 @@ fn header(data: &Analysis) -> Vec<String> {
             ["lead_low", "lead_high", "against", "winner_probability", "winner_fails"]
                 .map(str::to_owned),
         )
+        .chain(why.then(|| "winner_probability_withheld".to_owned()))
         .chain(identity.methods.iter().map(|m| format!("{m}_{objective}")))
         .collect()
 }
 
 /// Returns the cells of an intersection, in the order of [`header`].
-fn cells(data: &Analysis, place: &MappedIntersection) -> Vec<JsonValue> {
+fn cells(data: &Analysis, place: &MappedIntersection, why: bool) -> Vec<JsonValue> {
     let identity = &data.manifest.identity;
     let (basis, point) = basis(data, place);
+    let withheld = withheld(data, basis);
     let point = point.map(|p| &data.points[p]);
     let winner = point.and_then(|p| data.winners[p.index].as_ref());
     let result = |method: Option<usize>| point?.results[method?].as_ref();
@@ -108,9 +129,10 @@ fn cells(data: &Analysis, place: &MappedIntersection) -> Vec<JsonValue> {
         number(lead.map(|l| l.0)),
         number(lead.map(|l| l.1)),
         data.reference.name.clone().into(),
-        number(winner.and_then(|w| w.probability)),
+        number(winner.filter(|_| withheld.is_none()).and_then(|w| w.probability)),
         point.zip(best).and_then(|(p, best)| data.fails(p, best)).into(),
     ];
+    cells.extend(why.then(|| withheld.into()));
     cells.extend((0..identity.methods.len()).map(|m| objective(Some(m))));
     cells
 }
@@ -139,7 +161,8 @@ pub(super) fn spots(seen: Seen<'_>) -> Vec<Spot> {
             (None, "") => format!("{:.5}, {:.5}", place.latitude, place.longitude),
             (None, id) => format!("{id}: {:.5}, {:.5}", place.latitude, place.longitude),
         };
-        Spot { name, detail, point, dot: mapped.then_some(number) }
+        let withheld = withheld(data, basis);
+        Spot { name, detail, point, dot: mapped.then_some(number), withheld }
     };
     shown.places.intersections.iter().enumerate().map(of).collect()
 }
@@ -153,18 +176,24 @@ pub(super) fn table(seen: Seen<'_>) -> String {
         JsonValue::Number(n) => n.as_f64().map_or_else(String::new, |n| n.to_string()),
         other => other.to_string(),
     };
-    let row = |place: &MappedIntersection| cells(data, place).into_iter().map(text).collect();
-    csv::table(&header(data), shown.places.intersections.iter().map(row))
+    let why = any_withheld(seen);
+    let row = |place: &MappedIntersection| cells(data, place, why).into_iter().map(text).collect();
+    csv::table(&header(data, why), shown.places.intersections.iter().map(row))
 }
 
 /// Returns `results.geojson`: a point per intersection with the columns of the table.
 pub(super) fn geojson(seen: Seen<'_>) -> String {
     let Seen { data, shown } = seen;
-    let names = header(data);
+    let why = any_withheld(seen);
+    let names = header(data, why);
     let at = |name: &str| name == "latitude" || name == "longitude";
     let feature = |place: &MappedIntersection| {
-        let properties: JsonObject =
-            names.iter().cloned().zip(cells(data, place)).filter(|(name, _)| !at(name)).collect();
+        let properties: JsonObject = names
+            .iter()
+            .cloned()
+            .zip(cells(data, place, why))
+            .filter(|(name, _)| !at(name))
+            .collect();
         Feature {
             geometry: Some(GeometryValue::new_point([place.longitude, place.latitude]).into()),
             properties: Some(properties),

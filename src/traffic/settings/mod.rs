@@ -124,7 +124,8 @@ settings! {
         approaches: Option<String> = None;
         /// Table of point MDPs, relative to the scenario file, as written by hand.
         points: Option<String> = None;
-        /// Description of an intersection: `six-features`, or `per-approach`, its real arms, which needs `approaches`.
+        /// Description of an intersection: `six-features`, or `per-approach`, its real arms. A scenario of your own
+        /// with `approaches` that does not say it has `per-approach`.
         detail: Detail = Detail::SixFeatures;
         /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
         /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.

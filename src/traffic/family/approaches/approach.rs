@@ -32,8 +32,14 @@ pub struct Approach<Count = f64> {
     /// towards the signal. Where counts are of both directions, as those of Salt Lake City are, it is
     /// the count divided by the lanes of both directions.
     pub aadt_veh_per_day_per_lane: Count,
-    /// Turns that exist: `t` U-turn, `l` left, `s` straight, `r` right; empty when unknown.
+    /// Turns that exist: `l` left, `s` straight, `r` right, `u` and `t` U-turn; empty when unknown.
     pub movements: String,
+    /// Line in its table.
+    #[serde(skip)]
+    pub line: u64,
+    /// Whether its count was missing, so that the mean of others stands for it.
+    #[serde(skip)]
+    pub imputed: bool,
 }
 
 /// A real intersection: its place and its arms.

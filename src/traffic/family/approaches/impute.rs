@@ -49,7 +49,8 @@ pub(super) fn impute(raw: Vec<RawIntersection>) -> Result<Vec<Intersection>, Str
                         mean(&own).or_else(|| typical(arm.lanes_in))
                     }
                 };
-                aadt.map(|aadt| with_count(arm, aadt))
+                let missing = arm.aadt_veh_per_day_per_lane.is_none() && arm.lanes_in > 0;
+                aadt.map(|aadt| Approach { imputed: missing, ..with_count(arm, aadt) })
             };
             let arms: Option<Vec<Approach>> = arms.into_iter().map(complete).collect();
             let arms = arms.ok_or(
@@ -81,6 +82,8 @@ fn with_count(arm: Approach<Option<f64>>, aadt_veh_per_day_per_lane: f64) -> App
         length_m: arm.length_m,
         aadt_veh_per_day_per_lane,
         movements: arm.movements,
+        line: arm.line,
+        imputed: false,
     }
 }
 
@@ -104,6 +107,8 @@ mod tests {
             length_m: 200.0,
             aadt_veh_per_day_per_lane,
             movements: String::new(),
+            line: 2,
+            imputed: false,
         };
         RawIntersection { id: "1".into(), line: 2, arms: arms.iter().map(arm).collect() }
     }

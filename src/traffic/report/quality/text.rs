@@ -241,6 +241,7 @@ mod tests {
     /// Ten signals in eight intersections, everything known but the inflow.
     fn city() -> Quality {
         Quality {
+            timed_restrictions: (0, 0),
             name: "city".to_owned(),
             version: "0.1.0",
             inputs: Vec::new(),
@@ -254,11 +255,9 @@ mod tests {
             point_mdps: 3,
             demand: Demand { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
             skipped: Vec::new(),
-            provenance: vec![
-                rests_on("lanes", 1.0, 0.0),
-                rests_on("length", 1.0, 0.0),
-                rests_on("inflow", 0.0, 0.0),
-            ],
+            provenance: [("lanes", 1.0), ("length", 1.0), ("inflow", 0.0)]
+                .map(|(feature, tagged)| rests_on(feature, tagged, 0.0))
+                .to_vec(),
             cut_approaches: 0,
             no_way_across: 0,
             counts: None,

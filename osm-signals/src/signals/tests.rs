@@ -1,0 +1,133 @@
+//! Tests of reading lists.
+
+use proptest::prelude::*;
+
+use super::*;
+
+fn read(text: &str) -> Result<Vec<ListedSignal>, String> {
+    SignalList::from_bytes(text.as_bytes(), Path::new("s.csv"), &SignalColumns::default())
+        .map(|list| list.signals)
+        .map_err(|e| e.to_string())
+}
+
+#[test]
+fn a_list_keeps_ids_places_and_lines() {
+    let signals = read("SIGNAL,TYPE,LAT,LNG\n1001,Signal,40.78,-111.92\n").unwrap();
+    let place = Place::from_degrees(40.78, -111.92).unwrap();
+    assert_eq!(signals, [ListedSignal { id: "1001".into(), place, line: 2, controller: None }]);
+}
+
+#[test]
+fn rows_without_an_id_column_are_numbered() {
+    let signals = read("y,x\n40,-111\n41,-111\n").unwrap();
+    assert_eq!(signals.iter().map(|s| &*s.id).collect::<Vec<_>>(), ["1", "2"]);
+}
+
+#[test]
+fn an_id_that_comes_twice_names_both_lines() {
+    let reason = read("id,y,x\n7,40,-111\n8,41,-111\n7,40,-111\n").unwrap_err();
+    assert_eq!(
+        reason,
+        "s.csv, line 4: signal 7 is on line 2 already; if these are two signals, name a column that \
+         tells them apart (`id` in [signals] of the settings), else remove one of them"
+    );
+    let long = "7".repeat(100_000);
+    let reason = read(&format!("id,y,x\n{long},40,-111\n{long},40,-111\n")).unwrap_err();
+    assert!(reason.len() < 300, "{reason}");
+}
+
+#[test]
+fn bounds_are_those_of_all_signals() {
+    let text = "y,x\n40,-111\n41.5,-112\n40.5,-110\n";
+    let list = SignalList::from_bytes(text.as_bytes(), Path::new("s"), &SignalColumns::default());
+    let bounds = list.unwrap().bounds();
+    assert_eq!(bounds.min(), Coord { x: -112.0, y: 40.0 });
+    assert_eq!(bounds.max(), Coord { x: -110.0, y: 41.5 });
+}
+
+#[test]
+fn a_missing_id_and_a_list_without_rows_are_refused() {
+    assert!(read("id,y,x\n,40,-111\n").unwrap_err().contains("line 2: no id"));
+    assert!(read("id,y,x\n").unwrap_err().contains("no signal below the first line"));
+}
+
+#[test]
+fn columns_with_other_names_can_be_given() {
+    let columns: SignalColumns =
+        toml::from_str("latitude = \"Breite\"\nlongitude = \"Länge\"").unwrap();
+    let text = "Breite,LÄNGE\n40,-111\n";
+    let list = SignalList::from_bytes(text.as_bytes(), Path::new("s.csv"), &columns).unwrap();
+    assert_eq!(list.signals.len(), 1);
+    assert!(toml::from_str::<SignalColumns>("lat = \"y\"").is_err());
+}
+
+fn list(text: &str, columns: &str) -> Result<SignalList, String> {
+    let columns: SignalColumns = toml::from_str(columns).unwrap();
+    SignalList::from_bytes(text.as_bytes(), Path::new("s.csv"), &columns).map_err(|e| e.to_string())
+}
+
+const MIXED: &str = "ID,Type,the_geom\n1,SIGNAL,POINT (-111 40)\n2,Beacon,POINT (-111.1 40)\n\
+                     3,PENDING SIGNAL,\"SRID=4326;POINT Z(-111.2 40 7)\"\n4,Signal,\n";
+
+#[test]
+fn a_place_may_be_a_text() {
+    let signals = read(MIXED).unwrap();
+    let at = |lat, lon| Place::from_degrees(lat, lon).unwrap();
+    let places = [at(40.0, -111.0), at(40.0, -111.1), at(40.0, -111.2), at(0.0, 0.0)];
+    assert_eq!(signals.iter().map(|s| s.place).collect::<Vec<_>>(), places);
+    let named = list("n,Where\n1,POINT(-111 40)\n", "point = \"where\"").unwrap();
+    assert_eq!(named.signals[0].place, places[0]);
+    let reason = read("id,shape\n1,LINESTRING (1 2)\n").unwrap_err();
+    assert!(reason.starts_with("s.csv, line 2: ") && reason.contains("POINT"), "{reason}");
+    let swapped = read("id,shape\n1,POINT (40 -111)\n").unwrap_err();
+    assert!(swapped.contains("swap latitude and longitude"), "{swapped}");
+}
+
+#[test]
+fn rows_are_chosen_by_their_columns() {
+    let ids = |keep: &str| {
+        let list = list(MIXED, &format!("where = {keep}"))?;
+        let ids = list.signals.iter().map(|s| s.id.as_str()).collect::<Vec<_>>().join(" ");
+        Ok::<_, String>((ids, list.left_out, list.doubts.len()))
+    };
+    assert_eq!(ids("[\"type=signal\"]"), Ok(("1 4".to_owned(), 2, 0)));
+    assert_eq!(ids("[\"Type=Signal\", \"Type=beacon\"]"), Ok(("1 2 4".to_owned(), 1, 0)));
+    assert_eq!(ids("[\"Type!=Beacon\", \"ID!=4\"]"), Ok(("1 3".to_owned(), 2, 0)));
+    assert_eq!(
+        ids("[\"type=sgnal\"]").unwrap_err(),
+        "s.csv: no row is as asked for; column Type has Beacon (1), PENDING SIGNAL (1), SIGNAL (1), Signal (1)"
+    );
+    assert!(ids("[\"kind=x\"]").unwrap_err().contains("no column \"kind\""));
+    assert!(ids("[\"x\"]").unwrap_err().contains("expected COLUMN=VALUE"));
+}
+
+#[test]
+fn what_may_be_no_signal_is_told() {
+    assert_eq!(
+        list(MIXED, "").unwrap().doubts,
+        [
+            "2 rows may be no signals: column Type has Beacon (1), PENDING SIGNAL (1); leave them out with \
+          --signals-where, such as 'Type!=Beacon'"
+        ]
+    );
+}
+
+#[test]
+fn rows_without_a_place_are_kept_to_be_named() {
+    let signals = read("id,lat,lon\n1,40,-111\n2,,\n").unwrap();
+    assert_eq!((signals[1].place.latitude_e7, signals[1].place.longitude_e7), (0, 0));
+    assert!(read("id,lat,lon\n1,40,\n").unwrap_err().contains("column lon is empty"));
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let columns = SignalColumns::default();
+        drop(SignalList::from_bytes(&bytes, Path::new("s.csv"), &columns));
+    }
+
+    #[test]
+    fn any_rows_are_read_or_refused(rows in "[0-9;,.\"\\-\r\n a]{0,80}") {
+        drop(read(&format!("id,lat,lon\n{rows}")));
+    }
+}

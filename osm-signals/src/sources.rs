@@ -1,0 +1,292 @@
+//! Lists in other shapes than CSV: workbooks, GeoJSON points, Esri shapefiles, and archives that hold one of
+//! these. All of them become the text of a table, so that columns and rows are read in one way.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+use calamine::{Data, Ods, Reader, Xls, Xlsb, Xlsx};
+use geojson::{FeatureCollection, GeometryValue, JsonObject, JsonValue, Position};
+use shapefile::{Shape, ShapeReader, dbase};
+use zip::ZipArchive;
+
+use super::error::{OsmError, brief};
+use super::features::{self, check_crs, malformed};
+use super::file;
+use super::table::PLACE;
+
+/// First bytes of archives, of old workbooks, and of shapefiles.
+const ARCHIVE: &[u8] = b"PK\x03\x04";
+const OLD_WORKBOOK: &[u8] = &[0xD0, 0xCF, 0x11, 0xE0];
+const SHAPES: &[u8] = &[0, 0, 0x27, 0x0A];
+
+/// Parts of archives that are workbooks: of Excel, of Excel in binary, of OpenDocument.
+const WORKBOOKS: [&str; 3] = ["xl/workbook.xml", "xl/workbook.bin", "mimetype"];
+
+/// Ends of names of files that hold a list, and of those beside shapes.
+const LISTS: [&str; 9] = ["csv", "tsv", "txt", "geojson", "json", "xlsx", "xls", "ods", "shp"];
+
+/// What a list has to be.
+const EXPECTED: &str =
+    "a CSV, a workbook, GeoJSON points, a shapefile of points, or a zipped one of these";
+
+/// A list as the text of a table.
+pub(super) struct Source<'a> {
+    /// The text; of CSV the bytes of the file.
+    pub(super) bytes: Cow<'a, [u8]>,
+    /// What a row is called, and what its number in the file is more than its line in the text.
+    pub(super) rows: (&'static str, i64),
+}
+
+impl<'a> Source<'a> {
+    /// Returns the list in the bytes of a file.
+    ///
+    /// # Errors
+    ///
+    /// [`OsmError`] naming the file: it is damaged, projected, has no points, or holds no list or several.
+    pub(super) fn of(bytes: &'a [u8], path: &Path) -> Result<Self, OsmError> {
+        if bytes.starts_with(ARCHIVE) {
+            return archive(bytes, path);
+        }
+        if bytes.starts_with(OLD_WORKBOOK) {
+            return workbook(Xls::new(Cursor::new(bytes)), path);
+        }
+        if bytes.starts_with(SHAPES) {
+            let beside = |end: &str| {
+                let other = path.with_extension(end);
+                other.is_file().then(|| file::bytes(&other)).transpose()
+            };
+            return shapes(bytes, beside("dbf")?.as_deref(), beside("prj")?.as_deref(), path);
+        }
+        let is_json = bytes.iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'{');
+        if is_json || bytes.starts_with(b"\xEF\xBB\xBF{") {
+            return points(bytes, path);
+        }
+        Ok(Self { bytes: Cow::Borrowed(bytes), rows: ("line", 0) })
+    }
+
+    fn owned(self) -> Source<'static> {
+        Source { bytes: Cow::Owned(self.bytes.into_owned()), rows: self.rows }
+    }
+}
+
+fn nothing(path: &Path, reason: impl Into<String>) -> OsmError {
+    OsmError::Nothing { path: path.to_path_buf(), reason: reason.into() }
+}
+
+/// Reads what an archive holds.
+fn archive(bytes: &[u8], path: &Path) -> Result<Source<'static>, OsmError> {
+    let damaged = |e: &dyn std::fmt::Display| {
+        nothing(path, format!("a damaged archive ({e}); fetch it again"))
+    };
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(&e))?;
+    let names = archive.file_names().map(|name| name.map(Cow::into_owned));
+    let names: Vec<String> = names.collect::<Result<_, _>>().map_err(|e| damaged(&e))?;
+    match WORKBOOKS.iter().position(|part| names.iter().any(|name| name == part)) {
+        Some(0) => return workbook(Xlsx::new(Cursor::new(bytes)), path),
+        Some(1) => return workbook(Xlsb::new(Cursor::new(bytes)), path),
+        Some(_) => return workbook(Ods::new(Cursor::new(bytes)), path),
+        None => {}
+    }
+    let end =
+        |name: &str| name.rsplit_once('.').map(|(_, end)| end.to_lowercase()).unwrap_or_default();
+    let hidden = |name: &str| name.split('/').any(|part| part.starts_with(['.', '_']));
+    let mut lists: Vec<&String> =
+        names.iter().filter(|n| !hidden(n) && LISTS.contains(&&*end(n))).collect();
+    lists.sort();
+    let [list] = lists[..] else {
+        let found: Vec<String> = lists.iter().map(|name| brief(name)).collect();
+        let found = if found.is_empty() { "none".to_owned() } else { found.join(", ") };
+        return Err(nothing(
+            path,
+            format!(
+                "an archive that has to hold one list and holds {found}; {EXPECTED} is \
+                                          needed"
+            ),
+        ));
+    };
+    let mut part = |name: &str| -> Result<Vec<u8>, OsmError> {
+        let entry = archive.by_name(name).map_err(|e| damaged(&e))?;
+        let mut inflated = Vec::new();
+        let most = sheet::file::TABLE_BYTES;
+        entry.take(most + 1).read_to_end(&mut inflated).map_err(|e| damaged(&e))?;
+        if inflated.len() as u64 > most {
+            return Err(nothing(path, format!("{} is larger than {most} bytes", brief(name))));
+        }
+        Ok(inflated)
+    };
+    let inner = part(list)?;
+    if end(list) != "shp" {
+        return Source::of(&inner, &path.join(list)).map(Source::owned);
+    }
+    let stem = &list[..list.len() - "shp".len()];
+    let mut beside = |end: &str| {
+        let name = names.iter().find(|n| n.eq_ignore_ascii_case(&format!("{stem}{end}")));
+        name.map(|name| part(name)).transpose()
+    };
+    let (records, projection) = (beside("dbf")?, beside("prj")?);
+    shapes(&inner, records.as_deref(), projection.as_deref(), path)
+}
+
+/// Reads the first sheet of a workbook that holds anything.
+fn workbook<'b, R>(workbook: Result<R, R::Error>, path: &Path) -> Result<Source<'static>, OsmError>
+where
+    R: Reader<Cursor<&'b [u8]>>,
+    R::Error: std::fmt::Display,
+{
+    let damaged = |e: R::Error| nothing(path, format!("a workbook that cannot be read ({e})"));
+    let mut workbook = workbook.map_err(damaged)?;
+    for name in workbook.sheet_names() {
+        let range = workbook.worksheet_range(&name).map_err(damaged)?;
+        let Some((first, _)) = range.start() else { continue };
+        let rows = range.rows().map(|row| row.iter().map(cell).collect::<Vec<String>>());
+        return Ok(Source {
+            bytes: Cow::Owned(csv(rows).into_bytes()),
+            rows: ("row", i64::from(first)),
+        });
+    }
+    Err(nothing(path, "a workbook without any cell"))
+}
+
+fn cell(data: &Data) -> String {
+    match data {
+        Data::Empty | Data::Error(_) => String::new(),
+        other => other.to_string(),
+    }
+}
+
+/// Reads GeoJSON points.
+fn points(bytes: &[u8], path: &Path) -> Result<Source<'static>, OsmError> {
+    let collection: FeatureCollection =
+        features::read(bytes, path, "a FeatureCollection of points")?;
+    check_crs(collection.foreign_members.as_ref(), path)?;
+    let mut columns: Vec<String> = Vec::new();
+    let mut known: BTreeMap<String, usize> = BTreeMap::new();
+    let none = JsonObject::new();
+    for feature in &collection.features {
+        for key in feature.properties.as_ref().unwrap_or(&none).keys() {
+            if !known.contains_key(key) {
+                known.insert(key.clone(), columns.len());
+                columns.push(key.clone());
+            }
+        }
+    }
+    let mut rows = vec![with_place(columns.clone(), PLACE.map(str::to_owned))];
+    for (i, feature) in collection.features.iter().enumerate() {
+        let at = format!("feature {}", i + 1);
+        let place = match feature.geometry.as_ref().map(|g| &g.value) {
+            None => [String::new(), String::new()],
+            Some(GeometryValue::Point { coordinates }) => written(coordinates),
+            Some(GeometryValue::MultiPoint { coordinates }) if coordinates.len() == 1 => {
+                written(&coordinates[0])
+            }
+            Some(other) => {
+                let reason = format!("a {}; a Point is needed", other.type_name());
+                return Err(malformed(path, at, reason));
+            }
+        };
+        let properties = feature.properties.as_ref().unwrap_or(&none);
+        let fields = columns.iter().map(|c| properties.get(c).map_or_else(String::new, value));
+        rows.push(with_place(fields.collect(), place));
+    }
+    Ok(Source { bytes: Cow::Owned(csv(rows.into_iter()).into_bytes()), rows: ("feature", -1) })
+}
+
+fn written(position: &Position) -> [String; 2] {
+    let at = |i: usize| position.as_slice().get(i).map_or_else(String::new, f64::to_string);
+    [at(1), at(0)]
+}
+
+fn value(value: &JsonValue) -> String {
+    match value {
+        JsonValue::Null => String::new(),
+        JsonValue::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+/// Reads a shapefile of points.
+fn shapes(
+    shapes: &[u8],
+    records: Option<&[u8]>,
+    projection: Option<&[u8]>,
+    path: &Path,
+) -> Result<Source<'static>, OsmError> {
+    let damaged =
+        |e: &dyn std::fmt::Display| nothing(path, format!("a shapefile that cannot be read ({e})"));
+    if let Some(text) = projection.map(String::from_utf8_lossy)
+        && let Some(rest) = text.trim_start().strip_prefix("PROJCS")
+    {
+        let name = rest.split('"').nth(1).unwrap_or("a projection");
+        let reason = format!("coordinates are in {}; export as WGS 84 (EPSG:4326)", brief(name));
+        return Err(malformed(path, "prj", reason));
+    }
+    let Some(records) = records else {
+        return Err(nothing(
+            path,
+            "a shapefile without its .dbf beside it; keep the files of a shapefile together",
+        ));
+    };
+    let shapes = ShapeReader::new(Cursor::new(shapes)).map_err(|e| damaged(&e))?;
+    let records = dbase::Reader::new(Cursor::new(records)).map_err(|e| damaged(&e))?;
+    let columns: Vec<String> = records.fields().iter().map(|f| f.name().to_owned()).collect();
+    let mut rows = vec![with_place(columns.clone(), PLACE.map(str::to_owned))];
+    let mut both = shapefile::Reader::new(shapes, records);
+    for (i, pair) in both.iter_shapes_and_records().enumerate() {
+        let (shape, record) = pair.map_err(|e| damaged(&e))?;
+        let place = match shape {
+            Shape::Point(p) => Some((p.y, p.x)),
+            Shape::PointM(p) => Some((p.y, p.x)),
+            Shape::PointZ(p) => Some((p.y, p.x)),
+            Shape::NullShape => None,
+            other => {
+                let reason = format!("a {}; a Point is needed", other.shapetype());
+                return Err(malformed(path, format!("feature {}", i + 1), reason));
+            }
+        };
+        let place = place.map_or_else(Default::default, |(y, x)| [y.to_string(), x.to_string()]);
+        let fields = columns.iter().map(|c| record.get(c).map_or_else(String::new, field));
+        rows.push(with_place(fields.collect(), place));
+    }
+    Ok(Source { bytes: Cow::Owned(csv(rows.into_iter()).into_bytes()), rows: ("feature", -1) })
+}
+
+fn field(value: &dbase::FieldValue) -> String {
+    use dbase::FieldValue::{
+        Character, Currency, Date, Double, Float, Integer, Logical, Memo, Numeric,
+    };
+    match value {
+        Character(text) => text.clone().unwrap_or_default(),
+        Numeric(number) => number.map(|n| n.to_string()).unwrap_or_default(),
+        Float(number) => number.map(|n| n.to_string()).unwrap_or_default(),
+        Logical(truth) => truth.map(|t| t.to_string()).unwrap_or_default(),
+        Date(date) => date.map(|d| d.to_string()).unwrap_or_default(),
+        Integer(number) => number.to_string(),
+        Currency(number) | Double(number) => number.to_string(),
+        Memo(text) => text.clone(),
+        _ => String::new(),
+    }
+}
+
+fn with_place(mut fields: Vec<String>, place: [String; 2]) -> Vec<String> {
+    fields.extend(place);
+    fields
+}
+
+/// Returns rows as the text of a table, one line each.
+fn csv(rows: impl Iterator<Item = Vec<String>>) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let fields = row.iter().map(|field| {
+            let one_line = field.split(['\r', '\n']).collect::<Vec<_>>().join(" ");
+            format!("\"{}\"", one_line.replace('"', "\"\""))
+        });
+        text += &fields.collect::<Vec<_>>().join(",");
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests;

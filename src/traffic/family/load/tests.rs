@@ -1,0 +1,114 @@
+//! Tests of loading scenarios.
+
+use super::*;
+
+#[test]
+fn salt_lake_city_has_164_point_mdps_of_282_intersections() {
+    let loaded = load("salt-lake-city").unwrap();
+    assert_eq!(loaded.intersections.len(), 282);
+    assert_eq!(loaded.family.points.len(), 164);
+    assert_eq!(loaded.family.points[0].instances, 19);
+    let single = loaded.family.points.iter().filter(|p| p.instances == 1).count();
+    assert_eq!(single, 117);
+}
+
+#[test]
+fn the_design_hour_has_other_point_mdps_of_the_same_table() {
+    let (mean, peak) = (load("salt-lake-city").unwrap(), load("salt-lake-city-peak").unwrap());
+    assert_eq!((peak.intersections, peak.table), (mean.intersections, mean.table));
+    assert_eq!(peak.family.points.len(), 187);
+    let mut settings = peak.scenario;
+    (settings.name, settings.title) = (mean.scenario.name.clone(), mean.scenario.title.clone());
+    settings.version = mean.scenario.version;
+    settings.family.hourly_share = mean.scenario.family.hourly_share;
+    assert_eq!(settings, mean.scenario);
+}
+
+#[test]
+fn a_scenario_without_a_version_has_the_first() {
+    assert_eq!(load("smoke").unwrap().scenario.version, 1);
+    assert_eq!(load("salt-lake-city").unwrap().scenario.version, 2);
+}
+
+#[test]
+fn salt_lake_city_has_36_approaches_without_a_count_at_30_intersections() {
+    let loaded = load("salt-lake-city").unwrap();
+    let imputed: Vec<u32> =
+        loaded.intersections.iter().map(|i| i.imputed).filter(|n| *n > 0).collect();
+    assert_eq!((imputed.len(), imputed.iter().sum::<u32>()), (30, 36));
+}
+
+#[test]
+fn four_intersections_are_raised_to_the_minimal_inflow() {
+    let loaded = load("salt-lake-city").unwrap();
+    let raised: u32 =
+        loaded.family.points.iter().filter(|p| p.features[3] == 60.0).map(|p| p.instances).sum();
+    assert_eq!(raised, 4);
+}
+
+#[test]
+fn per_approach_detail_keeps_every_intersection() {
+    let text = EMBEDDED[0].1.replace("six-features", "per-approach");
+    let loaded = from_text(&text, "t.toml", &[], &|_| Ok(EMBEDDED_TABLES[0].1.to_owned())).unwrap();
+    assert_eq!(loaded.family.points.len(), 282);
+}
+
+/// The ids of a family of intersections with these ids, each with one arm.
+fn per_approach(ids: &[&str]) -> Result<Vec<String>, String> {
+    let mut table = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,\
+        left_turn_lanes,right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,\
+        movements\n"
+        .to_owned();
+    for id in ids {
+        table += &format!("{id},A,40,-111,0,2,1,1,0,30,200,9000,\n");
+        table += &format!("{id},B,40,-111,90,2,1,1,0,30,200,9000,\n");
+    }
+    let text = "name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"per-approach\"\n";
+    let loaded = from_text(text, "t.toml", &[], &|_| Ok(table.clone()));
+    let loaded = loaded.map_err(|e| e.to_string())?;
+    Ok(loaded.family.points.into_iter().map(|p| p.id).collect())
+}
+
+#[test]
+fn only_plain_numbers_are_renamed_so_that_two_ids_stay_two() {
+    let ids = per_approach(&["7", "007", "12345", "99999999999", "n7"]).unwrap();
+    assert_eq!(ids, ["007", "99999999999", "i0007", "i12345", "n7"]);
+}
+
+#[test]
+fn two_intersections_of_one_point_id_are_refused_by_name() {
+    assert_eq!(
+        per_approach(&["7", "i0007"]).unwrap_err(),
+        "a.csv: intersection = i0007: the point MDP would be called i0007, as that of \
+         intersection 7; rename one of the two"
+    );
+}
+
+#[test]
+fn arms_that_cannot_be_built_are_refused_with_their_line() {
+    let table = EMBEDDED_TABLES[0].1;
+    let row = table.lines().rfind(|line| !line.is_empty()).unwrap();
+    let twin = row.replacen(row.split(',').nth(1).unwrap(), "twin", 1);
+    let table = format!("{}\n{twin}\n", table.trim_end());
+    let read = |detail: &str| {
+        let text = EMBEDDED[0].1.replace("six-features", detail);
+        from_text(&text, "t.toml", &[], &|_| Ok(table.clone()))
+    };
+    read("six-features").unwrap();
+    let error = read("per-approach").unwrap_err().to_string();
+    assert!(error.contains(", line ") && error.contains("both have bearing_deg"), "{error}");
+}
+
+#[test]
+fn an_unknown_field_is_refused_with_its_name() {
+    let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\nspeeed = 3\n";
+    let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
+    assert!(e.contains("t.toml") && e.contains("speeed"), "{e}");
+}
+
+#[test]
+fn both_tables_at_once_are_refused() {
+    let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\napproaches = \"a.csv\"\n";
+    let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
+    assert!(e.contains("exactly one"), "{e}");
+}
