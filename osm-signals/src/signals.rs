@@ -249,10 +249,9 @@ fn places(table: &Table<'_>, columns: &SignalColumns) -> Result<At, OsmError> {
         if let [Some(latitude), Some(longitude)] = found {
             return Ok(At::Degrees(latitude, longitude));
         }
-        if columns.latitude.is_none() && columns.longitude.is_none() {
-            if let Some(column) = table.find(&text)? {
-                return Ok(At::Text(column));
-            }
+        let named = columns.latitude.is_some() || columns.longitude.is_some();
+        if let Some(column) = table.find(&text)?.filter(|_| !named) {
+            return Ok(At::Text(column));
         }
         return Ok(At::Degrees(table.need(&degrees[0])?, table.need(&degrees[1])?));
     }

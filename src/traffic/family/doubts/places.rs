@@ -37,8 +37,11 @@ const WHOLE_WAY: std::ops::RangeInclusive<f64> = 0.8..=1.6;
 /// Least arms of which a median tells a unit.
 const ENOUGH: usize = 4;
 
+/// From what somebody calls a bearing to the bearing that is meant, degrees.
+type AsMeant = fn(f64) -> f64;
+
 /// What other people call a bearing.
-const CONVENTIONS: [(fn(f64) -> f64, &str); 3] = [
+const CONVENTIONS: [(AsMeant, &str); 3] = [
     (|deg| deg + 180.0, "the heading of the traffic that comes in: add 180"),
     (|deg| 90.0 - deg, "anticlockwise from east: take 90 minus each"),
     (|deg| -deg, "anticlockwise from north: take 360 minus each"),
@@ -268,9 +271,7 @@ fn convention(near: &Near<'_>) -> Option<(&'static str, usize)> {
 }
 
 /// Returns those of the intersections around one that no nearer one hides.
-fn nearest_around<'a>(
-    mut around: Vec<(&'a Intersection, f64, f64)>,
-) -> Vec<(&'a Intersection, f64, f64)> {
+fn nearest_around(mut around: Vec<(&Intersection, f64, f64)>) -> Vec<(&Intersection, f64, f64)> {
     around.sort_by(|a, b| a.1.total_cmp(&b.1));
     let mut seen: Vec<(&Intersection, f64, f64)> = Vec::new();
     for one in around {

@@ -127,7 +127,7 @@ fn six_features_name_the_intersections_that_a_minimum_holds_for() {
 
 #[test]
 fn speeds_in_other_units_are_told() {
-    let kmh = |row: &mut Row, i: usize| row.speed = if i % 3 == 0 { 30.0 } else { 60.0 };
+    let kmh = |row: &mut Row, i: usize| row.speed = if i.is_multiple_of(3) { 30.0 } else { 60.0 };
     assert!(
         one(|i, row| kmh(row, i)).contains("if the column is in km/h, multiply it by 0.621371")
     );
@@ -139,7 +139,7 @@ fn speeds_in_other_units_are_told() {
     );
     let munich = one(|i, row| {
         (row.latitude, row.longitude) = (row.latitude + 8.1, row.longitude + 86.6);
-        row.speed = if i % 3 == 0 { 50.0 } else { 30.0 };
+        row.speed = if i.is_multiple_of(3) { 50.0 } else { 30.0 };
     });
     assert!(munich.contains("the places lie in DE"), "{munich}");
 }

@@ -52,7 +52,7 @@ pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
     let named: Vec<(String, f64)> =
         approaches.iter().map(|a| (format!("line {}", a.line), a.speed_mph)).collect();
     let mut doubts = speeds(&named, metric.as_deref());
-    let rows = |is: &dyn Fn(&Approach) -> Option<String>| -> Vec<String> {
+    let rows = |is: Said<'_>| -> Vec<String> {
         approaches.iter().filter_map(|a| is(a).map(|text| at_line(a.line, text))).collect()
     };
     let long = rows(&|a| (a.length_m > LONG_M).then(|| format!("{} m", a.length_m)));
@@ -107,10 +107,10 @@ pub(super) fn speeds(named: &[(String, f64)], metric: Option<&str>) -> Vec<Doubt
     Doubt::of(about, rows).into_iter().collect()
 }
 
-fn counts(
-    approaches: &[&Approach],
-    rows: &dyn Fn(&dyn Fn(&Approach) -> Option<String>) -> Vec<String>,
-) -> Vec<Doubt> {
+/// What is said of an approach, if anything.
+type Said<'a> = &'a dyn Fn(&Approach) -> Option<String>;
+
+fn counts(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> Vec<Doubt> {
     let lanes = |a: &Approach| a.lanes_in + a.lanes_out;
     let of = |is: &dyn Fn(&Approach) -> bool| -> Vec<f64> {
         let counted = approaches.iter().filter(|a| !a.imputed && is(a));
