@@ -135,7 +135,12 @@ impl Controller for PyController {
         }
         let object = self.object.as_ref().map_err(|reason| self.own(reason.clone()))?;
         let object = Python::attach(|py| object.clone_ref(py));
-        teach(self.name, object, self.episodes, trainer)?;
+        let (name, episodes) = (self.name, self.episodes);
+        let mut validate = |trainer: &mut dyn Trainer| {
+            self.keep()?;
+            trainer.validate(self)
+        };
+        teach(name, object, episodes, trainer, &mut validate)?;
         self.keep()
     }
 

@@ -11,6 +11,7 @@ use std::thread;
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use tsc_family::run::domain::Next;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
@@ -30,6 +31,8 @@ enum Request {
     Step(Vec<GreenPhase>),
     /// What came of the episode that is over.
     Finish,
+    /// To be validated.
+    Validate,
 }
 
 /// What it gets.
@@ -38,9 +41,14 @@ enum Reply {
     Seen(Vec<Observation>, bool),
     /// What came of an episode.
     Finished(EpisodeOutcome),
+    /// It was validated; whether training goes on.
+    Validated(bool),
     /// There is nothing more, and why.
     Over(String),
 }
+
+/// Validates what a class has learned so far.
+pub(crate) type Validate<'a> = dyn FnMut(&mut dyn Trainer) -> Result<Next, ControlError> + 'a;
 
 /// Figures that the class has logged since the last row.
 type Figures = Arc<Mutex<BTreeMap<String, f64>>>;
@@ -90,7 +98,16 @@ impl Lesson {
         match self.ask(py, Request::Finish)? {
             Reply::Finished(outcome) => Ok(outcome.delay_s),
             Reply::Over(reason) => Err(raised(reason)),
-            Reply::Seen(..) => Err(raised("no episode is over")),
+            _ => Err(raised("no episode is over")),
+        }
+    }
+
+    /// Validates what was learned so far, if that is due; says whether training goes on.
+    fn validate(&self, py: Python<'_>) -> PyResult<bool> {
+        match self.ask(py, Request::Validate)? {
+            Reply::Validated(goes_on) => Ok(goes_on),
+            Reply::Over(reason) => Err(raised(reason)),
+            _ => Err(raised("no episode is over")),
         }
     }
 
@@ -157,7 +174,7 @@ impl Lesson {
                 Ok((seen, over))
             }
             Reply::Over(reason) => Err(raised(reason)),
-            Reply::Finished(_) => Err(raised("the episode is over; call reset() first")),
+            _ => Err(raised("the episode is over; call reset() first")),
         }
     }
 
@@ -223,6 +240,10 @@ impl Controller for Pupil {
                     let reason = "the episode is not over: step() has not said so".to_owned();
                     let _ = self.replies.send(Reply::Over(reason));
                 }
+                Ok(Request::Validate) => {
+                    let reason = "the episode is not over; call validate() between episodes";
+                    let _ = self.replies.send(Reply::Over(reason.to_owned()));
+                }
                 Ok(Request::Reset) => return Err(self.give_up(Some(Request::Reset))),
                 Err(_) => return Err(self.give_up(None)),
             }
@@ -254,6 +275,10 @@ impl Controller for Pupil {
 
 /// Lets an object train.
 ///
+/// # Arguments
+///
+/// * `validate` — validates what the object has learned so far.
+///
 /// # Errors
 ///
 /// [`ControlError::Own`] with what its `train` raised; whatever an episode fails for.
@@ -262,6 +287,7 @@ pub(crate) fn teach(
     object: Py<PyAny>,
     episodes: u32,
     trainer: &mut dyn Trainer,
+    validate: &mut Validate<'_>,
 ) -> Result<(), ControlError> {
     let own = |reason: String| ControlError::Own { method: name, reason };
     let (to_simulation, requests) = channel();
@@ -294,7 +320,7 @@ pub(crate) fn teach(
     let thread = thread.map_err(|e| own(format!("no thread for train(): {e}")))?;
     let (next, given_up) = (None, false);
     let mut pupil = Pupil { name, requests, replies, figures, specs, next, given_up };
-    let played = play(&mut pupil, trainer);
+    let played = play(&mut pupil, trainer, validate);
     if let Err(e) = &played {
         let reason = format!("the training is over: {e}");
         let _ = pupil.replies.send(Reply::Over(reason));
@@ -307,7 +333,11 @@ pub(crate) fn teach(
 }
 
 /// Runs episodes for as long as they are asked for.
-fn play(pupil: &mut Pupil, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+fn play(
+    pupil: &mut Pupil,
+    trainer: &mut dyn Trainer,
+    validate: &mut Validate<'_>,
+) -> Result<(), ControlError> {
     let mut episode = 0;
     let mut over: Option<EpisodeOutcome> = None;
     loop {
@@ -338,6 +368,11 @@ fn play(pupil: &mut Pupil, trainer: &mut dyn Trainer) -> Result<(), ControlError
             }
             (Request::Finish, Some(outcome)) => {
                 let _ = pupil.replies.send(Reply::Finished(outcome.clone()));
+                continue;
+            }
+            (Request::Validate, _) => {
+                let goes_on = validate(trainer)? == Next::Continue;
+                let _ = pupil.replies.send(Reply::Validated(goes_on));
                 continue;
             }
             (Request::Finish, None) => "no episode is over",

@@ -197,6 +197,42 @@ def test_a_training_has_rows_with_delays_and_figures_and_a_model(evaluated, tmp_
     assert len(list((tmp_path / "out" / "models").rglob("*.safetensors"))) == 2
 
 
+SWINGS = """
+import json, tsc_family as tf
+class Mine(tf.Controller):
+    "Knows after its second episode to change phases, and forgets it."
+    def __init__(self): self.alternates, self.last = False, 0
+    def train(self, env):
+        for episode in range(4):
+            obs, done = env.reset(), False
+            while not done:
+                obs, done = env.step([0])
+            self.alternates = episode == 1
+            assert env.validate() is True
+    def begin(self, signals): self.last = 0
+    def act(self, obs):
+        self.last = 1 - self.last if self.alternates else 0
+        return [self.last]
+    def save(self, path):
+        with open(path, "w") as file: json.dump(self.alternates, file)
+    def load(self, path):
+        with open(path) as file: self.alternates = json.load(file)
+"""
+
+
+def test_a_controller_gets_its_best_policy_back(evaluated, tmp_path):
+    settings = ["demand.horizon_s=300", "training.validation_start=1", "training.validation_interval=1"]
+    mine, done = evaluated(SWINGS, "Mine", *[f"--set={setting}" for setting in settings])
+    assert done.returncode == 0, (done.stderr, [record.get("reason") for record in mine])
+    for path in sorted((tmp_path / "out" / "done").rglob("*.jsonl")):
+        first, *rows = [json.loads(line) for line in path.read_text().splitlines()]
+        if first["method"] == "mine":
+            assert first["metrics"]["policy_row"] == 2
+            assert first["metrics"]["delay_s"] < first["metrics"]["last_delay_s"]
+            kinds = [row["kind"] for row in rows]
+            assert kinds.count("training") == 4 and kinds.count("last") == kinds.count("evaluation") == 1
+
+
 GYM = """
 import tsc_family as tf
 class Mine(tf.Controller):

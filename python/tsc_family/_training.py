@@ -63,6 +63,15 @@ class Training:
         """Mean delay per vehicle in the episode that is over, seconds; its row is written with this."""
         return float(self._lesson.finish())
 
+    def validate(self) -> bool:
+        """Offers what was learned so far for validation, between two episodes; returns whether training goes on.
+
+        From ``training.validation_start`` on, every ``training.validation_interval`` episodes, the controller plays further
+        episodes with ``begin`` and ``act``. A controller with ``save`` and ``load`` gets its best policy back at the end.
+        It is ``False`` when ``training.patience`` is exhausted; without that setting it is always ``True``.
+        """
+        return self._lesson.validate()
+
     def gym(
         self,
         observation: str | ObservationOf = "idqn",
