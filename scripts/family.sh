@@ -13,6 +13,8 @@ cd "$(dirname "$0")/.."
 
 untrained=baseline,fixed-time,max-pressure,max-pressure-resco,actuated
 learners=baseline,idqn,ippo,mplight,mplight-star
+# Trainings from before policies were chosen on validation seeds: their last policies.
+last="--set training.select=last --set training.restart=never"
 # Name, then the arguments of `tsc-family run`.
 runs=(
     "resco --preset resco --methods $untrained"
@@ -23,10 +25,12 @@ runs=(
     "intersections-field --preset field --set family.detail=per-approach --methods $untrained"
     "resco-0084 --preset resco --set family.hourly_share=0.084 --methods $untrained"
     "resco-0055 --preset resco --set family.hourly_share=0.055 --methods $untrained"
-    "learners --preset resco --methods $learners"
-    "learners-field --preset field --budget 20 --assist results/salt-lake-city/field --methods $learners"
-    "learners-budget-20 --preset resco --budget 20 --sampling k-means --replicates 3 --methods $learners,mplight-star-resco"
-    "ippo-budget-4 --preset resco --budget 4 --sampling k-means --episodes 1400 --methods baseline,ippo"
+    "learners --preset resco --methods $learners $last"
+    "learners-field --preset field --budget 20 --assist results/salt-lake-city/field --methods $learners $last"
+    "learners-budget-20 --preset resco --budget 20 --sampling k-means --replicates 3 --methods $learners,mplight-star-resco $last"
+    "ippo-budget-4 --preset resco --budget 4 --sampling k-means --episodes 1400 --methods baseline,ippo $last"
+    "learners-validated --preset resco --methods baseline,idqn,mplight,mplight-star"
+    "ippo-validated-20 --preset resco --budget 20 --sampling balanced --episodes 400 --methods baseline,ippo"
 )
 
 if [ "${1:-}" = --list ]; then
