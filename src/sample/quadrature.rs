@@ -254,3 +254,125 @@ impl Rule {
         (0..n).map(row).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::design::{DesignPoint, Input, Measure};
+    use super::*;
+
+    /// A design with two cheap methods, the places of whose point MDPs are given.
+    fn design(at: &[(f64, f64)]) -> Design {
+        let input = |method: &str| Input { method: method.to_owned(), measure: Measure::Score };
+        let total: f64 = at.iter().map(|(_, importance)| importance).sum();
+        let point = |(i, (x, importance)): (usize, &(f64, f64))| DesignPoint {
+            point: format!("p{i}"),
+            importance: importance / total,
+            describing: vec![*x],
+            inputs: vec![1.5 + x.sin(), 1.2 + (0.5 * x).cos()],
+        };
+        let points = at.iter().enumerate().map(point).collect();
+        Design { inputs: vec![input("a"), input("b")], points, process: None }.modelled()
+    }
+
+    /// Point MDPs at -1, 0 and 1 in a column, half as alike as they can be when they are neighbours, with a nugget of
+    /// one half.
+    fn three() -> Design {
+        let point = |i: usize| DesignPoint {
+            point: format!("p{i}"),
+            importance: 1.0 / 3.0,
+            describing: vec![i as f64 - 1.0],
+            inputs: Vec::new(),
+        };
+        let process = Process {
+            length_scales: vec![(1.5 / (2.0 * 2f64.ln())).sqrt()],
+            nugget: 0.5,
+            spread: vec![1.0; 3],
+            covariance: vec![1.5625 / 3.0, 2.0 / 3.0, 1.5625 / 3.0],
+            variance: 5.125 / 9.0,
+        };
+        Design { inputs: Vec::new(), points: (0..3).map(point).collect(), process: Some(process) }
+    }
+
+    #[test]
+    fn weights_and_error_are_those_of_a_posterior_computed_by_hand() {
+        let design = three();
+        let quadrature = Quadrature::of(&design).unwrap();
+        // K = ((1.5, 0.5), (0.5, 1.5)); with the family (0.6875, 2.5 / 3); the mean takes what is left, in halves.
+        let rule = quadrature.rule(&[0, 1]);
+        assert!((rule.weights[0] - 0.427_083_333).abs() < 1e-8, "{:?}", rule.weights);
+        assert!((rule.weights[1] - 0.572_916_667).abs() < 1e-8);
+        assert!((rule.squared_error(1.0) - 0.204_644_097).abs() < 1e-8);
+    }
+
+    #[test]
+    fn the_middle_says_most() {
+        let design = three();
+        let quadrature = Quadrature::of(&design).unwrap();
+        let error = |row: usize| quadrature.rule(&[row]).squared_error(1.0);
+        assert!(error(1) < error(0) && (error(0) - error(2)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_standard_error_of_innovations_is_that_of_the_process() {
+        let at: Vec<(f64, f64)> = (0..30).map(|i| (f64::from(i * 7 % 30), 1.0)).collect();
+        let design = design(&at);
+        let rows: Vec<usize> = (0..30).step_by(3).collect();
+        let rule = Quadrature::of(&design).unwrap().rule(&rows);
+        let scores: Vec<f64> = rows.iter().map(|r| (*r as f64 * 0.9).sin()).collect();
+        let mean: f64 = rule.weights.iter().zip(&scores).map(|(w, y)| w * y).sum();
+        let squares = rule
+            .innovations()
+            .into_iter()
+            .map(|row| row.iter().zip(&scores).map(|(a, y)| a * (y - mean)).sum::<f64>().powi(2));
+        let (_, expected) = rule.with_nugget(1.0, &scores).unwrap();
+        let found: f64 = squares.sum();
+        assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn weights_are_shares_and_those_of_the_whole_family_its_importance(
+            at in prop::collection::vec((-9.0f64..9.0, 0.1f64..3.0), 6..24), seed in 0u64..99,
+        ) {
+            let design = design(&at);
+            let quadrature = Quadrature::of(&design).unwrap();
+            for budget in 1..=at.len() {
+                let mut rows = quadrature.order(&design, budget, seed);
+                let rule = quadrature.rule(&rows);
+                prop_assert!((rule.weights.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+                prop_assert!(rule.weights.iter().all(|w| *w >= 0.0));
+                // Whatever the order in which they are given.
+                let reversed: Vec<usize> = rows.iter().rev().copied().collect();
+                let other = quadrature.rule(&reversed);
+                for (a, b) in rule.weights.iter().zip(other.weights.iter().rev()) {
+                    prop_assert!((a - b).abs() < 1e-6);
+                }
+                rows.sort_unstable();
+                rows.dedup();
+                prop_assert_eq!(rows.len(), budget);
+            }
+            let rows: Vec<usize> = (0..at.len()).collect();
+            let whole = quadrature.rule(&rows);
+            for (w, p) in whole.weights.iter().zip(&design.points) {
+                prop_assert!((w - p.importance).abs() < 1e-9);
+            }
+            prop_assert!(whole.squared_error(1.0) < 1e-9);
+        }
+
+        #[test]
+        fn every_budget_has_the_beginning_of_one_order(
+            at in prop::collection::vec((-9.0f64..9.0, 0.1f64..3.0), 6..24), seed in 0u64..99,
+        ) {
+            let design = design(&at);
+            let quadrature = Quadrature::of(&design).unwrap();
+            let all = quadrature.order(&design, at.len(), seed);
+            for budget in 1..=at.len() {
+                prop_assert_eq!(&quadrature.order(&design, budget, seed)[..], &all[..budget]);
+            }
+        }
+    }
+}
