@@ -125,8 +125,8 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
             None => "no point MDP has results of all methods, so nothing compares them yet",
         };
         notes.push(format!(
-            "Not ranked, because they lack point MDPs that others have: {}. Their scores are over other point \
-             MDPs than those above them; {where_to_compare}.",
+            "Not ranked, because they lack point MDPs: {}. Their scores are over other point MDPs than those of methods \
+             that are ranked; {where_to_compare}.",
             unranked.join(", ")
         ));
     } else if data.reference.is_none() && data.methods.iter().any(|m| m.points != chosen) {

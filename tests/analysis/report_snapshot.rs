@@ -73,7 +73,7 @@ On the 1 point MDP that all 3 methods with results finished:
 "#);
     insta::assert_snapshot!(text::notes(&data).join("\n"), @r#"
 1 of 6 tasks failed; the reasons are in the report's section "Failed and missing".
-Not ranked, because they lack point MDPs that others have: idqn (1 of 2). Their scores are over other point MDPs than those above them; a further table compares all methods where all have results.
+Not ranked, because they lack point MDPs: idqn (1 of 2). Their scores are over other point MDPs than those of methods that are ranked; a further table compares all methods where all have results.
 Without interval: it takes at least two evaluation seeds, and two point MDPs where others of the family have no result.
 "#);
 }
