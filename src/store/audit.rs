@@ -1,7 +1,6 @@
 //! Reads everything in a results directory and says what is damaged, all at once.
 
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,6 +10,7 @@ use super::manifest::{Manifest, Task};
 use super::plan::read_plan;
 use super::reach::Reach;
 use super::record::{Outcome, Record};
+use super::tally::number;
 use super::results::{Damaged, all_of_another, read_design, read_records};
 use crate::files::FileError;
 use crate::store::error::StoreError;
@@ -161,7 +161,7 @@ impl Audit {
                 continue;
             }
             for path in entries(&part)? {
-                let task = path.file_stem().and_then(OsStr::to_str).and_then(|s| s.parse().ok());
+                let task = path.file_stem().and_then(number);
                 if task.is_none_or(|task: usize| task >= self.tasks.len()) {
                     self.strays.push(path);
                 }
