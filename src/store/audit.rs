@@ -10,8 +10,8 @@ use super::manifest::{Manifest, Task};
 use super::plan::read_plan;
 use super::reach::Reach;
 use super::record::{Outcome, Record};
-use super::tally::number;
 use super::results::{Damaged, all_of_another, read_design, read_records};
+use super::tally::number;
 use crate::files::FileError;
 use crate::store::error::StoreError;
 

@@ -173,7 +173,10 @@ impl Record {
                 return Err(StoreError::Record { path, reason: "not UTF-8 text".into() });
             }
             // A folder, a pipe or a device in its place.
-            Err(e) if [ErrorKind::InvalidInput, ErrorKind::IsADirectory].contains(&e.reason.kind()) => {
+            Err(e)
+                if [ErrorKind::InvalidInput, ErrorKind::IsADirectory]
+                    .contains(&e.reason.kind()) =>
+            {
                 return Err(StoreError::Record { path, reason: e.reason.to_string() });
             }
             Err(e) => return Err(e.into()),

@@ -206,7 +206,9 @@ impl Domain for Traffic {
             Some(text) if text.chars().any(char::is_control) => "a control character",
             Some(_) => return Ok(()),
         };
-        Err(format!("{shown}: it has {wrong}, which SUMO takes for something else in a path; give another folder"))
+        Err(format!(
+            "{shown}: it has {wrong}, which SUMO takes for something else in a path; give another folder"
+        ))
     }
 
     fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {

@@ -185,7 +185,9 @@ fn check_name(traffic: &Traffic, name: &str) -> Result<(), String> {
         ));
     }
     if RESERVED.contains(&name) {
-        return Err(format!("{name} means something else in tables and options; take another name"));
+        return Err(format!(
+            "{name} means something else in tables and options; take another name"
+        ));
     }
     match traffic.methods().iter().any(|m| m.name == name) {
         true => Err(format!("there is a method {name} already; take another name")),

@@ -159,7 +159,9 @@ pub(super) fn content<'a>(blob: &'a [u8], buffer: &'a mut Vec<u8>) -> Result<&'a
         },
     };
     let most = packed.len().saturating_mul(MOST_INFLATED).max(SMALL_BLOB_BYTES);
-    let made_to_fill = || Fault::Damaged(format!("a blob that inflates to more than {MOST_INFLATED} times its size"));
+    let made_to_fill = || {
+        Fault::Damaged(format!("a blob that inflates to more than {MOST_INFLATED} times its size"))
+    };
     if declared.is_some() && limit > most {
         return Err(made_to_fill());
     }
