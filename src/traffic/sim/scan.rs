@@ -12,17 +12,20 @@
 //!
 //! Source: what `sumo` 1.15 opens, tried, and its list of attributes.
 
+mod found;
 mod look;
 
 use std::cell::Cell;
 use std::io::{self, BufRead, BufReader, Read};
-use std::ops::Range;
 use std::path::Path;
 use std::rc::Rc;
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
+pub use self::found::{Edit, Named, Scanned};
+
+use self::found::Found;
 use self::look::Look;
 use super::departures::Departures;
 use super::obstacle::{Obstacle, Way};
@@ -43,45 +46,6 @@ const ENCODINGS: [&str; 5] = ["utf-8", "us-ascii", "ascii", "iso-8859", "windows
 /// What switches signals to another program by the clock, whatever a method has installed.
 const SWITCHES: [&str; 2] = ["WAUT", "wautJunction"];
 
-/// A name of a file, and where it stands.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Named {
-    /// The name as it is written.
-    pub name: String,
-    /// Its bytes.
-    pub at: Range<u64>,
-}
-
-/// What a private copy has in place of some bytes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Edit {
-    /// The bytes.
-    pub at: Range<u64>,
-    /// What stands there instead.
-    pub with: String,
-}
-
-/// What is found in a file.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Scanned {
-    /// The files that it names.
-    pub named: Vec<Named>,
-    /// What a private copy has otherwise.
-    pub edits: Vec<Edit>,
-    /// Elements that switch programs by the clock.
-    pub day_plan: Vec<Range<u64>>,
-    /// What stands in the way.
-    pub obstacles: Vec<Obstacle>,
-    /// What goes nowhere, where something does: how many outputs, and the first one with its place.
-    pub outputs: Option<(u32, String)>,
-    /// What counts in place of what it says, in words.
-    pub notes: Vec<String>,
-    /// Latest departure, seconds.
-    pub last_s: Option<f64>,
-    /// Vehicles that SUMO leaves out for their place in the file, and what is said of the first.
-    pub left_out: Option<(u32, String)>,
-}
-
 /// Bytes with [`OTHER`] in place of what is not ASCII, so many at most until the room is renewed.
 struct Ascii(Box<dyn BufRead>, Rc<Cell<usize>>);
 
@@ -98,13 +62,6 @@ impl Read for Ascii {
         buffer[..count].iter_mut().filter(|b| !b.is_ascii()).for_each(|b| *b = OTHER);
         Ok(count)
     }
-}
-
-/// Something of a file before its line is known.
-struct Found {
-    position: u64,
-    reason: String,
-    way: Option<Way>,
 }
 
 /// Looks through a file.

@@ -7,7 +7,7 @@ use quick_xml::events::BytesStart;
 
 use super::super::departures::Departures;
 use super::super::obstacle::{Accept, Way};
-use super::{Edit, Found, Named, Scanned};
+use super::found::{Edit, Found, Named, Scanned};
 
 /// Most obstacles of a file that are named.
 const NAMED: usize = 20;
