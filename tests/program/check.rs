@@ -82,7 +82,7 @@ fn every_kind_of_damage_is_named_at_once_and_repaired() {
         assert!(said.contains(&format!("out/{path}: ")), "{path}: {said}");
     }
     assert!(said.contains("models/000/") && said.contains("4 of 6 records are sound"), "{said}");
-    assert!(notes.contains("out/done/000/99.jsonl: of no task of this run"), "{notes}");
+    assert!(notes.contains("out/done/000/99.jsonl: belongs to no task of this run"), "{notes}");
     assert!(notes.contains("5 files are damaged; --repair"), "{notes}");
 
     let (code, said, notes) = check(folder.path(), "--repair");
