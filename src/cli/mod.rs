@@ -1,6 +1,7 @@
 //! The command line: arguments and work of each subcommand are in its own file.
 
 mod across;
+mod alike;
 mod build_networks;
 mod cancel;
 mod check;
@@ -12,6 +13,7 @@ pub mod exit;
 mod export;
 mod folder;
 mod forecast;
+mod given;
 mod handover;
 mod interrupt;
 mod json;

@@ -203,6 +203,7 @@ impl Api {
                 min_s: phase.min_s,
                 max_s: phase.max_s,
                 state: state.as_ptr(),
+                reached: 1,
             })
             .collect();
         // SAFETY: all texts end with a null byte and `phases` has `len` elements.
@@ -395,5 +396,6 @@ unsafe fn owned_phase(phase: &SumoPhase, kind: ProgramKind) -> ProgramPhase {
         max_s: limit(phase.max_s),
         // SAFETY: part of a phase of the shim.
         state: unsafe { owned(phase.state) },
+        is_reached: phase.reached != 0,
     }
 }
