@@ -112,6 +112,7 @@ pub fn load(
         SimError::Fatal { message, .. } | SimError::Traci { message, .. } => {
             let newer =
                 intake.newer_than(&version).map_or_else(String::new, |said| format!("; {said}"));
+            let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
             let reason = format!("SUMO cannot load it ({message}); its reason is above{newer}");
             Ok(Err(vec![obstacle(reason)]))
         }

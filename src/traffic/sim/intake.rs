@@ -96,7 +96,7 @@ impl Intake {
             let reason = format!(
                 "a step-length of {step_s} s does not divide a second, at which signals are decided"
             );
-            blocked(reason, "--step-length 1 (or 0.5, 0.1)".to_owned());
+            blocked(reason, "--step-length 1".to_owned());
         }
         let steps_per_second = if fits { steps.round() as u32 } else { 1 };
         notes.extend(said("begin", given.begin_s, Some(config.begin_s)));
@@ -223,12 +223,8 @@ mod tests {
         let routes = "<r><flow id='f' begin='0' end='1790'/><calibrator id='c'/></r>";
         let options = "<step-length v='0.3'/><mesosim v='1'/>";
         let before = read(options, routes, &Given::default());
-        let expected = [
-            "Accept(Microscopic)",
-            "Accept(Calibrators)",
-            "--end 1800",
-            "--step-length 1 (or 0.5, 0.1)",
-        ];
+        let expected =
+            ["Accept(Microscopic)", "Accept(Calibrators)", "--end 1800", "--step-length 1"];
         assert_eq!(ways(&before), expected);
         assert!(before.may_load());
         let given = Given {

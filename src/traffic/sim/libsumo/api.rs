@@ -383,7 +383,6 @@ unsafe fn owned_program(program: &SumoProgram) -> Program {
 /// Copies a phase of the shim.
 ///
 /// # Safety
-///
 /// The phase must be one that the shim returned and that is still valid.
 unsafe fn owned_phase(phase: &SumoPhase, kind: ProgramKind) -> ProgramPhase {
     // SUMO fills limits that are not given with values that it never uses.
