@@ -56,7 +56,7 @@ fn a_run_that_knows_enough_stops_and_says_so_again() {
     assert_eq!(records(&dir.path().join("r")), 8);
     let (rows, notes) = reported(dir.path(), "r");
     assert!(rows.iter().all(|row| row["points"] == 4), "{rows:?}");
-    assert!(notes.contains("After look 1 of 3, with 4 point MDPs, it is"), "{notes}");
+    assert!(notes.contains("After look 1 of 3, with 4 point MDPs, this is"), "{notes}");
     // Nothing is missing, and nobody promises tasks that `resume` does not do.
     let said = |args: &[&str]| {
         let output = command(args, dir.path());
