@@ -131,8 +131,9 @@ impl<'a> TaskCourse<'a> {
         if finalists.is_empty() {
             return Ok(None);
         }
-        let Some(model) = trial.model() else { return Ok(None) };
+        // A training that was killed when it was over is restored when its first episode begins, and has a model only then.
         let last = self.play_final(trial, last_row)?;
+        let Some(model) = trial.model() else { return Ok(None) };
         let mut best: Option<(Candidate, f64)> = None;
         for finalist in finalists {
             trial.load(&finalist.model)?;
@@ -397,6 +398,8 @@ mod tests {
     struct Swings {
         objectives: Vec<f64>,
         done: usize,
+        /// What an episode is to begin with, as learners take over a checkpoint.
+        pending: Option<usize>,
         /// Episodes, from 1, after which the network is dead.
         dies_after: Vec<usize>,
         /// Rows after which it fails as if it had been killed.
@@ -406,7 +409,7 @@ mod tests {
     impl Swings {
         fn of(objectives: &[f64]) -> Self {
             let (objectives, dies_after) = (objectives.to_vec(), Vec::new());
-            Self { objectives, done: 0, dies_after, killed_after: usize::MAX }
+            Self { objectives, done: 0, pending: None, dies_after, killed_after: usize::MAX }
         }
 
         fn archive(&self) -> Archive {
@@ -423,7 +426,9 @@ mod tests {
     impl Trial for Swings {
         fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
             course.saved().iter().for_each(|saved| self.restore(saved));
+            self.pending = Some(self.done).filter(|done| *done > 0);
             while self.done < self.objectives.len() {
+                self.pending = None;
                 course.episode(self.done as u64, Metrics::from([("delay".to_owned(), 99.0)]));
                 self.done += 1;
                 let is_dead = self.dies_after.first() == Some(&self.done);
@@ -445,12 +450,13 @@ mod tests {
         }
 
         fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+            self.pending = None;
             let objective = self.objectives[self.done - 1] + (seed % 3) as f64 * 0.1;
             Ok(Metrics::from([("delay".to_owned(), objective)]))
         }
 
         fn model(&self) -> Option<Archive> {
-            Some(self.archive())
+            self.pending.is_none().then(|| self.archive())
         }
 
         fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
