@@ -87,12 +87,10 @@ pub(super) struct Candidate {
 /// What validation has found so far, and how often training has started again.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Validated {
-    /// Episodes of validation.
+    /// Episodes of validation; when training is over, those of evaluation follow.
     pub(super) rows: Vec<Row>,
     /// The best policies so far, in the order in which they were met.
     pub(super) candidates: Vec<Candidate>,
-    /// Validations since the best one.
-    pub(super) since_best: u32,
     /// Times that training has started again.
     pub(super) restarts: u32,
     /// Episodes of the attempts that were given up.
@@ -105,10 +103,13 @@ pub(super) struct Validated {
 }
 
 impl Validated {
-    /// Returns the mean objective of the best policy so far.
-    pub(super) fn best(&self, direction: Direction) -> Option<f64> {
-        let objectives = self.candidates.iter().map(|c| c.objective);
-        objectives.reduce(|a, b| if direction.is_lower() { a.min(b) } else { a.max(b) })
+    /// Returns how many validations there have been since the best one, the first of several.
+    pub(super) fn since_best(&self, objective: &str, direction: Direction) -> usize {
+        let of_row = |rows: &[Row]| self.of(rows[0].episode, objective);
+        let means: Vec<f64> =
+            self.rows.chunk_by(|a, b| a.episode == b.episode).filter_map(of_row).collect();
+        let best = direction.best(means.iter().copied());
+        means.iter().skip_while(|mean| Some(**mean) != best).count().saturating_sub(1)
     }
 
     /// Returns the mean objective of the validation after a row.
@@ -122,11 +123,11 @@ impl Validated {
     pub(super) fn keep(&mut self, candidate: Candidate, most: u32, direction: Direction) {
         self.candidates.push(candidate);
         if self.candidates.len() > most as usize {
-            let worse = |a: f64, b: f64| if direction.is_lower() { a >= b } else { a <= b };
-            let objective = |i: usize| self.candidates[i].objective;
-            let worst = (1..self.candidates.len())
-                .fold(0, |w, i| if worse(objective(i), objective(w)) { i } else { w });
-            self.candidates.remove(worst);
+            let objective = |i: &usize| self.candidates[*i].objective;
+            // Of equal ones `max_by` gives the last.
+            let worst = (0..self.candidates.len())
+                .max_by(|a, b| direction.compare(objective(a), objective(b)));
+            self.candidates.remove(worst.expect("one was added"));
         }
     }
 }
@@ -274,7 +275,7 @@ mod tests {
 
     fn validated() -> Validated {
         let candidates = vec![candidate(5, 3.0), candidate(10, 2.0)];
-        Validated { candidates, since_best: 1, restarts: 2, discarded: 7, ..Validated::default() }
+        Validated { candidates, restarts: 2, discarded: 7, ..Validated::default() }
     }
 
     #[test]
@@ -285,7 +286,7 @@ mod tests {
                 validated.keep(candidate(row, objective), 2, direction);
             }
             let rows: Vec<u32> = validated.candidates.iter().map(|c| c.row).collect();
-            (rows, validated.best(direction).unwrap())
+            (rows, direction.best(validated.candidates.iter().map(|c| c.objective)).unwrap())
         };
         assert_eq!(rows(Direction::Lower), (vec![2, 5], 1.0));
         assert_eq!(rows(Direction::Higher), (vec![1, 4], 3.0));

@@ -138,10 +138,7 @@ impl<'a> TaskCourse<'a> {
         for finalist in finalists {
             trial.load(&finalist.model)?;
             let objective = self.play_final(trial, finalist.row)?;
-            let leads = |other: f64| match self.direction {
-                Direction::Lower => objective < other,
-                Direction::Higher => objective > other,
-            };
+            let leads = |other: f64| self.direction.is_worse(other, objective);
             if self.is_better(objective, last) && best.as_ref().is_none_or(|(_, b)| leads(*b)) {
                 best = Some((finalist, objective));
             }
@@ -275,17 +272,13 @@ impl Course for TaskCourse<'_> {
         }
         let seeds = 0..self.selection.validation_seeds;
         let objective = self.play(row, seeds, &mut |seed| policy.episode(seed))?;
-        let is_best = self.validated.best(self.direction).is_none_or(|b| match self.direction {
-            Direction::Lower => objective < b,
-            Direction::Higher => objective > b,
-        });
-        self.validated.since_best = if is_best { 0 } else { self.validated.since_best + 1 };
         if let Some(model) = policy.model() {
             let candidate = Candidate { row, objective, model };
             self.validated.keep(candidate, self.selection.finalists, self.direction);
         }
         let patience = self.selection.patience;
-        let stops = patience > 0 && self.validated.since_best >= patience;
+        let stops = patience > 0
+            && self.validated.since_best(self.objective, self.direction) >= patience as usize;
         Ok(if stops { Next::Stop } else { Next::Continue })
     }
 
@@ -404,12 +397,21 @@ mod tests {
         dies_after: Vec<usize>,
         /// Rows after which it fails as if it had been killed.
         killed_after: usize,
+        /// Whether its policies can be kept.
+        keeps: bool,
     }
 
     impl Swings {
         fn of(objectives: &[f64]) -> Self {
             let (objectives, dies_after) = (objectives.to_vec(), Vec::new());
-            Self { objectives, done: 0, pending: None, dies_after, killed_after: usize::MAX }
+            Self {
+                objectives,
+                done: 0,
+                pending: None,
+                dies_after,
+                killed_after: usize::MAX,
+                keeps: true,
+            }
         }
 
         fn archive(&self) -> Archive {
@@ -456,7 +458,7 @@ mod tests {
         }
 
         fn model(&self) -> Option<Archive> {
-            self.pending.is_none().then(|| self.archive())
+            (self.keeps && self.pending.is_none()).then(|| self.archive())
         }
 
         fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
@@ -555,6 +557,15 @@ mod tests {
         let (rows, figures, _) = whole(trial, patient);
         assert_eq!(values(&rows, RowKind::Training).len(), 6);
         assert_eq!((figures["policy_row"], figures["last_delay"]), (2.0, 30.0));
+    }
+
+    #[test]
+    fn training_stops_early_also_where_no_policy_can_be_kept() {
+        let patient = Selection { patience: 2, ..selection() };
+        let trial = Swings::of(&[50.0, 20.0, 9.0, 25.0, 9.0, 30.0, 9.0, 8.0]);
+        let (rows, figures, _) = whole(Swings { keeps: false, ..trial }, patient);
+        assert_eq!(values(&rows, RowKind::Training).len(), 6);
+        assert_eq!((figures["policy_row"], figures["last_delay"]), (6.0, 30.0));
     }
 
     #[test]
