@@ -136,7 +136,8 @@ impl<'a> Efforts<'a> {
         Ok(TaskEffort {
             training: of.training,
             training_s: of.training_s,
-            evaluation: self.evaluation + validation,
+            // The last policy is evaluated too, where validation chose another.
+            evaluation: self.evaluation * if validation > 0 { 2 } else { 1 } + validation,
             evaluation_s: of.evaluation_s,
             is_informed: of.is_informed,
         })
