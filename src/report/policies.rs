@@ -31,7 +31,7 @@ pub(super) fn sentences(data: &Report) -> Vec<String> {
         }
         if l.dead > 0 {
             sentences.push(format!(
-                "{} of {of} of {name} ended with a dead network, which shows the same phase whatever it sees.",
+                "{} of {of} of {name} ended with a dead network, which acts the same whatever it sees.",
                 l.dead
             ));
         }

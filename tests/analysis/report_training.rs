@@ -166,7 +166,7 @@ fn what_validation_chose_is_ranked_and_the_last_policy_stands_beside_it() {
         "mplight is ranked by the last policy of each training: in none of 2 trainings did validation find a better one.",
         "ippo is ranked by the last policy of each training; validation did not choose among policies.",
         "1 of 2 trainings of idqn started again from another seed, because the network was dead.",
-        "2 of 2 trainings of mplight ended with a dead network, which shows the same phase whatever it sees.",
+        "2 of 2 trainings of mplight ended with a dead network, which acts the same whatever it sees.",
     ] {
         assert!(said.iter().any(|s| s == expected), "{expected}\n{said:#?}");
     }

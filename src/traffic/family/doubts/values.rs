@@ -5,7 +5,7 @@ use osm_signals::side::countries::{countries, signs_in_miles};
 
 use super::doubt::{Doubt, at_line, median};
 use crate::traffic::family::approaches::{Approach, Intersection};
-use crate::units::{FOOT_M, KMH_TO_MPH};
+use crate::units::{FOOT_M, KMH_TO_MPH, MPS_PER_MPH};
 
 /// Speed limit above which no approach of a signal is expected, miles per hour: MUTCD's tables for signals end
 /// at 70.
@@ -88,8 +88,8 @@ pub(super) fn speeds(named: &[(String, f64)], metric: Option<&str>) -> Vec<Doubt
     }
     if middle.is_some_and(|middle| middle < slow) {
         return vec![Doubt::whole(format!(
-            "speed_mph: half of the approaches have less than {slow} mph; if the column is in m/s, multiply it by \
-             2.236936"
+            "speed_mph: half of the approaches have less than {slow} mph; if the column is in m/s, multiply it by {:.6}",
+            1.0 / MPS_PER_MPH
         ))];
     }
     let tens = enough && all.iter().all(|mph| mph % 10.0 == 0.0) && all.contains(&50.0);
