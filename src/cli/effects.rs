@@ -3,6 +3,7 @@
 //! several commands.
 
 use crate::cli::refused::Refused;
+use crate::domains;
 use crate::run::method::Training;
 use crate::settings::overrides::Override;
 use crate::traffic::control::registry::METHODS;
@@ -141,9 +142,10 @@ pub(super) fn not_among(method: &str, methods: &[String]) -> String {
     format!("{method} is not among the methods ({})", methods.join(", "))
 }
 
-/// Whether some of the methods are trained like this.
+/// Whether some of the methods, the user's own included, are trained like this.
 pub(super) fn any(methods: &[String], training: Training) -> bool {
-    METHODS.iter().any(|m| m.training == training && methods.iter().any(|name| name == m.name))
+    let known = domains::traffic().methods();
+    known.iter().any(|m| m.training == training && methods.iter().any(|name| name == m.name))
 }
 
 #[cfg(test)]
