@@ -200,23 +200,23 @@ def test_a_training_has_rows_with_delays_and_figures_and_a_model(evaluated, tmp_
 SWINGS = """
 import json, tsc_family as tf
 class Mine(tf.Controller):
-    "Knows after its second episode to change phases, and forgets it."
-    def __init__(self): self.alternates, self.last = False, 0
+    "Knows after its second episode to serve all phases in turn, and forgets it."
+    def __init__(self): self.turns = False
     def train(self, env):
         for episode in range(4):
             obs, done = env.reset(), False
             while not done:
                 obs, done = env.step([0])
-            self.alternates = episode == 1
+            self.turns = episode == 1
             assert env.validate() is True
-    def begin(self, signals): self.last = 0
+    def begin(self, signals): self.phase, self.count = 0, len(signals[0].phases)
     def act(self, obs):
-        self.last = 1 - self.last if self.alternates else 0
-        return [self.last]
+        self.phase = (self.phase + 1) % self.count if self.turns else 0
+        return [self.phase]
     def save(self, path):
-        with open(path, "w") as file: json.dump(self.alternates, file)
+        with open(path, "w") as file: json.dump(self.turns, file)
     def load(self, path):
-        with open(path) as file: self.alternates = json.load(file)
+        with open(path) as file: self.turns = json.load(file)
 """
 
 
