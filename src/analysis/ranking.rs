@@ -39,18 +39,15 @@ fn scored(points: &[PointSummary], method: usize) -> BTreeSet<usize> {
     points.iter().enumerate().filter(|(_, p)| has_score(p)).map(|(i, _)| i).collect()
 }
 
-/// Returns the estimates of all methods, best first; those that lack point MDPs which another one
-/// has come last and without a rank.
+/// Returns the estimates of all methods, best first; those that lack point MDPs come last and without a rank, whatever
+/// the others have. Where what scores are divided by lacks one, nobody has a score there, and nobody lacks it for that.
 pub(super) fn rank(evidence: Evidence<'_>) -> Vec<Summarised> {
-    let all: Vec<BTreeSet<usize>> =
-        (0..evidence.identity.methods.len()).map(|m| scored(evidence.points, m)).collect();
+    let points = evidence.points;
+    let methods = 0..evidence.identity.methods.len();
     let mut estimates: Vec<Summarised> =
-        (0..all.len()).into_par_iter().map(|index| summarise_method(evidence, index)).collect();
-    let others = estimates.iter().filter(|(m, _)| !m.is_reference).map(|(m, _)| &all[m.index]);
-    // Of equally many the first, as the manifest has them.
-    let most = others.rev().max_by_key(|points| points.len());
+        methods.into_par_iter().map(|index| summarise_method(evidence, index)).collect();
     let ranked = |m: &MethodSummary| {
-        m.overall.is_some() && (m.is_reference || most.is_none_or(|most| all[m.index] == *most))
+        m.overall.is_some() && points.iter().all(|point| point.results[m.index].is_some())
     };
     estimates.sort_by(|(a, _), (b, _)| {
         let order = match (a.overall, b.overall) {

@@ -9,7 +9,7 @@ use super::point::unknown_point;
 use super::scenario::ScenarioArg;
 use super::values::parse_seed;
 use crate::cli::exit;
-use crate::files::quoted;
+use crate::files::{quoted, write_atomically};
 use crate::traffic::city::folder::default_folder;
 use crate::traffic::network::demand::DemandSpec;
 
@@ -52,7 +52,8 @@ pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     let files = network(&loaded, point, &networks)?;
     let demand = DemandSpec::read(&files.demand)?;
-    let vehicles = demand.write_routes(args.seed, &args.out)?;
+    let (vehicles, text) = demand.routes(args.seed);
+    write_atomically(&args.out, text.as_bytes())?;
     line(command(&files.sumocfg, args, loaded.scenario.simulation.time_to_teleport_s))?;
     note(format!("{vehicles} vehicles in {}", args.out.display()));
     Ok(exit::DONE)

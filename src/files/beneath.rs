@@ -3,16 +3,14 @@
 //! A results directory may come from a stranger, and a link in it (`logs/`, `done/000/`, `lock.json`) would
 //! lead what is written, replaced or tidied up to wherever the stranger liked. The folder itself may be a
 //! link, as people keep results on other disks; what is beneath it may not. Every folder on the way is looked
-//! at before it is used, and files that are opened for writing are opened with `O_NOFOLLOW`. That keeps out
-//! what lies there; it is no fence against a process that exchanges folders while we run, which
-//! could write by itself what it wants.
+//! at before it is used. A file that lies there may have a second name elsewhere too (a hard link, as archives and
+//! `cp -l` make them), so no file is opened for writing: every one is made anew and renamed into its place
+//! ([`super::new_beneath`]). That keeps out what lies there; it is no fence against a process that exchanges folders
+//! while we run, which could write by itself what it wants.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs;
 use std::io::{Error, ErrorKind};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
-
-use rustix::fs::OFlags;
 
 use super::FileError;
 
@@ -52,34 +50,6 @@ pub fn make_folder_beneath(root: &Path, folder: &Path) -> Result<(), FileError> 
     make_folder(folder)
 }
 
-/// Opens a file beneath a root for writing, made where it is missing; see [`beneath`].
-///
-/// # Arguments
-///
-/// * `empty` — whether what is in it goes.
-///
-/// # Errors
-///
-/// [`FileError`] when it or a folder on the way is a link, or it is no regular file.
-pub fn open_beneath(root: &Path, path: &Path, empty: bool) -> Result<File, FileError> {
-    beneath(root, path)?;
-    // Without `NONBLOCK`, a pipe without a reader would block.
-    let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY).bits();
-    let failed = |e: Error| FileError::at("create", path)(e);
-    let flags = i32::try_from(flags).map_err(|_| failed(ErrorKind::Unsupported.into()))?;
-    let mut options = OpenOptions::new();
-    options.read(true).write(true).create(true).truncate(false).custom_flags(flags);
-    let file = options.open(path).map_err(failed)?;
-    if !file.metadata().map_err(failed)?.is_file() {
-        let reason = "a pipe or device stands in its place; remove it";
-        return Err(failed(Error::new(ErrorKind::InvalidInput, reason)));
-    }
-    if empty {
-        file.set_len(0).map_err(failed)?;
-    }
-    Ok(file)
-}
-
 /// Returns a path and the folders between it and a root, from above.
 fn parts(root: &Path, path: &Path) -> Result<Vec<PathBuf>, FileError> {
     let outside = || {
@@ -110,6 +80,7 @@ mod tests {
     use std::os::unix::fs::symlink;
 
     use super::*;
+    use crate::files::new_beneath;
 
     #[test]
     fn links_beneath_a_folder_are_refused_and_the_folder_itself_may_be_one() {
@@ -129,7 +100,7 @@ mod tests {
             let path = root.join(path);
             let messages = [
                 make_folder_beneath(&root, &path).unwrap_err().to_string(),
-                open_beneath(&root, &path, true).unwrap_err().to_string(),
+                new_beneath(&root, &path, &root).unwrap_err().to_string(),
             ];
             for e in messages {
                 assert!(e.contains(&format!("{link}: it is a link")), "{e}");
@@ -140,14 +111,5 @@ mod tests {
             let e = beneath(&root, &outside).unwrap_err().to_string();
             assert!(e.contains("it is not beneath"), "{e}");
         }
-    }
-
-    #[test]
-    fn a_pipe_in_place_of_a_file_is_refused_and_does_not_block() {
-        let root = tempfile::tempdir().unwrap();
-        let pipe = root.path().join("0.log");
-        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-        let e = open_beneath(root.path(), &pipe, true).unwrap_err().to_string();
-        assert!(e.contains("0.log: a pipe or device stands in its place; remove it"), "{e}");
     }
 }

@@ -71,6 +71,36 @@ fn write_by_way_of(drafts: &Path, path: &Path, bytes: &[u8]) -> Result<(), FileE
     Ok(())
 }
 
+/// Makes a file beneath a root, empty and locked as drafts are, in place of what stands there: that stays as it is under any
+/// other name that it has. The draft is made in another folder beneath the root, and neither may be reached through a link.
+///
+/// # Errors
+///
+/// [`FileError`] when a folder or the file is a link, or cannot be written.
+pub fn new_beneath(root: &Path, path: &Path, drafts: &Path) -> Result<File, FileError> {
+    renamed_beneath(root, path, drafts, b"")
+}
+
+/// Makes a file beneath a root as [`new_beneath`] does, with this in it from the beginning.
+///
+/// # Errors
+///
+/// As [`new_beneath`].
+pub fn renamed_beneath(
+    root: &Path,
+    path: &Path,
+    drafts: &Path,
+    bytes: &[u8],
+) -> Result<File, FileError> {
+    for folder in path.parent().into_iter().chain([drafts]) {
+        make_folder_beneath(root, folder)?;
+    }
+    super::beneath(root, path)?;
+    let mut draft = draft(drafts)?;
+    draft.write_all(bytes).map_err(FileError::at("write", path))?;
+    draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))
+}
+
 /// A file that is written piece by piece and is as before until it is finished: what is dropped before leaves nothing.
 #[derive(Debug)]
 pub struct Streamed {
@@ -167,6 +197,20 @@ fn is_abandoned(draft: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_new_file_leaves_what_has_a_second_name_as_it_was() {
+        let root = tempfile::tempdir().unwrap();
+        let [path, other] = ["logs/0.log", "precious"].map(|name| root.path().join(name));
+        fs::write(&other, "precious").unwrap();
+        fs::create_dir(root.path().join("logs")).unwrap();
+        fs::hard_link(&other, &path).unwrap();
+        let mut new = new_beneath(root.path(), &path, &root.path().join("tmp")).unwrap();
+        new.write_all(b"mine").unwrap();
+        assert_eq!(fs::read_to_string(&other).unwrap(), "precious");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+        assert_eq!(fs::read_dir(root.path().join("tmp")).unwrap().count(), 0, "no draft is left");
+    }
 
     #[test]
     fn drafts_of_killed_processes_go_and_those_in_use_and_other_files_stay() {

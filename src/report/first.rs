@@ -28,6 +28,11 @@ pub(super) struct Answer {
 pub(super) fn answers(data: &Report) -> Vec<Answer> {
     let Some(best) = data.best() else {
         let sentence = match data.reference.is_none() {
+            _ if data.unranked().next().is_some() => {
+                "Methods that lack point MDPs are not ranked, and all do. Their scores below are of what they \
+                 have; what they lack may be what is hard."
+                    .to_owned()
+            }
             true => "No task is finished yet.".to_owned(),
             false => format!(
                 "A score needs a finished task of a method and of {} on the same point MDP, and there is \

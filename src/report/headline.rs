@@ -17,6 +17,9 @@ fn verdict(data: &Report) -> String {
     let reference = data.reference.in_full();
     let others = data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some()).count();
     match data.best() {
+        None if data.unranked().next().is_some() => {
+            "No method is ranked: all lack point MDPs".to_owned()
+        }
         None => "No method can be scored yet".to_owned(),
         Some(best) if data.reference.is_none() => {
             let Words { noun, unit, .. } = &data.words;
@@ -24,6 +27,10 @@ fn verdict(data: &Report) -> String {
             format!("{}: mean {noun} {}{unit}{}", best.method, overall(best), unranked(data))
         }
         Some(_) if others == 0 => format!("Only {reference} has results so far"),
+        Some(best) if best.is_reference && alone(data) => {
+            let lacking = format::count(data.unranked().count(), "method");
+            format!("Only {reference} is ranked; {lacking} not, for want of point MDPs")
+        }
         Some(best) if best.is_reference => {
             let ranked = if data.unranked().next().is_some() { "ranked method" } else { "method" };
             format!("No {ranked} beats {reference}")
@@ -54,6 +61,11 @@ fn is_open(data: &Report, best: &MethodSummary) -> bool {
     let of_both = |p: &&Pair| two.contains(&Some(p.first)) && two.contains(&Some(p.second));
     let pair = data.comparison.pairs.iter().find(of_both);
     within || pair.is_some_and(|p| p.decided() == Decided::Open)
+}
+
+/// Whether one method only is ranked.
+fn alone(data: &Report) -> bool {
+    data.methods.iter().filter(|m| m.rank.is_some()).count() == 1
 }
 
 /// Says how many methods are not ranked.

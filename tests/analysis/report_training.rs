@@ -258,10 +258,57 @@ fn methods_that_lack_different_points_are_not_ranked_against_each_other() {
     );
     let data = data_of(&layout);
     let ranks: Vec<_> = data.methods.iter().map(|m| (m.method.as_str(), m.rank)).collect();
-    assert_eq!(ranks, [("baseline", Some(1)), ("a", Some(2)), ("b", None)]);
+    assert_eq!(ranks, [("baseline", Some(1)), ("a", None), ("b", None)]);
     assert_eq!(data.common, None);
     let notes = text::notes(&data).join("\n");
     assert!(notes.contains("no point MDP has results of all methods"), "{notes}");
+}
+
+#[test]
+fn a_method_that_lacks_points_is_never_ranked_whatever_else_runs() {
+    let of = |methods: &[&str], lacks: &[(&str, &str)], failed: bool| {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = crate::made_up::write_results(dir.path(), &manifest(methods), |task| {
+            match lacks.contains(&(task.method.as_str(), task.point.as_str())) {
+                true if failed => Some(Err("SUMO ended")),
+                true => None,
+                false => Some(untrained(task, if task.method == "a" { 0.1 } else { 1.0 })),
+            }
+        });
+        let data = data_of(&layout);
+        let ranks: Vec<_> = data.methods.iter().map(|m| (m.method.clone(), m.rank)).collect();
+        let page = words(&file_of(&layout, "index.html"));
+        let csv = file_of(&layout, "summary.csv");
+        let ranked = |line: &str| line.split(',').nth(1).is_some_and(|rank| !rank.is_empty());
+        let in_csv = csv.lines().skip(1).filter(|line| ranked(line)).count();
+        assert_eq!(in_csv, ranks.iter().filter(|(_, rank)| rank.is_some()).count(), "{csv}");
+        (ranks, page, text::notes(&data).join(" "))
+    };
+    for failed in [true, false] {
+        let (ranks, page, notes) = of(&["baseline", "a"], &[("a", "busy")], failed);
+        assert_eq!(ranks, [("baseline".to_owned(), Some(1)), ("a".to_owned(), None)]);
+        let headline = "Only the baseline is ranked; 1 method not, for want of point MDPs";
+        assert!(page.contains(headline) && !page.contains("a: 90% less"), "{page}");
+        assert!(
+            notes.contains(
+                "Not ranked, because they have no results on some point MDPs: a (1 of 2)."
+            ),
+            "{notes}"
+        );
+    }
+    let lacks = [("baseline", "quiet"), ("a", "busy")];
+    let (ranks, page, _) = of(&["baseline", "a"], &lacks, true);
+    assert!(ranks.iter().all(|(_, rank)| rank.is_none()), "{ranks:?}");
+    assert!(page.contains("No method is ranked: all lack point MDPs"), "{page}");
+    // Where the baseline lacks a point MDP, whoever has it does not lack it; the baseline does.
+    let (ranks, page, _) = of(&["baseline", "a", "b"], &[("baseline", "quiet")], true);
+    let expected = [("a", Some(1)), ("b", Some(2)), ("baseline", None)];
+    assert_eq!(ranks, expected.map(|(name, rank)| (name.to_owned(), rank)));
+    assert!(page.contains("1 method not ranked"), "{page}");
+    let lacks = [("baseline", "quiet"), ("a", "quiet"), ("b", "quiet")];
+    let (ranks, page, _) = of(&["baseline", "a", "b"], &lacks, false);
+    assert!(ranks.iter().all(|(_, rank)| rank.is_none()), "{ranks:?}");
+    assert!(page.contains("No method is ranked: all lack point MDPs"), "{page}");
 }
 
 #[test]

@@ -87,6 +87,54 @@ fn a_run_follows_no_link_out_of_its_folder() {
     }
 }
 
+/// Gives every file beneath a folder a second name in another.
+fn link_all(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let (path, name) = entry.map(|entry| (entry.path(), entry.file_name())).unwrap();
+        match path.is_dir() {
+            true => link_all(&path, &to.join(name)),
+            false => fs::hard_link(&path, to.join(name)).unwrap(),
+        }
+    }
+}
+
+#[test]
+fn no_file_that_has_a_second_name_is_written() {
+    let stage = stage();
+    let [results, copy] = ["results", "copy"].map(|name| stage.path().join(name));
+    succeed(stage.path(), "export results --out results/all.csv");
+    // What a run with a worker process leaves, beside what is there: logs, jobs, checkpoints, drafts.
+    for (from, to) in [
+        ("lock.json", "logs/000/0.log"),
+        ("lock.json", "logs/000/1.log"),
+        ("lock.json", "ckpt/000/1.safetensors"),
+        ("manifest.json", "tmp/left"),
+    ] {
+        let _ = fs::remove_file(results.join(to));
+        fs::create_dir_all(results.join(to).parent().unwrap()).unwrap();
+        fs::copy(results.join(from), results.join(to)).unwrap();
+    }
+    link_all(&results, &copy);
+    let before = files(&copy);
+    assert!(before.len() > 25, "{}", before.len());
+    fs::remove_file(results.join("done/000/1.jsonl")).unwrap();
+    fs::remove_file(results.join("models/000/1.safetensors")).unwrap();
+    for command in
+        [RUN, "report results", "export results --out results/all.csv", "check results --repair"]
+    {
+        let output = run(stage.path(), command);
+        assert!(output.status.success(), "{command}: {}", stderr(&output));
+        assert_eq!(files(&copy), before, "{command}");
+    }
+    // And the other way round: who goes on with the copy leaves the original alone.
+    let before = files(&results);
+    fs::remove_file(copy.join("done/000/0.jsonl")).unwrap();
+    let output = run(stage.path(), &RUN.replace("--out results", "--out copy"));
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(files(&results), before);
+}
+
 #[test]
 fn pages_follow_no_link_out_of_the_results() {
     for (command, place) in [

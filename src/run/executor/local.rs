@@ -23,8 +23,7 @@ use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use super::crew::{Crew, Member, Queue};
 use super::verdict::verdict;
 use super::{Event, Executor, Launcher};
-use crate::files::beneath::open_beneath;
-use crate::files::{FileError, make_folder_beneath};
+use crate::files::{FileError, make_folder_beneath, new_beneath};
 use crate::machine::{self, with_way_out};
 use crate::run::error::RunError;
 use crate::run::progress::{Failure, Fault, WorkerLine};
@@ -235,9 +234,7 @@ impl Local {
         sender: &Sender<Event>,
     ) -> Result<Option<Failure>, RunError> {
         let log = self.layout.log(task.task);
-        let folder = log.parent().expect("a log lies in a folder");
-        make_folder_beneath(self.layout.root(), folder)?;
-        let stderr = open_beneath(self.layout.root(), &log, true)?;
+        let stderr = new_beneath(self.layout.root(), &log, &self.layout.tmp())?;
         let prepared = Some(&self.prepared).filter(|folder| !folder.as_os_str().is_empty());
         let mut arguments: Vec<OsString> = vec![self.layout.root().into()];
         let prepared = prepared.iter().flat_map(|folder| ["--prepared".into(), folder.into()]);

@@ -155,9 +155,15 @@ impl DemandSpec {
     ///
     /// [`FileError`] if the file cannot be written.
     pub fn write_routes(&self, seed: u64, path: &Path) -> Result<u32, FileError> {
+        let (vehicles, text) = self.routes(seed);
+        std::fs::write(path, text).map_err(FileError::at("write", path))?;
+        Ok(vehicles)
+    }
+
+    /// Returns how many vehicles a seed has, and the text of their SUMO route file.
+    pub fn routes(&self, seed: u64) -> (u32, String) {
         let vehicles = self.vehicles(seed);
-        std::fs::write(path, self.routes_xml(&vehicles)).map_err(FileError::at("write", path))?;
-        Ok(vehicles.len() as u32)
+        (vehicles.len() as u32, self.routes_xml(&vehicles))
     }
 
     /// Draws the vehicles of one stream.
