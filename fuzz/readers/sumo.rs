@@ -7,7 +7,7 @@ use tsc_family::files::FileError;
 use tsc_family::traffic::network::demand::DemandSpec;
 use tsc_family::traffic::network::index::Index;
 use tsc_family::traffic::network::net_file::NetFile;
-use tsc_family::traffic::sim::sources::scan;
+use tsc_family::traffic::sim::scan::{Scanned, scan};
 use tsc_family::traffic::sim::sumocfg::SumoConfig;
 use tsc_family::traffic::sim::tripinfo;
 
@@ -17,8 +17,12 @@ const FEW_VEHICLES: f64 = 1000.0;
 /// A SUMO configuration.
 pub(crate) fn sumocfg(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let Ok(config) = SumoConfig::parse(text, Path::new("city")) else { return };
-    assert!(config.networks().count() > 0, "a configuration without a network is an error");
+    let Ok(config) = SumoConfig::parse(text, Path::new("city/a.sumocfg")) else { return };
+    let is_blocked = !config.obstacles.is_empty();
+    assert!(
+        is_blocked || config.networks().count() > 0,
+        "a configuration without a network is an error"
+    );
     assert!(config.begin_s.is_finite() && config.end_s.is_none_or(f64::is_finite));
     for (option, value) in config.options() {
         // What SUMO is never to be given.
@@ -29,18 +33,34 @@ pub(crate) fn sumocfg(bytes: &[u8]) {
     }
 }
 
-/// A file that a scenario names: which others it names, or why it is refused.
+/// A file that a scenario names: which others it names, what a copy has otherwise, or what is in its way.
 pub(crate) fn sources(bytes: &[u8]) {
-    named(bytes);
+    let Some(found) = scanned(bytes) else { return };
+    let size = bytes.len() as u64;
+    for at in found.edits.iter().map(|edit| &edit.at).chain(&found.day_plan) {
+        assert!(at.start <= at.end && at.end <= size, "{at:?} of {size}");
+    }
+    for edit in &found.edits {
+        // A value stands between quotes, so that nothing else is written over.
+        let [before, after] = [edit.at.start - 1, edit.at.end].map(|at| bytes[at as usize]);
+        let is_value = before == after && matches!(after, b'"' | b'\'');
+        assert!(is_value || edit.with.trim().is_empty(), "{edit:?}");
+    }
 }
 
 fn named(bytes: &[u8]) -> Option<Vec<String>> {
+    let found = scanned(bytes)?;
+    found.obstacles.is_empty().then(|| found.named.into_iter().map(|named| named.name).collect())
+}
+
+fn scanned(bytes: &[u8]) -> Option<Scanned> {
     let owned = bytes.to_vec();
     let opened =
         || -> Result<Box<dyn BufRead>, FileError> { Ok(Box::new(Cursor::new(owned.clone()))) };
-    let names = scan(Path::new("fuzz.xml"), &opened, true).ok()?;
-    assert!(names.iter().all(|name| !name.is_empty() && name.is_ascii()), "{names:?}");
-    Some(names)
+    let found = scan(Path::new("fuzz.xml"), &opened, true).ok()?;
+    let names = || found.named.iter().map(|named| &named.name);
+    assert!(names().all(|name| !name.is_empty() && name.is_ascii()), "{found:?}");
+    Some(found)
 }
 
 /// A network that netconvert wrote.

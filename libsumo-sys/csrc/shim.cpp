@@ -164,6 +164,34 @@ struct SignalStore {
     bool railway = false;
 };
 
+// By phase 1 where a program comes to it from its first phase: by `next`, else to the following one.
+std::vector<int32_t> reached(const libsumo::TraCILogic &logic) {
+    const size_t count = logic.phases.size();
+    std::vector<int32_t> is_reached(count, 0);
+    std::vector<size_t> open;
+    const auto reach = [&](size_t phase) {
+        if (phase < count && is_reached[phase] == 0) {
+            is_reached[phase] = 1;
+            open.push_back(phase);
+        }
+    };
+    reach(0);
+    while (!open.empty()) {
+        const size_t phase = open.back();
+        open.pop_back();
+        const auto &next = logic.phases[phase]->next;
+        for (const int other : next) {
+            if (other >= 0) {
+                reach(static_cast<size_t>(other));
+            }
+        }
+        if (next.empty()) {
+            reach((phase + 1) % count);
+        }
+    }
+    return is_reached;
+}
+
 SignalStore describe(const std::string &signal) {
     SignalStore store;
     const auto by_index = car_links(signal);
@@ -183,9 +211,11 @@ SignalStore describe(const std::string &signal) {
     store.logics = TrafficLight::getAllProgramLogics(signal);
     for (const auto &logic : store.logics) {
         auto &phases = store.phases.emplace_back();
-        for (const auto &phase : logic.phases) {
-            phases.push_back(
-                {phase->duration, phase->minDur, phase->maxDur, phase->state.c_str()});
+        const auto is_reached = reached(logic);
+        for (size_t i = 0; i < logic.phases.size(); ++i) {
+            const auto &phase = logic.phases[i];
+            phases.push_back({phase->duration, phase->minDur, phase->maxDur,
+                              phase->state.c_str(), is_reached[i]});
         }
     }
     for (size_t i = 0; i < store.logics.size(); ++i) {

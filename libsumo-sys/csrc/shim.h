@@ -33,6 +33,9 @@ typedef struct {
     double max_s;
     /// One letter per link index.
     const char *state;
+    /// 1 where the program comes to it from its first phase, by `next` or else to the following one; 0 where it never
+    /// does. Ignored where a program is installed.
+    int32_t reached;
 } SumoPhase;
 
 /// A signal program.

@@ -18,7 +18,9 @@ use tsc_family::traffic::env::{SignalEnv, World};
 use tsc_family::traffic::environment::{environment, generated_world, hash_scenario};
 use tsc_family::traffic::family::load::{LoadedScenario, load_with};
 use tsc_family::traffic::problem::networks;
+use tsc_family::traffic::sim::intake::Intake;
 use tsc_family::traffic::sim::libsumo::SumoSim;
+use tsc_family::traffic::sim::obstacle::Given;
 use tsc_family::traffic::sim::{Sim, SimError};
 use tsc_family::traffic::trial::named;
 
@@ -283,7 +285,8 @@ fn key(
     world: &World,
     settings: &tsc_family::traffic::settings::Scenario,
 ) -> Result<String, tsc_family::traffic::error::TrafficError> {
-    Ok(format!("{:?} {:?} {:?}", world.config, hash_scenario(&world.config)?, settings.signal))
+    let intake = Intake::read(&world.config, &Given::default())?;
+    Ok(format!("{:?} {:?} {:?}", world.config, hash_scenario(&intake)?, settings.signal))
 }
 
 fn known(key: &str) -> Option<Vec<SignalSpec>> {

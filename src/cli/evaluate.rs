@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::build_networks::network;
 use super::effects::Use;
+use super::given::GivenArgs;
 use super::output::{Progress, line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
@@ -28,6 +29,9 @@ use crate::traffic::model::SignalModel;
 use crate::traffic::problem::imported_id;
 use crate::traffic::report::level_of_service::letter;
 use crate::traffic::settings::Scenario;
+use crate::traffic::sim::SimError;
+use crate::traffic::sim::intake::Intake;
+use crate::traffic::sim::obstacle::{Obstacle, in_words};
 use crate::traffic::simulator;
 
 /// Columns of the table: heading, and metric and decimals where it is one.
@@ -65,6 +69,9 @@ pub struct EvaluateArgs {
     /// SUMO configuration to evaluate on, instead of a point MDP of the scenario
     #[arg(long, value_name = "FILE", group = "place")]
     pub sumocfg: Option<PathBuf>,
+    /// What counts in place of what it says
+    #[command(flatten)]
+    pub given: GivenArgs,
     /// Evaluation episodes of the model and of the baseline
     #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<{ extent::MOST_EVALUATION_SEEDS }>)]
     pub eval_seeds: NonZeroU32,
@@ -123,6 +130,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
 /// Refuses what has no effect.
 fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::Result<()> {
     let imported = args.sumocfg.is_some();
+    args.given.check(imported)?;
     if imported && args.networks.is_some() {
         return Err(
             Refused("--networks has no effect: a SUMO configuration is given".into()).into()
@@ -146,9 +154,15 @@ fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::
 /// Returns where the model is to be evaluated; the network is built if it is missing.
 fn arena(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Arena> {
     if let Some(config) = &args.sumocfg {
-        let world = World::from_sumocfg(config)?;
-        simulator::check(config, &loaded.scenario.signal)?;
-        let (point, content) = (imported_id(config), content::of_imported(config)?);
+        let intake = Intake::read(config, &args.given.given())?;
+        let (found, warnings) = simulator::examine(&intake, &loaded.scenario.signal)?;
+        let obstacles: Vec<Obstacle> = intake.obstacles.iter().cloned().chain(found).collect();
+        if !obstacles.is_empty() {
+            return Err(SimError::Obstacles(in_words(&obstacles)).into());
+        }
+        warnings.iter().for_each(|warning| note(format!("warning: {warning}")));
+        let (point, content) = (imported_id(config), content::of_imported(&intake)?);
+        let world = World::of(intake)?;
         return Ok(Arena { point, content, world, imported: true });
     }
     let point = args.point.clone().unwrap_or_default();

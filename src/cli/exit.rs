@@ -187,6 +187,7 @@ fn sim(error: &SimError) -> u8 {
         | SimError::Signal { .. }
         | SimError::NoVehicles(_)
         | SimError::Config { .. }
+        | SimError::Obstacles(_)
         | SimError::NoConfig(_)
         | SimError::Missing(_) => USAGE,
         _ => UNEXPECTED,

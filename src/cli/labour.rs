@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use super::alike::Alike;
 use super::monitor::Monitor;
 use super::output::note;
 use super::report::print;
@@ -12,7 +13,7 @@ use crate::domains;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::effort::RunEfforts;
-use crate::run::executor::{Launcher, Local};
+use crate::run::executor::{Event, Launcher, Local};
 use crate::run::session::Session;
 use crate::store::manifest::{GIT, Task};
 use crate::store::results::Results;
@@ -35,6 +36,8 @@ pub(super) struct Labour<'a> {
     pub(super) json: bool,
     /// Whether nothing but errors is.
     pub(super) quiet: bool,
+    /// Whether it goes on where all first tasks of a method or point MDP fail for one reason.
+    pub(super) keep_going: bool,
 }
 
 impl Labour<'_> {
@@ -45,7 +48,15 @@ impl Labour<'_> {
         results: &Results,
         interrupted: &AtomicBool,
     ) -> anyhow::Result<Option<u8>> {
-        let left = self.work(results, interrupted)?;
+        let (left, alike) = self.work(results, interrupted)?;
+        if let Some(alike) = alike.filter(|_| left > 0) {
+            let code = self.summarise()?;
+            note(format!(
+                "error: {alike}; {left} tasks were not done for that: mend it and run the same command with \
+                 --retry-failed, or with --keep-going to do them all the same"
+            ));
+            return Ok(Some(code));
+        }
         if left > 0 && interrupted.load(Ordering::Relaxed) {
             if !self.quiet {
                 note(format!(
@@ -60,8 +71,13 @@ impl Labour<'_> {
         Ok(None)
     }
 
-    /// Does the tasks that results lack; returns how many are left.
-    fn work(&self, results: &Results, interrupted: &AtomicBool) -> anyhow::Result<usize> {
+    /// Does the tasks that results lack; returns how many are left, and what was said where it stopped because the first
+    /// ones fail alike.
+    fn work(
+        &self,
+        results: &Results,
+        interrupted: &AtomicBool,
+    ) -> anyhow::Result<(usize, Option<String>)> {
         let todo: Vec<Task> = results.missing().cloned().collect();
         let talk = !self.quiet && !self.json;
         if talk && todo.len() < results.plan().len() {
@@ -88,11 +104,26 @@ impl Labour<'_> {
         let stall_timeout = Duration::from_secs(self.stall_timeout_s);
         let executor =
             Local { stall_timeout, ..self.session.local(self.launcher.clone(), self.jobs) };
-        let outcome =
-            self.session.work(&todo, &executor, interrupted, &mut |event| monitor.handle(event));
+        let (mut alike, mut stopped) = (Alike::default(), None);
+        let outcome = self.session.work(&todo, &executor, interrupted, &mut |event| {
+            if let Event::Finished(record) = &event
+                && !self.keep_going
+                && stopped.is_none()
+                && !interrupted.load(Ordering::Relaxed)
+            {
+                stopped = alike.add(record);
+                if stopped.is_some() {
+                    interrupted.store(true, Ordering::Relaxed);
+                }
+            }
+            monitor.handle(event);
+        });
+        if stopped.is_some() {
+            interrupted.store(false, Ordering::Relaxed);
+        }
         monitor.close();
         outcome?;
-        Ok(todo.len() - monitor.finished())
+        Ok((todo.len() - monitor.finished(), stopped))
     }
 
     /// Reports a run that some tasks are missing from.
@@ -112,6 +143,9 @@ impl Labour<'_> {
         let layout = &self.session.layout;
         let results = domains::load(layout)?;
         let (failed, tasks) = (results.failed().count(), results.plan().len());
+        let first = results.failed().next().and_then(|(task, kept)| {
+            Some(format!("; the first, {} on {}: {}", task.method, task.point, kept.reason()?))
+        });
         let sections = || domains::sections(layout, &results);
         let own = sections()?;
         let other = match self.against {
@@ -128,12 +162,11 @@ impl Labour<'_> {
             }
         }
         if failed > 0 {
-            if !self.quiet {
-                note(format!(
-                    "{failed} of {tasks} tasks failed; their reasons are in the report, the same command with \
-                     --retry-failed tries them again"
-                ));
-            }
+            note(format!(
+                "error: {failed} of {tasks} tasks failed{}; all reasons are in the report, the same command with \
+                 --retry-failed tries them again",
+                first.unwrap_or_default()
+            ));
             return Ok(exit::SOME_FAILED);
         }
         Ok(exit::DONE)

@@ -1,6 +1,7 @@
 //! The command line: arguments and work of each subcommand are in its own file.
 
 mod across;
+mod alike;
 mod build_networks;
 mod cancel;
 mod check;
@@ -12,6 +13,7 @@ pub mod exit;
 mod export;
 mod folder;
 mod forecast;
+mod given;
 mod handover;
 mod interrupt;
 mod json;
@@ -91,7 +93,7 @@ pub enum Command {
     /// Choose the point MDPs of a run, and say what error and time to expect
     Plan(plan::PlanArgs),
     /// Evaluate controllers on a sample of a family
-    Run(run::RunArgs),
+    Run(Box<run::RunArgs>),
     /// Evaluate a model that `run` trained on another point MDP or SUMO scenario
     Evaluate(evaluate::EvaluateArgs),
     /// Write the vehicles of a recorded episode for plain `sumo`

@@ -35,6 +35,10 @@ use crate::run::watchdog::Watchdog;
 use crate::sample::plan_file::{PlanError, PlanFile};
 use crate::sample::{Design, Sampling, choose_over};
 use crate::store::results::Results;
+use crate::traffic::sim::SimError;
+
+/// Most warnings that a run prints when it begins.
+const MOST_WARNINGS: usize = 20;
 
 /// What stands for all methods.
 const ALL: &str = "all";
@@ -74,6 +78,21 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     subject.check(args, &draft)?;
     let processors = available_parallelism().map_or(1, |j| j.get());
     let jobs = args.workers.here(processors);
+    let warnings = {
+        let _watchdog = prepared_in(Duration::from_secs(args.workers.stall_timeout));
+        subject.examine()
+    };
+    let warnings = match warnings {
+        // A plan needs no SUMO.
+        Err(SimError::Unavailable(_) | SimError::Absent(_)) if args.dry_run => {
+            note("the signals were not checked, because SUMO is missing");
+            &[]
+        }
+        warnings => warnings?,
+    };
+    if !args.quiet {
+        say_warnings(warnings, args.dry_run);
+    }
     if args.dry_run {
         if args.json {
             for draw in &draft.sample.draws {
@@ -83,9 +102,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
             }
         } else {
             line(estimate(&request, &draft, jobs, processors)?)?;
-        }
-        if !args.quiet {
-            subject.warn()?;
         }
         return Ok(exit::DONE);
     }
@@ -108,6 +124,15 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     made.finish();
     let session = session?;
     work(args, &request, &session, jobs)
+}
+
+/// Says what is to be known of imported scenarios; all of it in a dry run.
+fn say_warnings(warnings: &[String], all: bool) {
+    let most = if all { warnings.len() } else { MOST_WARNINGS };
+    warnings.iter().take(most).for_each(|warning| note(format!("warning: {warning}")));
+    if let Some(more) = warnings.len().checked_sub(most).filter(|more| *more > 0) {
+        note(format!("warning: {more} more, which the report has; --dry-run prints all"));
+    }
 }
 
 /// Watches over what is done before the first task, where SUMO loads scenarios in this process: one that hangs
@@ -205,6 +230,7 @@ fn work(
         against: args.against.as_deref(),
         json: args.json,
         quiet: args.quiet,
+        keep_going: args.workers.keep_going,
     };
     let interrupted = interrupted()?;
     args.workers.lines()?;

@@ -10,6 +10,7 @@ use self::look::look;
 use super::build_networks::network;
 use super::effects::Use;
 use super::folder::DRAWINGS;
+use super::given::GivenArgs;
 use super::output::{line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
@@ -17,9 +18,6 @@ use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::files::{make_folder, write_atomically};
 use crate::traffic::city::folder::default_folder;
-use crate::traffic::env::warnings;
-use crate::traffic::settings::SignalSettings;
-use crate::traffic::sim::error::SimError;
 
 /// `tsc-family signals`.
 #[derive(Debug, clap::Args)]
@@ -41,6 +39,9 @@ pub struct SignalsArgs {
     /// Scenario that has the point MDP; of a SUMO configuration only its settings count
     #[command(flatten)]
     pub scenario: ScenarioArg,
+    /// What counts in place of what a SUMO configuration says
+    #[command(flatten)]
+    pub given: GivenArgs,
     /// Folder of the networks [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
@@ -67,6 +68,7 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
             Refused("--networks has no effect: a SUMO configuration is given".into()).into()
         );
     }
+    args.given.check(imported)?;
     let used = Use { family: !imported, networks: !imported, ..Use::BUILD };
     used.check(&loaded, &args.scenario.settings())?;
     let config = if imported {
@@ -79,7 +81,10 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
     } else {
         return Err(unknown_point(&args.place, &loaded, &args.scenario.scenario).into());
     };
-    let look = look(&config, &loaded.scenario.signal)?;
+    let look = look(&config, &args.given.given(), &loaded.scenario.signal)?;
+    if imported {
+        look.notes.iter().for_each(|text| note(format!("warning: {text}")));
+    }
     for number in 0..look.signals.len() {
         if args.json {
             line(look.json(number))?;
@@ -104,29 +109,6 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
         note(format!("drawings: {} in {}", look.signals.len(), folder.display()));
     }
     Ok(exit::DONE)
-}
-
-/// Returns one line per warning about the signals of imported scenarios, and one on those of a scenario
-/// that no method controls.
-///
-/// # Errors
-///
-/// [`SimError`] when a scenario cannot be loaded or a signal cannot be derived.
-pub(super) fn warning_lines(
-    configs: &[PathBuf],
-    settings: &SignalSettings,
-) -> Result<Vec<String>, SimError> {
-    let mut lines = Vec::new();
-    for config in configs {
-        let look = look(config, settings)?;
-        lines.extend(look.left_alone().map(|line| format!("{}: {line}", config.display())));
-        for signal in &look.signals {
-            for warning in warnings(signal) {
-                lines.push(format!("{}: signal {}: {warning}", config.display(), signal.spec.id));
-            }
-        }
-    }
-    Ok(lines)
 }
 
 /// Returns a file name that any file system takes.

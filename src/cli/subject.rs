@@ -8,7 +8,6 @@ use super::folder::NETWORKS;
 use super::output::note;
 use super::run::RunArgs;
 use super::scenario::ScenarioArg;
-use super::signals::warning_lines;
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::family::FamilyError;
@@ -22,6 +21,7 @@ use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::SimError;
+use crate::traffic::sim::obstacle::Given;
 
 /// What is evaluated.
 pub(super) enum Subject {
@@ -34,6 +34,7 @@ pub(super) enum Subject {
 impl Subject {
     /// Reads the scenario that the arguments name.
     pub(super) fn new(args: &RunArgs) -> anyhow::Result<Self> {
+        args.given.check(!args.sumocfg.is_empty())?;
         let name = &args.scenario.scenario;
         if let Some(entry) = args.scenario.entry()? {
             without_effect(args, entry.domain.name())?;
@@ -42,7 +43,8 @@ impl Subject {
         }
         let loaded = scenario(args)?;
         let networks = args.networks.clone().unwrap_or_else(|| default_folder(name, &loaded));
-        let problem = SignalProblem::new(loaded, folder(name), networks, &args.sumocfg)?;
+        let problem =
+            SignalProblem::new(loaded, folder(name), networks, &args.sumocfg, &args.given.given())?;
         Ok(Self::Signals(Box::new(problem)))
     }
 
@@ -55,7 +57,7 @@ impl Subject {
         }
         let loaded = scenario.signals(&scenario.settings())?;
         let networks = default_folder(name, &loaded);
-        let problem = SignalProblem::new(loaded, folder(name), networks, &[])?;
+        let problem = SignalProblem::new(loaded, folder(name), networks, &[], &Given::default())?;
         Ok(Self::Signals(Box::new(problem)))
     }
 
@@ -122,18 +124,16 @@ impl Subject {
         Ok(())
     }
 
-    /// Says what may be wrong with the signals of imported scenarios.
-    pub(super) fn warn(&self) -> Result<(), SimError> {
-        let Self::Signals(problem) = self else { return Ok(()) };
-        let configs: Vec<PathBuf> = problem.imported.values().cloned().collect();
-        match warning_lines(&configs, &problem.loaded.scenario.signal) {
-            // A plan needs no SUMO.
-            Err(SimError::Unavailable(_) | SimError::Absent(_)) => {
-                note("the signals were not checked, because SUMO is missing")
-            }
-            lines => lines?.iter().for_each(|line| note(format!("warning: {line}"))),
+    /// Looks at imported scenarios and returns what is to be said of them.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::Obstacles`] with all that is in their way, and what keeps SUMO from being used.
+    pub(super) fn examine(&self) -> Result<&[String], SimError> {
+        match self {
+            Self::Signals(problem) => problem.examine(),
+            Self::Other(..) => Ok(&[]),
         }
-        Ok(())
     }
 }
 

@@ -58,6 +58,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         answers => answers(data).iter().map(answer).collect::<Vec<_>>(),
         lead => lead(data),
         warnings => text::warnings(data),
+        evaluated => text::evaluated(data),
         disagree => further::disagreements(data).len(),
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
         reported => reported.to_vec(),

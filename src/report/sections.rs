@@ -185,6 +185,12 @@ pub trait Sections: std::fmt::Debug + Sync {
         None
     }
 
+    /// Returns what happened in the evaluation that a reader of the ranking should know, in plain text.
+    fn happened(&self, data: &Analysis) -> Vec<String> {
+        let _ = data;
+        Vec::new()
+    }
+
     /// Returns a text; `None` where there is nothing to say. All but those of the first page, from
     /// [`About::Headline`] to [`About::Misses`], are HTML, in which names are to be escaped.
     fn says(&self, about: About, data: &Analysis) -> Option<String> {

@@ -79,10 +79,21 @@ fn row(data: &Report, m: &MethodSummary, points: usize) -> Vec<String> {
 /// where summaries disagree.
 pub fn notes(data: &Report) -> Vec<String> {
     let mut notes = warnings(data);
+    let evaluated = evaluated(data).len();
+    if evaluated > 0 {
+        let count = format::count(evaluated, "warning");
+        notes.push(format!("{count} on what was evaluated: the page has them beside the ranking."));
+    }
     notes.extend(further::disagreements(data));
     notes.extend(rests::sentence(data));
     notes.extend(policies::sentences(data));
     notes
+}
+
+/// Returns what a reader should know of what was evaluated: what was known when the run began, and what happened.
+pub(super) fn evaluated(data: &Report) -> Vec<String> {
+    let known = data.manifest.provenance.warnings.iter().cloned();
+    known.chain(data.sections.happened(data)).collect()
 }
 
 /// Returns the notes without where summaries disagree.

@@ -384,6 +384,11 @@ pub trait Problem: Sync {
         done: &(dyn Fn(&str) + Sync),
     ) -> Result<Prepared, Cause>;
 
+    /// Returns what a reader of the results should know of what is evaluated, once it is prepared.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Writes what reports show beside records; it decides no record.
     ///
     /// # Arguments
@@ -438,4 +443,6 @@ pub struct PreparedPoint {
     pub sha256: BTreeMap<String, String>,
     /// Latitude and longitude of what it stands for, degrees; empty where that is nowhere.
     pub places: Vec<[f64; 2]>,
+    /// What the command line said in place of what these files say, in the domain's words.
+    pub given: BTreeMap<String, Value>,
 }

@@ -178,6 +178,7 @@ pub fn complete(
             content: made.content,
             environment: made.environment,
             sha256: made.sha256,
+            given: made.given,
         });
     }
     let controllers: Result<Vec<_>, _> =

@@ -56,8 +56,9 @@ pub fn open<'a>(
 ) -> Result<Session<'a>, RunError> {
     let prepared = request.problem.prepare(&draft.chosen(), done).map_err(RunError::Prepare)?;
     let folder = PathBuf::from(&prepared.folder);
-    let provenance = provenance(&prepared.folder);
+    let mut provenance = provenance(&prepared.folder);
     let started = provenance.started.clone();
+    provenance.warnings = request.problem.warnings();
     let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
     let layout = Layout::new(out);
     layout.make()?;
@@ -218,5 +219,6 @@ fn provenance(prepared: &str) -> Provenance {
         ),
         started: now(),
         networks: prepared.to_owned(),
+        warnings: Vec::new(),
     }
 }

@@ -249,5 +249,6 @@ pub(super) fn nowhere() -> Provenance {
         host: String::new(),
         started: String::new(),
         networks: String::new(),
+        warnings: Vec::new(),
     }
 }

@@ -159,6 +159,17 @@ fn points(there: &[PointRow], now: &[PointRow]) -> Option<String> {
             shortened(&values(new))
         ));
     }
+    if old.given != new.given {
+        let said = |row: &PointRow| match row.given.is_empty() {
+            true => "nothing".to_owned(),
+            false => serde_json::to_string(&row.given).expect("plain data"),
+        };
+        return Some(format!(
+            "the command line says other things of the scenario {name}: {} there and {} now",
+            said(old),
+            said(new)
+        ));
+    }
     let files = old.sha256.keys().chain(new.sha256.keys());
     let file = files.into_iter().find(|file| old.sha256.get(*file) != new.sha256.get(*file));
     Some(match file {
@@ -201,6 +212,7 @@ mod tests {
             content: String::new(),
             environment: "network".into(),
             sha256: BTreeMap::from([("busy.net.xml".to_owned(), sha256.repeat(32))]),
+            given: BTreeMap::new(),
         }
     }
 

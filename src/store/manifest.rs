@@ -69,6 +69,9 @@ pub struct PointRow {
     pub environment: String,
     /// sha256 of every file that defines its environment, by file name.
     pub sha256: BTreeMap<String, String>,
+    /// What the command line said in place of what these files say, in the domain's words.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub given: BTreeMap<String, serde_json::Value>,
 }
 
 /// Everything that decides the records: two runs with equal identity give equal records.
@@ -165,6 +168,9 @@ pub struct Provenance {
     pub started: String,
     /// Folder of the generated networks.
     pub networks: String,
+    /// What a reader of the results should know of what was evaluated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 /// `manifest.json`.

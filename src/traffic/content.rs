@@ -9,16 +9,13 @@
 //! - **Own arms:** the rows of the table, without the names of intersection and arms.
 //! - **Imported:** the bytes of network, routes and additional files and of what they name, begin and end.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
 
 use super::error::TrafficError;
 use crate::hash::{sha256, sha256_file};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::settings::Detail;
-use crate::traffic::sim::sources::sources;
-use crate::traffic::sim::sumocfg::SumoConfig;
+use crate::traffic::sim::intake::Intake;
 
 /// Returns the hash of the `index`-th point MDP of a scenario's family.
 pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
@@ -46,12 +43,11 @@ pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
 ///
 /// # Errors
 ///
-/// [`TrafficError`] when the configuration or a file that is read with it cannot be read.
-pub fn of_imported(config: &Path) -> Result<String, TrafficError> {
-    let settings = SumoConfig::read(config)?;
+/// [`TrafficError`] when a file that is read with it cannot be read.
+pub fn of_imported(intake: &Intake) -> Result<String, TrafficError> {
     let files: Result<Vec<String>, _> =
-        sources(&settings)?.iter().map(|(_, file)| sha256_file(file)).collect();
-    Ok(hash(&json!([settings.begin_s, settings.end_s, files?])))
+        intake.sources.named().map(|(_, file)| sha256_file(file)).collect();
+    Ok(hash(&json!([intake.begin_s, intake.end_s, files?])))
 }
 
 fn hash(content: &Value) -> String {
@@ -108,7 +104,8 @@ mod tests {
                  <route-files value=\"{name}.rou\"/><end value=\"{end}\"/></configuration>"
             );
             fs::write(path("sumocfg"), text).unwrap();
-            of_imported(&path("sumocfg")).unwrap()
+            let given = crate::traffic::sim::obstacle::Given::default();
+            of_imported(&Intake::read(&path("sumocfg"), &given).unwrap()).unwrap()
         };
         let a = write("a", "<routes/>", 60);
         assert_eq!(a, write("b", "<routes/>", 60));

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::control::Controller;
 use super::control::baseline;
+use super::control::program;
 use super::control::registry::METHODS;
 use super::controllers::{create, setup};
 use super::effort::effort;
@@ -171,7 +172,8 @@ impl Domain for Traffic {
             return Ok(Box::new(scores.trial(&site.point.point)));
         }
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
-        let world = planned_world(site.point, site.prepared).map_err(|e| match e {
+        let own = method == program::METHOD.name;
+        let world = planned_world(site.point, site.prepared, own).map_err(|e| match e {
             TrafficError::Network(e) => of_network(e),
             TrafficError::Sim(e) => of_sim(e),
             other => of_files(other),

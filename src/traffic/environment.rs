@@ -14,8 +14,8 @@ use crate::traffic::network::demand::DemandSpec;
 use crate::traffic::settings::Scenario;
 use crate::traffic::sim::Sim;
 use crate::traffic::sim::error::SimError;
-use crate::traffic::sim::sources::sources;
-use crate::traffic::sim::sumocfg::SumoConfig;
+use crate::traffic::sim::intake::Intake;
+use crate::traffic::sim::obstacle::Given;
 
 /// Returns the environment of a world with a scenario's settings; `scratch` is a folder for the
 /// files of the running episode.
@@ -36,14 +36,25 @@ pub fn environment<S: Sim>(
 /// [`TrafficError`] when a file is missing or cannot be understood, or would have SUMO read or write any other.
 pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
     // Networks may come from a stranger, with an index or a manifest that has their hashes.
-    for (_, file) in sources(&SumoConfig::read(&files.sumocfg)?)? {
+    let intake = Intake::read(&files.sumocfg, &Given::default())?;
+    let fail = |reason: String| SimError::Config { path: files.sumocfg.clone(), reason };
+    for (_, file) in intake.sources.named() {
         if file != files.net && file != files.routes {
-            let reason = format!("it names {}, which is no file of the network", file.display());
-            return Err(SimError::Config { path: files.sumocfg.clone(), reason }.into());
+            return Err(fail(format!(
+                "it names {}, which is no file of the network",
+                file.display()
+            ))
+            .into());
         }
     }
+    let obstacles = intake.obstacles.iter().map(|o| format!("{}: {}", o.place, o.reason));
+    let notes = intake.notes.iter().filter(|note| !note.starts_with("time-to-teleport")).cloned();
+    if let Some(other) = obstacles.chain(notes).next() {
+        return Err(fail(format!("it is not as networks are generated: {other}")).into());
+    }
     let demand = DemandSpec::read(&files.demand)?;
-    let mut world = World::from_sumocfg(&files.sumocfg)?;
+    let mut world = World::of(intake)?;
+    world.files = None;
     world.turn_shares = demand
         .streams
         .iter()
@@ -67,13 +78,35 @@ pub fn folder_of(point: &PointRow, networks: &Path) -> PathBuf {
     Path::new(&point.environment).parent().unwrap_or(Path::new("")).to_path_buf()
 }
 
+/// Returns what the command line of a run said of a point MDP's scenario.
+///
+/// # Errors
+///
+/// [`SimError::Config`] when a manifest has something else.
+pub fn given(point: &PointRow) -> Result<Given, SimError> {
+    let fields: serde_json::Map<String, serde_json::Value> =
+        point.given.clone().into_iter().collect();
+    serde_json::from_value(fields.into()).map_err(|e| SimError::Config {
+        path: PathBuf::from(&point.environment),
+        reason: format!("the manifest says of it what no run writes: {e}"),
+    })
+}
+
 /// Returns the world of a planned point MDP after checking that its files are those of the plan, and holds
 /// on to them.
+///
+/// # Arguments
+///
+/// * `day_plan` — whether programs change by the clock as they do in the scenario.
 ///
 /// # Errors
 ///
 /// [`TrafficError::Altered`] when they are not, and whatever makes them unreadable.
-pub fn planned_world(point: &PointRow, networks: &Path) -> Result<(World, Held), TrafficError> {
+pub fn planned_world(
+    point: &PointRow,
+    networks: &Path,
+    day_plan: bool,
+) -> Result<(World, Held), TrafficError> {
     let mut held = Held::default();
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
@@ -82,12 +115,13 @@ pub fn planned_world(point: &PointRow, networks: &Path) -> Result<(World, Held),
             held.add(&folder.join(name), Some(sha256))?;
         }
         // Whoever planned has looked at what SUMO would read and write; but the plan may be a stranger's.
-        for (name, file) in sources(&SumoConfig::read(&config)?)? {
-            if !point.sha256.contains_key(&name) {
-                held.add(&file, None)?;
+        let intake = Intake::read(&config, &given(point)?)?.passed()?;
+        for (name, file) in intake.sources.named() {
+            if !point.sha256.contains_key(name) {
+                held.add(file, None)?;
             }
         }
-        return Ok((World::from_sumocfg(&config)?, held));
+        return Ok((World { day_plan, ..World::of(intake)? }, held));
     }
     let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
     held.keep(&files.folder);
@@ -98,27 +132,17 @@ pub fn planned_world(point: &PointRow, networks: &Path) -> Result<(World, Held),
     Ok((generated_world(&files)?, held))
 }
 
-/// Returns a SUMO configuration and every file that it or one of them names: name as seen from its
-/// folder, path.
-///
-/// # Errors
-///
-/// [`SimError`] when it cannot be read.
-fn scenario_files(config: &Path) -> Result<Vec<(String, PathBuf)>, SimError> {
-    let name = config.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut files = sources(&SumoConfig::read(config)?)?;
-    files.push((name, config.to_path_buf()));
-    Ok(files)
-}
-
-/// Returns the sha256 of a SUMO configuration and of every file that SUMO reads with it.
+/// Returns the sha256 of a SUMO configuration and of every file that SUMO reads with it, by its name as seen from the
+/// folder of the configuration.
 ///
 /// # Errors
 ///
 /// [`TrafficError`] when one cannot be read.
-pub fn hash_scenario(config: &Path) -> Result<BTreeMap<String, String>, TrafficError> {
-    let hash = |(name, file): (String, PathBuf)| Ok((name, sha256_file(&file)?));
-    scenario_files(config)?.into_iter().map(hash).collect()
+pub fn hash_scenario(intake: &Intake) -> Result<BTreeMap<String, String>, TrafficError> {
+    let name = intake.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let own = (name.as_str(), intake.path.as_path());
+    let hash = |(name, file): (&str, &Path)| Ok((name.to_owned(), sha256_file(file)?));
+    intake.sources.named().chain([own]).map(hash).collect()
 }
 
 #[cfg(test)]
@@ -142,7 +166,7 @@ mod tests {
         for ending in FILE_ENDINGS {
             fs::write(files.folder.join(file_name("p", ending)), ending).unwrap();
         }
-        let e = planned_world(&point, folder.path()).unwrap_err();
+        let e = planned_world(&point, folder.path(), false).unwrap_err();
         assert!(
             matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))
         );
@@ -160,11 +184,11 @@ mod tests {
         let json = r#"{"point":"a","importance":1.0,"instances":1,"features":[],"environment":"","sha256":{}}"#;
         let mut point: PointRow = serde_json::from_str(json).unwrap();
         point.environment = config.display().to_string();
-        point.sha256 = hash_scenario(&config).unwrap();
+        point.sha256 = hash_scenario(&Intake::read(&config, &Given::default()).unwrap()).unwrap();
         assert_eq!(point.sha256.len(), 4);
-        planned_world(&point, Path::new("")).unwrap();
+        planned_world(&point, Path::new(""), false).unwrap();
         write("b.xml", "<routes> </routes>");
-        let e = planned_world(&point, Path::new("")).unwrap_err();
+        let e = planned_world(&point, Path::new(""), false).unwrap_err();
         assert!(matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("b.xml")), "{e}");
     }
 

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde_json::Value;
 
 use super::content;
-use super::env::World;
 use super::environment::hash_scenario;
 use super::error::TrafficError;
 use super::family::load::LoadedScenario;
@@ -14,7 +14,10 @@ use super::network::build::{BuildOptions, BuildSummary, build_all};
 use super::network::error::NetworkError;
 use super::network::intersection::{IntersectionSpec, intersections};
 use super::network_files::{GENERATED, NetworkFiles};
-use super::simulator::{check, signals_in, version};
+use super::sim::SimError;
+use super::sim::intake::Intake;
+use super::sim::obstacle::{Given, in_words};
+use super::simulator::{examine, signals_in, version};
 use crate::family::{Feature, MdpFamily, PointMdp};
 use crate::run::domain::{Prepared, PreparedPoint, Problem};
 use crate::run::fault::Cause;
@@ -31,8 +34,10 @@ pub struct SignalProblem {
     /// Folder of the generated networks.
     pub networks: PathBuf,
     /// SUMO scenarios by the id of their point MDP; empty where networks are generated.
-    pub imported: BTreeMap<String, PathBuf>,
+    pub imported: BTreeMap<String, Intake>,
     family: MdpFamily,
+    /// What is to be said of the SUMO scenarios, once they were looked at.
+    warnings: OnceLock<Vec<String>>,
 }
 
 impl SignalProblem {
@@ -41,21 +46,52 @@ impl SignalProblem {
     /// # Arguments
     ///
     /// * `sumocfgs` — SUMO configurations that make up the family instead.
+    /// * `given` — what counts in place of what these say.
     ///
     /// # Errors
     ///
-    /// [`TrafficError`] when one of them cannot be used, or two have one name.
+    /// [`TrafficError`] when one of them is none, or two have one name. What else is in their way, [`Self::examine`]
+    /// says.
     pub fn new(
         loaded: LoadedScenario,
         folder: Option<PathBuf>,
         networks: PathBuf,
         sumocfgs: &[PathBuf],
+        given: &Given,
     ) -> Result<Self, TrafficError> {
         let (family, imported) = match sumocfgs {
             [] => (loaded.family.clone(), BTreeMap::new()),
-            configs => imported_family(configs)?,
+            configs => imported_family(configs, given)?,
         };
-        Ok(Self { loaded, folder, networks, imported, family })
+        Ok(Self { loaded, folder, networks, imported, family, warnings: OnceLock::new() })
+    }
+
+    /// Looks at the SUMO scenarios, once: loads each and derives its signals, and returns what is to be said of them. Of a
+    /// family whose networks are generated there is nothing to say.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::Obstacles`] with all that is in the way of all of them, and what keeps SUMO from being used.
+    pub fn examine(&self) -> Result<&[String], SimError> {
+        if let Some(warnings) = self.warnings.get() {
+            return Ok(warnings);
+        }
+        let (mut obstacles, mut warnings, mut unusable) = (Vec::new(), Vec::new(), None);
+        for intake in self.imported.values() {
+            obstacles.extend(intake.obstacles.iter().cloned());
+            match examine(intake, &self.loaded.scenario.signal) {
+                Ok((found, said)) => {
+                    obstacles.extend(found);
+                    warnings.extend(said);
+                }
+                Err(e) => unusable = Some(e),
+            }
+        }
+        match unusable {
+            _ if !obstacles.is_empty() => Err(SimError::Obstacles(in_words(&obstacles))),
+            Some(e) => Err(e),
+            None => Ok(self.warnings.get_or_init(|| warnings)),
+        }
     }
 
     /// Whether the family are SUMO scenarios of somebody's own.
@@ -80,6 +116,7 @@ impl SignalProblem {
                 content: content::of_point(&self.loaded, index),
                 sha256: files.sha256,
                 places: self.loaded.members[index].iter().map(place).collect(),
+                given: BTreeMap::new(),
             };
             (id, made)
         };
@@ -87,12 +124,15 @@ impl SignalProblem {
     }
 
     fn own(&self) -> Result<BTreeMap<String, PreparedPoint>, TrafficError> {
-        let point = |(id, config): (&String, &PathBuf)| {
+        let point = |(id, intake): (&String, &Intake)| {
+            let given = serde_json::to_value(&intake.given).expect("plain data");
+            let given = given.as_object().into_iter().flatten();
             let made = PreparedPoint {
-                environment: config.display().to_string(),
-                content: content::of_imported(config)?,
-                sha256: hash_scenario(config)?,
-                places: Vec::new(),
+                environment: intake.path.display().to_string(),
+                content: content::of_imported(intake)?,
+                sha256: hash_scenario(intake)?,
+                given: given.map(|(name, value)| (name.clone(), value.clone())).collect(),
+                ..PreparedPoint::default()
             };
             Ok((id.clone(), made))
         };
@@ -110,7 +150,7 @@ impl Problem for SignalProblem {
     }
 
     fn agents(&self, point: &str) -> u32 {
-        self.imported.get(point).map_or(1, |config| signals_in(config))
+        self.imported.get(point).map_or(1, |intake| signals_in(&intake.path))
     }
 
     fn prepare(
@@ -123,12 +163,14 @@ impl Problem for SignalProblem {
             false => Some(self.generated(chosen, done)?),
         };
         // One that cannot be simulated is refused before anything is written.
-        for config in self.imported.values() {
-            check(config, &self.loaded.scenario.signal)?;
-        }
+        self.examine()?;
         let simulator = version()?;
         let points = generated.map_or_else(|| self.own(), Ok)?;
         Ok(Prepared { simulator, folder: self.networks.display().to_string(), points })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.get().cloned().unwrap_or_default()
     }
 
     fn write_for_reports(&self, layout: &Layout, stands: &[Option<usize>]) -> Result<(), Cause> {
@@ -179,12 +221,12 @@ pub fn build(
 
 fn imported_family(
     configs: &[PathBuf],
-) -> Result<(MdpFamily, BTreeMap<String, PathBuf>), TrafficError> {
+    given: &Given,
+) -> Result<(MdpFamily, BTreeMap<String, Intake>), TrafficError> {
     let mut imported = BTreeMap::new();
     for config in configs {
-        World::from_sumocfg(config)?;
         let id = imported_id(config);
-        if imported.insert(id.clone(), config.clone()).is_some() {
+        if imported.insert(id.clone(), Intake::read(config, given)?).is_some() {
             return Err(TrafficError::DoubledPoint(id));
         }
     }

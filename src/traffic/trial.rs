@@ -208,6 +208,7 @@ pub(super) fn of_sim(error: SimError) -> TrialError {
         | SimError::Signal { .. }
         | SimError::NoVehicles(_)
         | SimError::Config { .. }
+        | SimError::Obstacles(_)
         | SimError::NoConfig(_)
         | SimError::Missing(_) => TrialError::Input(error.into()),
         _ => TrialError::Failed(error.into()),

@@ -31,6 +31,7 @@ impl MadeUp<'_> {
             content: String::new(),
             environment: id.clone(),
             sha256: Default::default(),
+            given: Default::default(),
         };
         let draws = self.points.iter();
         let draws =
@@ -71,6 +72,7 @@ impl MadeUp<'_> {
                 host: "Linux x86_64".into(),
                 started: "2026-01-01T00:00:00Z".into(),
                 networks: String::new(),
+                warnings: vec![],
             },
         }
     }

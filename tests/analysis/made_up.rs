@@ -29,6 +29,7 @@ fn point(id: &str, importance: f64, inflow_vph: f64) -> PointRow {
         content: String::new(),
         environment: format!("networks/{id}"),
         sha256: BTreeMap::from([("net.xml.gz".to_owned(), "ab".repeat(32))]),
+        given: BTreeMap::new(),
     }
 }
 
@@ -78,6 +79,7 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
             host: "Linux x86_64".into(),
             started: "2026-01-01T00:00:00Z".into(),
             networks: "networks/smoke".into(),
+            warnings: vec![],
         },
     }
 }

@@ -66,7 +66,7 @@ fn what_is_not_known_of_a_day_or_of_counts_is_left_out() {
 }
 
 #[test]
-fn where_a_method_has_no_result_nothing_is_claimed_and_means_are_over_what_both_have() {
+fn a_method_without_some_results_is_not_ranked_and_nothing_is_claimed_where_it_has_none() {
     let dir = tempfile::tempdir().unwrap();
     let mut manifest = manifest(&METHODS[..2]);
     manifest.identity.points[1].instances = 1;
@@ -80,8 +80,8 @@ fn where_a_method_has_no_result_nothing_is_claimed_and_means_are_over_what_both_
     });
     let page = page_of(&layout);
     for said in [
-        "has 11.0 s of delay per vehicle under max-pressure, against 21.0 s under baseline: 10.0 s less (48%)",
-        "These means are over the 1 point MDP on which both have results.",
+        "Only the baseline is ranked; 1 method not, for want of point MDPs",
+        "On the 1 point MDP that all of them finished, the order is: max-pressure 0.52, baseline 1.00.",
         "It is decided wherever two methods have results.",
         "Not known: 1 of 4 intersections, where fewer than two methods have results.",
         "max-pressure has no result on 1 of 4 intersections; these are not included here.",

@@ -141,11 +141,11 @@ fn imported(folder: &Path, additional: &str) {
 }
 
 #[test]
-fn what_a_stranger_s_scenario_would_write_or_draw_in_is_not_simulated() {
+fn what_a_stranger_s_scenario_would_write_goes_nowhere_and_what_it_would_draw_in_is_refused() {
     for (additional, expected) in [
         (
             "<additional><inductionLoop id='d' lane='in0_0' pos='1' period='1' file='../victim/thesis.tex'/></additional>",
-            "would be read or written by every simulation",
+            "2 of 2 records are sound",
         ),
         (
             "<!DOCTYPE a [<!ENTITY x SYSTEM '../victim/thesis.tex'>]><additional>&x;</additional>",
@@ -153,7 +153,7 @@ fn what_a_stranger_s_scenario_would_write_or_draw_in_is_not_simulated() {
         ),
         (
             "<additional><include href='../victim/thesis.tex'/></additional>",
-            "thesis.tex: the file was altered",
+            "thesis.tex, which lies outside the scenario; pass --accept outside-files",
         ),
     ] {
         let (folder, victim) = place();
@@ -190,14 +190,14 @@ fn what_a_stranger_s_network_would_draw_in_or_write_is_not_simulated() {
             "net.xml",
             "<location",
             "<include href=\"../../../../victim/thesis.tex\"/><location",
-            "thesis.tex, which is no file of the network",
+            "thesis.tex, which lies outside the scenario",
         ),
         ("net.xml", "<net ", "<!DOCTYPE net SYSTEM \"x\"><net ", "a <!DOCTYPE> can draw"),
         (
             "rou.xml",
             "<routes",
             "<routes x=\"1\" file=\"../x\"",
-            "would be read or written by every",
+            "it is not as networks are generated: outputs are not written: 1",
         ),
         (
             "sumocfg",
@@ -205,7 +205,12 @@ fn what_a_stranger_s_network_would_draw_in_or_write_is_not_simulated() {
             "<additional-files value=\"../../../../victim/thesis.tex\"/><net-file",
             "thesis.tex",
         ),
-        ("sumocfg", "<net-file", "<remote-port value=\"1\"/><net-file", "option <remote-port>"),
+        (
+            "sumocfg",
+            "<net-file",
+            "<remote-port value=\"1\"/><net-file",
+            "it is not as networks are generated: remote-port",
+        ),
     ] {
         let (folder, victim) = place();
         network(folder.path(), ending, from, to);

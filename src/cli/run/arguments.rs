@@ -3,6 +3,7 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
+use crate::cli::given::GivenArgs;
 use crate::cli::handover::{Executes, WorkersArgs};
 use crate::cli::own::ControllersArgs;
 use crate::cli::scenario::ScenarioArg;
@@ -36,6 +37,9 @@ pub struct RunArgs {
     /// SUMO configuration to take as a point MDP, instead of the scenario's family (repeatable)
     #[arg(long, value_name = "FILE")]
     pub sumocfg: Vec<PathBuf>,
+    /// What counts in place of what they say
+    #[command(flatten)]
+    pub given: GivenArgs,
     /// Number of point MDPs to evaluate, or `all`
     #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
     pub budget: Budget,

@@ -1,5 +1,6 @@
 //! What is known of a scenario's signals.
 
+use std::ops::Deref;
 use std::path::Path;
 
 use osm_signals::DrivingSide;
@@ -7,71 +8,65 @@ use osm_signals::Turn;
 use serde_json::{Value, json};
 
 use crate::traffic::env::derive::DerivedSignal;
+use crate::traffic::env::side::driving_side;
 use crate::traffic::env::warnings;
 use crate::traffic::settings::SignalSettings;
-use crate::traffic::sim::Scene;
 use crate::traffic::sim::error::SimError;
-use crate::traffic::sim::topology::Topology;
+use crate::traffic::sim::intake::Intake;
+use crate::traffic::sim::obstacle::{Given, in_words};
+use crate::traffic::simulator::{Loaded, load};
 use crate::traffic::vocabulary::Light;
 
 /// The signals of a scenario and the network around them.
 pub(super) struct Look {
     /// Distance up to which controllers see, metres.
     pub(super) detection_m: f64,
-    pub(super) scene: Scene,
-    pub(super) topology: Topology,
     /// Side of the street that traffic keeps to; movements and turns are those of right-hand traffic.
     pub(super) side: DrivingSide,
-    pub(super) signals: Vec<DerivedSignal>,
-    /// Ids of level crossings and the like, which are no signals to control.
-    pub(super) railways: Vec<String>,
+    /// What is to be said of the scenario beside its signals.
+    pub(super) notes: Vec<String>,
+    loaded: Loaded,
 }
 
-#[cfg(feature = "libsumo")]
-pub(super) fn look(config: &Path, settings: &SignalSettings) -> Result<Look, SimError> {
-    use crate::traffic::env::derive::derive;
-    use crate::traffic::env::side::{as_right_hand, driving_side};
-    use crate::traffic::sim::libsumo::SumoSim;
-    use crate::traffic::sim::sources::sources;
-    use crate::traffic::sim::sumocfg::SumoConfig;
-    use crate::traffic::sim::{SignalInfo, Sim, StartOptions};
-    use crate::traffic::simulator::explained;
+impl Deref for Look {
+    type Target = Loaded;
 
-    let detection_m = settings.detection_m;
-    let options = StartOptions {
-        config: config.to_path_buf(),
-        trace_m: detection_m,
-        ..StartOptions::default()
+    fn deref(&self) -> &Loaded {
+        &self.loaded
+    }
+}
+
+/// Loads a scenario and derives its signals.
+///
+/// # Errors
+///
+/// [`SimError::Obstacles`] with all that is in its way, and what keeps SUMO from being used.
+pub(super) fn look(
+    config: &Path,
+    given: &Given,
+    settings: &SignalSettings,
+) -> Result<Look, SimError> {
+    let intake = Intake::read(config, given)?;
+    let mut obstacles = intake.obstacles.clone();
+    let loaded = match intake.may_load().then(|| load(&intake, settings)).transpose() {
+        Ok(loaded) => loaded,
+        Err(e) if obstacles.is_empty() => return Err(e),
+        Err(_) => None,
     };
-    let configuration = SumoConfig::read(config)?;
-    sources(&configuration)?;
-    let mut sim = SumoSim::new()?;
-    let scene = sim.start(&options).map_err(|e| explained(e, config))?;
-    let side = driving_side(&configuration);
-    let scene = as_right_hand(scene, side);
-    let topology = sim.topology()?;
-    let railways = sim.railways().to_vec();
-    sim.close()?;
-    let derived = |signal: &SignalInfo| derive(&scene, signal, settings);
-    let signals = scene.signals.iter().map(derived).collect::<Result<_, _>>();
-    let signals = signals.map_err(|e| explained(e, config))?;
-    Ok(Look { detection_m, scene, topology, side, signals, railways })
-}
-
-#[cfg(not(feature = "libsumo"))]
-pub(super) fn look(_: &Path, _: &SignalSettings) -> Result<Look, SimError> {
-    Err(SimError::Unavailable("built without the feature `libsumo`".into()))
+    let loaded = match loaded {
+        Some(Ok(loaded)) if obstacles.is_empty() => loaded,
+        found => {
+            obstacles.extend(found.and_then(Result::err).into_iter().flatten());
+            return Err(SimError::Obstacles(in_words(&obstacles)));
+        }
+    };
+    let mut notes = intake.notes.clone();
+    notes.extend(intake.newer_than(&loaded.version));
+    let side = driving_side(&intake.config);
+    Ok(Look { detection_m: settings.detection_m, side, notes, loaded })
 }
 
 impl Look {
-    /// Returns a line on the signals that no method controls, if there are any.
-    pub(super) fn left_alone(&self) -> Option<String> {
-        let ids = self.railways.join(", ");
-        let line =
-            format!("trains steer these level crossings, and no method controls them: {ids}");
-        (!ids.is_empty()).then_some(line)
-    }
-
     /// Returns how far a lane of a signal's spec is seen, metres.
     pub(super) fn seen_m(&self, signal: &DerivedSignal, lane: usize) -> f64 {
         signal.seen_m[lane].min(self.detection_m)

@@ -59,6 +59,8 @@ pub struct DerivedSignal {
     pub timing: Timing,
     /// How SUMO advances the program that runs by default.
     pub own_kind: ProgramKind,
+    /// States of the phases to which that program never comes: no `next` leads there from its first phase.
+    pub unreached: Vec<String>,
 }
 
 /// Derives one signal of a scene: its lanes, movements, phases and their limits.
@@ -147,10 +149,12 @@ pub fn derive(
         seen_m,
         timing,
         own_kind: own.kind,
+        unreached: own.phases.iter().filter(|p| !p.is_reached).map(|p| p.state.clone()).collect(),
     })
 }
 
-/// Returns the green states of a program in their order: some link is green, none yellow.
+/// Returns the green states of a program in their order: some link is green, none yellow, and the program comes to them
+/// from its first phase.
 ///
 /// Deviation: an all-red in which links stay green that are so before and after is none; RESCO takes it
 /// for a green.

@@ -85,7 +85,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
                 duration_s: least_s,
                 min_s: least_s,
                 max_s: max_green_s.clamp(least_s, most_s),
-                state: state.to_owned(),
+                ..ProgramPhase::fixed(state, least_s)
             }),
         ),
         Drive::Cycle(greens) => {
@@ -168,6 +168,7 @@ pub(super) mod testing {
             naming: Naming::Main,
             seen_m: vec![200.0; 2],
             own_kind: crate::traffic::sim::ProgramKind::Static,
+            unreached: vec![],
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The signals of a world, driven step by step: reset, drive, step, finish.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -55,6 +56,10 @@ pub struct SignalEnv<S> {
     cabinets: Vec<Option<Cabinet>>,
     /// What the others run.
     programs: Vec<Option<Running>>,
+    /// Arguments that have SUMO read private copies; `None` before the first episode.
+    copies: Option<Vec<String>>,
+    /// Programs that are active at the beginning where others come by the clock, by signal.
+    at_begin: BTreeMap<String, String>,
     observer: Observer,
     snapshot: Snapshot,
     observations: Vec<Observation>,
@@ -88,6 +93,8 @@ impl<S: Sim> SignalEnv<S> {
             specs: Vec::new(),
             cabinets: Vec::new(),
             programs: Vec::new(),
+            copies: None,
+            at_begin: BTreeMap::new(),
             observer: Observer::default(),
             snapshot: Snapshot::default(),
             observations: Vec::new(),
@@ -106,31 +113,25 @@ impl<S: Sim> SignalEnv<S> {
     ///
     /// [`SimError`] when the world cannot be simulated or has no signal that can be controlled.
     pub fn reset(&mut self, seed: u64) -> Result<(), SimError> {
-        let mut args: Vec<String> = [
-            ("--seed", seed.to_string()),
-            // A scenario that asks for a seed from the clock would make the run unrepeatable.
-            ("--random", "false".to_owned()),
-            ("--begin", self.world.begin_s.to_string()),
-            ("--end", self.world.end_s.to_string()),
-            ("--step-length", self.world.step_length_s().to_string()),
-            ("--time-to-teleport", self.simulation_settings.time_to_teleport_s.to_string()),
-            ("--xml-validation", "never".to_owned()),
-        ]
-        .into_iter()
-        .flat_map(|(name, value)| [name.to_owned(), value])
-        .collect();
+        let copies = match self.copies.take() {
+            Some(copies) => copies,
+            None => self.copy_files()?,
+        };
+        self.copies = Some(copies);
+        let mut args = self.arguments(seed);
+        args.extend(self.copies.iter().flatten().cloned());
         if let Some(write) = &self.world.routes {
             let path = self.scratch.join("episode.rou.xml");
             write(seed, &path)?;
             args.extend(["--route-files".to_owned(), path.display().to_string()]);
         }
-        let config = self.world.config.clone();
         let tripinfo = self.scratch.join("tripinfo.xml");
-        let trace_m = self.signal_settings.detection_m;
-        let start = Instant::now();
-        let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
-        self.simulator += start.elapsed();
-        let scene = as_right_hand(scene, self.world.side);
+        let mut scene = self.begin(args, tripinfo)?;
+        for signal in &mut scene.signals {
+            if let Some(program) = self.at_begin.get(&signal.id) {
+                signal.active_program.clone_from(program);
+            }
+        }
         if scene != self.scene {
             self.describe(scene)?;
         }
@@ -146,6 +147,47 @@ impl<S: Sim> SignalEnv<S> {
         self.counts = StepCounts::default();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
         Ok(())
+    }
+
+    /// Starts the simulator.
+    fn begin(&mut self, args: Vec<String>, tripinfo: PathBuf) -> Result<Scene, SimError> {
+        let config = self.world.config.clone();
+        let trace_m = self.signal_settings.detection_m;
+        let start = Instant::now();
+        let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
+        self.simulator += start.elapsed();
+        Ok(as_right_hand(scene, self.world.side))
+    }
+
+    /// Writes private copies of the scenario's files where they are needed. Where they have no programs that change by
+    /// the clock, looks first which are active at the beginning with them.
+    fn copy_files(&mut self) -> Result<Vec<String>, SimError> {
+        if self.world.drops_day_plan() {
+            let mut args = self.arguments(0);
+            args.extend(self.world.copied(&self.scratch.join("by-the-clock"), true)?);
+            let scene = self.begin(args, PathBuf::new())?;
+            self.sim.close()?;
+            let programs = scene.signals.into_iter().map(|s| (s.id, s.active_program));
+            self.at_begin = programs.collect();
+        }
+        Ok(self.world.copied(&self.scratch.join("copies"), self.world.day_plan)?)
+    }
+
+    /// Returns what SUMO is started with in every episode.
+    fn arguments(&self, seed: u64) -> Vec<String> {
+        [
+            ("--seed", seed.to_string()),
+            // A scenario that asks for a seed from the clock would make the run unrepeatable.
+            ("--random", "false".to_owned()),
+            ("--begin", self.world.begin_s.to_string()),
+            ("--end", self.world.end_s.to_string()),
+            ("--step-length", self.world.step_length_s().to_string()),
+            ("--time-to-teleport", self.simulation_settings.time_to_teleport_s.to_string()),
+            ("--xml-validation", "never".to_owned()),
+        ]
+        .into_iter()
+        .flat_map(|(name, value)| [name.to_owned(), value])
+        .collect()
     }
 
     fn describe(&mut self, scene: Scene) -> Result<(), SimError> {

@@ -55,6 +55,8 @@ pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
         routes,
         side: osm_signals::DrivingSide::Right,
         turn_shares: vec![],
+        files: None,
+        day_plan: false,
     }
 }
 

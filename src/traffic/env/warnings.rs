@@ -56,6 +56,11 @@ pub enum Warning {
         /// Index of the second.
         second: usize,
     },
+    /// Phases of the program to which it never comes.
+    Unreached {
+        /// Their states.
+        states: Vec<String>,
+    },
     /// Phases that two movements do not tell apart.
     NamedByAll,
     /// One phase only.
@@ -92,6 +97,11 @@ impl fmt::Display for Warning {
                 f,
                 "phases {first} and {second} count the same movements: max-pressure chooses the \
                  first of them, learners see no difference"
+            ),
+            Self::Unreached { states } => write!(
+                f,
+                "its program never comes to {}, since no `next` leads there from its first phase; they are none to choose",
+                states.join(", ")
             ),
             Self::NamedByAll => write!(
                 f,
@@ -141,6 +151,9 @@ pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
         }
     }
     warnings.extend(signal.left_out.iter().map(|s| Warning::NoVehicles { state: s.clone() }));
+    if !signal.unreached.is_empty() {
+        warnings.push(Warning::Unreached { states: signal.unreached.clone() });
+    }
     if spec.phases.len() == 1 {
         warnings.push(Warning::OnePhase);
     }
@@ -220,6 +233,26 @@ mod tests {
         let told = texts(&lanes, &["Grrr", "rGrr", "rrGG"]);
         assert!(
             told.len() == 1 && told[0].starts_with("the movements of lane n_0 never"),
+            "{told:?}"
+        );
+    }
+
+    #[test]
+    fn phases_to_which_the_program_never_comes_are_told_and_none_to_choose() {
+        let mut scene =
+            crossing(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "rG", "GG", "rg"]);
+        for phase in &mut scene.signals[0].programs[0].phases {
+            phase.is_reached = !["GG", "rg"].contains(&phase.state.as_str());
+        }
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        let states: Vec<&str> = derived.spec.phases.iter().map(|p| p.state.as_str()).collect();
+        assert_eq!(
+            (states, &derived.own_greens[..]),
+            (vec!["Gr", "rG"], &["Gr", "rG"].map(String::from)[..])
+        );
+        let told: Vec<String> = warnings(&derived).iter().map(ToString::to_string).collect();
+        assert!(
+            told.len() == 1 && told[0].starts_with("its program never comes to GG, rg"),
             "{told:?}"
         );
     }

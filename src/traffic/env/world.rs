@@ -7,14 +7,12 @@ use osm_signals::DrivingSide;
 
 use super::side::driving_side;
 use crate::files::FileError;
+use crate::traffic::sim::copies::copy;
 use crate::traffic::sim::error::SimError;
+use crate::traffic::sim::intake::Intake;
+use crate::traffic::sim::obstacle::Given;
+use crate::traffic::sim::sources::Sources;
 use crate::traffic::sim::sumocfg::SumoConfig;
-
-/// How far the steps of a second may be from a whole number.
-const STEPS_TOLERANCE: f64 = 1e-6;
-
-/// Most steps per second: SUMO counts milliseconds.
-const MOST_STEPS: f64 = 1000.0;
 
 /// Writes the vehicles of an episode, given its seed, into a route file.
 pub type RouteWriter = Box<dyn Fn(u64, &Path) -> Result<(), FileError>>;
@@ -35,6 +33,11 @@ pub struct World {
     pub side: DrivingSide,
     /// How vehicles turn, where the demand says so.
     pub turn_shares: Vec<TurnShare>,
+    /// Its files, of which SUMO may get private copies; `None` reads them as they are.
+    pub files: Option<(SumoConfig, Sources)>,
+    /// Whether programs change by the clock as they do in the scenario, which would take signals away from whoever
+    /// decides them.
+    pub day_plan: bool,
 }
 
 /// Share of the vehicles of one edge that go to another.
@@ -61,45 +64,61 @@ impl fmt::Debug for World {
 }
 
 impl World {
-    /// Reads the time span and the step length of a SUMO configuration.
+    /// Reads a SUMO scenario, of which nothing is said on a command line.
     ///
     /// # Errors
     ///
-    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML,
-    /// names no network or no end, or when its steps do not divide a second.
+    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is no configuration,
+    /// [`SimError::Obstacles`] with all that is in the way.
     pub fn from_sumocfg(config: &Path) -> Result<Self, SimError> {
-        let settings = SumoConfig::read(config)?;
-        let fail = |reason: &str| SimError::Config { path: config.into(), reason: reason.into() };
-        let end_s = settings.end_s.ok_or_else(|| {
-            fail("no end; add `<time><end value=\"3600\"/></time>` so that an episode ends")
-        })?;
-        if settings.begin_s >= end_s {
-            return Err(fail("the end is not after the begin"));
-        }
-        let steps = 1.0 / settings.step_length_s;
-        let divides = (steps - steps.round()).abs() < STEPS_TOLERANCE;
-        if !((1.0 - STEPS_TOLERANCE..=MOST_STEPS).contains(&steps) && divides) {
-            return Err(fail(&format!(
-                "a step-length of {} s does not divide a second, at which signals are decided; give \
-                 one such as 1, 0.5 or 0.1",
-                settings.step_length_s
-            )));
-        }
+        Self::of(Intake::read(config, &Given::default())?)
+    }
+
+    /// Returns the world of a SUMO scenario; programs do not change by the clock.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::Obstacles`] with all that is in the way.
+    pub fn of(intake: Intake) -> Result<Self, SimError> {
+        let intake = intake.passed()?;
         Ok(Self {
-            config: config.to_path_buf(),
-            begin_s: settings.begin_s,
-            end_s,
-            steps_per_second: steps.round() as u32,
+            config: intake.path,
+            begin_s: intake.begin_s,
+            end_s: intake.end_s,
+            steps_per_second: intake.steps_per_second,
             routes: None,
-            side: driving_side(&settings),
+            side: driving_side(&intake.config),
             turn_shares: Vec::new(),
+            files: Some((intake.config, intake.sources)),
+            day_plan: false,
         })
+    }
+
+    /// Whether its programs change by the clock and are not to.
+    pub(super) fn drops_day_plan(&self) -> bool {
+        !self.day_plan && self.files.as_ref().is_some_and(|(_, sources)| sources.has_day_plan())
+    }
+
+    /// Writes private copies of its files into a folder, where they are needed, and returns the arguments that have SUMO
+    /// read them.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when they cannot be written.
+    pub(super) fn copied(&self, folder: &Path, day_plan: bool) -> Result<Vec<String>, FileError> {
+        let Some((config, sources)) = &self.files else { return Ok(Vec::new()) };
+        Ok(as_arguments(copy(config, sources, folder, day_plan)?))
     }
 
     /// Returns the length of a step, seconds.
     pub fn step_length_s(&self) -> f64 {
         1.0 / f64::from(self.steps_per_second)
     }
+}
+
+/// Returns options as arguments: names and values in turn.
+pub fn as_arguments(options: Vec<(String, String)>) -> Vec<String> {
+    options.into_iter().flat_map(|(name, value)| [format!("--{name}"), value]).collect()
 }
 
 #[cfg(test)]
@@ -112,6 +131,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.sumocfg");
         fs::write(&path, text).unwrap();
+        fs::write(dir.path().join("n"), "<net/>").unwrap();
         World::from_sumocfg(&path)
     }
 
@@ -148,9 +168,9 @@ mod tests {
     }
 
     #[test]
-    fn a_configuration_without_end_says_what_to_add() {
+    fn a_configuration_without_end_says_what_to_pass() {
         let e = read("<configuration><net-file value=\"n\"/></configuration>").unwrap_err();
-        assert!(e.to_string().contains("add `<time><end"), "{e}");
+        assert!(e.to_string().ends_with("a.sumocfg: no end; pass --end 3600"), "{e}");
     }
 
     #[test]

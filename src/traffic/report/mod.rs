@@ -3,6 +3,7 @@
 
 mod demand;
 mod first;
+mod happened;
 mod hours;
 mod intersections;
 pub mod level_of_service;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
+use super::happened::happened;
 use super::hours;
 use super::intersections::{geojson, spots, table};
 use super::level_of_service::{DELAY, LEVELS, letter, range};
@@ -98,6 +99,10 @@ impl Sections for TrafficSections {
     fn look(&self, method: &str) -> Option<Look> {
         let method = METHODS.iter().find(|m| m.name == method)?;
         Some(Look { color: method.color, dash: method.dash })
+    }
+
+    fn happened(&self, data: &Analysis) -> Vec<String> {
+        happened(data)
     }
 
     fn says(&self, about: About, data: &Analysis) -> Option<String> {

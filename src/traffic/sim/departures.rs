@@ -17,42 +17,69 @@ const DEPARTING: [(&str, &str); 7] = [
     ("containerFlow", "begin"),
 ];
 
-/// The latest departure in a route file so far, and of what it is.
+/// The departures in a file so far.
 #[derive(Debug, Default)]
 pub(super) struct Departures {
+    in_order: bool,
+    /// The latest one, and of what it is.
     latest: Option<(String, f64)>,
+    /// The latest one or end of a flow, seconds.
+    last_s: Option<f64>,
+    left_out: u32,
+    first_left_out: Option<String>,
 }
 
 impl Departures {
-    /// Looks at the next element.
+    /// Returns those of a file, before anything is read.
     ///
-    /// # Errors
+    /// # Arguments
     ///
-    /// That SUMO would leave it out.
-    pub(super) fn next(
-        &mut self,
-        tag: &str,
-        attributes: &[(String, String)],
-    ) -> Result<(), String> {
+    /// * `in_order` — whether it is read as time goes on.
+    pub(super) fn new(in_order: bool) -> Self {
+        Self { in_order, ..Self::default() }
+    }
+
+    /// Looks at the next element, given its attributes by name; returns whether SUMO leaves it out.
+    pub(super) fn next<'a>(&mut self, tag: &str, of: &dyn Fn(&str) -> Option<&'a str>) -> bool {
         let Some((_, when)) = DEPARTING.iter().find(|(name, _)| *name == tag) else {
-            return Ok(());
+            return false;
         };
-        let of = |wanted: &str| attributes.iter().find(|(name, _)| name == wanted).map(|(_, v)| v);
+        let time = |name: &str| of(name).and_then(|text| seconds(text).ok());
         // What waits for something else has no time.
-        let Some(depart_s) = of(when).and_then(|text| seconds(text).ok()) else { return Ok(()) };
-        let name = format!("<{tag} id={:?}>", of("id").map_or("", |id| id));
-        if let Some((before, latest_s)) = &self.latest
+        let Some(depart_s) = time(when) else { return false };
+        let name = format!("<{tag} id={:?}>", of("id").unwrap_or_default());
+        if let Some((before, latest_s)) = self.latest.as_ref().filter(|_| self.in_order)
             && depart_s < *latest_s
         {
-            return Err(format!(
-                "{name} departs at {depart_s} s, after {before} at {latest_s} s in the file, and SUMO would leave it \
-                 out; sort the file by departure (SUMO has tools/route/sort_routes.py)"
-            ));
+            self.left_out += 1;
+            self.first_left_out.get_or_insert_with(|| {
+                format!(
+                    "{name}: it departs at {depart_s} s, after {before} at {latest_s} s in the file"
+                )
+            });
+            return true;
         }
-        if of("line").is_none_or(String::is_empty) {
+        let last_s = time("end").map_or(depart_s, |end_s| end_s.max(depart_s));
+        self.last_s = Some(self.last_s.map_or(last_s, |known| known.max(last_s)));
+        if of("line").is_none_or(str::is_empty) {
             self.latest = Some((name, depart_s));
         }
-        Ok(())
+        false
+    }
+
+    /// Returns the latest departure or end of a flow, seconds.
+    pub(super) fn last_s(&self) -> Option<f64> {
+        self.last_s
+    }
+
+    /// Returns how many SUMO leaves out.
+    pub(super) fn left_out(&self) -> u32 {
+        self.left_out
+    }
+
+    /// Returns what is to be said of the first that SUMO leaves out.
+    pub(super) fn first_left_out(&self) -> Option<String> {
+        self.first_left_out.clone()
     }
 }
 
@@ -60,35 +87,46 @@ impl Departures {
 mod tests {
     use super::*;
 
-    fn looked(elements: &[(&str, &[(&str, &str)])]) -> Result<(), String> {
-        let mut departures = Departures::default();
-        elements.iter().try_for_each(|(tag, attributes)| {
-            let owned = |(a, b): &(&str, &str)| ((*a).to_owned(), (*b).to_owned());
-            departures.next(tag, &attributes.iter().map(owned).collect::<Vec<_>>())
-        })
+    type Element<'a> = (&'a str, &'a [(&'a str, &'a str)]);
+
+    fn looked(elements: &[Element<'_>]) -> Departures {
+        let mut departures = Departures::new(true);
+        for (tag, attributes) in elements {
+            let of =
+                |wanted: &str| attributes.iter().find(|(name, _)| *name == wanted).map(|a| a.1);
+            departures.next(tag, &of);
+        }
+        departures
     }
 
     #[test]
-    fn what_sumo_would_leave_out_is_named_and_nothing_else() {
-        let first: (&str, &[(&str, &str)]) = ("vehicle", &[("id", "a"), ("depart", "0:01:40")]);
-        for (second, fits) in [
-            (("vehicle", &[("id", "b"), ("depart", "99.9")][..]), false),
-            (("flow", &[("id", "b"), ("begin", "10")]), false),
-            (("person", &[("id", "b"), ("depart", "10")]), false),
-            (("trip", &[("id", "b"), ("depart", "10"), ("line", "7")]), false),
-            (("trip", &[("id", "b"), ("depart", "100")]), true),
-            (("trip", &[("id", "b"), ("depart", "triggered")]), true),
-            (("flow", &[("id", "b"), ("end", "10")]), true),
-            (("route", &[("id", "b"), ("edges", "x y")]), true),
+    fn what_sumo_leaves_out_is_counted_and_named_and_nothing_else() {
+        let first: Element<'_> = ("vehicle", &[("id", "a"), ("depart", "0:01:40")]);
+        for (second, left_out) in [
+            (("vehicle", &[("id", "b"), ("depart", "99.9")][..]), 1),
+            (("flow", &[("id", "b"), ("begin", "10")]), 1),
+            (("person", &[("id", "b"), ("depart", "10")]), 1),
+            (("trip", &[("id", "b"), ("depart", "10"), ("line", "7")]), 1),
+            (("trip", &[("id", "b"), ("depart", "100")]), 0),
+            (("trip", &[("id", "b"), ("depart", "triggered")]), 0),
+            (("flow", &[("id", "b"), ("end", "10")]), 0),
+            (("route", &[("id", "b"), ("edges", "x y")]), 0),
         ] {
-            let result = looked(&[first, second]);
-            assert_eq!(result.is_ok(), fits, "{second:?}: {result:?}");
+            assert_eq!(looked(&[first, second]).left_out(), left_out, "{second:?}");
         }
-        let said = looked(&[first, ("trip", &[("id", "b"), ("depart", "10")])]).unwrap_err();
+        let said = looked(&[first, ("trip", &[("id", "b"), ("depart", "10")])]).first_left_out();
         let expected =
-            "<trip id=\"b\"> departs at 10 s, after <vehicle id=\"a\"> at 100 s in the file";
-        assert!(said.starts_with(expected), "{said}");
-        let of_line: (&str, &[(&str, &str)]) = ("vehicle", &[("depart", "100"), ("line", "7")]);
-        assert!(looked(&[of_line, ("trip", &[("id", "b"), ("depart", "10")])]).is_ok());
+            "<trip id=\"b\">: it departs at 10 s, after <vehicle id=\"a\"> at 100 s in the file";
+        assert_eq!(said.as_deref(), Some(expected));
+        let of_line: Element<'_> = ("vehicle", &[("depart", "100"), ("line", "7")]);
+        assert_eq!(looked(&[of_line, ("trip", &[("depart", "10")])]).left_out(), 0);
+    }
+
+    #[test]
+    fn a_flow_lasts_to_its_end() {
+        let flow: Element<'_> = ("flow", &[("begin", "0"), ("end", "0:30:00")]);
+        assert_eq!(looked(&[flow, ("trip", &[("depart", "9")])]).last_s(), Some(1800.0));
+        assert_eq!(looked(&[("trip", &[("depart", "9")])]).last_s(), Some(9.0));
+        assert_eq!(looked(&[]).last_s(), None);
     }
 }

@@ -47,6 +47,9 @@ pub enum SimError {
         /// What is wrong and the way out.
         reason: String,
     },
+    /// All that is in the way of a SUMO scenario, with the options that pass it.
+    #[error("{0}")]
+    Obstacles(String),
     /// No such SUMO configuration.
     #[error("{} does not exist; give the path of a .sumocfg file", .0.display())]
     NoConfig(PathBuf),

@@ -6,13 +6,17 @@
 //! - **One simulation per process.** libsumo keeps its state in statics. `SumoSim` is therefore
 //!   not `Send`, and a second simulation in the same process is [`SimError::AlreadyRunning`].
 
+pub mod copies;
 mod departures;
 pub mod error;
+pub mod intake;
 #[cfg(feature = "libsumo")]
 pub mod libsumo;
 pub mod lights;
 pub mod mock;
+pub mod obstacle;
 pub mod options;
+pub mod scan;
 pub mod sources;
 pub mod sumocfg;
 pub mod topology;
@@ -121,9 +125,10 @@ pub struct Program {
 }
 
 impl Program {
-    /// Returns state and duration in seconds of every phase.
+    /// Returns state and duration in seconds of every phase that it comes to.
     pub fn phases(&self) -> Vec<(&str, f64)> {
-        self.phases.iter().map(|phase| (phase.state.as_str(), phase.duration_s)).collect()
+        let reached = self.phases.iter().filter(|phase| phase.is_reached);
+        reached.map(|phase| (phase.state.as_str(), phase.duration_s)).collect()
     }
 }
 
@@ -151,12 +156,25 @@ pub struct ProgramPhase {
     pub max_s: f64,
     /// One letter per link index: `G` protected, `g` permissive, `y` yellow, `r` red, ...
     pub state: String,
+    /// Whether the program comes to it from its first phase: by SUMO's `next`, else to the following one.
+    #[serde(default = "always", skip_serializing_if = "is_always")]
+    pub is_reached: bool,
+}
+
+fn always() -> bool {
+    true
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_always(is_reached: &bool) -> bool {
+    *is_reached
 }
 
 impl ProgramPhase {
     /// Returns a phase of fixed duration.
     pub fn fixed(state: impl Into<String>, duration_s: f64) -> Self {
-        Self { duration_s, min_s: duration_s, max_s: duration_s, state: state.into() }
+        let state = state.into();
+        Self { duration_s, min_s: duration_s, max_s: duration_s, state, is_reached: true }
     }
 }
 

@@ -1,17 +1,18 @@
-//! Which options of somebody's SUMO configuration are used, which are left out, and which are refused.
+//! Which options of somebody's SUMO configuration are used, which are left out, and which stand in the way.
 //!
 //! SUMO is never given the configuration itself, only the options that are known here to shape traffic and
-//! to touch no file but the ones that are hashed. What SUMO would only write is left out. Every other
-//! option is refused by its name: one that opens a connection or loads a state, and one that nobody has
-//! looked at.
+//! to touch no file but the ones that are hashed. What SUMO would only write is left out; what would open a
+//! connection or read what nobody hashes is left out with a warning. An option that nobody has looked at stands in the
+//! way until its user says that it may go.
 //!
 //! Methods are compared on the same vehicles. So an option that ends the trips of vehicles that wait, stand or
-//! collide is refused [by its value](refused_value): how many those are depends on the method. One that only
+//! collide gets [another value](replaced), with a warning: how many those are depends on the method. One that only
 //! delays vehicles (`max-num-vehicles`) is used, because their delay counts, and so is one that leaves the same
 //! vehicles out for every method (`scale`).
 //!
-//! Source: `sumo --save-template` of SUMO 1.15 with its synonyms, and the traffic options that later
-//! versions have in their place.
+//! Source: `sumo --save-template` of SUMO 1.15 with its synonyms, and of SUMO 1.28.
+
+use super::obstacle::Accept;
 
 /// What is done with an option.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,8 +23,10 @@ pub enum Kind {
     Files,
     /// SUMO does not get it: it writes, prints, shows, or is decided elsewhere.
     LeftOut,
-    /// The configuration cannot be used; what is wrong and the way out.
-    Refused(&'static str),
+    /// SUMO does not get it either, and its user is told: what it would have done.
+    Dropped(&'static str),
+    /// It stands in the way until its user accepts what is done instead: what is wrong, and what to accept.
+    Refused(&'static str, Accept),
 }
 
 /// Short names of options, with the long ones.
@@ -128,6 +131,30 @@ const USED: &str = "
     meso-ignore-lanes-by-vclass meso.ignore-lanes.by-vclass meso-junction-control
     meso-junction-control.limited meso-tls-penalty meso-tls-flow-penalty meso-minor-penalty
     meso-overtaking meso-recheck thread-rngs
+    device.bluelight.mingapfactor device.driverstate.freeSpeedErrorCoefficient
+    device.glosa.add-switchtime device.glosa.ignore-cfmodel device.glosa.override-safety device.glosa.use-queue
+    device.rerouting.cch-ensemble device.rerouting.cch-update-threshold.constant
+    device.rerouting.cch-update-threshold.factor device.rerouting.invalidation
+    device.rerouting.threshold.constant device.rerouting.threshold.factor device.ssm.exclude-conflict-types
+    device.ssm.mdrac.prt device.ssm.write-na device.stationfinder.chargeType
+    device.stationfinder.chargingStrategy device.stationfinder.checkEnergyForRoute
+    device.stationfinder.deterministic device.stationfinder.emptyThreshold device.stationfinder.explicit
+    device.stationfinder.maxDistanceToReplacedStop device.stationfinder.maxEuclideanDistance
+    device.stationfinder.minOpportunityDuration device.stationfinder.needToChargeLevel
+    device.stationfinder.opportunisticChargeLevel device.stationfinder.probability device.stationfinder.radius
+    device.stationfinder.repeat device.stationfinder.replacePlannedStop device.stationfinder.rescueAction
+    device.stationfinder.rescueTime device.stationfinder.reserveFactor
+    device.stationfinder.saturatedChargeLevel device.stationfinder.waitForCharge
+    device.taxi.dispatch-keep-unreachable device.taxi.vclasses mapmatch.distance mapmatch.junctions mapmatch.taz
+    max-num-persons meso-interpolate-pos meso-ltm pedestrian.jupedsim.exit-tolerance pedestrian.jupedsim.model
+    pedestrian.jupedsim.range-geometry-repulsion pedestrian.jupedsim.range-neighbor-repulsion
+    pedestrian.jupedsim.step-length pedestrian.jupedsim.strength-geometry-repulsion
+    pedestrian.jupedsim.strength-neighbor-repulsion pedestrian.striping.jamfactor
+    pedestrian.striping.reserve-oncoming.max person-device.rerouting.mode person-device.rerouting.scope
+    persontrip.ride-public-line railsignal.default-classes railsignal.max-block-length
+    railsignal.moving-block.default-classes railsignal.moving-block.max-dist slope-centered
+    time-to-teleport.railsignal-deadlock use-stop-started weights.random-factor.dynamic
+    weights.reversal-penalty weights.turnaround-penalty
 ";
 
 /// Options that write, print or show, or that are decided by whoever starts SUMO.
@@ -147,26 +174,52 @@ const LEFT_OUT: &str = "
     no-step-log step-log.period device.rerouting.output device.taxi.dispatch-algorithm.output
     device.taxi.idle-algorithm.output random abs-rand seed srand gui-settings-file g quit-on-end Q game G
     game.mode start S delay d breakpoints B edgedata-files data-files demo D disable-textures T
-    registry-viewport window-size window-pos tracker-interval osg-view
+    registry-viewport window-size window-pos tracker-interval osg-view gui-testing gui-testing-debug language
+    log.processid log.timestamps output-suffix output.column-header output.column-separator
+    output.compression output.format write-metadata help version
 ";
 
 /// What writes a file that is named like this, with its own options behind a point.
 const OUTPUT: &str = "-output";
 
-/// Options that are refused, by how they begin, and why.
-const REFUSED: [(&str, &str); 8] = [
-    ("remote-port", "it waits for another program to connect; remove it"),
-    ("num-clients", "it waits for other programs to connect; remove it"),
-    ("pedestrian.remote", "it connects to another program; remove it"),
+/// Options that are left out with a warning, by how they begin, and what they would have done.
+const DROPPED: [(&str, &str); 10] = [
+    (
+        "remote-port",
+        "nothing connects, and SUMO waits for nobody; what another program would steer stays as it is",
+    ),
+    ("num-clients", "nothing connects, and SUMO waits for nobody"),
+    ("pedestrian.remote", "it would connect to another program"),
+    ("pedestrian.jupedsim.wkt", "it would write a file"),
+    ("pedestrian.jupedsim.py", "it would write a file"),
+    ("configuration-file", "one configuration is read, this one"),
+    ("astar", "its tables only make routing faster"),
+    ("phemlight", "emissions are not computed"),
+    ("selection-file", "only SUMO's window reads it"),
+    ("device.tripinfo", "the delay of every vehicle counts"),
+];
+
+/// Options that stand in the way, by how they begin, why, and what to accept.
+const REFUSED: [(&str, &str, Accept); 3] = [
     (
         "load-state",
-        "a saved state is read by no controller and hashed by no run; start without one",
+        "a saved state is read by no controller and hashed by no run, so the streets would be empty at the start",
+        Accept::EmptyStart,
     ),
-    ("configuration-file", "only one configuration is read; write its options here instead"),
-    ("astar", "its tables are no part of what is hashed; remove it"),
-    ("phemlight", "its tables are no part of what is hashed; remove it"),
-    ("device.tripinfo", "it leaves vehicles out of the delay; remove it"),
+    (
+        "device.fcd-replay.files",
+        "vehicles that follow a record take no notice of signals, so it would be left out",
+        Accept::UnknownOptions,
+    ),
+    (
+        "alternative-net-file",
+        "only the first network is read, so it would be left out",
+        Accept::UnknownOptions,
+    ),
 ];
+
+/// What is said of an option that nobody has looked at.
+const UNKNOWN: &str = "it is none that is known to be safe and to shape traffic (is it spelt right?), so it would be left out";
 
 /// What collisions do with vehicles.
 const COLLISIONS: [&str; 2] = ["collision.action", "intermodal-collision.action"];
@@ -176,31 +229,54 @@ const COLLISIONS: [&str; 2] = ["collision.action", "intermodal-collision.action"
 /// Source: SUMO 1.15, `StringUtils::toBool`.
 const FALSE: [&str; 6] = ["0", "no", "false", "off", "-", "f"];
 
-/// Returns why an option that is [used](Kind::Used) may not have this value, and the way out.
-pub fn refused_value(name: &str, value: &str) -> Option<&'static str> {
+/// Returns the value that an option that is [used](Kind::Used) has in place of its own, and why; `None` where it keeps
+/// its own.
+pub fn replaced(name: &str, value: &str) -> Option<(&'static str, &'static str)> {
     let value = value.trim().to_lowercase();
-    let is_negative = || value.parse::<f64>().is_ok_and(|value| value < 0.0);
+    let number = value.parse::<f64>().ok();
+    let is_negative = number.is_some_and(|value| value < 0.0);
+    let is_false = FALSE.contains(&value.as_str());
     match name {
-        "max-depart-delay" if !is_negative() => Some(
-            "it leaves vehicles that wait to enter out of the delay, under each method others; \
-             remove it or give -1",
-        ),
-        "max-num-teleports" if !is_negative() => {
-            Some("it ends a simulation early, depending on the method; remove it or give -1")
+        "max-depart-delay" if !is_negative => Some((
+            "-1",
+            "it leaves vehicles that wait to enter out of the delay, under each method others",
+        )),
+        "max-num-teleports" if !is_negative => {
+            Some(("-1", "it ends a simulation early, depending on the method"))
         }
-        "time-to-teleport.remove" if !FALSE.contains(&value.as_str()) => Some(
-            "it ends the delay of vehicles that stand, under each method of others; remove it or \
-             give false",
-        ),
-        "mesosim" if !FALSE.contains(&value.as_str()) => Some(
-            "the mesoscopic model has no lanes and no queues that a controller could see; remove it",
-        ),
-        name if COLLISIONS.contains(&name) && value == "remove" => Some(
-            "it ends the delay of vehicles that collide, under each method of others; remove it or \
-             give another action",
-        ),
+        "time-to-teleport.remove" if !is_false => {
+            Some(("false", "it ends the delay of vehicles that stand, under each method of others"))
+        }
+        "time-to-teleport.highways" if number.is_none_or(|value| value > 0.0) => {
+            Some(("0", "it moves vehicles that stand, under each method others"))
+        }
+        "time-to-teleport.disconnected" if !is_negative => {
+            Some(("-1", "it moves vehicles that stand, under each method others"))
+        }
+        name if COLLISIONS.contains(&name) && value == "remove" => Some((
+            "warn",
+            "it ends the delay of vehicles that collide, under each method of others",
+        )),
+        "pedestrian.model" if value == "remote" => {
+            Some(("striping", "it would connect to another program"))
+        }
+        "mesosim" if !is_false => Some((
+            "false",
+            "the mesoscopic model has no lanes and no queues that a controller could see",
+        )),
         _ => None,
     }
+}
+
+/// Returns what has to be accepted before an option gets its [other value](replaced); `None` where a warning is enough.
+pub fn to_accept(name: &str) -> Option<Accept> {
+    (name == "mesosim").then_some(Accept::Microscopic)
+}
+
+/// Whether a value of the validation of XML is another than the one that counts.
+pub fn validates(name: &str, value: &str) -> bool {
+    let is_validation = name == "X" || name.starts_with("xml-validation");
+    is_validation && !["never", "auto", "local"].contains(&value.trim().to_lowercase().as_str())
 }
 
 /// Returns the long name of an option, where it has a short one that counts here.
@@ -222,11 +298,12 @@ pub fn kind(name: &str) -> Kind {
     if is_output || among(LEFT_OUT) {
         return Kind::LeftOut;
     }
-    let known = REFUSED.iter().find(|(start, _)| name.starts_with(start));
-    Kind::Refused(known.map_or(
-        "it is not among the options that are known to be safe and to shape traffic; remove it",
-        |(_, reason)| reason,
-    ))
+    if let Some((_, why)) = DROPPED.iter().find(|(start, _)| name.starts_with(start)) {
+        return Kind::Dropped(why);
+    }
+    let known = REFUSED.iter().find(|(start, ..)| name.starts_with(start));
+    let (_, why, accept) = known.unwrap_or(&("", UNKNOWN, Accept::UnknownOptions));
+    Kind::Refused(why, *accept)
 }
 
 #[cfg(test)]
@@ -241,10 +318,11 @@ mod tests {
             kinds.map(kind),
             [Kind::Used, Kind::Files, Kind::LeftOut, Kind::LeftOut, Kind::LeftOut, Kind::LeftOut]
         );
-        for refused in
-            ["remote-port", "load-state.offset", "python-script", "include", "new-outputs"]
-        {
-            assert!(matches!(kind(refused), Kind::Refused(_)), "{refused}");
+        for dropped in ["remote-port", "astar.all-distances", "device.tripinfo.probability"] {
+            assert!(matches!(kind(dropped), Kind::Dropped(_)), "{dropped}");
+        }
+        for refused in ["load-state.offset", "python-script", "include", "new-outputs"] {
+            assert!(matches!(kind(refused), Kind::Refused(..)), "{refused}");
         }
         assert_eq!(
             ["n", "routes", "b", "scale"].map(long),
@@ -253,19 +331,25 @@ mod tests {
     }
 
     #[test]
-    fn what_ends_trips_depending_on_the_method_is_refused_by_its_value() {
-        for (name, refused, fine) in [
-            ("max-depart-delay", &["20", "0", "0:10:00"][..], &["-1", " -1.0 "][..]),
-            ("mesosim", &["true", "1"], &["false"]),
-            ("max-num-teleports", &["0", "9"], &["-1"]),
-            ("time-to-teleport.remove", &["true", "1", "x"], &["false", "OFF", "0"]),
-            ("collision.action", &["remove"], &["teleport", "warn", "none"]),
-            ("intermodal-collision.action", &["remove"], &["warn"]),
-            ("max-num-vehicles", &[], &["20"]),
+    fn what_ends_trips_depending_on_the_method_gets_another_value() {
+        for (name, other, replaced_ones, fine) in [
+            ("max-depart-delay", "-1", &["20", "0", "0:10:00"][..], &["-1", " -1.0 "][..]),
+            ("mesosim", "false", &["true", "1"], &["false"]),
+            ("max-num-teleports", "-1", &["0", "9"], &["-1"]),
+            ("time-to-teleport.remove", "false", &["true", "1", "x"], &["false", "OFF", "0"]),
+            ("time-to-teleport.highways", "0", &["60"], &["0", "-1"]),
+            ("collision.action", "warn", &["remove"], &["teleport", "warn", "none"]),
+            ("intermodal-collision.action", "warn", &["remove"], &["warn"]),
+            ("pedestrian.model", "striping", &["remote"], &["nonInteracting"]),
+            ("max-num-vehicles", "", &[], &["20"]),
         ] {
             assert_eq!(kind(name), Kind::Used);
-            assert!(refused.iter().all(|value| refused_value(name, value).is_some()), "{name}");
-            assert!(fine.iter().all(|value| refused_value(name, value).is_none()), "{name}");
+            for value in replaced_ones {
+                assert_eq!(replaced(name, value).map(|r| r.0), Some(other), "{name}={value}");
+                // What comes in its place is fine.
+                assert_eq!(replaced(name, other), None, "{name}={other}");
+            }
+            assert!(fine.iter().all(|value| replaced(name, value).is_none()), "{name}");
         }
     }
 

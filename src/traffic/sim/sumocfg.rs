@@ -16,7 +16,8 @@ use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
 
 use super::error::SimError;
-use super::options::{Kind, kind, long, refused_value};
+use super::obstacle::{Obstacle, Way};
+use super::options::{Kind, kind, long, replaced, to_accept, validates};
 use crate::files::{self, limits};
 
 /// Step length of a configuration that has none, seconds.
@@ -42,6 +43,16 @@ pub struct SumoConfig {
     pub step_length_s: f64,
     /// Files that define the scenario (network, routes, additional files): name as written, path.
     pub files: Vec<(String, PathBuf)>,
+    /// What stands in its way; an option among them is not passed on.
+    pub obstacles: Vec<Obstacle>,
+    /// What counts in place of what it says, in words.
+    pub notes: Vec<String>,
+    /// Time after which it has vehicles teleported, as it is written there; the run has a setting of its own.
+    pub time_to_teleport: Option<String>,
+    /// Its folder.
+    pub folder: Option<PathBuf>,
+    /// What it is called in messages.
+    shown: String,
     networks: Vec<PathBuf>,
     routes: Vec<PathBuf>,
     options: Vec<(String, String)>,
@@ -52,8 +63,7 @@ impl SumoConfig {
     ///
     /// # Errors
     ///
-    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML,
-    /// has a time that is none or an option or value that is refused, or names no network.
+    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is not XML or names no network.
     pub fn read(config: &Path) -> Result<Self, SimError> {
         if !config.is_file() {
             return Err(SimError::NoConfig(config.to_path_buf()));
@@ -65,8 +75,7 @@ impl SumoConfig {
                 ErrorKind::InvalidData => wrong(format!("{}; save it as UTF-8", e.reason)),
                 _ => e.into(),
             })?;
-        let folder = config.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, folder).map_err(wrong)
+        Self::parse(&text, config).map_err(wrong)
     }
 
     /// Returns the paths of its networks.
@@ -79,58 +88,106 @@ impl SumoConfig {
         self.routes.iter().any(|routes| routes == path)
     }
 
+    /// Whether an option, given its long name, is a list of files.
+    pub fn is_list(option: &str) -> bool {
+        matches!(kind(option), Kind::Files)
+    }
+
     /// Returns the options that SUMO is started with, in order: long name, value.
     pub fn options(&self) -> &[(String, String)] {
         &self.options
     }
 
-    /// Returns what is read of the text of a configuration in a folder.
+    /// Returns what is read of the text of a configuration at a path.
     ///
     /// # Errors
     ///
-    /// What is wrong with it, in words.
-    pub fn parse(text: &str, folder: &Path) -> Result<Self, String> {
+    /// What is wrong with it, in words, where it cannot be read any further.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, String> {
         let mut settings = Self {
             begin_s: 0.0,
             end_s: None,
             step_length_s: DEFAULT_STEP_LENGTH_S,
             files: Vec::new(),
+            obstacles: Vec::new(),
+            notes: Vec::new(),
+            time_to_teleport: None,
+            folder: path.parent().map(Path::to_path_buf),
+            shown: path.display().to_string(),
             networks: Vec::new(),
             routes: Vec::new(),
             options: Vec::new(),
         };
+        let folder = path.parent().unwrap_or(Path::new(""));
         // SUMO takes an empty value for none.
         for (written, value) in options(text)?.into_iter().filter(|(_, value)| !value.is_empty()) {
-            let option = long(&written);
-            let value = match kind(option) {
-                Kind::LeftOut => continue,
-                Kind::Refused(reason) => return Err(format!("option <{written}>: {reason}")),
-                Kind::Used => match refused_value(option, &value) {
-                    Some(reason) => {
-                        return Err(format!("option <{written}> = {value:?}: {reason}"));
-                    }
-                    None => value,
-                },
-                Kind::Files => settings.add_files(option, &value, folder)?,
-            };
-            if value.contains("${") {
-                return Err(format!("option <{written}>: write out the variable in {value:?}"));
+            let reasons = settings.add(&written, value, folder);
+            if let Err(reason) = reasons {
+                settings.blocked(format!("option <{written}>: {reason}"), Way::Change(""));
             }
-            if settings.options.iter().any(|(known, _)| known == option) {
-                return Err(format!("option <{written}> is given twice; give it once"));
-            }
-            match option {
-                "begin" => settings.begin_s = seconds(&value)?,
-                "end" => settings.end_s = Some(seconds(&value)?).filter(|e| *e >= 0.0),
-                "step-length" => settings.step_length_s = seconds(&value)?,
-                _ => {}
-            }
-            settings.options.push((option.to_owned(), value));
         }
-        if settings.networks.is_empty() {
+        if settings.networks.is_empty() && settings.obstacles.is_empty() {
             return Err("no `<net-file>`; is it a SUMO configuration?".into());
         }
         Ok(settings)
+    }
+
+    fn blocked(&mut self, reason: String, way: Way) {
+        self.obstacles.push(Obstacle { place: self.shown.clone(), reason, way });
+    }
+
+    /// Adds an option.
+    ///
+    /// # Errors
+    ///
+    /// Why its value cannot be used, and the way out.
+    fn add(&mut self, written: &str, value: String, folder: &Path) -> Result<(), String> {
+        let option = long(written);
+        let value = match kind(option) {
+            Kind::LeftOut => {
+                if validates(option, &value) {
+                    self.notes.push(format!(
+                        "{written} = {value} is taken as never: nothing is validated"
+                    ));
+                }
+                return Ok(());
+            }
+            Kind::Dropped(why) => {
+                self.notes.push(format!("{written} = {value} is left out: {why}"));
+                return Ok(());
+            }
+            Kind::Refused(why, accept) => {
+                self.blocked(format!("option <{written}>: {why}"), Way::Accept(accept));
+                return Ok(());
+            }
+            Kind::Used => match replaced(option, &value) {
+                Some((other, why)) => {
+                    let note = format!("{written} = {value} is taken as {other}: {why}");
+                    match to_accept(option) {
+                        Some(accept) => self.blocked(note, Way::Accept(accept)),
+                        None => self.notes.push(note),
+                    }
+                    other.to_owned()
+                }
+                None => value,
+            },
+            Kind::Files => self.add_files(option, &value, folder)?,
+        };
+        if value.contains("${") {
+            return Err(format!("write out the variable in {value:?}"));
+        }
+        if self.options.iter().any(|(known, _)| known == option) {
+            return Err("it is given twice; give it once".to_owned());
+        }
+        match option {
+            "begin" => self.begin_s = seconds(&value)?,
+            "end" => self.end_s = Some(seconds(&value)?).filter(|e| *e >= 0.0),
+            "step-length" => self.step_length_s = seconds(&value)?,
+            "time-to-teleport" => self.time_to_teleport = Some(value.clone()),
+            _ => {}
+        }
+        self.options.push((option.to_owned(), value));
+        Ok(())
     }
 
     /// Adds the files of an option and returns their paths as SUMO gets them.
@@ -141,6 +198,10 @@ impl SumoConfig {
             let shown = path.display().to_string();
             if shown.contains(',') {
                 return Err(format!("{shown}: SUMO reads a comma as two files; rename it"));
+            }
+            // Its place in a manifest is a variable of somebody's environment.
+            if name.contains("${") {
+                return Err(format!("write out the variable in {name:?}"));
             }
             match option {
                 "net-file" => self.networks.push(path.clone()),
@@ -219,8 +280,12 @@ pub fn options(text: &str) -> Result<Vec<(String, String)>, String> {
     }
 }
 
-/// Returns a time, seconds.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
+/// Returns a time, seconds, from seconds or a clock time.
+///
+/// # Errors
+///
+/// What is wrong with it, and the way out.
+pub fn seconds(text: &str) -> Result<f64, String> {
     let parts: Option<Vec<f64>> = text.split(':').map(|part| part.parse().ok()).collect();
     let time_s = match parts.as_deref() {
         Some(parts @ ([_] | [_, _, _] | [_, _, _, _])) => {
@@ -239,93 +304,4 @@ pub(super) fn seconds(text: &str) -> Result<f64, String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn parse(options: &str) -> Result<SumoConfig, String> {
-        let text = format!("<configuration>{options}</configuration>");
-        SumoConfig::parse(&text, Path::new("city"))
-    }
-
-    #[test]
-    fn every_way_to_write_an_option_is_read() {
-        let long = parse(
-            "<net-file value='a.net'/><route-files value='a.rou, b.rou'/>\
-             <additional-files value='a.add'/><begin value='5'/><end value='60'/>",
-        )
-        .unwrap();
-        assert_eq!((long.begin_s, long.end_s, long.step_length_s), (5.0, Some(60.0), 1.0));
-        let options: Vec<_> = long.options().iter().map(|(o, v)| format!("{o}={v}")).collect();
-        assert_eq!(options[1], "route-files=city/a.rou,city/b.rou");
-        let paths: Vec<_> = long.files.iter().map(|(_, path)| path.to_str().unwrap()).collect();
-        assert_eq!(paths, ["city/a.net", "city/a.rou", "city/b.rou", "city/a.add"]);
-        for other in [
-            "<n v='a.net'/><r v='a.rou, b.rou'/><a v='a.add'/><b v='5'/><e v='60'/>",
-            "<x><net-file>a.net</net-file><routes>a.rou,b.rou</routes></x>\
-             <additional>a.add</additional> <begin>5</begin>\n<end>60</end>",
-        ] {
-            assert_eq!(parse(other).unwrap(), long, "{other}");
-        }
-    }
-
-    #[test]
-    fn a_name_with_an_ampersand_is_unescaped() {
-        let name = parse("<net-file value='a&amp;b.net'/>").unwrap().files.remove(0).0;
-        assert_eq!(name, "a&b.net");
-        let e = parse("<net-file>a&amp;b.net</net-file>").unwrap_err();
-        assert_eq!(e, "write the value of <net-file> as an attribute `value`");
-    }
-
-    #[test]
-    fn a_configuration_that_is_not_utf_8_is_refused_with_the_way_out() {
-        let folder = tempfile::tempdir().unwrap();
-        let config = folder.path().join("a.sumocfg");
-        std::fs::write(&config, b"<c><!-- Stra\xdfe --><n v='n.xml'/></c>").unwrap();
-        let e = SumoConfig::read(&config).unwrap_err();
-        assert!(matches!(e, SimError::Config { .. }), "{e}");
-        assert!(e.to_string().ends_with("it is no text in UTF-8; save it as UTF-8"), "{e}");
-    }
-
-    #[test]
-    fn an_option_that_is_not_known_to_be_safe_is_refused_by_its_name() {
-        for (option, expected) in [
-            ("<remote-port value='8813'/>", "option <remote-port>: it waits for another program"),
-            ("<include href='b.sumocfg' value='b'/>", "option <include>: it is not among"),
-            ("<load-state>s.xml</load-state>", "option <load-state>: a saved state"),
-            (
-                "<max-depart-delay value='20'/>",
-                "option <max-depart-delay> = \"20\": it leaves vehicles that wait to enter out",
-            ),
-            ("<r v='a'/><routes v='b'/>", "option <routes> is given twice; give it once"),
-            ("<r v='${HOME}/a'/>", "option <r>: write out the variable"),
-            ("<r v='a%zz'/>", "\"a%zz\" has a percent sign; rename it"),
-            ("<![CDATA[x]]>", "a <!DOCTYPE> or <![CDATA[ is not read"),
-        ] {
-            let e = parse(&format!("<n v='n'/>{option}")).unwrap_err();
-            assert!(e.starts_with(expected), "{e}");
-        }
-    }
-
-    #[test]
-    fn what_is_written_is_left_out_and_an_empty_value_is_none() {
-        let text = "<n v='a%20b c'/><tripinfo-output value='t.xml'/><seed value='3'/><scale v=''/>";
-        let config = parse(text).unwrap();
-        assert_eq!(config.options(), [("net-file".to_owned(), "city/a b c".to_owned())]);
-    }
-
-    #[test]
-    fn clock_times_are_read_as_sumo_reads_them() {
-        let times = ["7:00:00", "1:02:03.5", "1:00:00:01", "1e2", "-1", "0:90:00"].map(seconds);
-        let expected = [25_200.0, 3723.5, 86_401.0, 100.0, -1.0, 5400.0].map(Ok);
-        assert_eq!(times, expected);
-        for wrong in ["00:20", "20s", " 20 ", "", "inf", "1:2:3:4:5", "a:00:00"] {
-            let e = seconds(wrong).unwrap_err();
-            assert!(e.ends_with("is not a time; give seconds, HH:MM:SS or D:HH:MM:SS"), "{e}");
-        }
-    }
-
-    #[test]
-    fn an_end_of_minus_one_is_none() {
-        assert_eq!(parse("<n v='n'/><end value='-1'/>").unwrap().end_s, None);
-    }
-}
+mod tests;

@@ -203,6 +203,7 @@ impl Api {
                 min_s: phase.min_s,
                 max_s: phase.max_s,
                 state: state.as_ptr(),
+                reached: 1,
             })
             .collect();
         // SAFETY: all texts end with a null byte and `phases` has `len` elements.
@@ -382,7 +383,6 @@ unsafe fn owned_program(program: &SumoProgram) -> Program {
 /// Copies a phase of the shim.
 ///
 /// # Safety
-///
 /// The phase must be one that the shim returned and that is still valid.
 unsafe fn owned_phase(phase: &SumoPhase, kind: ProgramKind) -> ProgramPhase {
     // SUMO fills limits that are not given with values that it never uses.
@@ -395,5 +395,6 @@ unsafe fn owned_phase(phase: &SumoPhase, kind: ProgramKind) -> ProgramPhase {
         max_s: limit(phase.max_s),
         // SAFETY: part of a phase of the shim.
         state: unsafe { owned(phase.state) },
+        is_reached: phase.reached != 0,
     }
 }

@@ -1,0 +1,273 @@
+//! A SUMO scenario before it is simulated: its configuration, its files, what the command line says in place of them, and
+//! what is in the way.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::SimError;
+use super::obstacle::{Accept, Given, Obstacle, Way, in_words};
+use super::sources::{Sources, open};
+use super::sumocfg::SumoConfig;
+
+/// How far the steps of a second may be from a whole number.
+const STEPS_TOLERANCE: f64 = 1e-6;
+
+/// Most steps per second: SUMO counts milliseconds.
+const MOST_STEPS: f64 = 1000.0;
+
+/// Seconds to which an end is rounded that is proposed.
+const ROUND_S: f64 = 60.0;
+
+/// End that is proposed where nothing departs at a known time, seconds after the begin.
+const USUAL_S: f64 = 3600.0;
+
+/// Bytes at the beginning of a file among which whoever wrote it says its version.
+const HEADER: u64 = 1 << 14;
+
+/// A SUMO scenario before it is simulated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intake {
+    /// Its configuration's file.
+    pub path: PathBuf,
+    /// Its configuration.
+    pub config: SumoConfig,
+    /// Its other files.
+    pub sources: Sources,
+    /// What the command line says in place of them.
+    pub given: Given,
+    /// Start, seconds.
+    pub begin_s: f64,
+    /// End, seconds; of one without an end that is in the way, the begin.
+    pub end_s: f64,
+    /// Steps of the simulation per second.
+    pub steps_per_second: u32,
+    /// What is in the way and was not accepted.
+    pub obstacles: Vec<Obstacle>,
+    /// What counts in place of what the scenario says, in words.
+    pub notes: Vec<String>,
+}
+
+impl Intake {
+    /// Reads a scenario.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is no configuration.
+    pub fn read(path: &Path, given: &Given) -> Result<Self, SimError> {
+        let config = SumoConfig::read(path)?;
+        let outside = given.accept.contains(&Accept::OutsideFiles);
+        let sources = Sources::of(&config, outside);
+        let (mut obstacles, mut notes) = (Vec::new(), config.notes.clone());
+        for obstacle in config.obstacles.iter().chain(&sources.obstacles) {
+            match &obstacle.way {
+                Way::Accept(accept) if given.accept.contains(accept) => {
+                    notes.push(format!("accepted: {}: {}", obstacle.place, obstacle.reason));
+                }
+                _ => obstacles.push(obstacle.clone()),
+            }
+        }
+        notes.extend(sources.notes());
+        notes.extend(config.time_to_teleport.as_ref().filter(|s| s.trim() != "-1").map(|s| {
+            format!("time-to-teleport = {s} gives way to simulation.time_to_teleport_s, by default never")
+        }));
+        let shown = path.display().to_string();
+        let mut blocked = |reason: String, option: String| {
+            let (place, way) = (shown.clone(), Way::Option(option));
+            obstacles.push(Obstacle { place, reason, way });
+        };
+        let begin_s = given.begin_s.unwrap_or(config.begin_s);
+        let proposed = || proposed_end_s(begin_s, sources.last_departure_s());
+        let end_s = given.end_s.or(config.end_s).unwrap_or_else(|| {
+            let until = sources.last_departure_s().map_or_else(String::new, |last_s| {
+                format!("; the last vehicle or flow that is known departs at {last_s} s")
+            });
+            blocked(format!("no end{until}"), format!("--end {}", proposed()));
+            begin_s
+        });
+        if end_s <= begin_s && given.end_s.or(config.end_s).is_some() {
+            let reason = format!("the end ({end_s} s) is not after the begin ({begin_s} s)");
+            blocked(reason, format!("--end {}", proposed()));
+        }
+        let step_s = given.step_length_s.unwrap_or(config.step_length_s);
+        let steps = 1.0 / step_s;
+        let divides = (steps - steps.round()).abs() < STEPS_TOLERANCE;
+        let fits = (1.0 - STEPS_TOLERANCE..=MOST_STEPS).contains(&steps) && divides;
+        if !fits {
+            let reason = format!(
+                "a step-length of {step_s} s does not divide a second, at which signals are decided"
+            );
+            blocked(reason, "--step-length 1".to_owned());
+        }
+        let steps_per_second = if fits { steps.round() as u32 } else { 1 };
+        notes.extend(said("begin", given.begin_s, Some(config.begin_s)));
+        notes.extend(said("end", given.end_s, config.end_s));
+        notes.extend(said("step-length", given.step_length_s, Some(config.step_length_s)));
+        let (path, given) = (path.to_path_buf(), given.clone());
+        Ok(Self {
+            path,
+            config,
+            sources,
+            given,
+            begin_s,
+            end_s,
+            steps_per_second,
+            obstacles,
+            notes,
+        })
+    }
+
+    /// Returns it, if nothing is in the way.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::Obstacles`] with all that is.
+    pub fn passed(self) -> Result<Self, SimError> {
+        match self.obstacles.is_empty() {
+            true => Ok(self),
+            false => Err(SimError::Obstacles(in_words(&self.obstacles))),
+        }
+    }
+
+    /// Whether SUMO may load it to see what else is in the way: everything that is has an option that passes it, and no file
+    /// lies outside.
+    pub fn may_load(&self) -> bool {
+        let hinders = |way: &Way| matches!(way, Way::Change(_) | Way::Accept(Accept::OutsideFiles));
+        self.obstacles.iter().all(|obstacle| !hinders(&obstacle.way))
+    }
+
+    /// Says which of its files a newer SUMO has written than the one that is installed.
+    ///
+    /// # Arguments
+    ///
+    /// * `installed` — such as `SUMO 1.15.0`.
+    pub fn newer_than(&self, installed: &str) -> Option<String> {
+        let own = first_version(installed)?;
+        let newer = self.sources.files.iter().filter_map(|file| {
+            let mut start = Vec::new();
+            open(&file.path).ok()?.take(HEADER).read_to_end(&mut start).ok()?;
+            let version = written_by(&String::from_utf8_lossy(&start))?;
+            (version > own).then(|| (version, file.path.display().to_string()))
+        });
+        let ((major, minor), file) = newer.max()?;
+        Some(format!(
+            "{file} was written by SUMO {major}.{minor}, and {installed} is installed, which may not read all of it; \
+             docs/install.md says how to use another SUMO"
+        ))
+    }
+}
+
+/// Returns the end that is proposed, seconds.
+fn proposed_end_s(begin_s: f64, last_s: Option<f64>) -> f64 {
+    let last_s = last_s.filter(|last_s| *last_s > begin_s);
+    last_s.map_or(begin_s + USUAL_S, |last_s| (last_s / ROUND_S).ceil() * ROUND_S)
+}
+
+/// Says what an option of the command replaces; `None` where it says the same or nothing.
+fn said(what: &str, given: Option<f64>, own: Option<f64>) -> Option<String> {
+    let given = given.filter(|given| Some(*given) != own)?;
+    let own = own.map_or_else(|| "no".to_owned(), |own| format!("its own {own} s as"));
+    Some(format!("--{what} {given} in place of {own} {what}"))
+}
+
+/// Returns the first version in a text that has two numbers or more.
+fn first_version(text: &str) -> Option<(u32, u32)> {
+    let begin = text.find(|c: char| c.is_ascii_digit())?;
+    let mut numbers = text[begin..].split(|c: char| !c.is_ascii_digit());
+    Some((numbers.next()?.parse().ok()?, numbers.next()?.parse().ok()?))
+}
+
+/// Returns the version of SUMO that a file says at its beginning that it is written by, or needs.
+fn written_by(start: &str) -> Option<(u32, u32)> {
+    let after =
+        |mark: &str| start.split_once(mark).and_then(|(_, rest)| rest.get(..rest.len().min(12)));
+    let said = start.contains("SUMO").then(|| after("Version ")).flatten();
+    let net = start.find("<net ").and_then(|at| {
+        let element = &start[at..start[at..].find('>').map_or(start.len(), |end| at + end)];
+        element.split_once("version=\"").map(|(_, rest)| rest)
+    });
+    said.and_then(plain_version).max(net.and_then(plain_version))
+}
+
+/// Returns a version that a text begins with.
+fn plain_version(text: &str) -> Option<(u32, u32)> {
+    let text = text.trim_start_matches('v');
+    text.starts_with(|c: char| c.is_ascii_digit()).then(|| first_version(text)).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::fs;
+
+    use super::*;
+
+    fn read(options: &str, routes: &str, given: &Given) -> Intake {
+        let folder = tempfile::tempdir().unwrap();
+        let config = folder.path().join("a.sumocfg");
+        let text = format!("<c><n v='n.xml'/><r v='r.xml'/>{options}</c>");
+        fs::write(&config, text).unwrap();
+        fs::write(folder.path().join("n.xml"), "<net/>").unwrap();
+        fs::write(folder.path().join("r.xml"), routes).unwrap();
+        Intake::read(&config, given).unwrap()
+    }
+
+    fn ways(intake: &Intake) -> Vec<String> {
+        let option = |o: &Obstacle| match &o.way {
+            Way::Option(option) => option.clone(),
+            way => format!("{way:?}"),
+        };
+        intake.obstacles.iter().map(option).collect()
+    }
+
+    #[test]
+    fn what_is_in_the_way_has_an_option_and_is_gone_with_it() {
+        let routes = "<r><flow id='f' begin='0' end='1790'/><calibrator id='c'/></r>";
+        let options = "<step-length v='0.3'/><mesosim v='1'/>";
+        let before = read(options, routes, &Given::default());
+        let expected =
+            ["Accept(Microscopic)", "Accept(Calibrators)", "--end 1800", "--step-length 1"];
+        assert_eq!(ways(&before), expected);
+        assert!(before.may_load());
+        let given = Given {
+            end_s: Some(1800.0),
+            begin_s: Some(60.0),
+            step_length_s: Some(0.5),
+            accept: BTreeSet::from([Accept::Calibrators, Accept::Microscopic]),
+        };
+        let after = read(options, routes, &given).passed().unwrap();
+        assert_eq!((after.begin_s, after.end_s, after.steps_per_second), (60.0, 1800.0, 2));
+        assert_eq!(after.notes.len(), 5, "{:?}", after.notes);
+    }
+
+    #[test]
+    fn an_end_is_proposed_after_the_last_departure() {
+        let end = |routes: &str| ways(&read("<b v='100'/>", routes, &Given::default()));
+        assert_eq!(end("<r/>"), ["--end 3700"]);
+        assert_eq!(end("<r><trip id='a' depart='1'/></r>"), ["--end 3700"]);
+        assert_eq!(end("<r><trip id='a' depart='0:02:00'/></r>"), ["--end 120"]);
+        let wrong = read("<b v='100'/><e v='100'/>", "<r/>", &Given::default());
+        assert_eq!(ways(&wrong), ["--end 3700"]);
+    }
+
+    #[test]
+    fn a_file_of_a_newer_sumo_is_named() {
+        let header = "<!-- generated on 2024-01-01 by Eclipse SUMO netconvert Version 1.20.0\n-->";
+        for (text, version) in [
+            (header, Some((1, 20))),
+            ("<!-- Eclipse SUMO activitygen Version v1_8_0+0052 -->", Some((1, 8))),
+            ("<?xml version=\"1.0\"?>\n<net version=\"1.16\" lefthand=\"true\">", Some((1, 16))),
+            ("<?xml version=\"1.0\"?><routes/>", None),
+            ("<!-- my Version 7.5 -->", None),
+        ] {
+            assert_eq!(written_by(text), version, "{text}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("n.xml"), format!("{header}<net/>")).unwrap();
+        let config = folder.path().join("a.sumocfg");
+        fs::write(&config, "<c><n v='n.xml'/><e v='9'/></c>").unwrap();
+        let intake = Intake::read(&config, &Given::default()).unwrap();
+        let said = intake.newer_than("SUMO 1.15.0").unwrap();
+        assert!(said.contains("n.xml was written by SUMO 1.20, and SUMO 1.15.0 is installed"));
+        assert_eq!(intake.newer_than("SUMO 1.20.0"), None);
+    }
+}

@@ -1,0 +1,138 @@
+use std::fs;
+use std::io::Write;
+
+use super::*;
+
+/// The files of a scenario with additional files of these names and texts, the first of which is named by an option.
+fn with_option(option: &str, files: &[(&str, &[u8])], outside: bool) -> Sources {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path().join("city");
+    fs::create_dir_all(folder.join("sub")).unwrap();
+    for (name, bytes) in files {
+        fs::write(folder.join(name), bytes).unwrap();
+    }
+    let config = folder.join("a.sumocfg");
+    fs::write(&config, format!("<c><n v='n.xml'/><{option} v='{}'/></c>", files[0].0)).unwrap();
+    fs::write(folder.join("n.xml"), "<net/>").unwrap();
+    let mut found = Sources::of(&SumoConfig::read(&config).unwrap(), outside);
+    let shown = folder.display().to_string();
+    for obstacle in &mut found.obstacles {
+        obstacle.place = obstacle.place.replace(&shown, ".");
+        obstacle.reason = obstacle.reason.replace(&shown, ".");
+    }
+    found
+}
+
+fn with(files: &[(&str, &[u8])]) -> Sources {
+    with_option("a", files, false)
+}
+
+fn names(sources: &Sources) -> Vec<&str> {
+    sources.named().map(|(name, _)| name).collect()
+}
+
+#[test]
+fn files_that_files_name_are_followed_from_where_they_lie() {
+    let mut zipped = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    zipped.write_all(b"<a><include href='c.xml'/><include href='a.xml'/></a>").unwrap();
+    let found = with(&[
+        ("a.xml", b"<a><include href='sub/b.xml'/><rerouter id='r' file='d.xml'/></a>"),
+        ("sub/b.xml", &zipped.finish().unwrap()),
+        ("sub/c.xml", b"<a/>"),
+        ("sub/a.xml", b"<a/>"),
+        ("d.xml", b"<rerouter/>"),
+    ]);
+    let expected = ["n.xml", "a.xml", "sub/b.xml", "d.xml", "sub/c.xml", "sub/a.xml"];
+    assert_eq!((names(&found), found.obstacles.len()), (expected.to_vec(), 0));
+    assert_eq!(found.files[1].names, [Some(2), Some(3)]);
+}
+
+#[test]
+fn circles_end_and_what_goes_nowhere_or_is_a_picture_may_stay() {
+    let text = b"<?xml version='1.0' encoding='ISO-8859-1'?>\n<a><include href='a.xml'/>\
+        <edge name='Stra\xdfe'/><e1Detector file='NUL'/><instantInductionLoop file='/dev/null'/>\
+        <vType imgFile='b.png'><param key='profile' value='x'/></vType>\
+        <param key='file' value='NUL'/></a>";
+    let found = with(&[("a.xml", text)]);
+    assert_eq!((names(&found), found.obstacles.len()), (vec!["n.xml", "a.xml"], 0));
+    assert!(found.files.iter().all(|file| file.scanned.edits.is_empty()));
+    assert_eq!(found.notes(), [""; 0]);
+}
+
+#[test]
+fn vehicles_are_in_order_in_route_files_and_in_any_order_elsewhere() {
+    let routes =
+        b"<r>\n<trip id='a' depart='9'/>\n<trip id='b' depart='8'/><trip id='c' depart='1'/></r>";
+    assert_eq!(with_option("a", &[("r.xml", routes)], false).notes(), [""; 0]);
+    let found = with_option("r", &[("r.xml", routes)], false);
+    assert_eq!((found.obstacles.len(), found.last_departure_s()), (0, Some(9.0)));
+    let [note] = &found.notes()[..] else { panic!("{:?}", found.notes()) };
+    assert!(note.starts_with("SUMO leaves out 2 vehicles or flows"), "{note}");
+    assert!(
+        note.contains("r.xml: line 3, <trip id=\"b\">: it departs at 8 s, after <trip"),
+        "{note}"
+    );
+}
+
+#[test]
+fn a_file_outside_the_folders_of_the_scenario_is_drawn_in_only_when_that_is_accepted() {
+    let text: &[u8] = b"<a><include href='/etc/hostname'/></a>";
+    let found = with(&[("a.xml", text)]);
+    assert_eq!((names(&found), found.obstacles.len()), (vec!["n.xml", "a.xml"], 1));
+    assert_eq!(found.obstacles[0].way, Way::Accept(Accept::OutsideFiles));
+    let accepted = with_option("a", &[("a.xml", text)], true);
+    assert_eq!(names(&accepted).len(), 3);
+    // Whatever lies beneath a folder from which the configuration takes a file is the scenario's.
+    let files: &[(&str, &[u8])] = &[("sub/a.xml", b"<a><include href='../n.xml'/></a>")];
+    assert!(with(files).obstacles.is_empty());
+    assert_eq!(with(&[("a.xml", b"<a><include href='../x.xml'/></a>")]).obstacles.len(), 1);
+}
+
+#[test]
+fn outputs_and_day_plans_are_counted_with_the_place_of_the_first() {
+    let text = b"<a>\r\n\r\n<e1Detector file='o.xml'/><location output='o.xml'/>\n<timedEvent dest='o'/>\
+        <engine xmlFile='e.xml'/><edgeData edgesFile='e.txt'/><param key='device.ssm.file' value='s'/>\
+        <WAUT id='w' refTime='0' startProg='0'/></a>";
+    let found = with(&[("a.xml", text)]);
+    assert_eq!(found.obstacles, []);
+    let notes = found.notes();
+    assert!(notes[0].starts_with("outputs are not written: 6, the first in "), "{notes:?}");
+    assert!(notes[0].ends_with("a.xml: line 3, <e1Detector file=\"o.xml\">"), "{notes:?}");
+    assert!(
+        notes[1].starts_with("signals change their programs by the clock (<WAUT>)"),
+        "{notes:?}"
+    );
+    assert!(found.has_day_plan());
+}
+
+#[test]
+fn all_that_is_in_the_way_is_found_with_its_place() {
+    let deep = "<a>".repeat(1001);
+    for (text, expected) in [
+        ("<a>\n<calibrator output='x'/></a>", "./a.xml: line 2: <calibrator> adds or removes"),
+        ("<a><vaporizer id='e'/></a>", "line 1: <vaporizer> adds or removes vehicles"),
+        ("<a><location href='e.txt'/></a>", "none that is followed"),
+        ("<a><include href='&#36;{HOME}/b.xml'/></a>", "give the name of a file in ASCII"),
+        ("<a><include href='\u{fc}.xml'/></a>", "<include href=\"??.xml\">; give the name"),
+        ("<a><include href='&#252;.xml'/></a>", "<include href=\"\u{fc}.xml\">; give the name"),
+        ("<a><include href='b&#10;.xml'/></a>", "give the name of a file in ASCII"),
+        (
+            "<a><include href='b.xml'/></a>",
+            "b.xml: the scenario names it, but it cannot be read; add it",
+        ),
+        ("<a><include href='sub'/></a>", "sub: it is a folder; give a regular file"),
+        ("<!DOCTYPE a [<!ENTITY x SYSTEM 'b'>]><a>&x;</a>", "a <!DOCTYPE> can draw other files in"),
+        ("<?xml version='1.0' encoding='UTF-7'?><a/>", "encoding \"utf-7\"; save it as UTF-8"),
+        ("<\0a\0/\0>\0", "it has null bytes; save it as UTF-8"),
+        ("<a><b></a>", "it is not XML that can be read"),
+        (&deep, "elements within each other, more than 1000 deep"),
+    ] {
+        let found = with(&[("a.xml", text.as_bytes())]);
+        let said: Vec<String> = found.obstacles.iter().map(ToString::to_string).collect();
+        assert!(said.len() == 1 && said[0].contains(expected), "{said:?}");
+    }
+    let many = format!("<a>{}</a>", "<calibrator/>".repeat(25));
+    let found = with(&[("a.xml", many.as_bytes()), ("b.xml", b"<a/>")]);
+    assert_eq!(found.obstacles.len(), 21);
+    assert!(found.obstacles[20].to_string().contains("5 more of the kind"));
+}
