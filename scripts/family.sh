@@ -11,7 +11,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-untrained=baseline,fixed-time,max-pressure,max-pressure-resco,actuated
+untrained=baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema
 learners=baseline,idqn,ippo,mplight,mplight-star
 # Trainings from before policies were chosen on validation seeds: their last policies.
 last="--set training.select=last --set training.restart=never"

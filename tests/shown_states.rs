@@ -9,8 +9,9 @@ use std::process::Command;
 use std::{env, fs};
 
 use osm_signals::DrivingSide;
-use shown::{Limits, states, violations};
+use shown::{Limits, Way, states, violations, violations_by_link};
 use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::control::nema;
 use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
@@ -47,6 +48,8 @@ struct Watch {
     env: SignalEnv<SumoSim>,
     states: PathBuf,
     limits: Limits,
+    /// Whether the lights are those of two rings.
+    by_link: bool,
     seconds: usize,
     wrong: Vec<String>,
 }
@@ -79,15 +82,29 @@ impl Watch {
         world.config = folder.join("watched.sumocfg");
         fs::write(&world.config, config).unwrap();
         let env = environment(SumoSim::new().unwrap(), world, scenario, folder);
-        Self { env, states, limits, seconds: 0, wrong: Vec::new() }
+        Self { env, states, limits, by_link: false, seconds: 0, wrong: Vec::new() }
     }
 
     fn check(&mut self) {
         let states = states(&self.states);
         assert!(states.len() >= 599, "only {} states were saved", states.len());
         self.seconds += states.len();
-        self.wrong.extend(violations(&states, &through_links(states[0].len()), &self.limits));
+        self.wrong.extend(match self.by_link {
+            true => violations_by_link(&states, &ways(states[0].len()), &self.limits),
+            false => violations(&states, &through_links(states[0].len()), &self.limits),
+        });
     }
+}
+
+/// The ways of the links of four equal arms, in the same order, clockwise from the north.
+fn ways(links: usize) -> Vec<Way> {
+    let (per_arm, through) = (links / 4, through_links(links));
+    let to = |i: usize| match i % per_arm {
+        _ if through.contains(&i) => 2,
+        0 => 3,
+        _ => 1,
+    };
+    (0..links).map(|i| Way { from: i / per_arm, to: (i / per_arm + to(i)) % 4 }).collect()
 }
 
 /// Through links of four equal arms: SUMO counts per arm from the right turn to the left turn, and both
@@ -196,6 +213,7 @@ fn checked_seconds(preset: &str) -> usize {
                 controllers.push(create(method.name, &scenario, false, 1).unwrap());
             }
             for mut controller in controllers {
+                watch.by_link = controller.name() == nema::METHOD.name;
                 controller.train(&mut watch).unwrap();
                 watch.episode(controller.as_mut(), 99).unwrap();
                 let wrong = std::mem::take(&mut watch.wrong);
@@ -219,9 +237,45 @@ fn lights_of_other_limits_are_found_out() {
         assert!(wrong.contains("after the last yellow"), "{wrong}");
         assert!(wrong.contains(" lasts 7 s, not "), "{wrong}");
         watch.wrong.clear();
+        watch.by_link = true;
+        watch.episode(create("nema", &scenario, false, 1).unwrap().as_mut(), 1).unwrap();
+        let wrong = std::mem::take(&mut watch.wrong).join("\n");
+        assert!(wrong.contains(" begins 0 s after "), "{wrong}");
+        assert!(wrong.contains(", not "), "{wrong}");
+        watch.by_link = false;
         watch.episode(&mut Stubborn, 1).unwrap();
         assert!(watch.wrong.is_empty(), "it never changes");
     }
+}
+
+#[test]
+fn planted_violations_of_two_rings_are_found() {
+    let limits = Limits { yellow: 3, all_red: 1, min_through: 7, min_left: 5, max_green: 20 };
+    let play = |script: &[(&str, usize)]| -> Vec<String> {
+        let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
+        let states: Vec<String> = script.iter().flat_map(second).collect();
+        violations_by_link(&states, &ways(12), &limits)
+    };
+    let red = ("rrrrrrrrrrrr", 2);
+    let main = |seconds| ("GGgrrrGGgrrr", seconds);
+    let ends = ("yyyrrryyyrrr", 3);
+    let left = ("GGGrrrrrrrrr", 5);
+    let fair = [red, left, ("GGgrrrrrrrrr", 4), main(9), ends, red, ("rrrGGgrrrGGg", 9)];
+    assert_eq!(play(&fair), [""; 0]);
+    let found = |script: &[(&str, usize)], what: &str| {
+        let wrong = play(script);
+        assert!(wrong.iter().any(|w| w.contains(what)), "{what}: {wrong:?}");
+    };
+    found(&[red, ("GGGrrrGGgrrr", 9)], "links 2 and 7 have right of way");
+    found(&[red, ("GggrrrGGgGrr", 9)], "link 1 is green beside 9");
+    found(&[red, main(9), ("GGyrrrGGyrrr", 3), red], "yellow of 2 beside the green of 7");
+    found(&[red, main(9), ("yyyrrryyyrrr", 2), red], "has 2 s of yellow");
+    found(&[red, main(9), ends, ("rrrGGgrrrGGg", 9)], "begins 0 s after");
+    found(&[red, main(9), ("yyyGrryyyrrr", 3), red], "begins in the yellow of");
+    found(&[red, main(9), ("yyyrrryyyrrr", 3), main(9)], "from yellow to green");
+    found(&[red, main(6), ends, red], "link 1 was green for 6 s, not 7");
+    found(&[red, ("rrGrrrrrGrrr", 4), ("rryrrrrryrrr", 3), red], "link 2 was green for 4 s, not 5");
+    found(&[red, main(21), ends, red], "link 1 was green for 21 s");
 }
 
 #[test]

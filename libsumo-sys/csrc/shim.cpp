@@ -475,6 +475,18 @@ int32_t sumo_install(const char *signal, const char *program, int32_t type,
     });
 }
 
+int32_t sumo_show(const char *signal, const char *state) {
+    return protect_running([&] {
+        // SUMO would read past the end of a short state.
+        const size_t index_count = TrafficLight::getControlledLinks(signal).size();
+        if (std::strlen(state) < index_count) {
+            throw libsumo::TraCIException("state " + std::string(state) + " of signal " + signal +
+                                          " needs " + std::to_string(index_count) + " letters");
+        }
+        TrafficLight::setRedYellowGreenState(signal, state);
+    });
+}
+
 int32_t sumo_select(const char *signal, const char *program) {
     return protect_running([&] { TrafficLight::setProgram(signal, program); });
 }

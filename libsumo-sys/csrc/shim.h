@@ -194,6 +194,9 @@ int32_t sumo_install(const char *signal, const char *program, int32_t type,
 /// Enters a phase of the running program and ends it after `left_s` seconds.
 int32_t sumo_enter(const char *signal, int32_t phase, double left_s);
 
+/// Lets a signal show a state, one letter per link index, until it is told otherwise.
+int32_t sumo_show(const char *signal, const char *state);
+
 /// Switches a signal to another of its programs.
 int32_t sumo_select(const char *signal, const char *program);
 

@@ -9,7 +9,7 @@ use super::env::signal_env::Running;
 use super::error::TrafficError;
 use super::held::Held;
 use super::network::error::NetworkError;
-use super::program::{ProgramKind, ProgramPhase, SignalProgram};
+use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
 use crate::files::numbers::is_usable;
 use crate::nn::archive::Archive;
@@ -63,8 +63,12 @@ impl<S: Sim> Trial for SignalTrial<S> {
         resco(rows)
     }
 
+    /// What the controller says, and the phases of signals that run in two rings.
     fn details(&self) -> BTreeMap<String, String> {
-        self.controller.details()
+        let mut details = self.controller.details();
+        let rings = self.env.dual_rings();
+        details.extend(rings.map(|(signal, phases)| (format!("{PHASES}{signal}"), phases)));
+        details
     }
 
     /// The programs that the signals ran; none where a controller decides.

@@ -87,3 +87,90 @@ pub(crate) fn violations(states: &[String], through: &[usize], limits: &Limits) 
     }
     wrong
 }
+
+/// A way through four arms, numbered clockwise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Way {
+    pub(crate) from: usize,
+    pub(crate) to: usize,
+}
+
+impl Way {
+    fn is_through(self) -> bool {
+        (self.from + 2) % 4 == self.to
+    }
+
+    fn is_left(self) -> bool {
+        (self.from + 1) % 4 == self.to
+    }
+
+    /// Whether two ways meet: they end in the same arm, or cross. Around the circle every arm has its way in before
+    /// its way out.
+    fn meets(self, other: Self) -> bool {
+        let (a, b) = (2 * self.from, 2 * self.to + 1);
+        let inside = |point: usize| (a.min(b)..a.max(b)).contains(&point);
+        let crosses = inside(2 * other.from) != inside(2 * other.to + 1);
+        self.from != other.from && (self.to == other.to || crosses)
+    }
+}
+
+/// Returns what is wrong with states of which every link keeps to the limits by itself: those of two rings, where a
+/// green of one ring lasts while those of the other change.
+pub(crate) fn violations_by_link(states: &[String], ways: &[Way], limits: &Limits) -> Vec<String> {
+    let at = |second: usize, link: usize| states[second].as_bytes()[link];
+    let (end, links) = (states.len(), 0..ways.len());
+    let mut wrong = Vec::new();
+    for link in links.clone() {
+        let way = ways[link];
+        let foes: Vec<usize> = links.clone().filter(|other| way.meets(ways[*other])).collect();
+        let mut began = None;
+        for second in 1..end {
+            let (before, now) = (at(second - 1, link), at(second, link));
+            for &foe in &foes {
+                let other = at(second, foe);
+                if now == b'G' && other == b'G' {
+                    wrong.push(format!("{second} s: links {link} and {foe} have right of way"));
+                }
+                if now == b'g' && is_green(other) && way.is_through() {
+                    wrong.push(format!("{second} s: link {link} is green beside {foe}"));
+                }
+                if now == b'y' && is_green(other) && way.is_left() && ways[foe].is_through() {
+                    wrong.push(format!("{second} s: yellow of {link} beside the green of {foe}"));
+                }
+                if is_green(now) && !is_green(before) && other == b'r' {
+                    let dark = (0..second).rev().take_while(|s| at(*s, foe) == b'r').count();
+                    if dark < limits.all_red {
+                        wrong.push(format!("{second} s: link {link} begins {dark} s after {foe}"));
+                    }
+                }
+                if is_green(now) && !is_green(before) && other == b'y' {
+                    wrong.push(format!("{second} s: link {link} begins in the yellow of {foe}"));
+                }
+            }
+            if before == b'y' && is_green(now) {
+                wrong.push(format!("{second} s: link {link} goes from yellow to green"));
+            }
+            if is_green(now) && !is_green(before) {
+                began = Some(second);
+            }
+            if is_green(before) && !is_green(now) {
+                let yellow = (second..end).take_while(|s| at(*s, link) == b'y').count();
+                if yellow < limits.yellow && second + yellow < end {
+                    wrong.push(format!("{second} s: link {link} has {yellow} s of yellow"));
+                }
+                let least = if way.is_through() { limits.min_through } else { limits.min_left };
+                let length = second - began.unwrap_or(0);
+                // The first green of an episode began before it.
+                if began.is_some() && length < least {
+                    wrong.push(format!(
+                        "{second} s: link {link} was green for {length} s, not {least}"
+                    ));
+                }
+                if way.is_through() && length > limits.max_green {
+                    wrong.push(format!("{second} s: link {link} was green for {length} s"));
+                }
+            }
+        }
+    }
+    wrong
+}

@@ -16,6 +16,7 @@ pub mod max_pressure_resco;
 pub mod mplight;
 pub mod mplight_star;
 pub mod mplight_star_resco;
+pub mod nema;
 pub mod phase_sets;
 pub mod program;
 pub mod registry;
@@ -193,6 +194,8 @@ pub enum Drive {
     /// The greens of the network's own program, prolonged by SUMO while vehicles follow closely, up to
     /// so many seconds, within the limits.
     OwnActuated(f64),
+    /// Dual-ring control, which decides every second; see [`nema`].
+    DualRing(nema::Config),
     /// A cycle of green phases with their durations, seconds, without the yellows in between.
     Cycle(Vec<(GreenPhase, f64)>),
 }

@@ -13,7 +13,8 @@ macro_rules! methods {
             super::fixed_time::Config,
             super::max_pressure::Config,
             super::max_pressure_resco,
-            super::actuated::Config;
+            super::actuated::Config,
+            super::nema::Config;
             super::idqn::Config,
             super::ippo::Config,
             super::mplight::Config,

@@ -6,6 +6,7 @@
 
 pub mod cabinet;
 pub mod derive;
+pub mod dual_ring;
 pub mod episode;
 mod limits;
 pub mod metrics;

@@ -54,8 +54,8 @@ impl DecisionProgram {
     }
 }
 
-/// Returns the program that a drive needs; `None` for the network's own, and for decisions, whose program
-/// the signal's cabinet has.
+/// Returns the program that a drive needs; `None` for the network's own, for decisions, whose program
+/// the signal's cabinet has, and for dual rings, which are no program.
 ///
 /// # Errors
 ///
@@ -72,7 +72,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
     };
     let make = |kind, phases| Some(Program { id: INSTALLED.into(), kind, phases });
     Ok(match drive {
-        Drive::OwnProgram | Drive::Decisions => None,
+        Drive::OwnProgram | Drive::Decisions | Drive::DualRing(_) => None,
         Drive::OwnEqualSplit(green_s) => make(
             ProgramKind::Static,
             own(&|state, least_s, most_s| {

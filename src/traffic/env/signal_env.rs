@@ -14,6 +14,7 @@ use crate::units::SECONDS_PER_HOUR;
 
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
+use super::dual_ring::DualRing;
 use super::limits::share_turns;
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
@@ -54,6 +55,8 @@ pub struct SignalEnv<S> {
     specs: Vec<SignalSpec>,
     /// Of the signals that a controller decides.
     cabinets: Vec<Option<Cabinet>>,
+    /// Of the signals that run in two rings.
+    rings: Vec<Option<DualRing>>,
     /// What the others run.
     programs: Vec<Option<Running>>,
     /// Arguments that have SUMO read private copies; `None` before the first episode.
@@ -64,6 +67,8 @@ pub struct SignalEnv<S> {
     snapshot: Snapshot,
     observations: Vec<Observation>,
     request: Vec<Option<u32>>,
+    /// Distance of the first vehicle of each lane to the stop line, metres.
+    nearest_m: Vec<f64>,
     time_s: f64,
     counts: StepCounts,
     queue_sum: f64,
@@ -92,6 +97,7 @@ impl<S: Sim> SignalEnv<S> {
             signals: Vec::new(),
             specs: Vec::new(),
             cabinets: Vec::new(),
+            rings: Vec::new(),
             programs: Vec::new(),
             copies: None,
             at_begin: BTreeMap::new(),
@@ -99,6 +105,7 @@ impl<S: Sim> SignalEnv<S> {
             snapshot: Snapshot::default(),
             observations: Vec::new(),
             request: Vec::new(),
+            nearest_m: Vec::new(),
             counts: StepCounts::default(),
             queue_sum: 0.0,
             queue_max: 0.0,
@@ -142,6 +149,7 @@ impl<S: Sim> SignalEnv<S> {
             f64::from(self.signal_settings.delta_time_s),
         );
         self.cabinets = vec![None; self.signals.len()];
+        self.rings = vec![None; self.signals.len()];
         self.programs = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
@@ -261,7 +269,11 @@ impl<S: Sim> SignalEnv<S> {
                 }
                 None => self.sim.select(i, &self.scene.signals[i].active_program)?,
             }
-            if self.cabinets[i].is_none() {
+            if let Drive::DualRing(config) = drive {
+                let rings = DualRing::new(&self.scene, &self.scene.signals[i], signal, config);
+                self.sim.show(i, rings.shown())?;
+                self.rings[i] = Some(rings);
+            } else if self.cabinets[i].is_none() {
                 self.programs[i] = running(&self.scene.signals[i], installed);
             }
         }
@@ -272,6 +284,12 @@ impl<S: Sim> SignalEnv<S> {
     /// controller decides one of them, whose behaviour is then no program.
     pub fn programs(&self) -> Option<Vec<Running>> {
         self.programs.iter().cloned().collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
+    }
+
+    /// Returns the phases of the signals that run in two rings, in words, by signal.
+    pub fn dual_rings(&self) -> impl Iterator<Item = (&str, String)> {
+        let rings = self.specs.iter().zip(&self.rings);
+        rings.filter_map(|(spec, rings)| Some((spec.id.as_str(), rings.as_ref()?.describe())))
     }
 
     /// Asks for one green phase per signal for the next interval, and lets it go by: a signal that
@@ -294,8 +312,12 @@ impl<S: Sim> SignalEnv<S> {
             }
             self.set_phases()?;
             let next = self.cabinets.iter().flatten().filter_map(Cabinet::next_s).min();
-            let seconds = next.map_or(left_s, |next| next.min(left_s));
+            let mut seconds = next.map_or(left_s, |next| next.min(left_s));
+            if self.rings.iter().any(Option::is_some) {
+                seconds = seconds.min(1);
+            }
             self.run(seconds)?;
+            self.advance_rings(seconds)?;
             self.cabinets.iter_mut().flatten().for_each(|cabinet| cabinet.elapse(seconds));
             left_s -= seconds;
         }
@@ -305,6 +327,26 @@ impl<S: Sim> SignalEnv<S> {
         self.queue_sum += queue;
         self.queue_max = self.queue_max.max(queue);
         Ok(Step { terminated: false, truncated: self.time_s >= self.world.end_s })
+    }
+
+    /// Lets the dual rings see what is on their detectors, and shows what they make of it.
+    fn advance_rings(&mut self, seconds: u32) -> Result<(), SimError> {
+        if seconds == 0 || self.rings.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        self.sim.observe(&mut self.snapshot)?;
+        self.nearest_m.clear();
+        self.nearest_m.resize(self.scene.lanes.len(), f64::INFINITY);
+        for vehicle in &self.snapshot.vehicles {
+            let nearest_m = &mut self.nearest_m[vehicle.lane as usize];
+            *nearest_m = nearest_m.min(vehicle.distance_m);
+        }
+        for (i, rings) in self.rings.iter_mut().enumerate() {
+            if let Some(state) = rings.as_mut().and_then(|r| r.second(&self.nearest_m)) {
+                self.sim.show(i, state)?;
+            }
+        }
+        Ok(())
     }
 
     fn set_phases(&mut self) -> Result<(), SimError> {

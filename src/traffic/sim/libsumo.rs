@@ -242,6 +242,10 @@ impl Sim for SumoSim {
         self.api.enter(self.signal(signal)?, phase.cast_signed(), left_s)
     }
 
+    fn show(&mut self, signal: usize, state: &str) -> Result<(), SimError> {
+        self.api.show(self.signal(signal)?, &text(state)?)
+    }
+
     fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError> {
         self.phases.clear();
         self.phases.extend(phases.iter().map(|phase| phase.map_or(-1, u32::cast_signed)));

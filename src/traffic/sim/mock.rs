@@ -7,8 +7,8 @@
 use std::fs;
 
 use super::{
-    Link, Program, ProgramKind, Scene, Sim, SimError, Snapshot, StartOptions, StepCounts,
-    VehicleState,
+    Link, Program, ProgramKind, ProgramPhase, Scene, Sim, SimError, Snapshot, StartOptions,
+    StepCounts, VehicleState,
 };
 use crate::files::FileError;
 
@@ -166,6 +166,11 @@ impl Sim for MockSim {
         self.begin_phase(signal, phase as usize);
         self.phase_left_s[signal] = left_s;
         Ok(())
+    }
+
+    fn show(&mut self, signal: usize, state: &str) -> Result<(), SimError> {
+        let phases = vec![ProgramPhase::fixed(state, f64::INFINITY)];
+        self.install(signal, &Program { id: "shown".into(), kind: ProgramKind::Static, phases })
     }
 
     fn set_phases(&mut self, phases: &[Option<u32>]) -> Result<(), SimError> {

@@ -312,6 +312,13 @@ pub trait Sim {
     /// [`SimError`] when the signal has no program of that id.
     fn select(&mut self, signal: usize, program_id: &str) -> Result<(), SimError>;
 
+    /// Lets a signal show a state, one letter per link index, until it is told otherwise; its programs stand still.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when SUMO rejects the state.
+    fn show(&mut self, signal: usize, state: &str) -> Result<(), SimError>;
+
     /// Sets the phase of every signal and restarts its timer; `None` leaves a signal alone.
     ///
     /// # Errors

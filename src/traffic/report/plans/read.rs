@@ -6,7 +6,7 @@ use super::described;
 use super::task_plan::{Programs, Source, TaskPlan};
 use crate::store::record::Outcome;
 use crate::store::results::Results;
-use crate::traffic::program::SignalProgram;
+use crate::traffic::program::{PHASES, SignalProgram};
 use crate::traffic::settings::signal::SignalSettings;
 
 /// Methods whose behaviour is a program, for records from before programs were kept.
@@ -49,7 +49,11 @@ pub(in crate::traffic::report) fn plans(results: &Results) -> Vec<TaskPlan> {
         let replicate = task.replicate;
         let known = Programs { all: programs, cycles_s };
         let programs = (!known.all.is_empty()).then(|| Box::new(known));
-        plans.push(TaskPlan { method, point, replicate, objective, source, programs });
+        let details = record.details().into_iter().flatten();
+        let phases = details
+            .filter_map(|(name, text)| Some((name.strip_prefix(PHASES)?.to_owned(), text.clone())))
+            .collect();
+        plans.push(TaskPlan { method, point, replicate, objective, source, programs, phases });
     }
     plans
 }

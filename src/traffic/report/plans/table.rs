@@ -66,6 +66,15 @@ pub(super) fn rows(
     let file = file.unwrap_or_default();
     let Some(programs) = &plan.programs else {
         let program = if plan.source == Source::Decides { "none" } else { "unknown" };
+        if !plan.phases.is_empty() {
+            let phases = |(signal, phases): &(String, String)| {
+                let mut cells: [String; 11] = std::array::from_fn(|_| empty());
+                (cells[0], cells[1]) = (signal.clone(), program.to_owned());
+                cells[10] = format!("decides every second; {phases}");
+                row(cells)
+            };
+            return plan.phases.iter().map(phases).collect();
+        }
         let mut cells: [String; 11] = std::array::from_fn(|_| empty());
         cells[1] = program.to_owned();
         cells[10] = remark(plan, None);

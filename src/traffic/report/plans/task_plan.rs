@@ -32,6 +32,8 @@ pub struct TaskPlan {
     pub source: Source,
     /// What there is of programs; most methods have none, and there may be a million tasks.
     pub programs: Option<Box<Programs>>,
+    /// Phases of the signals that a method drives by phases, in words, by signal.
+    pub phases: Vec<(String, String)>,
 }
 
 /// What is known of the programs of a task.

@@ -60,8 +60,7 @@ impl Api {
     pub(super) fn version(self) -> Result<String, SimError> {
         let (mut api, mut name) = (0, ptr::null());
         // SAFETY: both point to writable variables.
-        let code = unsafe { self.0.sumo_version(&raw mut api, &raw mut name) };
-        self.check("sumo_version", code)?;
+        self.check("sumo_version", unsafe { self.0.sumo_version(&raw mut api, &raw mut name) })?;
         // SAFETY: the call above succeeded and set a text of the shim.
         Ok(unsafe { owned(name) })
     }
@@ -86,8 +85,7 @@ impl Api {
     pub(super) fn step(self, steps: u32) -> Result<StepCounts, SimError> {
         let mut counts = SumoCounts::default();
         // SAFETY: `counts` is writable.
-        let code = unsafe { self.0.sumo_step(steps, &raw mut counts) };
-        self.check("sumo_step", code)?;
+        self.check("sumo_step", unsafe { self.0.sumo_step(steps, &raw mut counts) })?;
         let SumoCounts { arrived, teleports, colliding } = counts;
         Ok(StepCounts { arrived, teleports, collisions: colliding })
     }
@@ -103,8 +101,7 @@ impl Api {
     pub(super) fn signals(self) -> Result<Vec<String>, SimError> {
         let (mut ids, mut count) = (ptr::null(), 0);
         // SAFETY: both point to writable variables.
-        let code = unsafe { self.0.sumo_signals(&raw mut ids, &raw mut count) };
-        self.check("sumo_signals", code)?;
+        self.check("sumo_signals", unsafe { self.0.sumo_signals(&raw mut ids, &raw mut count) })?;
         // SAFETY: the call above succeeded and set an array of the shim.
         let ids = unsafe { array(ids, count) };
         // SAFETY: each element is a text of the shim.
@@ -221,15 +218,19 @@ impl Api {
 
     pub(super) fn select(self, signal: &CStr, program: &CStr) -> Result<(), SimError> {
         // SAFETY: both texts end with a null byte.
-        let code = unsafe { self.0.sumo_select(signal.as_ptr(), program.as_ptr()) };
-        self.check("sumo_select", code)
+        self.check("sumo_select", unsafe { self.0.sumo_select(signal.as_ptr(), program.as_ptr()) })
+    }
+
+    /// Lets a signal show a state.
+    pub(super) fn show(self, signal: &CStr, state: &CStr) -> Result<(), SimError> {
+        // SAFETY: both texts end with a null byte.
+        self.check("sumo_show", unsafe { self.0.sumo_show(signal.as_ptr(), state.as_ptr()) })
     }
 
     /// Enters a phase and ends it after some time.
     pub(super) fn enter(self, signal: &CStr, phase: i32, left_s: f64) -> Result<(), SimError> {
         // SAFETY: the text ends with a zero and outlives the call.
-        let code = unsafe { self.0.sumo_enter(signal.as_ptr(), phase, left_s) };
-        self.check("sumo_enter", code)
+        self.check("sumo_enter", unsafe { self.0.sumo_enter(signal.as_ptr(), phase, left_s) })
     }
 
     /// Sets what [`Self::set_phases`] and [`Self::observe`] are about.
