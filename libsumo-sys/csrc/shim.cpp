@@ -4,6 +4,7 @@
 #include "shim.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -152,6 +153,80 @@ char direction(const libsumo::TraCILink &link) {
 }
 
 // Backs the pointers of a SumoSignal. They point into elements of the vectors, which stay where
+// Returns the phases of one ring on one side of the barrier, by name; the first two of four slots come before it.
+std::vector<std::string> ring_side(const std::string &ring, size_t side) {
+    std::vector<std::string> slots;
+    for (const char letter : ring) {
+        if (std::isdigit(static_cast<unsigned char>(letter)) != 0) {
+            slots.emplace_back(1, letter);
+        }
+    }
+    slots.resize(4, "0");
+    return {slots[2 * side], slots[2 * side + 1]};
+}
+
+// Returns what two phases show together: per link the better letter.
+std::string shown_together(const std::string &a, const std::string &b) {
+    const std::string order = "Ggs";
+    std::string state = a;
+    for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+        if (order.find(b[i]) < order.find(a[i])) {
+            state[i] = b[i];
+        }
+    }
+    return state;
+}
+
+// Replaces the phases of a dual-ring program by what it may show, a phase of each ring on one side of the barrier:
+// first those in equal places of both rings, side by side, then the others.
+void pair_rings(libsumo::TraCILogic &logic) {
+    const auto first = logic.subParameter.find("ring1");
+    const auto second = logic.subParameter.find("ring2");
+    if (first == logic.subParameter.end() || second == logic.subParameter.end()) {
+        return;
+    }
+    const auto phase = [&](const std::string &name) -> std::shared_ptr<libsumo::TraCIPhase> {
+        for (const auto &candidate : logic.phases) {
+            if (candidate->name == name) {
+                return candidate;
+            }
+        }
+        return nullptr;
+    };
+    std::vector<std::shared_ptr<libsumo::TraCIPhase>> pairs;
+    std::set<std::string> known;
+    for (const bool equal : {true, false}) {
+        for (size_t side = 0; side < 2; ++side) {
+            const auto ring1 = ring_side(first->second, side);
+            const auto ring2 = ring_side(second->second, side);
+            for (size_t i = 0; i < 2; ++i) {
+                for (size_t j = 0; j < 2; ++j) {
+                    // An empty slot leaves the other phase of the ring green.
+                    const auto a = phase(ring1[i] == "0" ? ring1[1 - i] : ring1[i]);
+                    const auto b = phase(ring2[j] == "0" ? ring2[1 - j] : ring2[j]);
+                    // Two phases in both rings run in step.
+                    const bool apart = ring1 == ring2 && i != j;
+                    if ((i == j) != equal || apart || (a == nullptr && b == nullptr)) {
+                        continue;
+                    }
+                    const auto &one = a == nullptr ? b : a;
+                    const auto &other = b == nullptr ? a : b;
+                    const auto state = shown_together(one->state, other->state);
+                    if (known.insert(state).second) {
+                        pairs.push_back(std::make_shared<libsumo::TraCIPhase>(
+                            std::max(one->duration, other->duration), state,
+                            std::max(one->minDur, other->minDur),
+                            std::min(one->maxDur, other->maxDur)));
+                    }
+                }
+            }
+        }
+    }
+    if (!pairs.empty()) {
+        logic.phases = pairs;
+    }
+}
+
 // they are when a store is moved.
 struct SignalStore {
     size_t index_count = 0;
@@ -209,6 +284,7 @@ SignalStore describe(const std::string &signal) {
                                places[i].second});
     }
     store.logics = TrafficLight::getAllProgramLogics(signal);
+    std::for_each(store.logics.begin(), store.logics.end(), pair_rings);
     for (const auto &logic : store.logics) {
         auto &phases = store.phases.emplace_back();
         const auto is_reached = reached(logic);

@@ -64,3 +64,141 @@ fn the_forecast_counts_the_simulations_of_every_signal() {
     // Three signals with 24 each, and an evaluation each of these two and the baseline.
     assert!(text.contains("75 episodes at most"), "{text}");
 }
+
+/// Somebody crosses the street between W and C at P; a side street from D joins behind, and yields.
+const CROSSING_NODES: &str = r#"<nodes>
+    <node id="W" x="-300" y="0"/> <node id="P" x="0" y="0" type="traffic_light"/>
+    <node id="C" x="110" y="0" type="priority"/> <node id="D" x="110" y="-200"/> <node id="E" x="400" y="0"/>
+</nodes>"#;
+
+const CROSSING_EDGES: &str = r#"<edges>
+    <edge id="wp" from="W" to="P" numLanes="2" priority="9"/> <edge id="pc" from="P" to="C" numLanes="2" priority="9"/>
+    <edge id="ce" from="C" to="E" numLanes="2" priority="9"/> <edge id="dc" from="D" to="C" priority="1"/>
+</edges>"#;
+
+/// Vehicles on both streets.
+const CROSSING_ROUTES: &str = r#"<route id="main" edges="wp pc ce"/> <route id="side" edges="dc ce"/>
+    <flow id="m" route="main" begin="0" end="600" vehsPerHour="1700" departLane="random"/>
+    <flow id="s" route="side" begin="0" end="600" vehsPerHour="150"/>"#;
+
+/// Adds a program to a configuration, which then runs.
+fn with_program(config: &Path, logic: &str) {
+    fs::write(folder(config).join("program.add.xml"), format!("<additional>{logic}</additional>"))
+        .unwrap();
+    let text = fs::read_to_string(config).unwrap();
+    let text = text.replace("</input>", "<additional-files value=\"program.add.xml\"/></input>");
+    fs::write(config, text).unwrap();
+}
+
+#[test]
+fn a_signal_for_a_crosswalk_keeps_its_own_program_under_every_method() {
+    let files = Scenario::new();
+    files.build("walk", CROSSING_NODES, CROSSING_EDGES, None);
+    let config = scenario(&files, "walk", CROSSING_ROUTES);
+    let logic = r#"<tlLogic id="P" type="static" programID="walk" offset="0"><phase duration="25" state="GG"/>
+        <phase duration="3" state="yy"/><phase duration="30" state="rr"/></tlLogic>"#;
+    with_program(&config, logic);
+    let text = succeed(folder(&config), "signals walk.sumocfg");
+    assert!(text.contains("it keeps the network's own program under every method"), "{text}");
+    let methods = "program,max-pressure,actuated,nema";
+    succeed(
+        folder(&config),
+        &format!("run --sumocfg walk.sumocfg --methods {methods} --eval-seeds 1 --quiet --out r"),
+    );
+    let table = fs::read_to_string(folder(&config).join("r/report/episodes.csv")).unwrap();
+    let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let place = rows.next().unwrap().iter().position(|c| *c == "delay_s").unwrap();
+    let delays: Vec<&str> = rows.map(|row| row[place]).collect();
+    assert_eq!(delays.len(), 5, "{table}");
+    assert!(delays.iter().all(|d| *d == delays[0]), "{table}");
+}
+
+/// Four arms with a lane for left turns each.
+fn four_arms(files: &Scenario) {
+    let places = [("n", 0, 300), ("e", 300, 0), ("s", 0, -300), ("w", -300, 0)];
+    let mut nodes = r#"<node id="C" x="0" y="0" type="traffic_light"/>"#.to_owned();
+    let (mut edges, mut ways) = (String::new(), String::new());
+    for (i, (arm, x, y)) in places.iter().enumerate() {
+        nodes += &format!(r#"<node id="{arm}" x="{x}" y="{y}"/>"#);
+        edges += &format!(r#"<edge id="{arm}i" from="{arm}" to="C" numLanes="2"/>"#);
+        edges += &format!(r#"<edge id="{arm}o" from="C" to="{arm}"/>"#);
+        for (turn, lane) in [(3, 0), (2, 0), (1, 1)] {
+            let to = places[(i + turn) % 4].0;
+            ways +=
+                &format!(r#"<connection from="{arm}i" to="{to}o" fromLane="{lane}" toLane="0"/>"#);
+        }
+    }
+    let ways = format!("<connections>{ways}</connections>");
+    files.build(
+        "arms",
+        &format!("<nodes>{nodes}</nodes>"),
+        &format!("<edges>{edges}</edges>"),
+        Some(&ways),
+    );
+}
+
+#[test]
+fn a_dual_ring_program_offers_the_pairs_that_it_may_show() {
+    let files = Scenario::new();
+    four_arms(&files);
+    let routes = r#"<flow id="a" from="ni" to="so" begin="0" end="600" vehsPerHour="300"/>
+        <flow id="b" from="ei" to="so" begin="0" end="600" vehsPerHour="200" departLane="1"/>"#;
+    let config = scenario(&files, "arms", routes);
+    let phase = |name: u32, state: &str| {
+        format!(
+            r#"<phase name="{name}" duration="30" minDur="5" maxDur="30" vehext="2" yellow="3" red="1" state="{state}"/>"#
+        )
+    };
+    let states = [
+        (1, "rrrrrrrrGrrr"),
+        (2, "GGrrrrrrrrrr"),
+        (3, "rrrrrrrrrrrG"),
+        (4, "rrrGGrrrrrrr"),
+        (5, "rrGrrrrrrrrr"),
+        (6, "rrrrrrGGrrrr"),
+        (7, "rrrrrGrrrrrr"),
+        (8, "rrrrrrrrrGGr"),
+    ];
+    let phases: String = states.iter().map(|(name, state)| phase(*name, state)).collect();
+    let rings = [
+        ("ring1", "1,2,3,4"),
+        ("ring2", "5,6,7,8"),
+        ("barrierPhases", "4,8"),
+        ("barrier2Phases", "2,6"),
+        ("minRecall", "2,6"),
+    ];
+    let rings: String =
+        rings.iter().map(|(k, v)| format!(r#"<param key="{k}" value="{v}"/>"#)).collect();
+    with_program(
+        &config,
+        &format!(
+            r#"<tlLogic id="C" type="NEMA" programID="rings" offset="0">{rings}{phases}</tlLogic>"#
+        ),
+    );
+    let text = succeed(folder(&config), "signals arms.sumocfg");
+    let shown: Vec<&str> =
+        (text.lines().map(str::trim).skip_while(|l| !l.starts_with("phase ")).skip(1))
+            .take_while(|l| !l.starts_with("warning"))
+            .filter_map(|l| l.split_whitespace().nth(1))
+            .collect();
+    let pairs = [
+        "rrGrrrrrGrrr",
+        "GGrrrrGGrrrr",
+        "rrrrrGrrrrrG",
+        "rrrGGrrrrGGr",
+        "rrrrrrGGGrrr",
+        "GGGrrrrrrrrr",
+        "rrrrrrrrrGGG",
+        "rrrGGGrrrrrr",
+    ];
+    assert_eq!(shown, pairs, "{text}");
+    succeed(
+        folder(&config),
+        "run --sumocfg arms.sumocfg --methods program,nema --eval-seeds 1 --quiet --out r",
+    );
+    let plans = fs::read_to_string(folder(&config).join("r/report/plans.csv")).unwrap();
+    assert!(plans.contains("two rings: ring 1: 1 (left rrrrrrrrGrrr;"), "{plans}");
+    // What is made of the program serves everything with four of the pairs.
+    let baseline = plans.lines().filter(|l| l.contains(",baseline,")).count();
+    assert_eq!(baseline, 4, "{plans}");
+}

@@ -187,7 +187,7 @@ pub(super) fn remarks(
     }
     for signal in signals {
         if !decides(signal) {
-            let text = "one phase, so nothing to control: it is always green";
+            let text = "one phase, so nothing to control: it keeps its own program";
             remarks.insert(format!("signal {}", signal.id), text.to_owned());
         }
         let unserved = signal.unserved_lanes();

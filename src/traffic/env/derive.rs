@@ -63,6 +63,13 @@ pub struct DerivedSignal {
     pub unreached: Vec<String>,
 }
 
+impl DerivedSignal {
+    /// Whether its program shows cars one green only, so that there is nothing to decide.
+    pub fn has_one_green(&self) -> bool {
+        self.spec.phases.len() == 1 && self.own_greens.len() == 1
+    }
+}
+
 /// Derives one signal of a scene: its lanes, movements, phases and their limits.
 ///
 /// The phases are the greens of the program that runs by default, or with [`Actions::AllPairs`] those
@@ -89,7 +96,7 @@ pub fn derive(
         .into_iter()
         .partition(|state| serves_vehicles(state, signal));
     let (states, left_out) = (distinct(states, signal), distinct(left_out, signal));
-    let own_greens = cycle(own, &timing, signal);
+    let own_greens = covering(own, cycle(own, &timing, signal));
     if states.is_empty() || own_greens.is_empty() {
         return Err(fail(&format!(
             "no phase of its program {:?}, the one that runs at the start, is green for vehicles without yellow; check its \
@@ -178,6 +185,22 @@ fn cycle(program: &Program, timing: &Timing, signal: &SignalInfo) -> Vec<String>
         join(&mut states, Some(0), last);
     }
     states
+}
+
+/// Returns the greens of a program that make a cycle: of one that does not run its phases one after the other, such
+/// as a dual-ring one, as many as it takes to serve whatever it serves.
+fn covering(program: &Program, mut greens: Vec<String>) -> Vec<String> {
+    if program.kind != ProgramKind::Other {
+        return greens;
+    }
+    let served = |greens: &[String]| -> std::collections::BTreeSet<usize> {
+        let is_green = |(_, letter): &(usize, char)| matches!(letter, 'G' | 'g');
+        greens.iter().flat_map(|g| g.chars().enumerate().filter(is_green).map(|(i, _)| i)).collect()
+    };
+    let all = served(&greens);
+    let enough = (1..greens.len()).find(|count| served(&greens[..*count]) == all);
+    greens.truncate(enough.unwrap_or(greens.len()));
+    greens
 }
 
 /// Returns states in the order in which they first appear, of those that are [`alike`] one: the actions to choose from.

@@ -254,6 +254,9 @@ impl<S: Sim> SignalEnv<S> {
     /// [`SimError`] when SUMO rejects a program.
     pub fn drive(&mut self, drives: &[Drive]) -> Result<(), SimError> {
         for (i, (signal, drive)) in self.signals.iter().zip(drives).enumerate() {
+            // Where one green is all there is for cars, nobody decides anything; whoever its program stops them
+            // for keeps his time.
+            let drive = if signal.has_one_green() { &Drive::OwnProgram } else { drive };
             self.cabinets[i] = (*drive == Drive::Decisions)
                 .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
             let installed = match &self.cabinets[i] {
@@ -374,6 +377,7 @@ impl<S: Sim> SignalEnv<S> {
         for (i, signal) in self.signals.iter().enumerate() {
             let phase = match &self.cabinets[i] {
                 Some(cabinet) => cabinet.phase().0,
+                None if signal.has_one_green() => 0,
                 None => self.snapshot.phases[i] as usize,
             };
             self.observer.write(i, signal, phase, &mut self.observations[i]);

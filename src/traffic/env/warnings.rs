@@ -65,7 +65,7 @@ pub enum Warning {
     NamedByAll,
     /// One phase only.
     OnePhase,
-    /// A program whose greens may be others than its phases.
+    /// A program that does not run its phases one after the other.
     OtherProgram,
 }
 
@@ -110,13 +110,13 @@ impl fmt::Display for Warning {
             ),
             Self::OnePhase => write!(
                 f,
-                "it has one green only, so that no method decides anything: it is always green, but under \
-                 the network's own program"
+                "it has one green only, so that no method decides anything: it keeps the network's own program under \
+                 every method"
             ),
             Self::OtherProgram => write!(
                 f,
-                "its own program is neither static nor actuated, and methods get the greens of its phases one by one; where \
-                 it shows two of them at once (NEMA), give the scenario a static program of what is shown"
+                "its own program is neither static nor actuated: methods get the greens of its phases, of a dual-ring one \
+                 (NEMA) the pairs of phases that it may show"
             ),
         }
     }

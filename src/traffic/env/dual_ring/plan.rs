@@ -118,12 +118,6 @@ impl Plan {
         }
         green
     }
-
-    /// Returns the ring and the place in it of a phase of a side.
-    pub(super) fn place(side: &Side, phase: usize) -> Option<(usize, usize)> {
-        let in_ring = |ring: &Vec<usize>| ring.iter().position(|p| *p == phase);
-        side.iter().enumerate().find_map(|(r, ring)| Some((r, in_ring(ring)?)))
-    }
 }
 
 /// What phases are made of.

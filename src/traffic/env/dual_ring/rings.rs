@@ -19,7 +19,7 @@
 mod lights;
 
 use super::links::Links;
-use super::plan::{Plan, Side};
+use super::plan::Plan;
 use crate::traffic::timing::Timing;
 
 /// What the detectors of every phase say in a second.
@@ -289,11 +289,5 @@ impl Rings {
         self.plan.phases[phase].links.iter().for_each(|link| green[*link] = true);
         let letters = self.links.letters(&green, &vec![false; green.len()]);
         letters.into_iter().map(char::from).collect()
-    }
-
-    /// Returns the side that is served, for those who watch.
-    #[cfg(test)]
-    pub(super) fn side(&self) -> &Side {
-        &self.plan.sides[self.side]
     }
 }
