@@ -5,7 +5,7 @@ use super::estimator::Chosen;
 use super::measures::Measures;
 use super::points::{PointSummary, TaskScore};
 use super::reference::Reference;
-use crate::sample::Design;
+use crate::sample::{Design, Sampling};
 use crate::store::manifest::Identity;
 
 /// What methods are summarised from; all of a run, or the part of it that some methods have in common.
@@ -30,6 +30,14 @@ pub(super) struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
+    /// Returns what an estimator is given of the whole family: what a model knows, or what says how alike point MDPs are.
+    pub(super) fn given(&self) -> Option<&'a Design> {
+        match self.identity.sample.sampling {
+            Sampling::BayesianQuadrature => self.design,
+            _ => self.assisting(),
+        }
+    }
+
     /// Returns what a model knows of the whole family: that is relative to the baseline, and a design without it only
     /// says where point MDPs lie.
     pub(super) fn assisting(&self) -> Option<&'a Design> {

@@ -145,7 +145,7 @@ pub(super) fn paired<T>(
         method: index as u64,
         name: &identity.methods[index],
         points: chosen,
-        design: evidence.assisting(),
+        design: evidence.given(),
         resamples: identity.sample.resamples(RESAMPLES),
         alpha: identity.sample.alpha(),
     };

@@ -236,6 +236,7 @@ impl Analysis {
     pub fn sampling(&self) -> &'static str {
         match self.manifest.identity.sample.sampling {
             Sampling::Balanced => "balanced",
+            Sampling::BayesianQuadrature => "bayesian-quadrature",
             Sampling::KMeans => "k-means",
             Sampling::WithReplacement => "with-replacement",
             Sampling::WithoutReplacement => "without-replacement",

@@ -54,8 +54,8 @@ pub struct PlanArgs {
     /// Results of the whole family for methods without training
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
-    /// How the point MDPs are chosen [default: balanced]
-    #[arg(long, value_enum, conflicts_with = "assist")]
+    /// How the point MDPs are chosen [default: balanced; with --assist bayesian-quadrature]
+    #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
     /// Methods that will run, separated by commas; the time depends on them
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -89,11 +89,21 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
     });
     let known = known.transpose()?;
     let family = subject.problem().family();
-    let maker =
-        Maker { args, subject: &subject, family, design: design(family, known.as_ref(), args)? };
+    let usual = match args.assist {
+        Some(_) => Sampling::assisted(family.points.len()),
+        None => Sampling::DEFAULT,
+    };
+    let sampling = args.sampling.unwrap_or(usual);
+    if args.assist.is_some() && !sampling.has_design() {
+        let reason =
+            "--assist has no effect: that --sampling knows no scores; leave one of them out";
+        return Err(Refused(reason.to_owned()).into());
+    }
+    let design = design(family, known.as_ref(), args)?.for_sampling(sampling);
+    let maker = Maker { args, subject: &subject, family, design, sampling };
     let budget = maker.budget(known.as_ref())?;
     let sample = maker.sample(budget)?;
-    let design = (sample.sampling == Sampling::Balanced).then(|| maker.design.clone());
+    let design = sample.sampling.has_design().then(|| maker.design.clone());
     let mut plan = PlanFile::new(&family.name, sample, design);
     if let Some(known) = &known {
         plan.expected = maker.expected(known, budget, REPEATS)?;
@@ -125,12 +135,12 @@ struct Maker<'a> {
     subject: &'a Subject,
     family: &'a MdpFamily,
     design: Design,
+    sampling: Sampling,
 }
 
 impl Maker<'_> {
     fn sample(&self, budget: usize) -> anyhow::Result<SamplePlan> {
-        let sampling = self.args.sampling.unwrap_or(Sampling::DEFAULT);
-        Ok(choose_over(self.family, &self.design, sampling, budget, self.args.seed)?)
+        Ok(choose_over(self.family, &self.design, self.sampling, budget, self.args.seed)?)
     }
 
     /// Returns the number of point MDPs that is asked for, one way or another.
@@ -180,7 +190,10 @@ impl Maker<'_> {
         let plan = StudyPlan {
             budgets: vec![budget],
             repeats,
-            kinds: vec![Kind::M4],
+            kinds: vec![match self.sampling {
+                Sampling::BayesianQuadrature => Kind::Bq,
+                _ => Kind::M4,
+            }],
             seed: self.args.seed,
             resamples: RESAMPLES,
         };

@@ -169,9 +169,16 @@ fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>
     if !args.quiet {
         warn_of_settings(dir, &analysis, &subject.problem().settings());
     }
+    let sampling = args.sampling.unwrap_or(Sampling::assisted(family.points.len()));
+    if !sampling.has_design() {
+        let reason =
+            "--assist has no effect: that --sampling knows no scores; leave one of them out";
+        return Err(Refused(reason.to_owned()).into());
+    }
     let mut design = Design::of(family);
     known.add_to(&mut design, &dir.display().to_string())?;
-    let sample = choose_over(family, &design, Sampling::Balanced, budget, args.seed)?;
+    let design = design.for_sampling(sampling);
+    let sample = choose_over(family, &design, sampling, budget, args.seed)?;
     Ok(Some(PlanFile::new(&family.name, sample, Some(design))))
 }
 

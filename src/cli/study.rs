@@ -48,10 +48,10 @@ pub struct EstimateArgs {
     /// Results directory in which the whole family was evaluated
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Results of the same family for methods without training, for m4 [default: DIR]
+    /// Results of the same family for methods without training, for m4 and bq [default: DIR]
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
-    /// Methods whose scores m4 knows on all point MDPs [default: all that do not learn]
+    /// Methods whose scores m4 and bq know on all point MDPs [default: all that do not learn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub inputs: Vec<String>,
     /// Sizes of samples [default: 10,20,40,80, if the family is larger]
@@ -86,8 +86,8 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let (mut recorded, analysis) = read(&args.dir)?;
     let kinds = kinds(&args.estimators);
     if let Some(dir) = &args.assist {
-        if !kinds.contains(&Kind::M4) {
-            let reason = "--assist has no effect without m4 among --estimators; leave it out";
+        if !kinds.iter().any(|k| k.is_assisted()) {
+            let reason = "--assist has no effect without m4 or bq among --estimators; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
         let (other, known) = read(dir)?;
@@ -101,8 +101,8 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         )?;
     }
     if !args.inputs.is_empty() {
-        if !kinds.contains(&Kind::M4) {
-            let reason = "--inputs has no effect without m4 among --estimators; leave it out";
+        if !kinds.iter().any(|k| k.is_assisted()) {
+            let reason = "--inputs has no effect without m4 or bq among --estimators; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
         recorded.keep_inputs(&args.inputs, &args.dir.display().to_string())?;
@@ -111,8 +111,9 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
     let budgets = budgets(&args.budgets, size)?;
     let names: Vec<String> = recorded.methods.iter().map(|m| m.name.clone()).collect();
     let until = args.until.until(&names, &names)?;
-    if let (Some(flag), false) = (args.until.flag(), kinds.iter().any(|k| k.is_balanced())) {
-        let reason = "only balanced samples grow; give balanced or m4 among --estimators";
+    if let (Some(flag), false) = (args.until.flag(), kinds.iter().any(|k| k.grows())) {
+        let reason =
+            "such samples do not grow; give balanced, m4, bq-features or bq among --estimators";
         return Err(Refused(format!("{flag}: {reason}")).into());
     }
     let plan = StudyPlan {
@@ -122,7 +123,7 @@ pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
         budgets,
         kinds,
     };
-    let growing = plan.kinds.iter().filter(|k| k.is_balanced() && until.is_some()).count();
+    let growing = plan.kinds.iter().filter(|k| k.grows() && until.is_some()).count();
     let total = (plan.kinds.len() * plan.budgets.len() + growing) * plan.repeats;
     let progress = Counted::new(total, "samples", args.quiet || args.json);
     let cells = study(&recorded, &plan, &|n| progress.add(n, ""));

@@ -11,7 +11,13 @@ use crate::traffic::settings::{Detail, Preset};
 impl ValueEnum for Sampling {
     /// All but [`Sampling::All`], which is what `--budget all` does, no choice of its own.
     fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Balanced, Self::KMeans, Self::WithReplacement, Self::WithoutReplacement]
+        &[
+            Self::Balanced,
+            Self::BayesianQuadrature,
+            Self::KMeans,
+            Self::WithReplacement,
+            Self::WithoutReplacement,
+        ]
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
@@ -19,6 +25,10 @@ impl ValueEnum for Sampling {
             Self::Balanced => (
                 "balanced",
                 "random draws by importance, spread over the features (local pivotal method)",
+            ),
+            Self::BayesianQuadrature => (
+                "bayesian-quadrature",
+                "the point MDPs that leave least unknown of the family's score, by a Gaussian process",
             ),
             Self::KMeans => (
                 "k-means",

@@ -19,13 +19,13 @@ use super::{Predict, Scaling, standard};
 const ITERATIONS: u64 = 20;
 
 /// Pairs of steps and gradients that the search keeps.
-const MEMORY: usize = 7;
+pub(super) const MEMORY: usize = 7;
 
 /// Standard deviation of the prior of every logarithm.
-const PRIOR_SD: f64 = 1.0;
+pub(super) const PRIOR_SD: f64 = 1.0;
 
 /// Added to the diagonal, relative to the variance of the values, so that it can be factorised.
-const JITTER: f64 = 1e-8;
+pub(super) const JITTER: f64 = 1e-8;
 
 /// Logarithms of the hyper-parameters: of `s`, of `e`, and of every length scale.
 pub(super) type Logs = Vec<f64>;
@@ -88,14 +88,23 @@ impl Data {
 }
 
 /// Returns the pairs `j < i` in the order of [`Data::squares`].
-fn pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(|i| (0..i).map(move |j| (i, j)))
 }
 
 /// Means of the prior of the logarithms.
 fn prior(columns: usize) -> Logs {
-    let length = 0.5 * (columns.max(1) as f64).ln();
-    [vec![0.0, (1.0f64 / 3.0).ln()], vec![length; columns]].concat()
+    [vec![0.0, prior_noise()], vec![prior_length(columns); columns]].concat()
+}
+
+/// Mean of the prior of the logarithm of the noise's deviation, in deviations of the values.
+pub(super) fn prior_noise() -> f64 {
+    (1.0f64 / 3.0).ln()
+}
+
+/// Mean of the prior of the logarithm of a length scale.
+pub(super) fn prior_length(columns: usize) -> f64 {
+    0.5 * (columns.max(1) as f64).ln()
 }
 
 fn kernel(a: &[f64], b: &[f64], logs: &[f64]) -> f64 {

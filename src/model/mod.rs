@@ -5,9 +5,11 @@
 
 mod cross_fit;
 mod gaussian_process;
+mod length_scales;
 mod ridge;
 
 pub use cross_fit::{Known, Prediction, cross_fit};
+pub use length_scales::{Curve, LengthScales, length_scales};
 
 /// A fitted model.
 trait Predict {

@@ -70,7 +70,7 @@ pub struct Draft {
     pub methods: Vec<String>,
     /// Those of them that have more than one task per point MDP.
     pub replicated: Vec<String>,
-    /// What a balanced sample was spread over.
+    /// What a sample was spread over, of those that need it later.
     pub design: Option<Design>,
 }
 
@@ -84,10 +84,11 @@ impl Draft {
     ///
     /// # Errors
     ///
-    /// [`SampleError::Growth`] for a sample that is not balanced, or budgets that do not lead to its own.
+    /// [`SampleError::Growth`] for a sample that is not over a design, or budgets that do not lead to its own.
     pub fn grow(&mut self, until: Until, budgets: &[usize]) -> Result<(), SampleError> {
         let Some(design) = &self.design else {
-            let reason = "only balanced samples grow, and those that were drawn over a design";
+            let reason =
+                "only samples over a design grow: balanced ones and those by Bayesian quadrature";
             return Err(SampleError::Growth(reason.to_owned()));
         };
         let usual = halves(self.sample.budget);
@@ -127,9 +128,9 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
             (plan.sample.clone(), plan.design.clone())
         }
         None => {
-            let design = Design::of(family);
+            let design = Design::of(family).for_sampling(sampling);
             let sample = choose_over(family, &design, sampling, budget, request.base_seed)?;
-            (sample, (sampling == Sampling::Balanced).then_some(design))
+            (sample, sampling.has_design().then_some(design))
         }
     };
     let repeats = |m: &&&Method| request.replicates > 1 && m.training != Training::None;

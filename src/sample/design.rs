@@ -1,12 +1,13 @@
 //! What is known of every point MDP of a family before anything expensive runs: importance, what describes it, and
 //! the scores of cheap methods where these were run everywhere.
 //!
-//! Balanced samples are spread over it, and estimates use it for the point MDPs that were not evaluated.
+//! Samples are spread over it, and estimates use it for the point MDPs that were not evaluated.
 
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use super::process::Process;
 use crate::family::MdpFamily;
 use crate::hash::sha256;
 
@@ -52,6 +53,9 @@ pub struct Design {
     pub inputs: Vec<Input>,
     /// All point MDPs, in the order of the family.
     pub points: Vec<DesignPoint>,
+    /// How alike scores are, where a sample by Bayesian quadrature rests on that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<Process>,
 }
 
 impl Design {
@@ -65,7 +69,7 @@ impl Design {
             inputs: Vec::new(),
         };
         let points = family.points.iter().zip(describing.iter()).map(row).collect();
-        Self { inputs: Vec::new(), points }
+        Self { inputs: Vec::new(), points, process: None }
     }
 
     /// Returns the bytes of `design.json`.
@@ -85,13 +89,14 @@ impl Design {
         self.points.iter().position(|p| p.point == point)
     }
 
-    /// Adds an input, a value per point MDP.
+    /// Adds an input, a value per point MDP; a process that did not know it goes.
     pub fn add_input(&mut self, input: &Input, values: &[f64]) {
+        self.process = None;
         self.inputs.push(input.clone());
         self.points.iter_mut().zip(values).for_each(|(p, value)| p.inputs.push(*value));
     }
 
-    /// Returns the same without the inputs of some methods.
+    /// Returns the same without the inputs of some methods, and without a process.
     pub fn without(&self, methods: &[&str]) -> Self {
         let kept: Vec<usize> = (0..self.inputs.len())
             .filter(|c| !methods.contains(&self.inputs[*c].method.as_str()))
@@ -101,7 +106,7 @@ impl Design {
             ..p.clone()
         };
         let inputs = kept.iter().map(|c| self.inputs[*c].clone()).collect();
-        Self { inputs, points: self.points.iter().map(row).collect() }
+        Self { inputs, points: self.points.iter().map(row).collect(), process: None }
     }
 
     /// Returns the values of an input, a value per point MDP; `None` where it is none.
@@ -153,6 +158,7 @@ mod tests {
         Design {
             inputs: vec![Input { method: "plain".to_owned(), measure: Measure::Score }],
             points: vec![point("a", 1.0, 0.5), point("b", 3.0, 2.0)],
+            process: None,
         }
     }
 
@@ -189,5 +195,9 @@ mod tests {
     fn a_design_is_read_as_it_was_written() {
         let read: Design = serde_json::from_slice(&design().to_json()).unwrap();
         assert_eq!((read.sha256(), &read), (design().sha256(), &design()));
+        let modelled = design().modelled();
+        let read: Design = serde_json::from_slice(&modelled.to_json()).unwrap();
+        assert_eq!(read, modelled);
+        assert_ne!(read.sha256(), design().sha256());
     }
 }

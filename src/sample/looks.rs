@@ -1,5 +1,7 @@
 //! Samples that grow look by look until they say enough.
 //!
+//! The looks of a sample by Bayesian quadrature are the beginnings of its order. Those of a balanced sample:
+//!
 //! The largest sample is drawn first, just as one that does not grow; every earlier look is a balanced sample of the next
 //! one, in which a point MDP stays with the ratio of its two probabilities. So each look is a balanced sample of the family in
 //! its own right, with probabilities in proportion to importance, looks contain those before, and one that is never
@@ -19,6 +21,7 @@ use std::collections::HashMap;
 use super::Design;
 use super::balanced::{inclusion, pivotal, weights};
 use super::plan::{Draw, Look, SampleError, SamplePlan, Sampling};
+use super::quadrature::Quadrature;
 use crate::seed::derive;
 
 /// Fewest point MDPs of a look that is not asked for; intervals from fewer say little.
@@ -35,7 +38,7 @@ pub fn halves(budget: usize) -> Vec<usize> {
     budgets
 }
 
-/// Returns the looks of a balanced sample, the sample itself the last of them.
+/// Returns the looks of a balanced sample or one by Bayesian quadrature, the sample itself the last of them.
 ///
 /// # Arguments
 ///
@@ -44,15 +47,15 @@ pub fn halves(budget: usize) -> Vec<usize> {
 ///
 /// # Errors
 ///
-/// [`SampleError::Growth`] for a sample that is not balanced, or budgets that do not lead to its own.
+/// [`SampleError::Growth`] for another sample, a design that is not its own, or budgets that do not lead to its own.
 pub fn looks(
     plan: &SamplePlan,
     design: &Design,
     budgets: &[usize],
 ) -> Result<Vec<Look>, SampleError> {
     let refused = |reason: String| Err(SampleError::Growth(reason));
-    if plan.sampling != Sampling::Balanced {
-        return refused("looks are parts of balanced samples only".to_owned());
+    if !plan.sampling.has_design() {
+        return refused("looks are parts of samples over a design only".to_owned());
     }
     if budgets.last() != Some(&plan.budget)
         || !budgets.is_sorted_by(|a, b| a < b)
@@ -60,6 +63,12 @@ pub fn looks(
     {
         let budget = plan.budget;
         return refused(format!("looks must ascend from 1 or more to the budget, {budget}"));
+    }
+    if plan.sampling == Sampling::BayesianQuadrature {
+        let looks = beginnings(plan, design, budgets);
+        let is_own = |looks: &Vec<Look>| looks.last().is_some_and(|l| l.draws == plan.draws);
+        let other = || SampleError::Growth("the design is not that of the sample".to_owned());
+        return looks.filter(is_own).ok_or_else(other);
     }
     let importance: Vec<f64> = design.points.iter().map(|p| p.importance).collect();
     let coordinates = design.coordinates();
@@ -93,6 +102,25 @@ pub fn looks(
     }
     looks.reverse();
     Ok(looks)
+}
+
+/// Returns the beginnings of the order of a sample by Bayesian quadrature; `None` where the design has no process.
+fn beginnings(plan: &SamplePlan, design: &Design, budgets: &[usize]) -> Option<Vec<Look>> {
+    let quadrature = Quadrature::of(design)?;
+    let order = quadrature.order(design, plan.budget, plan.seed);
+    let look = |budget: &usize| {
+        let mut rows = order[..*budget].to_vec();
+        rows.sort_unstable();
+        let draw = |(i, weight): (&usize, f64)| Draw {
+            point: design.points[*i].point.clone(),
+            weight,
+            count: 1,
+            inclusion: None,
+        };
+        let draws = rows.iter().zip(quadrature.rule(&rows).weights).map(draw).collect();
+        Look { budget: *budget, draws }
+    };
+    Some(budgets.iter().map(look).collect())
 }
 
 #[cfg(test)]
@@ -157,6 +185,25 @@ mod tests {
         assert_eq!(spent, [0.00625, 0.00625, 0.0125, 0.025]);
         assert_eq!(plan.at_look(0).unwrap().resamples(2000), 16_000);
         assert_eq!((plan.at_look(4), plan.look()), (None, Some(3)));
+    }
+
+    #[test]
+    fn looks_of_quadrature_are_the_samples_of_their_budgets() {
+        let family = load("salt-lake-city").unwrap().family;
+        let design = Design::of(&family).modelled();
+        let of = |budget| {
+            choose_over(&family, &design, Sampling::BayesianQuadrature, budget, 7).unwrap()
+        };
+        let looks = looks(&of(80), &design, &[3, 20, 40, 80]).unwrap();
+        for look in &looks {
+            assert_eq!(look.draws, of(look.budget).draws);
+        }
+        for (look, next) in looks.iter().zip(&looks[1..]) {
+            let within = |d: &Draw| next.draws.iter().any(|n| n.point == d.point);
+            assert!(look.draws.len() == look.budget && look.draws.iter().all(within));
+        }
+        let other = Design { process: None, ..design.clone() };
+        assert!(super::looks(&of(20), &other, &[10, 20]).is_err());
     }
 
     #[test]

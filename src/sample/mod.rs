@@ -1,14 +1,17 @@
 //! Which point MDPs to evaluate under a budget, and with which weight.
 //!
-//! Source: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
+//! Source of M1 to M3: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
 
 pub mod balanced;
 pub mod design;
+mod fit;
 pub mod kmeans;
 pub mod looks;
 mod order;
 mod plan;
 pub mod plan_file;
+mod process;
+pub mod quadrature;
 mod random;
 mod tree;
 
@@ -17,6 +20,8 @@ use std::collections::HashMap;
 use design::features;
 pub use design::{Design, Input, Measure};
 pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};
+pub use process::Process;
+use quadrature::Quadrature;
 use tree::Tree;
 
 use crate::family::MdpFamily;
@@ -32,6 +37,8 @@ use crate::family::MdpFamily;
 ///   importance of the whole cluster.
 /// - `balanced` draws with probabilities in proportion to importance, spread over the design by the local pivotal
 ///   method; weights are importance divided by probability, renormalised over the draws.
+/// - `bayesian-quadrature` takes the first point MDPs of one order, in which each leaves least unknown of the overall
+///   performance ([`quadrature`]).
 /// - `all` takes every point MDP with its importance.
 ///
 /// # Errors
@@ -43,10 +50,11 @@ pub fn choose(
     budget: usize,
     seed: u64,
 ) -> Result<SamplePlan, SampleError> {
-    choose_over(family, &Design::of(family), sampling, budget, seed)
+    let design = Design::of(family).for_sampling(sampling);
+    choose_over(family, &design, sampling, budget, seed)
 }
 
-/// Chooses point MDPs of a family as [`choose`] does, a balanced sample over this design.
+/// Chooses point MDPs of a family as [`choose`] does, a balanced sample and one by Bayesian quadrature over this design.
 ///
 /// # Errors
 ///
@@ -54,7 +62,8 @@ pub fn choose(
 ///
 /// # Panics
 ///
-/// If the design has other point MDPs than the family.
+/// If the design has other point MDPs than the family, or no process of its own for Bayesian quadrature
+/// ([`Design::modelled`]).
 pub fn choose_over(
     family: &MdpFamily,
     design: &Design,
@@ -84,6 +93,13 @@ pub fn choose_over(
             probabilities = Some(pi);
             drawn.into_iter().zip(weights).map(|(i, weight)| (i, weight, 1)).collect()
         }
+        Sampling::BayesianQuadrature => {
+            let quadrature = Quadrature::of(design).expect("the design has a process of its own");
+            let mut rows = quadrature.order(design, budget, seed);
+            rows.sort_unstable();
+            let weights = quadrature.rule(&rows).weights;
+            rows.into_iter().zip(weights).map(|(i, weight)| (i, weight, 1)).collect()
+        }
     };
     let draw = |(i, weight, count): random::Chosen| Draw {
         point: family.points[i].id.clone(),
@@ -92,9 +108,8 @@ pub fn choose_over(
         inclusion: probabilities.as_ref().map(|p| p[i]),
     };
     let draws = chosen.into_iter().map(draw).collect();
-    let over = sampling == Sampling::Balanced;
-    let sha256 = if over { design.sha256() } else { String::new() };
-    let assisted = over && !design.inputs.is_empty();
+    let sha256 = if sampling.has_design() { design.sha256() } else { String::new() };
+    let assisted = sampling == Sampling::Balanced && !design.inputs.is_empty();
     let family_size = size;
     Ok(SamplePlan {
         sampling,
@@ -109,7 +124,7 @@ pub fn choose_over(
 }
 
 /// Returns per point MDP of the family the position of the chosen one that stands for it: its own, with k-means that
-/// of its cluster, in a balanced sample the nearest; `None` where none does, as with other random draws.
+/// of its cluster, in a balanced sample and one by Bayesian quadrature the nearest; `None` where none does, as with other random draws.
 pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
     let chosen: Vec<usize> =
         plan.draws.iter().filter_map(|draw| family.position(&draw.point)).collect();
@@ -119,7 +134,7 @@ pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
     let own = |point: usize| is_chosen[point].then_some(point);
     match plan.sampling {
         Sampling::KMeans => {}
-        Sampling::Balanced => {
+        Sampling::Balanced | Sampling::BayesianQuadrature => {
             let rows = kmeans::standardise(&features(family));
             let tree = Tree::of(&rows, chosen.clone());
             let Some(guess) = chosen.first().copied() else { return vec![None; size] };
@@ -140,8 +155,9 @@ mod tests {
     use crate::traffic::family::load::load;
     use proptest::prelude::*;
 
-    const CHOICES: [Sampling; 4] = [
+    const CHOICES: [Sampling; 5] = [
         Sampling::Balanced,
+        Sampling::BayesianQuadrature,
         Sampling::KMeans,
         Sampling::WithReplacement,
         Sampling::WithoutReplacement,
@@ -150,7 +166,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
         #[test]
-        fn weights_sum_to_one(budget in 1usize..=164, seed in 0u64..1000, which in 0usize..4) {
+        fn weights_sum_to_one(budget in 1usize..=164, seed in 0u64..1000, which in 0usize..5) {
             let family = load("salt-lake-city").unwrap().family;
             let plan = choose(&family, CHOICES[which], budget, seed).unwrap();
             let sum: f64 = plan.draws.iter().map(|d| d.weight).sum();
@@ -162,7 +178,8 @@ mod tests {
     #[test]
     fn the_whole_family_without_replacement_has_the_family_s_importance() {
         let family = load("salt-lake-city").unwrap().family;
-        for sampling in [Sampling::WithoutReplacement, Sampling::KMeans, Sampling::Balanced] {
+        let all = CHOICES.into_iter().filter(|c| *c != Sampling::WithReplacement);
+        for sampling in all {
             let plan = choose(&family, sampling, 164, 5).unwrap();
             for (draw, point) in plan.draws.iter().zip(&family.points) {
                 assert_eq!(draw.point, point.id);

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::stats::quantile::ALPHA;
 
+/// Largest family that Bayesian quadrature is the default for; what it takes grows with the square of the size.
+const LARGEST: usize = 2000;
+
 /// Most times as many resamples as usual.
 const MOST: f64 = 10.0;
 
@@ -16,6 +19,8 @@ const MOST: f64 = 10.0;
 pub enum Sampling {
     /// Random draws by importance, spread over the features: the local pivotal method
     Balanced,
+    /// Bayesian quadrature: the point MDPs that leave least unknown of the family's score
+    BayesianQuadrature,
     /// M3: k-means clusters, each represented by the point MDP nearest to its centroid
     KMeans,
     /// M1: random draws by importance, with replacement
@@ -29,6 +34,20 @@ pub enum Sampling {
 impl Sampling {
     /// What is used where nothing else is asked for.
     pub const DEFAULT: Self = Self::Balanced;
+
+    /// What is used where the scores of cheap methods are known on all point MDPs, and nothing else is asked for.
+    ///
+    /// # Arguments
+    ///
+    /// * `size` — number of point MDPs of the family.
+    pub fn assisted(size: usize) -> Self {
+        if size <= LARGEST { Self::BayesianQuadrature } else { Self::Balanced }
+    }
+
+    /// Whether it is over a [`super::Design`], which its estimates need; such samples can grow.
+    pub fn has_design(self) -> bool {
+        matches!(self, Self::Balanced | Self::BayesianQuadrature)
+    }
 }
 
 /// A chosen point MDP.
@@ -65,7 +84,7 @@ pub struct SamplePlan {
     /// sha256 of the `Design` that the sample was spread over; empty where none was.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub design: String,
-    /// Whether that has scores of cheap methods, which estimates then use.
+    /// Whether that has scores of cheap methods, which a model of the scores then uses (M4).
     #[serde(default, skip_serializing_if = "is_false")]
     pub assisted: bool,
     /// How it grows, if it does; [`Self::budget`] and [`Self::draws`] are then those of the largest sample, or of the

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Design, SamplePlan, Sampling};
 use crate::family::MdpFamily;
 use crate::files::numbers;
+use crate::sample::quadrature::Quadrature;
 
 /// Version of the file; a change of its form raises it.
 const VERSION: u32 = 1;
@@ -22,7 +23,7 @@ pub struct PlanFile {
     pub scenario: String,
     /// The choice.
     pub sample: SamplePlan,
-    /// What a balanced sample was spread over.
+    /// What a sample was spread over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<Design>,
     /// What to expect of it, by method that stands in for those to come; empty where that is not known.
@@ -151,10 +152,13 @@ impl PlanFile {
                 "its draws are not distinct point MDPs whose weights sum to 1".to_owned(),
             );
         }
-        match (&self.design, self.sample.sampling == Sampling::Balanced) {
+        match (&self.design, self.sample.sampling.has_design()) {
             (Some(design), true) => check_design(self, design, family),
             (None, false) => Ok(()),
-            _ => altered("a design belongs to a balanced sample, and to no other".to_owned()),
+            _ => altered(
+                "a design belongs to a balanced sample or one by Bayesian quadrature, and to no other"
+                    .to_owned(),
+            ),
         }
     }
 }
@@ -164,6 +168,9 @@ fn check_design(plan: &PlanFile, design: &Design, family: &MdpFamily) -> Result<
         return Err(PlanError::Altered(
             "its design is not the one the sample was drawn over".into(),
         ));
+    }
+    if plan.sample.sampling == Sampling::BayesianQuadrature && Quadrature::of(design).is_none() {
+        return Err(PlanError::Altered("its process is not that of its design".into()));
     }
     for (own, point) in design.points.iter().zip(&family.points) {
         if own.point != point.id || (own.importance - point.importance).abs() > TOLERANCE {

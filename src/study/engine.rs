@@ -8,7 +8,7 @@ use super::Kind;
 use super::cell::{Cell, Trial};
 use super::recorded::{Recorded, RecordedMethod};
 use crate::analysis::estimator::{Chosen, Estimate, Sample, estimator_of};
-use crate::sample::{Design, SampleError, SamplePlan, choose_over};
+use crate::sample::{Design, SampleError, SamplePlan, Sampling, choose_over};
 use crate::seed::derive;
 use crate::stats::{PointObjectives, StatsError};
 
@@ -55,11 +55,22 @@ pub fn study(
     plan: &StudyPlan,
     done: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Cell>, EngineError> {
-    let plain = Setting::new(recorded, Design::of(&recorded.family));
+    // A design with its process serves balanced samples as well.
+    let needs = |is_assisted: bool| {
+        let is_one = |k: &&Kind| k.is_assisted() == is_assisted;
+        let mut kinds = plan.kinds.iter().filter(is_one);
+        kinds.any(|k| k.sampling() == Sampling::BayesianQuadrature)
+    };
+    let modelled = |design: Design, needed: bool| if needed { design.modelled() } else { design };
+    let plain = modelled(Design::of(&recorded.family), needs(false));
+    let plain = Setting::new(recorded, plain);
     let assisted: Vec<Setting<'_>> = recorded
         .methods
-        .iter()
-        .map(|m| Setting::new(recorded, recorded.design_for(&[m.name.as_str()])))
+        .par_iter()
+        .map(|m| {
+            let design = recorded.design_for(&[m.name.as_str()]);
+            Setting::new(recorded, modelled(design, needs(true)))
+        })
         .collect();
     let mut cells = Vec::new();
     for kind in &plan.kinds {

@@ -11,7 +11,7 @@ use super::recorded::Recorded;
 use super::{Kind, StudyPlan};
 use crate::analysis::estimator::Estimate;
 use crate::sample::looks::looks;
-use crate::sample::{Design, Growth, SamplePlan, Until};
+use crate::sample::{Design, Growth, SamplePlan, Sampling, Until};
 use crate::seed::derive;
 use crate::stats::improvement::ahead;
 use crate::stats::quantile::ALPHA;
@@ -62,7 +62,7 @@ struct Run {
 ///
 /// # Arguments
 ///
-/// * `plan` — its budgets are the looks; of its estimators those of balanced samples count.
+/// * `plan` — its budgets are the looks; of its estimators those count whose samples can grow.
 /// * `done` — called with the number of runs that were finished since the last call, from any thread.
 ///
 /// # Errors
@@ -75,7 +75,7 @@ pub fn grow(
     done: &(dyn Fn(usize) + Sync),
 ) -> Result<Vec<Stopped>, EngineError> {
     let judged = judged(recorded, until);
-    let kinds = plan.kinds.iter().filter(|kind| kind.is_balanced());
+    let kinds = plan.kinds.iter().filter(|kind| kind.grows());
     let mut all = Vec::new();
     for kind in kinds {
         let setting = Setting::new(recorded, design(recorded, *kind, &judged));
@@ -122,12 +122,16 @@ fn judged(recorded: &Recorded, until: &Until) -> Vec<Judged> {
 
 /// Returns what a run knows of the whole family: nothing of the methods that are judged.
 fn design(recorded: &Recorded, kind: Kind, judged: &[Judged]) -> Design {
+    let modelled = |design: Design| match kind.sampling() {
+        Sampling::BayesianQuadrature => design.modelled(),
+        _ => design,
+    };
     if !kind.is_assisted() {
-        return Design::of(&recorded.family);
+        return modelled(Design::of(&recorded.family));
     }
     let positions = judged.iter().flat_map(Judged::positions);
     let names: Vec<&str> = positions.map(|m| recorded.methods[m].name.as_str()).collect();
-    recorded.design_for(&names)
+    modelled(recorded.design_for(&names))
 }
 
 /// Returns one run, with alpha spent over its looks and without.

@@ -15,11 +15,16 @@ pub enum Kind {
     Balanced,
     /// M4: balanced over features and the scores of cheap methods, with a model.
     M4,
+    /// Bayesian quadrature over the features.
+    BqFeatures,
+    /// Bayesian quadrature over features and the scores of cheap methods.
+    Bq,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::M1, Self::M2, Self::M3, Self::Balanced, Self::M4];
+    pub const ALL: [Self; 7] =
+        [Self::M1, Self::M2, Self::M3, Self::Balanced, Self::M4, Self::BqFeatures, Self::Bq];
 
     /// Returns its name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -29,6 +34,8 @@ impl Kind {
             Self::M3 => "m3",
             Self::Balanced => "balanced",
             Self::M4 => "m4",
+            Self::BqFeatures => "bq-features",
+            Self::Bq => "bq",
         }
     }
 
@@ -40,6 +47,8 @@ impl Kind {
             Self::M3 => "M3, k-means",
             Self::Balanced => "balanced",
             Self::M4 => "M4, model-assisted",
+            Self::BqFeatures => "Bayesian quadrature, features",
+            Self::Bq => "Bayesian quadrature",
         }
     }
 
@@ -50,16 +59,17 @@ impl Kind {
             Self::M2 => Sampling::WithoutReplacement,
             Self::M3 => Sampling::KMeans,
             Self::Balanced | Self::M4 => Sampling::Balanced,
+            Self::BqFeatures | Self::Bq => Sampling::BayesianQuadrature,
         }
     }
 
-    /// Whether its samples are balanced, so that they can grow.
-    pub fn is_balanced(self) -> bool {
-        self.sampling() == Sampling::Balanced
+    /// Whether its samples can grow.
+    pub fn grows(self) -> bool {
+        self.sampling().has_design()
     }
 
     /// Whether it uses the scores of cheap methods on all point MDPs.
     pub fn is_assisted(self) -> bool {
-        self == Self::M4
+        matches!(self, Self::M4 | Self::Bq)
     }
 }

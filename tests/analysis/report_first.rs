@@ -168,7 +168,7 @@ fn design(delays_s: Option<[f64; 4]>) -> Design {
         describing: vec![2.0, [250.0, 900.0, 1200.0, 1500.0][i]],
         inputs: delays_s.map(|delays_s| delays_s[i]).into_iter().collect(),
     };
-    Design { inputs, points: names.iter().enumerate().map(point).collect() }
+    Design { inputs, points: names.iter().enumerate().map(point).collect(), process: None }
 }
 
 fn sampled(design: &Design) -> String {

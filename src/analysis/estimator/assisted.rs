@@ -173,6 +173,7 @@ mod tests {
         Design {
             inputs: vec![input("cheap", Measure::Score), input("baseline", Measure::Objective)],
             points: (0..FAMILY).map(point).collect(),
+            process: None,
         }
     }
 

@@ -6,6 +6,7 @@
 //! | without replacement (M2) | [`WithoutReplacement`] | importance, renormalised | probabilities to be drawn |
 //! | k-means (M3) | [`Representatives`] | importance of the cluster | between neighbouring clusters |
 //! | balanced | [`Balanced`] | importance by probability | between neighbours in the sample |
+//! | Bayesian quadrature | [`BayesianQuadrature`] | least expected error under a Gaussian process | what the process leaves unknown |
 //! | balanced, cheap scores known (M4) | [`Assisted`] | the same, over a model | the same, over its errors |
 //! | all | [`Whole`] | importance | seeds and trainings only |
 //!
@@ -16,6 +17,7 @@
 
 mod assisted;
 mod balanced;
+mod bayesian_quadrature;
 mod calibration;
 mod contract;
 mod neighbours;
@@ -28,6 +30,7 @@ mod without_replacement;
 
 pub use assisted::Assisted;
 pub use balanced::Balanced;
+pub use bayesian_quadrature::BayesianQuadrature;
 pub use contract::{Chosen, Estimate, Estimator, Sample};
 pub use representatives::Representatives;
 pub use whole::Whole;
@@ -42,6 +45,7 @@ pub fn estimator_of(plan: &SamplePlan) -> &'static dyn Estimator {
         Sampling::WithReplacement => &WithReplacement,
         Sampling::WithoutReplacement => &WithoutReplacement,
         Sampling::KMeans => &Representatives,
+        Sampling::BayesianQuadrature => &BayesianQuadrature,
         Sampling::Balanced if plan.assisted => &Assisted,
         Sampling::Balanced => &Balanced,
         Sampling::All => &Whole,

@@ -43,14 +43,14 @@ pub struct RunArgs {
     /// Number of point MDPs to evaluate, or `all`
     #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
     pub budget: Budget,
-    /// How the sample is chosen [default: balanced]
+    /// How the sample is chosen [default: balanced; with --assist bayesian-quadrature]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
     /// File that `plan` wrote, with the point MDPs to evaluate
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
     pub plan: Option<PathBuf>,
-    /// Results of the whole family for methods without training; sample and estimates use their scores (M4)
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["sampling", "sumocfg"])]
+    /// Results of the whole family for methods without training; sample and estimates use their scores
+    #[arg(long, value_name = "DIR", conflicts_with = "sumocfg")]
     pub assist: Option<PathBuf>,
     /// When it stops
     #[command(flatten)]

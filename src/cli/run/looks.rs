@@ -10,7 +10,6 @@ use crate::domains;
 use crate::run::domain::Problem;
 use crate::run::plan::Draft;
 use crate::run::session::Session;
-use crate::sample::Sampling;
 use crate::store::kept::Keep;
 use crate::store::results::Results;
 
@@ -43,8 +42,9 @@ pub(super) fn grow(
     let judged: Vec<String> = judged.collect();
     let Some(until) = args.until.until(&judged, &draft.methods)? else { return Ok(()) };
     let looks: Vec<usize> = args.looks.iter().map(|look| look.get()).collect();
-    if draft.sample.sampling != Sampling::Balanced {
-        let reason = "it needs a balanced sample, such as --budget N draws";
+    if !draft.sample.sampling.has_design() {
+        let reason =
+            "it needs a balanced sample, such as --budget N draws, or one by Bayesian quadrature";
         return Err(Refused(format!("{flag}: {reason}")).into());
     }
     Ok(draft.grow(until, &looks).map_err(|e| Refused(format!("{flag}: {e}")))?)

@@ -28,6 +28,8 @@ pub(super) fn color(kind: Kind) -> &'static str {
         Kind::M3 => "#009e73",
         Kind::Balanced => "#0072b2",
         Kind::M4 => "#d55e00",
+        Kind::BqFeatures => "#cc79a7",
+        Kind::Bq => "#000000",
     }
 }
 

@@ -64,7 +64,7 @@ impl StudyReport<'_> {
             }
         }
         notes.extend(self.against_representatives());
-        if self.plan.kinds.contains(&Kind::M4) {
+        if self.plan.kinds.iter().any(|k| k.is_assisted()) {
             notes.push(self.inputs());
         }
         notes
@@ -99,16 +99,17 @@ impl StudyReport<'_> {
         (!said.is_empty()).then(|| format!("{what}: {}.", said.join("; ")))
     }
 
-    /// Says what M4 knows.
+    /// Says what M4 and Bayesian quadrature know.
     pub(super) fn inputs(&self) -> String {
         let names: Vec<&str> = self.recorded.inputs.iter().map(|(i, _)| &i.method[..]).collect();
         if names.is_empty() {
-            return "M4 knows only the features: no method without training has results on all point MDPs; see \
-            --assist."
+            return "M4 and Bayesian quadrature know only the features: no method without training has results on all \
+            point MDPs; see --assist."
                 .to_owned();
         }
         format!(
-            "M4 knows the scores of {} on all point MDPs, but never those of the method that is estimated.",
+            "M4 and Bayesian quadrature know the scores of {} on all point MDPs, but never those of the method that is \
+             estimated.",
             names.join(", ")
         )
     }
