@@ -11,7 +11,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-untrained=baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema
+untrained=baseline,fixed-time,max-pressure,max-pressure-resco,actuated
 learners=baseline,idqn,ippo,mplight,mplight-star
 # Trainings from before policies were chosen on validation seeds: their last policies.
 last="--set training.select=last --set training.restart=never"
@@ -29,6 +29,10 @@ runs=(
     "learners-field --preset field --budget 20 --assist results/salt-lake-city/field --methods $learners $last"
     "learners-budget-20 --preset resco --budget 20 --sampling k-means --replicates 3 --methods $learners,mplight-star-resco $last"
     "ippo-budget-4 --preset resco --budget 4 --sampling k-means --episodes 1400 --methods baseline,ippo $last"
+    "nema-resco --preset resco --methods baseline,nema"
+    "nema-field --preset field --methods baseline,nema"
+    "nema-intersections-resco --preset resco --set family.detail=per-approach --methods baseline,nema"
+    "nema-intersections-field --preset field --set family.detail=per-approach --methods baseline,nema"
     "learners-validated --preset resco --methods baseline,idqn,mplight,mplight-star"
     "ippo-validated-20 --preset resco --budget 20 --sampling balanced --episodes 400 --methods baseline,ippo"
 )

@@ -9,7 +9,7 @@ use std::process::Command;
 use std::{env, fs};
 
 use osm_signals::DrivingSide;
-use shown::{Limits, Way, states, violations, violations_by_link};
+use shown::{Limits, Way, foes, states, violations, violations_by_link};
 use tsc_family::settings::overrides::Override;
 use tsc_family::traffic::control::nema;
 use tsc_family::traffic::control::registry::METHODS;
@@ -50,6 +50,8 @@ struct Watch {
     limits: Limits,
     /// Whether the lights are those of two rings.
     by_link: bool,
+    /// Which links meet, as the network says.
+    foes: Vec<Vec<bool>>,
     seconds: usize,
     wrong: Vec<String>,
 }
@@ -82,7 +84,8 @@ impl Watch {
         world.config = folder.join("watched.sumocfg");
         fs::write(&world.config, config).unwrap();
         let env = environment(SumoSim::new().unwrap(), world, scenario, folder);
-        Self { env, states, limits, by_link: false, seconds: 0, wrong: Vec::new() }
+        let foes = foes(&built.files["p"].net);
+        Self { env, states, limits, by_link: false, foes, seconds: 0, wrong: Vec::new() }
     }
 
     fn check(&mut self) {
@@ -90,7 +93,11 @@ impl Watch {
         assert!(states.len() >= 599, "only {} states were saved", states.len());
         self.seconds += states.len();
         self.wrong.extend(match self.by_link {
-            true => violations_by_link(&states, &ways(states[0].len()), &self.limits),
+            true => {
+                assert_eq!(self.foes.len(), states[0].len());
+                let may_meet = |a: usize, b: usize| self.foes[a][b];
+                violations_by_link(&states, &ways(states[0].len()), &may_meet, &self.limits)
+            }
             false => violations(&states, &through_links(states[0].len()), &self.limits),
         });
     }
@@ -254,7 +261,7 @@ fn planted_violations_of_two_rings_are_found() {
     let play = |script: &[(&str, usize)]| -> Vec<String> {
         let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
         let states: Vec<String> = script.iter().flat_map(second).collect();
-        violations_by_link(&states, &ways(12), &limits)
+        violations_by_link(&states, &ways(12), &|_, _| true, &limits)
     };
     let red = ("rrrrrrrrrrrr", 2);
     let main = |seconds| ("GGgrrrGGgrrr", seconds);

@@ -152,7 +152,6 @@ char direction(const libsumo::TraCILink &link) {
     return '-';
 }
 
-// Backs the pointers of a SumoSignal. They point into elements of the vectors, which stay where
 // Returns the phases of one ring on one side of the barrier, by name; the first two of four slots come before it.
 std::vector<std::string> ring_side(const std::string &ring, size_t side) {
     std::vector<std::string> slots;
@@ -227,6 +226,48 @@ void pair_rings(libsumo::TraCILogic &logic) {
     }
 }
 
+// Returns, row by row, which link indices meet within the junction: 1 where SUMO says so or nothing is known.
+std::vector<uint8_t> meetings(const std::vector<std::vector<libsumo::TraCILink>> &by_index) {
+    const size_t count = by_index.size();
+    std::map<std::string, std::set<size_t>> indices;
+    std::vector<std::set<std::string>> inner(count);
+    std::vector<bool> is_known(count, true);
+    for (size_t index = 0; index < count; ++index) {
+        is_known[index] = !by_index[index].empty();
+        for (const auto &link : by_index[index]) {
+            std::string lane = link.viaLane;
+            is_known[index] = is_known[index] && !lane.empty();
+            // A lane within a junction has one way on: another such lane or the street's.
+            while (!lane.empty() && inner[index].insert(lane).second) {
+                indices[lane].insert(index);
+                const auto next = Lane::getLinks(lane);
+                lane = next.empty() ? std::string() : next.front().approachedInternal;
+            }
+        }
+    }
+    std::vector<uint8_t> meets(count * count, 0);
+    for (size_t a = 0; a < count; ++a) {
+        for (const auto &lane : inner[a]) {
+            for (const auto &foe : Lane::getInternalFoes(lane)) {
+                const auto at = indices.find(foe);
+                if (at == indices.end()) {
+                    continue;
+                }
+                for (const size_t b : at->second) {
+                    meets[a * count + b] = meets[b * count + a] = 1;
+                }
+            }
+        }
+        for (size_t b = 0; b < count; ++b) {
+            if (!is_known[a]) {
+                meets[a * count + b] = meets[b * count + a] = 1;
+            }
+        }
+    }
+    return meets;
+}
+
+// Backs the pointers of a SumoSignal. They point into elements of the vectors, which stay where
 // they are when a store is moved.
 struct SignalStore {
     size_t index_count = 0;
@@ -237,6 +278,7 @@ struct SignalStore {
     std::vector<SumoProgram> programs;
     std::string active;
     bool railway = false;
+    std::vector<uint8_t> meets;
 };
 
 // By phase 1 where a program comes to it from its first phase: by `next`, else to the following one.
@@ -271,6 +313,7 @@ SignalStore describe(const std::string &signal) {
     SignalStore store;
     const auto by_index = car_links(signal);
     store.index_count = by_index.size();
+    store.meets = meetings(by_index);
     std::vector<std::pair<uint32_t, char>> places;
     for (size_t index = 0; index < by_index.size(); ++index) {
         for (const auto &link : by_index[index]) {
@@ -491,7 +534,7 @@ int32_t sumo_signal(const char *signal, SumoSignal *description) {
         store = describe(signal);
         *description = {store.index_count,     store.links.data(),    store.links.size(),
                         store.programs.data(), store.programs.size(), store.active.c_str(),
-                        store.railway};
+                        store.railway,         store.meets.data()};
     });
 }
 

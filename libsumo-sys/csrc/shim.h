@@ -68,6 +68,9 @@ typedef struct {
     const char *active_program;
     /// Whether trains steer it: a level crossing or a rail signal.
     bool railway;
+    /// Shape [index_count, index_count]: 1 where vehicles on connections of two link indices may meet, or nothing is known
+    /// of that, as of connections that cars may not use.
+    const uint8_t *meets;
 } SumoSignal;
 
 /// A lane; (x, y) are the ends of its last piece, before the stop line.

@@ -215,7 +215,7 @@ fn the_command_writes_a_table_a_figure_and_a_page() {
     let output = estimate(dir.path(), "all --repeats 20");
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let table = String::from_utf8(output.stdout).unwrap();
-    for expected in ["N = 10", "M4, model-assisted", "steady", "nervous"] {
+    for expected in ["N = 10", "M4, model-assisted", "Bayesian quadrature", "steady", "nervous"] {
         assert!(table.contains(expected), "{table}");
     }
     let html = std::fs::read_to_string(dir.path().join("all/estimate/index.html")).unwrap();
@@ -223,7 +223,7 @@ fn the_command_writes_a_table_a_figure_and_a_page() {
     assert!(words(&html).contains("All 12 point MDPs were evaluated"));
     well_formed(&std::fs::read_to_string(dir.path().join("all/estimate/budget.svg")).unwrap());
     let csv = std::fs::read_to_string(dir.path().join("all/estimate/errors.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 1 + 2 * 5);
+    assert_eq!(csv.lines().count(), 1 + 2 * 7);
     let json = estimate(dir.path(), "all --repeats 20 --json --budgets 3,5 --estimators m3");
     assert_eq!(String::from_utf8(json.stdout).unwrap().lines().count(), 2 * 2);
 }

@@ -350,9 +350,9 @@ fn a_dry_run_lists_the_plan_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     insta::assert_snapshot!("dry_run", succeed(folder.path(), "run --budget 4 --jobs 2 --dry-run"));
     let text = succeed(folder.path(), "run smoke --replicates 3 --dry-run");
-    assert!(text.starts_with("2 of 2 point MDPs (all, seed 0), 4 methods, 12 tasks\n"), "{text}");
+    assert!(text.starts_with("2 of 2 point MDPs (all, seed 0), 5 methods, 14 tasks\n"), "{text}");
     // Tuning of fixed-time takes 8 episodes in this scenario, evaluation 5.
-    assert!(text.contains(&format!("{} episodes at most", 2 * (3 * (8 + 5) + 3 * 5))), "{text}");
+    assert!(text.contains(&format!("{} episodes at most", 2 * (3 * (8 + 5) + 4 * 5))), "{text}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 

@@ -155,7 +155,7 @@ fn with_nohup_a_run_goes_on_when_the_terminal_closes() {
         command.args([heard, env!("CARGO_BIN_EXE_tsc-family")]).args(line.split_whitespace());
         let mut child = command.current_dir(folder.path()).spawn().unwrap();
         for _ in 0..1000 {
-            if folder.path().join("results/tmp").is_dir() {
+            if folder.path().join("results/logs").is_dir() {
                 break;
             }
             sleep(Duration::from_millis(10));

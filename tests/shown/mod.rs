@@ -27,6 +27,16 @@ pub(crate) fn states(path: &Path) -> Vec<String> {
     text.lines().filter(|line| line.contains("<tlsState ")).filter_map(state).collect()
 }
 
+/// Reads which links of a network of one junction meet: of every link, by SUMO's numbers, the letters from the last one.
+pub(crate) fn foes(net: &Path) -> Vec<Vec<bool>> {
+    let text = fs::read_to_string(net).unwrap();
+    let row = |line: &str| {
+        let (_, rest) = line.split_once(" foes=\"")?;
+        Some(rest.split_once('"')?.0.bytes().rev().map(|b| b == b'1').collect())
+    };
+    text.lines().filter(|line| line.contains("<request ")).filter_map(row).collect()
+}
+
 fn is_green(letter: u8) -> bool {
     letter == b'G' || letter == b'g'
 }
@@ -116,13 +126,21 @@ impl Way {
 
 /// Returns what is wrong with states of which every link keeps to the limits by itself: those of two rings, where a
 /// green of one ring lasts while those of the other change.
-pub(crate) fn violations_by_link(states: &[String], ways: &[Way], limits: &Limits) -> Vec<String> {
+///
+/// `may_meet` says of two links whether the network has vehicles of theirs meet.
+pub(crate) fn violations_by_link(
+    states: &[String],
+    ways: &[Way],
+    may_meet: &dyn Fn(usize, usize) -> bool,
+    limits: &Limits,
+) -> Vec<String> {
     let at = |second: usize, link: usize| states[second].as_bytes()[link];
     let (end, links) = (states.len(), 0..ways.len());
     let mut wrong = Vec::new();
     for link in links.clone() {
         let way = ways[link];
-        let foes: Vec<usize> = links.clone().filter(|other| way.meets(ways[*other])).collect();
+        let meets = |other: &usize| way.meets(ways[*other]) && may_meet(link, *other);
+        let foes: Vec<usize> = links.clone().filter(meets).collect();
         let mut began = None;
         for second in 1..end {
             let (before, now) = (at(second - 1, link), at(second, link));

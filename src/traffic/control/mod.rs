@@ -5,6 +5,7 @@
 
 pub mod actuated;
 pub mod baseline;
+pub mod dual_ring;
 pub mod fixed_time;
 mod heads;
 pub mod idqn;
@@ -195,7 +196,7 @@ pub enum Drive {
     /// so many seconds, within the limits.
     OwnActuated(f64),
     /// Dual-ring control, which decides every second; see [`nema`].
-    DualRing(nema::Config),
+    DualRing(dual_ring::Config),
     /// A cycle of green phases with their durations, seconds, without the yellows in between.
     Cycle(Vec<(GreenPhase, f64)>),
 }

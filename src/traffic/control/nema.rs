@@ -18,55 +18,21 @@
 //!
 //! Source: NEMA TS 2; FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapters 5 and 6.
 
-use serde::{Deserialize, Serialize};
-
+pub use super::dual_ring::{Config, Recall};
 use super::{ControlError, Controller, Drive, Setup, SignalSpec};
 use crate::run::method::{Method, Training};
-use crate::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
     name: "nema",
     summary: "dual-ring, fully actuated control as in North American cabinets",
     training: Training::None,
-    default: false,
+    default: true,
     decision_s: 0.0,
-    color: "#7b3294",
+    color: "#000000",
     dash: "",
     settings: Config::SETTINGS,
 };
-
-/// Which phases are served in every cycle without a vehicle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Recall {
-    /// None: the signal rests where it served last.
-    None,
-    /// The through phases of the main street.
-    Main,
-    /// The through phases of every street.
-    All,
-}
-
-settings! {
-    /// Dual-ring control.
-    pub struct Config, source "FHWA, Signal Timing Manual (2nd ed.), chapters 5 and 6" {
-        /// Time without a vehicle on a phase's detectors after which its green may end.
-        passage_s: u32 = 2, in 1.0..=30.0, unit "s", source "Signal Timing Manual, chapter 6; of 2, 3 and 4 s the best here";
-        /// Longest green of a phase while another one is called, within the limits of `[signal]`.
-        max_green_s: u32 = 60, in 1.0..=600.0, unit "s", source "Signal Timing Manual, chapter 6";
-        /// The same for a left turn's own phase; less where the through phase after it could not last its shortest green
-        /// any more. In left-hand traffic these are right turns.
-        left_max_green_s: u32 = 30, in 1.0..=600.0, unit "s", source "Signal Timing Manual, chapter 6";
-        /// Length of the detectors, which end at the stop line; of a shorter lane, the street upstream is seen too.
-        detector_m: f64 = 20.0, in 1.0..=200.0, unit "m", source "SUMO's NEMA controller; presence detection, Signal Timing Manual, chapter 4";
-        /// The same on lanes for left turns alone.
-        left_detector_m: f64 = 10.0, in 1.0..=200.0, unit "m", source "our choice: two vehicles";
-        /// Which phases are served in every cycle without a vehicle: `main`, the through phases of the street with more
-        /// lanes, `all`, those of every street, or `none`.
-        recall: Recall = Recall::Main, source "NEMA TS 2";
-    }
-}
 
 /// Returns dual-ring control.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {

@@ -233,6 +233,7 @@ mod tests {
             id: String::new(),
             programs: vec![],
             active_program: String::new(),
+            meets: Vec::new(),
         };
         let scene =
             Scene { lanes: vec![lane("a_0"), lane("b_0")], signals: vec![signal(0), signal(1)] };
@@ -280,6 +281,7 @@ mod tests {
             id: String::new(),
             programs: vec![],
             active_program: String::new(),
+            meets: Vec::new(),
         };
         let scene = Scene { lanes: vec![lane], signals: vec![info] };
         let mut observer = Observer::new(&scene, std::slice::from_ref(&derived), 200.0, 10.0);

@@ -36,6 +36,7 @@ pub(crate) fn crossing(lanes: &[(&str, f64, &str)], greens: &[&str]) -> Scene {
             links,
             programs: vec![program],
             active_program: "0".into(),
+            meets: Vec::new(),
         }],
     }
 }
@@ -87,6 +88,7 @@ pub(crate) fn env_of(
             links: vec![link(0), link(1)],
             programs: vec![Program { id: "0".into(), kind: ProgramKind::Static, phases }],
             active_program: "0".into(),
+            meets: Vec::new(),
         }],
     };
     SignalEnv::new(

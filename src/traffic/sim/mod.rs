@@ -189,6 +189,16 @@ pub struct SignalInfo {
     pub programs: Vec<Program>,
     /// Id of the program that runs at the start.
     pub active_program: String,
+    /// Shape `[link index, link index]`: whether vehicles on the two may meet within the junction, as SUMO has it, or nothing
+    /// is known of that. Empty where nothing at all is known.
+    pub meets: Vec<Vec<bool>>,
+}
+
+impl SignalInfo {
+    /// Whether vehicles on two links may meet, as far as is known.
+    pub fn may_meet(&self, a: usize, b: usize) -> bool {
+        self.meets.get(a).and_then(|row| row.get(b)).is_none_or(|meets| *meets)
+    }
 }
 
 /// What does not change during an episode.

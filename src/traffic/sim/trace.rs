@@ -199,6 +199,7 @@ mod tests {
             links,
             programs: vec![],
             active_program: String::new(),
+            meets: Vec::new(),
         };
         let scene = Scene {
             lanes: vec![lane("b_0", 40.0), lane("b_1", 40.0), lane("b_2", 40.0), lane("z_0", 60.0)],

@@ -4,7 +4,8 @@
 //! - **Programs are the witnesses**, as they are for imported networks: two links may be green together if they are
 //!   so in a green of some program, or come from one approach. What nobody shows together is taken for a conflict.
 //! - **A link yields** to those that have right of way in a green in which it is permissive, unless another green
-//!   gives it right of way beside them.
+//!   gives it right of way beside them, or SUMO says that their vehicles never meet, as a right turn into a lane of
+//!   its own.
 
 use osm_signals::Turn;
 
@@ -74,15 +75,20 @@ impl Links {
             }
             cars.push(car);
         }
-        Self::of(cars, headings, mixed, states)
+        Self::of(cars, headings, mixed, states, &|a, b| signal.may_meet(a, b))
     }
 
     /// Returns links of which all is known but how they stand to each other.
+    ///
+    /// # Arguments
+    ///
+    /// * `may_meet` — whether vehicles on two links may meet, as far as SUMO knows.
     pub(super) fn of(
         cars: Vec<Option<Car>>,
         headings: Vec<f64>,
         mixed: bool,
         mut states: Vec<String>,
+        may_meet: &dyn Fn(usize, usize) -> bool,
     ) -> Self {
         let count = cars.len();
         states.retain(|state| state.len() >= count);
@@ -101,6 +107,7 @@ impl Links {
             .collect();
         let yields = |a, b| {
             !same(a, b)
+                && may_meet(a, b)
                 && bytes.iter().any(|s| s[a] == b'g' && s[b] == b'G')
                 && !bytes.iter().any(|s| s[a] == b'G' && has(s, b))
         };

@@ -12,7 +12,7 @@ mod streets;
 #[cfg(test)]
 mod tests;
 
-use crate::traffic::control::nema::Config;
+use crate::traffic::control::dual_ring::Config;
 use crate::traffic::sim::{Scene, SignalInfo};
 
 use self::links::Links;

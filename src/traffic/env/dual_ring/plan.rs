@@ -22,7 +22,7 @@ use osm_signals::Turn;
 
 use super::links::Links;
 use super::streets::{Street, is_green, streets};
-use crate::traffic::control::nema::{Config, Recall};
+use crate::traffic::control::dual_ring::{Config, Recall};
 use crate::traffic::timing::Timing;
 
 /// A detector of a phase.

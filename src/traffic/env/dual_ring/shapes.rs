@@ -5,7 +5,7 @@ use osm_signals::Turn;
 use super::links::{Car, Links};
 use super::plan::Plan;
 use super::rings::Rings;
-use crate::traffic::control::nema::Config;
+use crate::traffic::control::dual_ring::Config;
 use crate::traffic::settings::SignalSettings;
 use crate::traffic::timing::{Approach, Timing, Way};
 
@@ -27,7 +27,7 @@ pub(super) fn links(approaches: &[(f64, &[&str])], states: &[&str]) -> Links {
         }
     }
     let headings = approaches.iter().map(|(heading, _)| *heading).collect();
-    Links::of(cars, headings, false, states.iter().map(|s| (*s).to_owned()).collect())
+    Links::of(cars, headings, false, states.iter().map(|s| (*s).to_owned()).collect(), &|_, _| true)
 }
 
 pub(super) const LANES: &[&str] = &["rs", "l"];

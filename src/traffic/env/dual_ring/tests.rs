@@ -6,7 +6,7 @@ use super::links::Links;
 use super::plan::Plan;
 use super::rings::{Rings, Seen};
 use super::shapes::{ARMS, GREENS, config, cross, five, links, rings, settings, tee, timing};
-use crate::traffic::control::nema::{Config, Recall};
+use crate::traffic::control::dual_ring::{Config, Recall};
 use crate::traffic::settings::SignalSettings;
 
 /// Vehicles on the detectors of a phase, from a second to another one.

@@ -141,7 +141,12 @@ impl Api {
         let programs = programs.iter().map(|p| unsafe { owned_program(p) }).collect();
         // SAFETY: the call above succeeded and set a text of the shim.
         let active_program = unsafe { owned(raw.active_program) };
-        Ok((SignalInfo { id, links, programs, active_program }, from_lanes, raw.railway))
+        let count = raw.index_count;
+        // SAFETY: the call above succeeded and set an array of the shim with a row per link index.
+        let meets = unsafe { array(raw.meets, count * count) };
+        let meets = meets.chunks(count.max(1)).map(|row| row.iter().map(|m| *m != 0).collect());
+        let info = SignalInfo { id, links, programs, active_program, meets: meets.collect() };
+        Ok((info, from_lanes, raw.railway))
     }
 
     pub(super) fn lane(self, id: &CStr) -> Result<Lane, SimError> {

@@ -1,3 +1,5 @@
+//! Tests of how the files of a scenario are read.
+
 use std::fs;
 use std::io::Write;
 

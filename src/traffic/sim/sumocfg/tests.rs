@@ -1,3 +1,5 @@
+//! Tests of how a scenario's configuration is read.
+
 use super::*;
 
 fn parse(options: &str) -> Result<SumoConfig, String> {
