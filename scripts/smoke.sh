@@ -13,4 +13,4 @@ cd "$folder"
 python3 "$scripts/same-records.py" results/smoke results/again
 "$binary" report results/smoke
 test -s results/smoke/report/index.html
-test "$(wc -l <results/smoke/report/scores.csv)" -eq 9
+test "$(wc -l <results/smoke/report/scores.csv)" -eq 11
