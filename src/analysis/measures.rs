@@ -1,6 +1,8 @@
 //! What a domain knows of its records that evaluation does not: classes of its point MDPs, and what else
 //! happened in an episode than the objective says.
 
+use std::collections::BTreeMap;
+
 use crate::store::record::Metrics;
 
 /// A class of point MDPs, of which every method has a score of its own.
@@ -59,6 +61,13 @@ pub trait Measures: Sync {
     fn shares_of(&self, metrics: &Metrics, baseline: Option<&Metrics>) -> Vec<Option<f64>> {
         let _ = (metrics, baseline);
         Vec::new()
+    }
+
+    /// Returns whether a method that tunes itself kept what tuning started from, by the details of its record; `None` where
+    /// nothing was tuned or that is not known.
+    fn kept_start(&self, details: &BTreeMap<String, String>) -> Option<bool> {
+        let _ = details;
+        None
     }
 }
 

@@ -4,6 +4,8 @@
 //! record of it and the objective of the latter is above 0. Weights are renormalised over these point MDPs, and
 //! every summary counts what it lacks.
 
+use std::collections::BTreeMap;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -11,7 +13,7 @@ use super::choice::choice_of;
 use super::episodes::EpisodeSummary;
 use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
-use super::points::{PointResult, PointSummary};
+use super::points::{PointResult, PointSummary, TaskScore};
 use super::summaries::{Summaries, summarise};
 use crate::sample::Measure;
 use crate::seed::derive;
@@ -54,6 +56,17 @@ pub struct MethodSummary {
     /// Point MDPs that the method finished but the reference did not, or where the reference's
     /// objective is 0.
     pub without_reference: usize,
+    /// What became of tuning; `None` for a method that does not tune itself.
+    pub tuning: Option<TuningSummary>,
+}
+
+/// On how many point MDPs tuning kept what it started from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TuningSummary {
+    /// Point MDPs on which no replicate improved on it.
+    pub kept: usize,
+    /// Point MDPs that were tuned.
+    pub points: usize,
 }
 
 /// A method with its estimate, from which differences are taken.
@@ -91,9 +104,20 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         failed: own_tasks().filter(|r| r.outcome == Some(Outcome::Failed)).count(),
         missing: own_tasks().filter(|r| r.outcome.is_none()).count(),
         without_reference: finished.len() - scored.len(),
+        tuning: tuning(own_tasks()),
         method,
     };
     (summary, estimate)
+}
+
+/// Returns what became of the tuning of a method; `None` where none of its tasks was tuned.
+fn tuning<'a>(tasks: impl Iterator<Item = &'a TaskScore>) -> Option<TuningSummary> {
+    let mut kept: BTreeMap<usize, bool> = BTreeMap::new();
+    for (point, kept_start) in tasks.filter_map(|task| Some((task.point, task.kept_start?))) {
+        *kept.entry(point).or_insert(true) &= kept_start;
+    }
+    let points = Some(kept.len()).filter(|points| *points > 0)?;
+    Some(TuningSummary { kept: kept.values().filter(|kept| **kept).count(), points })
 }
 
 /// Returns the mean objective that follows from the assisted ratio of means, where the reference's own mean is known of the

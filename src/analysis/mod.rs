@@ -41,7 +41,7 @@ pub use episodes::EpisodeSummary;
 pub use error::AnalysisError;
 pub use extent::Extent;
 pub use measures::{Measures, NoMeasures, Regime, Share};
-pub use method::MethodSummary;
+pub use method::{MethodSummary, TuningSummary};
 pub use naming::{noun, unit};
 pub use pairs::{Decided, Pair};
 pub use points::{PointResult, PointSummary, RowOf, TaskScore};

@@ -100,6 +100,8 @@ pub struct TaskScore {
     pub score: Option<f64>,
     /// Wall-clock time, seconds.
     pub wall_s: Option<f64>,
+    /// Whether tuning kept what it started from; `None` where nothing was tuned.
+    pub kept_start: Option<bool>,
 }
 
 /// Returns the point MDPs in the order of the manifest and the tasks in the order of the plan.
@@ -166,6 +168,9 @@ pub(super) fn summarise_points(
             reference: scored.map(|s| s.0).filter(|_| !reference.is_none()),
             score: scored.map(|s| s.1),
             wall_s: record.map(|r| r.wall_s),
+            kept_start: (record.filter(|r| r.outcome == Outcome::Ok))
+                .and_then(Kept::details)
+                .and_then(|details| measures.kept_start(details)),
         }
     });
     let rows = rows.collect();

@@ -173,7 +173,7 @@ mod tests {
             (imported, "salt-lake-city", "network.exit_length_m=80", "bring their networks"),
             (imported, "salt-lake-city", "family={hourly_share=0.1}", "the given SUMO scenarios"),
             (run, "smoke", "family.hourly_share=0.1", "come from a table"),
-            (run, "smoke", "fixed_time.simulations=4", "fixed-time is not among the methods"),
+            (run, "smoke", "fixed_time.simulations=9", "fixed-time is not among the methods"),
             (run, "smoke", "training.episodes=4", "no method learns"),
             (run, "smoke", "idqn.learning_rate=0.1", "idqn is not among"),
             (run, "smoke", "baseline.green_s=20", "own program"),
@@ -194,7 +194,7 @@ mod tests {
         let names = methods(&["baseline", "idqn", "fixed-time"]);
         let run = Use { simulation: true, methods: Some(&names), ..Use::BUILD };
         let imported = Use { family: false, networks: false, ..run };
-        for setting in ["idqn.learning_rate=0.1", "training.episodes=3", "fixed_time.simulations=3"]
+        for setting in ["idqn.learning_rate=0.1", "training.episodes=3", "fixed_time.simulations=9"]
         {
             assert_eq!(refused(run, "smoke", &[setting]), None, "{setting}");
             assert_eq!(refused(imported, "smoke", &[setting]), None, "{setting}");

@@ -8,7 +8,9 @@ use super::error::ReportError;
 use super::sections::Table;
 use super::streamed::write_rows;
 use super::whole::Report;
-use crate::analysis::{EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary};
+use crate::analysis::{
+    EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary, TuningSummary,
+};
 use crate::files::{Lines, Streamed, lines};
 use crate::store::record::{Metrics, Outcome, Row};
 
@@ -145,7 +147,10 @@ pub(super) fn summary(data: &Report) -> String {
         )
         .chain(data.sections.summary_columns(data).into_iter().map(|(name, _)| name.to_owned()))
         .chain(of_episodes(data))
-        .chain(["iqm", "iqm_low", "iqm_high"].map(str::to_owned))
+        .chain(
+            ["iqm", "iqm_low", "iqm_high", "points_tuned", "points_not_improved"]
+                .map(str::to_owned),
+        )
         .collect::<Vec<_>>();
     table(&header, data.methods.iter().map(|m| summary_row(data, m, &names)))
 }
@@ -184,6 +189,10 @@ fn summary_row(data: &Report, m: &MethodSummary, names: &[String]) -> Vec<String
     cells.extend(data.sections.summary_columns(data).into_iter().map(|(_, cell)| cell));
     cells.extend(episode_cells(data, &m.episodes));
     cells.extend(with_interval(s.interquartile_mean));
+    let tuning = |of: fn(TuningSummary) -> usize| {
+        m.tuning.map_or_else(String::new, |tuning| of(tuning).to_string())
+    };
+    cells.extend([tuning(|t| t.points), tuning(|t| t.kept)]);
     cells
 }
 

@@ -166,7 +166,18 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
         );
     }
     notes.extend(luck(data));
+    notes.extend(data.methods.iter().filter_map(untuned));
     notes
+}
+
+/// Says on how many point MDPs tuning did not improve on what it started from; `None` where it did everywhere.
+fn untuned(m: &MethodSummary) -> Option<String> {
+    let tuning = m.tuning.filter(|tuning| tuning.kept > 0)?;
+    let (kept, points) = (tuning.kept, format::count(tuning.points, "point MDP"));
+    Some(format!(
+        "{}: on {kept} of {points} tuning did not improve on the program that it started from, and kept that program.",
+        m.method
+    ))
 }
 
 /// Says how a sample has grown, and whether it says enough; `None` where it does not grow.

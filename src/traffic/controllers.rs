@@ -3,6 +3,7 @@
 use crate::run::RunError;
 use crate::run::method::{Method, Training, find};
 use crate::settings::setting::NoSettings;
+use crate::traffic::control::fixed_time::budget;
 use crate::traffic::control::registry::{METHODS, methods};
 use crate::traffic::control::{self, Controller, Setup};
 use crate::traffic::settings::Scenario;
@@ -60,7 +61,7 @@ pub fn setup(scenario: &Scenario, imported: bool, seed: u64) -> Setup {
 }
 
 /// Returns the episodes that a method is trained or tuned for in a scenario with so many signals, at most:
-/// signals learn together and are tuned one after the other.
+/// signals learn together, and tuning has [`budget`].
 pub fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> u32 {
     match method.training {
         Training::None => 0,
@@ -70,7 +71,7 @@ pub fn training_episodes(method: &Method, scenario: &Scenario, signals: u32) -> 
             let ranges = sections.iter().find(|(name, _)| *name == own).map(|(_, s)| s.ranges());
             let setting = ranges.into_iter().flatten().find(|r| r.name == episodes);
             let each = setting.expect("the registry's test has looked it up").value as u32;
-            each.saturating_mul(signals)
+            budget(each, signals)
         }
     }
 }

@@ -55,10 +55,10 @@ mod tests {
     use crate::traffic::settings::table::defaults;
 
     #[test]
-    fn tuning_takes_its_simulations_for_every_signal_and_learning_its_episodes_once() {
+    fn tuning_takes_more_simulations_for_more_signals_and_learning_its_episodes_once() {
         let scenario = defaults();
         let of = |method, signals| effort(&scenario, method, signals, &|_| None).training;
-        assert_eq!([1, 4].map(|n| of(&fixed_time::METHOD, n)), [24, 96]);
+        assert_eq!([1, 4].map(|n| of(&fixed_time::METHOD, n)), [24, 48]);
         assert_eq!([1, 4].map(|n| of(&idqn::METHOD, n)), [100, 100]);
     }
 }

@@ -239,7 +239,7 @@ fn settings_from_the_command_line_are_part_of_what_a_run_is() {
 fn replicates_are_trainings_of_their_own_and_the_score_is_their_mean() {
     let folder = tempfile::tempdir().unwrap();
     let short = "run smoke --eval-seeds 1 --methods fixed-time,max-pressure --replicates 2 \
-                 --set demand.horizon_s=300 --set fixed_time.simulations=3 --out out";
+                 --set demand.horizon_s=300 --set fixed_time.simulations=8 --out out";
     let text = succeed(folder.path(), &format!("{short} --json"));
     let scores = fs::read_to_string(folder.path().join("out/report/scores.csv")).unwrap();
     let rows: Vec<Vec<&str>> =

@@ -55,14 +55,14 @@ fn a_level_crossing_is_no_signal_to_control() {
 }
 
 #[test]
-fn the_forecast_counts_the_simulations_of_every_signal() {
+fn the_forecast_counts_the_simulations_of_all_signals() {
     let files = Scenario::new();
     let config = scenario(&files, "net", "");
     let methods = "--methods fixed-time,max-pressure --eval-seeds 1 --dry-run";
     let output = run(folder(&config), &format!("run --sumocfg net.sumocfg {methods}"));
     let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
-    // Three signals with 24 each, and an evaluation each of these two and the baseline.
-    assert!(text.contains("75 episodes at most"), "{text}");
+    // 24 times the root of three, and an evaluation each of these two and the baseline.
+    assert!(text.contains("45 episodes at most"), "{text}");
 }
 
 /// Somebody crosses the street between W and C at P; a side street from D joins behind, and yields.

@@ -13,9 +13,12 @@
 //! 9.5. Every episode with three times the baseline's delay is beyond 17. By Little's law an excess of 5 points at the end of an hour is a queue that grew by a
 //! twentieth of the demand, which delays the mean vehicle by a minute and a half more.
 
+use std::collections::BTreeMap;
+
 use super::level_of_service::{DELAY, letter};
 use crate::analysis::{Measures, Regime, Share};
 use crate::store::record::Metrics;
+use crate::traffic::control::fixed_time::kept_start;
 
 /// Share of the vehicles, above the baseline's on the same seed, from which on an episode ends in
 /// gridlock; the module says why.
@@ -67,6 +70,10 @@ const SHARES: [Share; 2] = [
 pub struct TrafficMeasures;
 
 impl Measures for TrafficMeasures {
+    fn kept_start(&self, details: &BTreeMap<String, String>) -> Option<bool> {
+        kept_start(details)
+    }
+
     fn regimes(&self, objective: &str) -> &'static [Regime] {
         if objective == DELAY { &REGIMES } else { &[] }
     }

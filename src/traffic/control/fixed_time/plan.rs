@@ -1,6 +1,31 @@
 //! A plan: what a signal runs for ever.
 
+use std::collections::BTreeMap;
+
 use super::super::{Drive, GreenPhase, SignalSpec};
+
+/// What is said of a plan that is the network's own.
+pub const OWN: &str = "the network's own program";
+
+/// Start of the names of details that are plans; the signal follows.
+pub const PLAN: &str = "plan ";
+
+/// Name of the detail that counts the episodes of tuning.
+pub(super) const SIMULATIONS: &str = "simulations";
+
+/// Name of the detail that says what became of tuning, and what it then says.
+pub(super) const TUNING: &str = "tuning";
+pub(super) const KEPT: &str = "kept the plans that it started from";
+
+/// Returns whether tuning kept the plans that it started from, by the details of its record; `None` where nothing was
+/// tuned.
+pub fn kept_start(details: &BTreeMap<String, String>) -> Option<bool> {
+    details.get(SIMULATIONS)?;
+    let mut plans = details.iter().filter(|(name, _)| name.starts_with(PLAN)).peekable();
+    plans.peek()?;
+    let says = details.get(TUNING).is_some_and(|text| text == KEPT);
+    Some(says || plans.all(|(_, text)| text == OWN))
+}
 
 /// A fixed cycle of one signal.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +49,7 @@ impl Plan {
 /// Returns a plan in words, with its cycle and the greens of its phases.
 pub(super) fn describe(signal: &SignalSpec, plan: &Plan) -> String {
     match plan {
-        Plan::Own => "the network's own program".to_owned(),
+        Plan::Own => OWN.to_owned(),
         Plan::Cycle(greens) => {
             let phases: Vec<usize> = greens.iter().map(|(phase, _)| phase.0).collect();
             let cycle_s =

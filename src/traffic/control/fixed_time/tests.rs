@@ -2,6 +2,7 @@
 
 use super::super::testing::two_phase_signal;
 use super::*;
+use crate::settings::setting::Section;
 
 const CONSTANTS: Constants = Constants { lost_time_s: 4.0, saturation_flow_vph: 1900.0 };
 
@@ -91,15 +92,68 @@ impl Trainer for Valleys {
 }
 
 #[test]
-fn every_signal_of_several_is_tuned_as_one_alone_is() {
+fn several_signals_are_tuned_within_a_budget_that_grows_with_the_root_of_their_number() {
+    let simulations = Config::default().simulations;
+    assert_eq!([1, 4, 43].map(|signals| budget(simulations, signals)), [24, 48, 158]);
     for signals in [2, 4, 9] {
         let mut trainer = Valleys((0..signals).map(|_| valley(1000.0)).collect());
-        let mut controller = FixedTime::new(CONSTANTS, Config::default().simulations);
+        let mut controller = FixedTime::new(CONSTANTS, simulations);
         controller.train(&mut trainer).unwrap();
         assert!(controller.plans.iter().all(|p| *p != Plan::Own), "{:?}", controller.plans);
         let used = trainer.0[0].episodes;
-        assert!((8 * signals..=24 * signals).contains(&used), "{used} for {signals} signals");
+        assert!(used <= budget(simulations, signals), "{used} for {signals} signals");
+        assert_eq!(controller.details()["simulations"], used.to_string());
+        let delays = controller.begin(&controller.signals.clone()).unwrap();
+        let tuned: f64 = delays.iter().map(|drive| valley(0.0).delay_s(drive)).sum();
+        let mut alone = FixedTime::new(CONSTANTS, 8);
+        alone.train(&mut valley(1000.0)).unwrap();
+        let webster = valley(0.0).delay_s(&alone.plans[0].drive());
+        assert!(tuned < 0.8 * webster * f64::from(signals), "{tuned}, {webster} each before");
     }
+}
+
+#[test]
+fn a_signal_whose_own_program_is_best_keeps_it_among_others_that_are_tuned() {
+    let mut trainer = Valleys(vec![valley(1000.0), valley(1.0), valley(1000.0)]);
+    let mut controller = FixedTime::new(CONSTANTS, 24);
+    controller.train(&mut trainer).unwrap();
+    let own: Vec<bool> = controller.plans.iter().map(|p| *p == Plan::Own).collect();
+    assert_eq!(own, [false, true, false]);
+    assert_eq!(kept_start(&controller.details()), Some(false));
+}
+
+#[test]
+fn the_least_budget_tries_a_plan_and_fewer_simulations_are_refused() {
+    let ranges = Config::default().ranges();
+    let least = ranges.iter().find(|r| r.name == "simulations").unwrap().low as u32;
+    assert_ne!(tuned(1000.0, least).0.plans, [Plan::Own]);
+    assert_eq!(tuned(1000.0, least - 1).0.plans, [Plan::Own], "less has no effect");
+    for signals in [2, 3, 50] {
+        let mut trainer = Valleys((0..signals).map(|_| valley(1000.0)).collect());
+        let mut controller = FixedTime::new(CONSTANTS, least);
+        controller.train(&mut trainer).unwrap();
+        assert!(controller.plans.iter().all(|p| *p != Plan::Own), "{signals} signals");
+        assert!(trainer.0[0].episodes <= budget(least, signals));
+    }
+}
+
+#[test]
+fn whether_tuning_improved_on_its_start_follows_from_the_details_of_its_record() {
+    assert_eq!(kept_start(&tuned(1.0, 30).0.details()), Some(true));
+    let improved = tuned(1000.0, 30).0.details();
+    assert_eq!(kept_start(&improved), Some(false));
+    assert!(!improved.contains_key("tuning"));
+    assert_eq!(kept_start(&BTreeMap::from([("phase".into(), "x".into())])), None);
+    // Its own program is no choice, and whatever cycle it has is as good.
+    let mut trainer = Valleys(vec![valley(1.0), valley(1.0)]);
+    trainer.0.iter_mut().for_each(|v| v.signal.limits.own_program = false);
+    let mut controller = FixedTime::new(CONSTANTS, 30);
+    controller.train(&mut trainer).unwrap();
+    let tuned = controller.details();
+    controller.plans =
+        (controller.signals.iter()).map(|spec| controller.start(spec, &[400.0, 400.0])).collect();
+    controller.kept_start = true;
+    assert_eq!((kept_start(&tuned), kept_start(&controller.details())), (Some(false), Some(true)));
 }
 
 #[test]

@@ -3,15 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::task_plan::Source;
+use crate::traffic::control::fixed_time::{OWN, PLAN};
 use crate::traffic::program::{ProgramKind, ProgramPhase, SignalProgram};
 use crate::traffic::settings::signal::{ChangeInterval, SignalSettings};
 use crate::traffic::timing::Timing;
-
-/// Start of the names of details that are plans; the signal follows.
-const PLAN: &str = "plan ";
-
-/// What is said of a plan that is the network's own.
-const OWN: &str = "the network's own program";
 
 /// How much is known, one program per signal, and the cycles that their phases do not say.
 pub(super) type Found = (Source, Vec<SignalProgram>, Vec<Option<f64>>);
