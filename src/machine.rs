@@ -73,12 +73,112 @@ pub fn probe(folder: &Path) -> Result<(), FileError> {
         .map_err(FileError::at("write", folder))
 }
 
+/// Share of the machine's memory that all workers together may use.
+const WORKERS_SHARE: f64 = 0.9;
+
+/// Memory below which no worker is limited unless the machine has less, MB: a simulation of one intersection takes some
+/// 100, and a class of a user's with its libraries several times as much.
+const LEAST_LIMIT_MB: f64 = 1000.0;
+
+/// Where control groups are, of the second version and of the first, and the names of their limits of memory.
+const GROUPS: [(&str, &str); 2] =
+    [("/sys/fs/cgroup", "memory.max"), ("/sys/fs/cgroup/memory", "memory.limit_in_bytes")];
+
+/// Returns the memory that each of so many workers may use, MB: an equal share of nine tenths of the machine's, but at
+/// least 1000; `None` where the system does not tell.
+pub fn memory_per_worker_mb(workers: usize) -> Option<u64> {
+    Some(share_mb(memory_mb()?, workers))
+}
+
+fn share_mb(memory_mb: u64, workers: usize) -> u64 {
+    let all_mb = memory_mb as f64 * WORKERS_SHARE;
+    (all_mb / workers.max(1) as f64).max(LEAST_LIMIT_MB).min(all_mb) as u64
+}
+
+/// Returns the memory that processes here may use together, MB: the machine's, or less where a container or a batch
+/// system sets a limit.
+fn memory_mb() -> Option<u64> {
+    let machine_kb = kilobytes(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:")?;
+    let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let limits_kb = groups.lines().flat_map(limits_kb);
+    Some(limits_kb.fold(machine_kb, u64::min) / 1000)
+}
+
+/// Returns the limits of a control group and of those that it is in, kB.
+///
+/// # Arguments
+///
+/// * `line` — of `/proc/self/cgroup`: a number, controllers, a path.
+fn limits_kb(line: &str) -> Vec<u64> {
+    let mut parts = line.splitn(3, ':').skip(1);
+    let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else { return Vec::new() };
+    let version = match controllers {
+        "" => 0,
+        names if names.split(',').any(|name| name == "memory") => 1,
+        _ => return Vec::new(),
+    };
+    let (root, name) = GROUPS[version];
+    let limit = |group: &Path| {
+        let inside = group.strip_prefix("/").unwrap_or(group);
+        let text = std::fs::read_to_string(Path::new(root).join(inside).join(name)).ok()?;
+        Some(text.trim().parse::<u64>().ok()? / 1000)
+    };
+    Path::new(path).ancestors().filter_map(limit).collect()
+}
+
+/// Returns the memory that a process and those that it started use now, in and out of swap, MB; `None` where the system does
+/// not tell, or the process has ended.
+///
+/// What is resident is counted, not what is reserved: threads and shared libraries reserve several times what they use. Where
+/// it exceeds a limit, pages that several processes share are counted in equal parts.
+pub fn memory_used_mb(process: i32, limit_mb: u64) -> Option<u64> {
+    let family = family(process);
+    let used_mb = |resident: bool| -> Option<u64> {
+        let used_kb = family.iter().filter_map(|process| used_kb(*process, resident));
+        used_kb.reduce(|a, b| a + b).map(|kb| kb / 1000)
+    };
+    let resident_mb = used_mb(true)?;
+    let exact = Some(resident_mb).filter(|mb| *mb > limit_mb && family.len() > 1);
+    exact.and_then(|_| used_mb(false)).or(Some(resident_mb))
+}
+
+/// Returns the memory of one process, kB: what is resident, or its part of it; with swap.
+fn used_kb(process: i32, resident: bool) -> Option<u64> {
+    let (file, names) = match resident {
+        true => ("status", ["VmRSS:", "VmSwap:"]),
+        false => ("smaps_rollup", ["Pss:", "SwapPss:"]),
+    };
+    let text = std::fs::read_to_string(format!("/proc/{process}/{file}")).ok()?;
+    let [used, swapped] = names.map(|name| kilobytes(&text, name));
+    Some(used? + swapped.unwrap_or(0))
+}
+
+/// Returns a process and those that it started, as far as the system tells.
+fn family(process: i32) -> Vec<i32> {
+    let mut family = vec![process];
+    let mut next = 0;
+    while let Some(parent) = family.get(next) {
+        let threads = std::fs::read_dir(format!("/proc/{parent}/task"));
+        for thread in threads.into_iter().flatten().flatten() {
+            let children = std::fs::read_to_string(thread.path().join("children"));
+            let children = children.unwrap_or_default();
+            family.extend(children.split_whitespace().filter_map(|id| id.parse::<i32>().ok()));
+        }
+        next += 1;
+    }
+    family
+}
+
+/// Returns the number of kilobytes in the line of a name, in a file of the system.
+fn kilobytes(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.trim().strip_suffix("kB")?.trim().parse().ok()
+}
+
 /// Returns the largest memory that this process has used so far, MB; `None` where the system does not tell.
 pub fn peak_memory_mb() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kilobytes.div_ceil(1000))
+    Some(kilobytes(&status, "VmHWM:")?.div_ceil(1000))
 }
 
 #[cfg(test)]
@@ -92,6 +192,39 @@ mod tests {
     }
 
     use super::*;
+
+    #[test]
+    fn workers_share_nine_tenths_and_none_has_less_than_a_simulation_needs() {
+        assert_eq!([1, 2, 8].map(|workers| share_mb(16_000, workers)), [14_400, 7_200, 1_800]);
+        assert_eq!(share_mb(16_000, 64), 1000);
+        assert_eq!(share_mb(500, 4), 450, "a machine that has less");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_memory_of_the_machine_and_of_a_process_with_its_children_is_told() {
+        let machine_mb = memory_mb().unwrap();
+        let held = std::hint::black_box(vec![1_u8; 50_000_000]);
+        let own = i32::try_from(std::process::id()).unwrap();
+        let used_mb = memory_used_mb(own, u64::MAX).unwrap();
+        assert!((50..machine_mb).contains(&used_mb), "{used_mb} with {}", held.len());
+        assert!(memory_used_mb(own, 1).unwrap() <= memory_used_mb(own, u64::MAX).unwrap() + 100);
+        let sleeps = || std::process::Command::new("sleep").arg("60").spawn().unwrap();
+        let mut child = sleeps();
+        let id = i32::try_from(child.id()).unwrap();
+        assert!(family(own).contains(&id));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert_eq!(memory_used_mb(id, u64::MAX), None);
+    }
+
+    #[test]
+    fn groups_of_other_controllers_and_damaged_lines_have_no_limit() {
+        for line in ["4:cpu,cpuacct:/a", "", "0", "7:memory:/there/is/none"] {
+            assert!(limits_kb(line).iter().all(|kb| *kb > 1000), "{line}");
+        }
+        assert_eq!(limits_kb("4:cpu,cpuacct:/a"), [0_u64; 0]);
+    }
 
     #[test]
     fn a_folder_that_can_be_written_passes_and_others_do_not() {

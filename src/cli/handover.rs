@@ -8,9 +8,10 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::output::{duration, line, note};
-use super::values::{at_least_a_second, at_least_one_worker, minutes};
+use super::values::{at_least_a_second, at_least_one_worker, megabytes, minutes};
 use crate::cli::refused::Refused;
 use crate::files::quoted;
+use crate::machine::memory_per_worker_mb;
 use crate::run::batch::cost::Costs;
 use crate::run::batch::pack::packs;
 use crate::run::batch::submission::{self, Packs, Place, Submission, absolute};
@@ -64,12 +65,25 @@ pub struct WorkersArgs {
     /// Go on where the first tasks of a method, or of a point MDP, all fail for one reason
     #[arg(long)]
     pub keep_going: bool,
+    /// Memory in MB beyond which a worker is ended and its task fails [default: an equal share of 90% of the machine's]
+    #[arg(long, value_name = "MB", value_parser = megabytes())]
+    pub memory_per_worker: Option<u64>,
 }
 
 impl WorkersArgs {
     /// Returns how many workers this machine is to have, which has so many processors.
     pub(super) fn here(&self, processors: usize) -> usize {
         self.jobs.map_or(processors, NonZeroUsize::get)
+    }
+
+    /// Returns the memory that each of so many workers of this machine may use, MB; `None` where the system does not tell
+    /// how much there is.
+    ///
+    /// # Errors
+    ///
+    /// When a limit was asked for that cannot be watched.
+    pub(super) fn memory_mb(&self, jobs: usize) -> anyhow::Result<Option<u64>> {
+        limit_mb(self.memory_per_worker, jobs)
     }
 
     /// Returns the lines for the jobs.
@@ -97,6 +111,21 @@ impl WorkersArgs {
         }
         Ok(())
     }
+}
+
+/// Returns the memory that each of so many workers of this machine may use, MB.
+///
+/// # Errors
+///
+/// When a limit was asked for that cannot be watched.
+pub(super) fn limit_mb(asked: Option<u64>, jobs: usize) -> anyhow::Result<Option<u64>> {
+    let usual = memory_per_worker_mb(jobs);
+    if asked.is_some() && usual.is_none() {
+        let reason = "--memory-per-worker has no effect: this system does not tell how much memory a process uses (there \
+                      is no /proc); leave it out";
+        return Err(Refused(reason.to_owned()).into());
+    }
+    Ok(asked.or(usual))
 }
 
 /// What batch systems have of a run.
@@ -220,6 +249,7 @@ pub(super) fn hand_over(
         memory_mb: costs.memory_mb,
         workers: args.here(1),
         stall_timeout_s: args.stall_timeout,
+        memory_per_worker_mb: args.memory_per_worker,
         has_lines: !lines.is_empty(),
         ids: Vec::new(),
         packs_per_id: slurm::PACKS_PER_ARRAY,

@@ -30,6 +30,8 @@ pub(super) struct Labour<'a> {
     pub(super) jobs: usize,
     /// Time without a simulated step after which a task fails, seconds.
     pub(super) stall_timeout_s: u64,
+    /// Memory that a worker may use, MB; `None` for any.
+    pub(super) memory_per_worker_mb: Option<u64>,
     /// Method to divide by in a second report.
     pub(super) against: Option<&'a str>,
     /// Whether lines of JSON are printed.
@@ -102,8 +104,11 @@ impl Labour<'_> {
             self.quiet,
         );
         let stall_timeout = Duration::from_secs(self.stall_timeout_s);
-        let executor =
-            Local { stall_timeout, ..self.session.local(self.launcher.clone(), self.jobs) };
+        let executor = Local {
+            stall_timeout,
+            memory_per_worker_mb: self.memory_per_worker_mb,
+            ..self.session.local(self.launcher.clone(), self.jobs)
+        };
         let (mut alike, mut stopped) = (Alike::default(), None);
         let outcome = self.session.work(&todo, &executor, interrupted, &mut |event| {
             if let Event::Finished(record) = &event

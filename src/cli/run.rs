@@ -93,6 +93,11 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     if !args.quiet {
         say_warnings(warnings, args.dry_run);
     }
+    draft.memory_per_worker_mb = match args.executor {
+        Executes::Local => args.workers.memory_mb(jobs)?,
+        // Each job has its share of what it was given.
+        Executes::Slurm | Executes::Script => args.workers.memory_per_worker,
+    };
     if args.dry_run {
         if args.json {
             for draw in &draft.sample.draws {
@@ -234,6 +239,7 @@ fn work(
         launcher: args.controllers.launcher()?,
         jobs,
         stall_timeout_s: args.workers.stall_timeout,
+        memory_per_worker_mb: args.workers.memory_mb(jobs)?,
         against: args.against.as_deref(),
         json: args.json,
         quiet: args.quiet,

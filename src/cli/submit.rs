@@ -105,12 +105,14 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
         Ok(Results::load_known(&layout, &session.manifest, |_| Keep::nothing())?.under_way())
     };
     let results = read()?;
+    let jobs = args.workers.here(available_parallelism().map_or(1, |j| j.get()));
     let labour = Labour {
         session: &session,
         domain,
         launcher: args.controllers.launcher()?,
-        jobs: args.workers.here(available_parallelism().map_or(1, |j| j.get())),
+        jobs,
         stall_timeout_s: args.workers.stall_timeout,
+        memory_per_worker_mb: args.workers.memory_mb(jobs)?,
         against: None,
         json: false,
         quiet: args.quiet,

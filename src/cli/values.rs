@@ -111,6 +111,11 @@ pub(super) fn at_least_a_second() -> RangedU64ValueParser {
     RangedU64ValueParser::new().range(1..=100 * 366 * 24 * 3600)
 }
 
+/// Reads an amount of memory in MB that a simulation can begin with.
+pub(super) fn megabytes() -> RangedU64ValueParser {
+    RangedU64ValueParser::new().range(50..=1_000_000_000)
+}
+
 /// Returns a time in minutes, above 0.
 pub(super) fn minutes(text: &str) -> Result<f64, String> {
     match text.parse() {

@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use super::handover::limit_mb;
 use super::interrupt::interrupted;
 use super::output::{line, note};
 use super::own::ControllersArgs;
-use super::values::{at_least_a_second, at_least_one_worker};
+use super::values::{at_least_a_second, at_least_one_worker, megabytes};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::run::batch::submission::Packs;
@@ -42,6 +43,9 @@ pub struct WorkArgs {
     /// Time without a simulated step after which a task fails
     #[arg(long, value_name = "SECONDS", default_value_t = STALL_TIMEOUT_S, value_parser = at_least_a_second())]
     pub stall_timeout: u64,
+    /// Memory in MB beyond which a worker is ended and its task fails [default: an equal share of 90% of the job's]
+    #[arg(long, value_name = "MB", value_parser = megabytes())]
+    pub memory_per_worker: Option<u64>,
     /// Methods that are not the program's own
     #[command(flatten)]
     pub controllers: ControllersArgs,
@@ -76,6 +80,7 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
         jobs: args.jobs.get(),
         stall_timeout: Duration::from_secs(args.stall_timeout),
         grace: Duration::from_secs(args.grace),
+        memory_per_worker_mb: limit_mb(args.memory_per_worker, args.jobs.get())?,
         layout,
     };
     let mut left = todo.len();

@@ -72,6 +72,8 @@ pub struct Draft {
     pub replicated: Vec<String>,
     /// What a sample was spread over, of those that need it later.
     pub design: Option<Design>,
+    /// Memory that a worker may use, MB, for the provenance; `None` where nothing limits it, or another machine does.
+    pub memory_per_worker_mb: Option<u64>,
 }
 
 impl Draft {
@@ -140,7 +142,13 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
         .map_err(RunError::Extent)?;
     let names = |m: &&Method| m.name.to_owned();
     let replicated = methods.iter().filter(repeats).map(names).collect();
-    Ok(Draft { sample, methods: methods.iter().map(names).collect(), replicated, design })
+    Ok(Draft {
+        sample,
+        methods: methods.iter().map(names).collect(),
+        replicated,
+        design,
+        memory_per_worker_mb: None,
+    })
 }
 
 /// Returns the seeds of so many evaluation episodes, before a point MDP is mixed in.

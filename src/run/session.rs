@@ -17,6 +17,7 @@ use super::executor::{Event, Executor, Inline, Launcher, Local};
 use super::plan::{Draft, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
 use crate::files::{FileError, beneath};
+use crate::machine::memory_per_worker_mb;
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
 use crate::store::kept::Keep;
@@ -56,7 +57,7 @@ pub fn open<'a>(
 ) -> Result<Session<'a>, RunError> {
     let prepared = request.problem.prepare(&draft.chosen(), done).map_err(RunError::Prepare)?;
     let folder = PathBuf::from(&prepared.folder);
-    let mut provenance = provenance(&prepared.folder);
+    let mut provenance = provenance(&prepared.folder, draft.memory_per_worker_mb);
     let started = provenance.started.clone();
     provenance.warnings = request.problem.warnings();
     let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
@@ -150,7 +151,7 @@ impl Session<'_> {
         }
     }
 
-    /// Returns the executor that starts workers, so many at a time.
+    /// Returns the executor that starts workers, so many at a time; each may use its share of the machine's memory.
     pub fn local(&self, launcher: Launcher, jobs: usize) -> Local {
         Local {
             layout: self.layout.clone(),
@@ -160,6 +161,7 @@ impl Session<'_> {
             jobs,
             stall_timeout: Duration::from_secs(STALL_TIMEOUT_S),
             grace: GRACE,
+            memory_per_worker_mb: memory_per_worker_mb(jobs),
         }
     }
 
@@ -200,7 +202,7 @@ pub fn evaluate(request: &Request<'_>, out: &Path) -> Result<Results, RunError> 
     session.results()
 }
 
-fn provenance(prepared: &str) -> Provenance {
+fn provenance(prepared: &str, memory_per_worker_mb: Option<u64>) -> Provenance {
     let processors = available_parallelism().map_or(1, std::num::NonZero::get);
     let mut args = std::env::args_os();
     let program = args.next().unwrap_or_default();
@@ -220,5 +222,6 @@ fn provenance(prepared: &str) -> Provenance {
         started: now(),
         networks: prepared.to_owned(),
         warnings: Vec::new(),
+        memory_per_worker_mb,
     }
 }

@@ -250,5 +250,6 @@ pub(super) fn nowhere() -> Provenance {
         started: String::new(),
         networks: String::new(),
         warnings: Vec::new(),
+        memory_per_worker_mb: None,
     }
 }

@@ -171,6 +171,9 @@ pub struct Provenance {
     /// What a reader of the results should know of what was evaluated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
+    /// Memory that a worker may use, MB; `None` where nothing limits it, and in manifests that are older than this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory_per_worker_mb: Option<u64>,
 }
 
 /// `manifest.json`.

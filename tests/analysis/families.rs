@@ -73,6 +73,7 @@ impl MadeUp<'_> {
                 started: "2026-01-01T00:00:00Z".into(),
                 networks: String::new(),
                 warnings: vec![],
+                memory_per_worker_mb: None,
             },
         }
     }

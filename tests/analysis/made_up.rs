@@ -80,6 +80,7 @@ pub(crate) fn manifest(methods: &[&str]) -> Manifest {
             started: "2026-01-01T00:00:00Z".into(),
             networks: "networks/smoke".into(),
             warnings: vec![],
+            memory_per_worker_mb: None,
         },
     }
 }

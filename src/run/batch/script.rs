@@ -88,6 +88,9 @@ pub(super) fn command(submission: &Submission, place: &Place) -> String {
         submission.workers,
         submission.stall_timeout_s,
     );
+    if let Some(memory_mb) = submission.memory_per_worker_mb {
+        command.push_str(&format!(" --memory-per-worker {memory_mb}"));
+    }
     if !place.prepared.as_os_str().is_empty() {
         command.push_str(&format!(" --prepared {}", quoted(&place.prepared)));
     }

@@ -47,6 +47,9 @@ pub struct Submission {
     pub workers: usize,
     /// Time without a step of the simulation after which a task is given up, seconds.
     pub stall_timeout_s: u64,
+    /// Memory that a worker may use, MB; `None` for its share of what the job has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory_per_worker_mb: Option<u64>,
     /// Whether lines of the user's were added, which resuming needs again.
     pub has_lines: bool,
     /// Ids that it gave; of the packs in their order, so many per id.
@@ -258,6 +261,7 @@ mod tests {
             memory_mb: 500,
             workers: 1,
             stall_timeout_s: 600,
+            memory_per_worker_mb: None,
             has_lines: false,
             ids: vec!["7".into()],
             packs_per_id: 1000,

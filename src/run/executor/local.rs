@@ -4,7 +4,9 @@
 //! nothing else passes between the two but [`WorkerLine`]s on its standard output. Its standard error,
 //! where simulators give their reasons, goes to a log that is quoted when the worker fails. A failed task
 //! is tried once more, unless its input is at fault, then recorded as failed; one that was disturbed from outside
-//! is tried once more, then left undone; the run goes on. The machine's fault ends the run.
+//! is tried once more, then left undone; the run goes on. The machine's fault ends the run. A worker that uses more memory
+//! than it may is ended and its task recorded as failed, because another attempt would need as much. Its memory is
+//! watched from here: a limit on addresses (`RLIMIT_AS`) would count what threads and libraries reserve and do not use.
 
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -44,6 +46,9 @@ const SILENCE: u32 = 2;
 /// How often a waiting thread looks whether it has been interrupted.
 const POLL: Duration = Duration::from_millis(5);
 
+/// Waits between two looks at the memory of a worker.
+const MEMORY_EVERY: u32 = 20;
+
 /// Starts worker processes, several at a time.
 #[derive(Debug, Clone)]
 pub struct Local {
@@ -61,6 +66,19 @@ pub struct Local {
     pub stall_timeout: Duration,
     /// Time that workers have to write a checkpoint when the run is to stop.
     pub grace: Duration,
+    /// Memory that a worker with all that it starts may use, MB; `None` for any.
+    pub memory_per_worker_mb: Option<u64>,
+}
+
+/// How a worker ended.
+#[derive(Debug)]
+enum Ended {
+    /// By itself, or asked to.
+    With(ExitStatus),
+    /// It was ended, because nothing was heard of it.
+    Silent,
+    /// It was ended, because it used so much memory, MB.
+    Large(u64),
 }
 
 impl Executor for Local {
@@ -283,7 +301,8 @@ impl Local {
         let Some(((mut child, reader), _at_work)) = started else { return Ok(None) };
         // The worker itself says when it stands still; this is for one that cannot.
         let patience = self.stall_timeout.saturating_mul(SILENCE);
-        let ended = wait(&mut child, (patience, self.grace), &lines, halt);
+        let limit_mb = self.memory_per_worker_mb;
+        let ended = wait(&mut child, (patience, self.grace), limit_mb, &lines, halt);
         let ended = ended.map_err(FileError::at("wait for", program))?;
         // A method of somebody's own may have started processes that outlive the worker.
         if self.launcher.own.iter().any(|(name, _)| **name == *task.method) {
@@ -291,8 +310,12 @@ impl Local {
         }
         let failure = reader.join().expect("a thread here does not panic");
         Ok(Some(match ended {
-            Some(status) => verdict(status, failure, &log),
-            None => {
+            Ended::With(status) => verdict(status, failure, &log),
+            Ended::Large(used_mb) => Failure {
+                fault: Fault::Input,
+                reason: too_large(used_mb, limit_mb.unwrap_or_default()),
+            },
+            Ended::Silent => {
                 let silent_s = patience.as_secs_f64();
                 let reason = format!("the worker did not answer for {silent_s} s and was ended");
                 Failure { fault: Fault::Disturbed, reason }
@@ -321,20 +344,41 @@ fn listen(
     failure
 }
 
-/// Waits for a worker, asks it to stop when the run is to, and ends it when it does not within the grace or when nothing
-/// is heard of it; returns nothing in the last case.
+/// Returns why a worker was ended that used too much memory, and the ways out.
+fn too_large(used_mb: u64, limit_mb: u64) -> String {
+    format!(
+        "the worker used {used_mb} MB of memory, more than its limit of {limit_mb} MB, and was ended; if the task needs that \
+         much, --memory-per-worker MB with --retry-failed allows more, and fewer --jobs leave more to each worker"
+    )
+}
+
+/// Waits for a worker, asks it to stop when the run is to, and ends it when it does not within the grace, when nothing is
+/// heard of it, or when it uses more memory than it may.
 ///
 /// Time is counted in naps and not by the clock, so that it does not count when this process was stopped itself.
 fn wait(
     child: &mut Child,
     (patience, grace): (Duration, Duration),
+    limit_mb: Option<u64>,
     lines: &AtomicU64,
     halt: &dyn Fn() -> bool,
-) -> std::io::Result<Option<ExitStatus>> {
+) -> std::io::Result<Ended> {
     let (mut heard, mut silent, mut asked) = (0, Duration::ZERO, None);
+    let mut look = 0_u32;
     loop {
         if let Some(status) = child.try_wait()? {
-            return Ok(Some(status));
+            return Ok(Ended::With(status));
+        }
+        let pid = Pid::from_child(child);
+        let used_mb = limit_mb
+            .filter(|_| look.is_multiple_of(MEMORY_EVERY))
+            .and_then(|limit| machine::memory_used_mb(pid.as_raw_nonzero().get(), limit));
+        if let Some(used_mb) = used_mb.filter(|used| limit_mb.is_some_and(|limit| *used > limit)) {
+            // With all that it started; it may have ended by itself meanwhile.
+            let _ = kill_process_group(pid, Signal::KILL);
+            let _ = child.kill();
+            child.wait()?;
+            return Ok(Ended::Large(used_mb));
         }
         let now = lines.load(Ordering::Relaxed);
         silent = if now == heard { silent + POLL } else { Duration::ZERO };
@@ -353,8 +397,9 @@ fn wait(
             // It may have ended by itself meanwhile.
             let _ = child.kill();
             let status = child.wait()?;
-            return Ok(Some(status).filter(|_| !is_silent));
+            return Ok(if is_silent { Ended::Silent } else { Ended::With(status) });
         }
+        look = look.wrapping_add(1);
         thread::sleep(POLL);
     }
 }

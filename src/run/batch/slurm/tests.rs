@@ -16,6 +16,7 @@ fn submission() -> Submission {
         memory_mb: 500,
         workers: 2,
         stall_timeout_s: 600,
+        memory_per_worker_mb: Some(4000),
         has_lines: true,
         ids: vec!["70".into(), "71".into()],
         packs_per_id: PACKS_PER_ARRAY,

@@ -31,6 +31,7 @@ fn local(dir: &Path, script: &str) -> Local {
         jobs: 2,
         stall_timeout: Duration::from_secs(600),
         grace: Duration::from_secs(2),
+        memory_per_worker_mb: None,
     }
 }
 
@@ -188,4 +189,36 @@ fn a_worker_is_asked_to_stop_and_has_time_to_keep_what_it_has() {
         assert!(start.elapsed() < Duration::from_secs(30), "it is ended all the same");
         let _ = std::fs::remove_file(dir.path().join("up"));
     }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_worker_that_uses_more_memory_than_it_may_is_ended_with_what_it_started_and_fails_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    // A child of the worker holds a text that grows without end.
+    let grows = "export OWN=\"$0.own\"; \
+                 sh -c 'echo $$ > \"$OWN\"; x=0123456789abcdef; while :; do x=$x$x; done'; exit 7";
+    for limit in [None, Some(2_000)] {
+        let quick = Local { memory_per_worker_mb: limit, ..local(dir.path(), "exit 7") };
+        let events = events(&quick, &AtomicBool::new(false));
+        assert!(matches!(events[0], Event::Retry { .. }), "what is small goes on: {events:?}");
+        std::fs::remove_file(quick.layout.record(0)).unwrap();
+    }
+    let local = Local { memory_per_worker_mb: Some(100), ..local(dir.path(), grows) };
+    let events = events(&local, &AtomicBool::new(false));
+    let [Event::Finished(record)] = events.as_slice() else { panic!("{events:?}") };
+    assert_eq!(record.summary.outcome, Outcome::Failed);
+    assert_eq!(record.summary.wall.attempts, 1);
+    let reason = record.summary.reason.as_deref().unwrap();
+    assert!(reason.contains("more than its limit of 100 MB, and was ended"), "{reason}");
+    assert!(reason.contains("--memory-per-worker MB with --retry-failed"), "{reason}");
+    let own = std::fs::read_to_string(dir.path().join("worker.sh.own")).unwrap();
+    let stat = format!("/proc/{}/stat", own.trim());
+    // Whoever inherits it has yet to take note that it has ended.
+    let is_left = || std::fs::read_to_string(&stat).is_ok_and(|text| !text.contains(") Z "));
+    let start = Instant::now();
+    while is_left() && start.elapsed() < Duration::from_secs(5) {
+        thread::sleep(POLL);
+    }
+    assert!(!is_left(), "nothing of it is left");
 }
