@@ -1,7 +1,7 @@
 //! The simulator itself: its version, and what it makes of somebody's scenario.
 
 use super::env::derive::DerivedSignal;
-use super::env::warnings;
+use super::env::warnings::{folded, warnings};
 use super::settings::SignalSettings;
 use super::sim::intake::Intake;
 pub use super::sim::lights::signals_in;
@@ -39,7 +39,7 @@ impl Loaded {
         lines.extend(intake.newer_than(&self.version));
         lines.extend(self.left_alone());
         for signal in &self.signals {
-            let warnings = warnings(signal);
+            let warnings = folded(&warnings(signal));
             lines.extend(
                 warnings.iter().map(|warning| format!("signal {}: {warning}", signal.spec.id)),
             );

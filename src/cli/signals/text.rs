@@ -3,7 +3,7 @@
 use osm_signals::DrivingSide;
 
 use super::look::{Look, turn};
-use crate::traffic::env::warnings;
+use crate::traffic::env::warnings::{folded, warnings};
 use crate::traffic::sim::topology::edge;
 use crate::traffic::vocabulary::Light;
 
@@ -63,7 +63,7 @@ pub(super) fn text(look: &Look, number: usize) -> String {
         ]);
     }
     table(&rows, &mut lines);
-    lines.extend(warnings(signal).iter().map(|warning| format!("  warning: {warning}")));
+    lines.extend(folded(&warnings(signal)).iter().map(|warning| format!("  warning: {warning}")));
     lines.join("\n")
 }
 

@@ -1,6 +1,7 @@
 //! What may be wrong with a signal as it was derived; nothing of it keeps a run from starting.
 
 use std::fmt;
+use std::mem::discriminant;
 
 use serde::Serialize;
 
@@ -71,53 +72,112 @@ pub enum Warning {
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::ShortLane { lane, seen_m } => write!(
-                f,
-                "lane {lane} is seen for {seen_m:.1} m only; upstream the network ends or a signal stands"
-            ),
-            Self::UnservedLane { lane } => write!(f, "lane {lane} has no green in any phase"),
-            Self::UnservedMovement { movement, lanes } => write!(
-                f,
-                "movement {movement}, from {}, has no green in any phase",
-                lanes.join(" and ")
-            ),
-            Self::NeverWhole { lane } => write!(
-                f,
-                "the movements of lane {lane} never have green together, so that its first vehicle may keep those behind it \
-                 from using theirs"
-            ),
-            Self::NoVehicles { state } => write!(
-                f,
-                "the green {state} serves no lane for cars, so it is no phase to choose: whoever it is for (pedestrians, \
-                 or buses, trams and bicycles on lanes of their own) has it only while the network's own program runs, \
-                 and waits under every other method"
-            ),
-            Self::SameMovements { first, second } => write!(
-                f,
-                "phases {first} and {second} count the same movements: max-pressure chooses the \
-                 first of them, learners see no difference"
-            ),
-            Self::Unreached { states } => write!(
-                f,
-                "its program never comes to {}, since no `next` leads there from its first phase; they are none to choose",
-                states.join(", ")
-            ),
-            Self::NamedByAll => write!(
-                f,
-                "some phases have the same two main movements, so each counts all movements that \
-                 it serves"
-            ),
-            Self::OnePhase => write!(
-                f,
-                "it has one green only, so that no method decides anything: it keeps the network's own program under \
-                 every method"
-            ),
-            Self::OtherProgram => write!(
-                f,
-                "its own program is neither static nor actuated: methods get the greens of its phases, of a dual-ring one \
-                 (NEMA) the pairs of phases that it may show"
-            ),
+        f.write_str(&said(&[self]))
+    }
+}
+
+/// Returns the warnings of a signal in words, all of one kind in one sentence, in the order in which the kinds begin.
+pub fn folded(warnings: &[Warning]) -> Vec<String> {
+    let mut kinds: Vec<Vec<&Warning>> = Vec::new();
+    for warning in warnings {
+        let same = |kind: &&mut Vec<&Warning>| discriminant(kind[0]) == discriminant(warning);
+        match kinds.iter_mut().find(same) {
+            Some(kind) => kind.push(warning),
+            None => kinds.push(vec![warning]),
+        }
+    }
+    kinds.iter().map(|kind| said(kind)).collect()
+}
+
+/// Returns warnings of one kind in a sentence.
+fn said(kind: &[&Warning]) -> String {
+    let one = kind.len() == 1;
+    let number = |singular: &'static str, plural: &'static str| if one { singular } else { plural };
+    let named = |name: fn(&Warning) -> Option<String>| {
+        kind.iter().filter_map(|warning| name(warning)).collect::<Vec<_>>().join(", ")
+    };
+    let lanes = named(|warning| match warning {
+        Warning::ShortLane { lane, .. }
+        | Warning::UnservedLane { lane }
+        | Warning::NeverWhole { lane } => Some(lane.clone()),
+        _ => None,
+    });
+    match kind[0] {
+        Warning::ShortLane { seen_m, .. } => {
+            let seen_m = kind.iter().filter_map(|warning| match warning {
+                Warning::ShortLane { seen_m, .. } => Some(*seen_m),
+                _ => None,
+            }).fold((*seen_m, *seen_m), |(low, high), m| (low.min(m), high.max(m)));
+            let far = match format!("{:.1}", seen_m.0) == format!("{:.1}", seen_m.1) {
+                true => format!("{:.1} m", seen_m.0),
+                false => format!("{:.1} to {:.1} m", seen_m.0, seen_m.1),
+            };
+            format!(
+                "{} {lanes} {} seen for {far} only; upstream the network ends or a signal stands",
+                number("lane", "lanes"),
+                number("is", "are")
+            )
+        }
+        Warning::UnservedLane { .. } => {
+            let (lane, has) = (number("lane", "lanes"), number("has", "have"));
+            format!("{lane} {lanes} {has} no green in any phase")
+        }
+        Warning::UnservedMovement { .. } => {
+            let movements = named(|warning| match warning {
+                Warning::UnservedMovement { movement, lanes } => {
+                    Some(format!("{movement}, from {}", lanes.join(" and ")))
+                }
+                _ => None,
+            });
+            match one {
+                true => format!("movement {movements}, has no green in any phase"),
+                false => format!("movements {} have no green in any phase", movements.replace(", from ", " from ")),
+            }
+        }
+        Warning::NeverWhole { .. } => format!(
+            "the movements of {} {lanes} never have green together, so that its first vehicle may keep those behind it from \
+             using theirs",
+            number("lane", "each of the lanes")
+        ),
+        Warning::NoVehicles { .. } => {
+            let greens = named(|warning| match warning {
+                Warning::NoVehicles { state } => Some(state.clone()),
+                _ => None,
+            });
+            format!(
+                "the {} {greens} {} no lane for cars, so {}: whoever {} for (pedestrians, or buses, trams and bicycles on lanes \
+                 of their own) has {} only while the network's own program runs, and waits under every other method",
+                number("green", "greens"),
+                number("serves", "serve"),
+                number("it is no phase to choose", "they are no phases to choose"),
+                number("it is", "they are"),
+                number("it", "them"),
+            )
+        }
+        Warning::SameMovements { .. } => {
+            let phases = named(|warning| match warning {
+                Warning::SameMovements { first, second } => Some(format!("{first} and {second}")),
+                _ => None,
+            });
+            format!(
+                "phases {phases} count the same movements: max-pressure chooses the first {}, learners see no difference",
+                number("of them", "of every two")
+            )
+        }
+        Warning::NamedByAll => {
+            "some phases have the same two main movements, so each counts all movements that it serves".to_owned()
+        }
+        Warning::Unreached { states } => format!(
+            "its program never comes to {}, since no `next` leads there from its first phase; they are none to choose",
+            states.join(", ")
+        ),
+        Warning::OnePhase => "it has one green only, so that no method decides anything: it keeps the network's own program \
+                              under every method"
+            .to_owned(),
+        Warning::OtherProgram => {
+            "its own program is neither static nor actuated: methods get the greens of its phases, of a dual-ring one (NEMA) \
+             the pairs of phases that it may show"
+                .to_owned()
         }
     }
 }
@@ -217,6 +277,30 @@ mod tests {
     fn phases_between_which_nothing_that_is_counted_differs_are_told() {
         let told = texts(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "gr", "rG"]);
         assert!(told.len() == 1 && told[0].starts_with("phases 0 and 1 count"), "{told:?}");
+    }
+
+    #[test]
+    fn warnings_of_one_kind_are_one_sentence() {
+        let lane = |lane: &str, seen_m| Warning::ShortLane { lane: lane.into(), seen_m };
+        let movement =
+            |movement, lane: &str| Warning::UnservedMovement { movement, lanes: vec![lane.into()] };
+        let told = folded(&[
+            lane("a_0", 9.04),
+            Warning::UnservedLane { lane: "c_0".into() },
+            lane("b_0", 0.2),
+            movement(8, "n_0"),
+            movement(9, "e_0"),
+            Warning::NeverWhole { lane: "a_0".into() },
+            Warning::NeverWhole { lane: "b_0".into() },
+            Warning::NoVehicles { state: "rG".into() },
+            Warning::NoVehicles { state: "Gr".into() },
+            Warning::SameMovements { first: 0, second: 1 },
+            Warning::SameMovements { first: 2, second: 3 },
+            Warning::OnePhase,
+        ]);
+        insta::assert_snapshot!(told.join("\n"));
+        let once = folded(&[lane("a_0", 5.0)]);
+        assert_eq!(once, [lane("a_0", 5.0).to_string()]);
     }
 
     #[test]
