@@ -105,10 +105,10 @@ idqn,busy,0.25,0,,,,,,,,,,2,900,0.25,fixed-time-untuned
 fn summary_csv_has_a_row_per_method() {
     let dir = tempfile::tempdir().unwrap();
     insta::assert_snapshot!(report_of(&three_methods(dir.path()), "summary.csv"), @r#"
-method,rank,overall,overall_low,overall_high,delay_s,waiting_s,queue_veh,worst_point,worst_score,points,failed,missing,sampling,budget,family_size,evaluation_seeds,against,ratio_of_means,ratio_of_means_low,ratio_of_means_high,median,median_low,median_high,geometric_mean,geometric_mean_low,geometric_mean_high,up_to_e,up_to_e_low,up_to_e_high,at_f,at_f_low,at_f_high,points_at_f,importance_at_f,delay_share_at_f,unfinished_share,gridlock_share,episode_median_delay_s,episode_worst_delay_s,episode_median,episode_worst,iqm,iqm_low,iqm_high
-max-pressure,1,0.5875,0.3523110563269707,0.8181319996621422,17,8.5,4,busy,0.7,2,0,0,all,2,2,2,fixed-time-untuned,0.6181818181818182,0.4425956768627487,0.8152524315308859,0.55,0.5,0.6,0.584179788476757,0.34845049429657216,0.8206120731557527,0.5875,0.3523110563269707,0.8181319996621422,,,,0,0,0,0.019999999999999997,0,12,40,0.6,0.75,0.5875,0.5416666666666666,0.6375
-fixed-time-untuned,2,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2,fixed-time-untuned,1,1,1,1,1,1,1,1,1,1,1,1,,,,0,0,0,0.019999999999999997,0,20,60,1,1,1,1,1
-idqn,,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2,fixed-time-untuned,0.85,,,0.85,,,0.85,,,0.85,,,,,,0,0,0,0.02,0,17,18,0.8500000000000001,0.9,0.85,,
+method,rank,overall,overall_low,overall_high,delay_s,waiting_s,queue_veh,worst_point,worst_score,points,failed,missing,sampling,budget,family_size,evaluation_seeds,against,ratio_of_means,ratio_of_means_low,ratio_of_means_high,median,median_low,median_high,geometric_mean,geometric_mean_low,geometric_mean_high,up_to_e,up_to_e_low,up_to_e_high,at_f,at_f_low,at_f_high,points_at_f,importance_at_f,delay_share_at_f,unfinished_share,gridlock_share,episode_median_delay_s,episode_worst_delay_s,episode_median,episode_worst,iqm,iqm_low,iqm_high,points_tuned,points_not_improved
+max-pressure,1,0.5875,0.3523110563269707,0.8181319996621422,17,8.5,4,busy,0.7,2,0,0,all,2,2,2,fixed-time-untuned,0.6181818181818182,0.4425956768627487,0.8152524315308859,0.55,0.5,0.6,0.584179788476757,0.34845049429657216,0.8206120731557527,0.5875,0.3523110563269707,0.8181319996621422,,,,0,0,0,0.019999999999999997,0,12,40,0.6,0.75,0.5875,0.5416666666666666,0.6375,,
+fixed-time-untuned,2,1,1,1,27.5,13.75,4,busy,1,2,0,0,all,2,2,2,fixed-time-untuned,1,1,1,1,1,1,1,1,1,1,1,1,,,,0,0,0,0.019999999999999997,0,20,60,1,1,1,1,1,,
+idqn,,0.85,,,17,8.5,4,quiet,0.85,1,1,0,all,2,2,2,fixed-time-untuned,0.85,,,0.85,,,0.85,,,0.85,,,,,,0,0,0,0.02,0,17,18,0.8500000000000001,0.9,0.85,,,,
 "#);
 }
 
