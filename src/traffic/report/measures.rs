@@ -31,7 +31,6 @@ pub(super) const AT_F: usize = 1;
 /// Metrics of an episode that shares are computed of.
 const VEHICLES: &str = "vehicles_veh";
 const LEFT: &str = "unfinished_veh";
-pub(crate) const OF_EPISODES: [&str; 2] = [VEHICLES, LEFT];
 
 /// The regimes.
 const REGIMES: [Regime; 2] = [
