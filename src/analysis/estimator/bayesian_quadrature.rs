@@ -22,8 +22,8 @@ use crate::stats::{PointObjectives, Resampling, StatsError, means};
 
 /// By how much intervals are wider than the process says.
 ///
-/// Source: the published families of Salt Lake City and CartPole, each method estimated without its own scores; docs/researcher.md has the
-/// coverage that follows.
+/// Source: the published families of Salt Lake City and CartPole, each method estimated without its own scores. Intervals
+/// hold the truth in 99 to 100 of 100 samples there, so they are too wide.
 const WIDENING: f64 = 1.5;
 
 /// The estimator of samples by Bayesian quadrature.

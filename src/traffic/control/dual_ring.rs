@@ -20,7 +20,7 @@ settings! {
     /// Dual-ring control.
     pub struct Config, source "FHWA, Signal Timing Manual (2nd ed.), chapters 5 and 6" {
         /// Time without a vehicle on a phase's detectors after which its green may end.
-        passage_s: u32 = 2, in 1.0..=30.0, unit "s", source "Signal Timing Manual, chapter 6; of 2, 3 and 4 s the best here";
+        passage_s: u32 = 2, in 1.0..=30.0, unit "s", source "Signal Timing Manual, chapter 6; 2 s is our choice";
         /// Longest green of a phase while another one is called, within the limits of `[signal]`.
         max_green_s: u32 = 60, in 1.0..=600.0, unit "s", source "Signal Timing Manual, chapter 6";
         /// The same for a left turn's own phase; less where the through phase after it could not last its shortest green
