@@ -12,6 +12,7 @@ use super::subject::Subject;
 use super::values::{at_least_one_worker, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
+use crate::cli::values::assisted;
 use crate::family::MdpFamily;
 use crate::files::{quoted, write_atomically};
 use crate::run::effort::Efforts;
@@ -89,16 +90,10 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
     });
     let known = known.transpose()?;
     let family = subject.problem().family();
-    let usual = match args.assist {
-        Some(_) => Sampling::assisted(family.points.len()),
-        None => Sampling::DEFAULT,
+    let sampling = match args.assist {
+        Some(_) => assisted(args.sampling, family.points.len())?,
+        None => args.sampling.unwrap_or(Sampling::DEFAULT),
     };
-    let sampling = args.sampling.unwrap_or(usual);
-    if args.assist.is_some() && !sampling.has_design() {
-        let reason =
-            "--assist has no effect: that --sampling knows no scores; leave one of them out";
-        return Err(Refused(reason.to_owned()).into());
-    }
     let design = design(family, known.as_ref(), args)?.for_sampling(sampling);
     let maker = Maker { args, subject: &subject, family, design, sampling };
     let budget = maker.budget(known.as_ref())?;

@@ -23,6 +23,7 @@ use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
+use crate::cli::values::assisted;
 use crate::files::{self, limits};
 use crate::pulse;
 use crate::run::batch::BatchSystem;
@@ -174,12 +175,7 @@ fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>
     if !args.quiet {
         warn_of_settings(dir, &analysis, &subject.problem().settings());
     }
-    let sampling = args.sampling.unwrap_or(Sampling::assisted(family.points.len()));
-    if !sampling.has_design() {
-        let reason =
-            "--assist has no effect: that --sampling knows no scores; leave one of them out";
-        return Err(Refused(reason.to_owned()).into());
-    }
+    let sampling = assisted(args.sampling, family.points.len())?;
     let mut design = Design::of(family);
     known.add_to(&mut design, &dir.display().to_string())?;
     let design = design.for_sampling(sampling);

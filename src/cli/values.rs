@@ -5,8 +5,30 @@ use std::num::{NonZeroU32, NonZeroUsize};
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, RangedU64ValueParser};
 
+use crate::cli::refused::Refused;
 use crate::sample::Sampling;
 use crate::traffic::settings::{Detail, Preset};
+
+/// Returns how a sample is chosen that `--assist` supports.
+///
+/// # Arguments
+///
+/// * `asked` — what `--sampling` says.
+/// * `points` — size of the family.
+///
+/// # Errors
+///
+/// [`Refused`] when that way of sampling knows no scores.
+pub(super) fn assisted(asked: Option<Sampling>, points: usize) -> Result<Sampling, Refused> {
+    let sampling = asked.unwrap_or(Sampling::assisted(points));
+    match sampling.has_design() {
+        true => Ok(sampling),
+        false => Err(Refused(
+            "--assist has no effect: that --sampling knows no scores; leave one of them out"
+                .to_owned(),
+        )),
+    }
+}
 
 impl ValueEnum for Sampling {
     /// All but [`Sampling::All`], which is what `--budget all` does, no choice of its own.

@@ -62,22 +62,19 @@ impl Sources {
         let mut next = 0;
         while let Some(Source { name, path, .. }) = all.files.get(next).cloned() {
             let scanned = match path.metadata() {
-                Err(_) => Err("the scenario names it, but it cannot be read".to_owned()),
+                Err(_) => {
+                    Err(("the scenario names it, but it cannot be read".to_owned(), "add it"))
+                }
                 Ok(_) => {
                     let scanned = scan(&path, &|| open(&path), config.has_routes(&path));
-                    scanned.map_err(|e| e.reason.to_string())
+                    scanned.map_err(|e| (e.reason.to_string(), ""))
                 }
             };
-            let mut scanned = match scanned {
-                Ok(scanned) => scanned,
-                Err(reason) => {
-                    let place = path.display().to_string();
-                    let way =
-                        Way::Change(if reason.contains("cannot be read") { "add it" } else { "" });
-                    all.obstacles.push(Obstacle { place, reason, way });
-                    Scanned::default()
-                }
-            };
+            let mut scanned = scanned.unwrap_or_else(|(reason, change)| {
+                let (place, way) = (path.display().to_string(), Way::Change(change));
+                all.obstacles.push(Obstacle { place, reason, way });
+                Scanned::default()
+            });
             all.obstacles.append(&mut scanned.obstacles);
             let mut names = Vec::new();
             for named in &scanned.named {
