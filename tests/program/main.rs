@@ -33,6 +33,7 @@ mod growth;
 mod imported_files;
 #[cfg(feature = "libsumo")]
 mod imported_networks;
+#[cfg(feature = "libsumo")]
 mod imported_obstacles;
 mod links;
 mod machine_limits;
