@@ -10,15 +10,15 @@ demo: setup
 	scripts/demo.sh
 
 test: setup
-	$(CARGO) test $(tested) --release
+	$(CARGO) test $(tested) --profile quick
 
 check: setup
 	scripts/check.sh
 
-# The documentation of this project alone: with that of its 200 dependencies it takes minutes. In release, so
-# that it shares what building has compiled.
+# The documentation of this project alone: with that of its 200 dependencies it takes minutes. In the
+# profile of the tests, so that it shares what they have compiled.
 doc: setup
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --release
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --profile quick
 
 bench: setup
 	scripts/bench.sh

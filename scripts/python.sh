@@ -33,8 +33,8 @@ SUMO_HOME=$SUMO_HOME scripts/setup.sh
 step "the wheel"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-# What it does is tried here, not how fast: optimising our own crate is most of the build.
-MATURIN_PEP517_ARGS="--config=profile.release.package.tsc-family.opt-level=1" \
+# What it does is tried here, not how fast.
+MATURIN_PEP517_ARGS="--profile=quick" \
     CARGO_TARGET_DIR=$(realpath -m "${WHEEL_TARGET_DIR:-$target/wheel}") PATH="$build/bin:$PATH" "$build/bin/pip" wheel --quiet --no-deps \
     --no-build-isolation --wheel-dir "$work/wheel" ./python
 wheel=$(echo "$work"/wheel/*.whl)

@@ -41,30 +41,21 @@
 //! | scores, ranking, intervals | [`analysis`], [`stats`] |
 //! | networks and learning algorithms, for any task | [`nn`], [`rl`] |
 
-pub mod analysis;
-pub mod cartpole;
 pub mod cli;
 pub mod domains;
-pub mod export;
-pub mod family;
-pub mod files;
-pub mod hash;
-pub mod machine;
-pub mod model;
-pub mod nn;
-pub mod pulse;
-pub mod report;
-pub mod rl;
-pub mod run;
-pub mod sample;
-pub mod seed;
-pub mod settings;
-pub mod stats;
-pub mod store;
-pub mod study;
-pub mod suggest;
-pub mod traffic;
-pub mod units;
+
+pub use basics::{files, hash, machine, pulse, seed, suggest, units};
+pub use control_tasks::cartpole;
+pub use evaluation::{
+    analysis, export, family, model, report, run, sample, settings, stats, store, study,
+};
+pub use learners::{nn, rl};
+
+/// Signalised intersections in SUMO: everything that knows of traffic.
+pub mod traffic {
+    pub use signals::*;
+    pub use signals_report as report;
+}
 
 pub use run::domain::{Domain, Problem, Trial};
 pub use run::method::{Method, Training};

@@ -3,9 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
-
 use super::output::{line, note};
 use crate::analysis::Analysis;
 use crate::analysis::across::{Family, Scale, Weighing, across};
@@ -48,35 +45,6 @@ pub struct AcrossArgs {
     /// Print JSON lines instead of the table: one for the whole, one per method
     #[arg(long)]
     pub json: bool,
-}
-
-impl ValueEnum for Scale {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Score, Self::Range, Self::Rank]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Score => {
-                "Unchanged; for one objective, or for scores that are all relative to a baseline"
-            }
-            Self::Range => "From 0, the family's worst score, to 1, its best",
-            Self::Rank => "The methods' ranks on each point MDP",
-        }))
-    }
-}
-
-impl ValueEnum for Weighing {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Equal, Self::Importance]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(match self {
-            Self::Equal => "All combinations count the same, as in the paper",
-            Self::Importance => "The product of the importances of its point MDPs",
-        }))
-    }
 }
 
 pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {

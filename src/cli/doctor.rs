@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::output::line;
 use crate::cli::exit;
-use crate::store::manifest::GIT;
+use crate::store::manifest::{GIT, RUSTC};
 use crate::traffic::network::netconvert::Netconvert;
 
 /// `tsc-family doctor`.
@@ -73,7 +73,7 @@ fn look() -> Findings {
     }
     Findings {
         tsc_family: format!("{} ({})", env!("CARGO_PKG_VERSION"), GIT),
-        built_with: env!("TSC_FAMILY_RUSTC").to_owned(),
+        built_with: RUSTC.to_owned(),
         libsumo,
         sumo_version,
         netconvert: netconvert.map(|n| n.path().display().to_string()),

@@ -202,8 +202,8 @@ pub(super) fn range([low, high]: [Duration; 2]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::testing::effort;
     use crate::run::effort::SECONDS_PER_TASK;
-    use crate::run::effort::testing::effort;
 
     fn job(task: usize, method: &str, point: &str, seconds: f64) -> Job {
         let effort = effort((0, 0.0), (1, seconds - SECONDS_PER_TASK));

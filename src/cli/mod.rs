@@ -43,6 +43,8 @@ mod study;
 mod subject;
 mod submit;
 mod target;
+#[cfg(test)]
+mod testing;
 mod threads;
 mod until;
 mod values;

@@ -308,8 +308,8 @@ impl<'d> Monitor<'d> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::testing::effort;
     use crate::domains::domains;
-    use crate::run::effort::testing::effort;
     use crate::run::progress::Progress as Episodes;
     use crate::store::kept::Keep;
     use crate::store::record::TaskResult;

@@ -3,8 +3,6 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
 use serde_json::json;
 
 use super::folder::ESTIMATE;
@@ -23,16 +21,6 @@ const BUDGETS: [usize; 4] = [10, 20, 40, 80];
 
 /// Resamples of the interval of every sample; the ends need not be as exact as in a report.
 const RESAMPLES: usize = 400;
-
-impl ValueEnum for Kind {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()).help(self.title()))
-    }
-}
 
 /// `tsc-family estimate`.
 #[derive(Debug, clap::Args)]

@@ -2,12 +2,10 @@
 
 use std::num::{NonZeroU32, NonZeroUsize};
 
-use clap::ValueEnum;
-use clap::builder::{PossibleValue, RangedU64ValueParser};
+use clap::builder::RangedU64ValueParser;
 
 use crate::cli::refused::Refused;
 use crate::sample::Sampling;
-use crate::traffic::settings::{Detail, Preset};
 
 /// Returns how a sample is chosen that `--assist` supports.
 ///
@@ -27,70 +25,6 @@ pub(super) fn assisted(asked: Option<Sampling>, points: usize) -> Result<Samplin
             "--assist has no effect: that --sampling knows no scores; leave one of them out"
                 .to_owned(),
         )),
-    }
-}
-
-impl ValueEnum for Sampling {
-    /// All but [`Sampling::All`], which is what `--budget all` does, no choice of its own.
-    fn value_variants<'a>() -> &'a [Self] {
-        &[
-            Self::Balanced,
-            Self::BayesianQuadrature,
-            Self::KMeans,
-            Self::WithReplacement,
-            Self::WithoutReplacement,
-        ]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let (name, help) = match self {
-            Self::Balanced => (
-                "balanced",
-                "random draws by importance, spread over the features (local pivotal method)",
-            ),
-            Self::BayesianQuadrature => (
-                "bayesian-quadrature",
-                "the point MDPs that leave least unknown of the family's score, by a Gaussian process",
-            ),
-            Self::KMeans => (
-                "k-means",
-                "M3: k-means clusters, each represented by the point MDP nearest to its centroid",
-            ),
-            Self::WithReplacement => {
-                ("with-replacement", "M1: random draws by importance, with replacement")
-            }
-            Self::WithoutReplacement => {
-                ("without-replacement", "M2: random draws by importance, without replacement")
-            }
-            Self::All => return None,
-        };
-        Some(PossibleValue::new(name).help(help))
-    }
-}
-
-impl ValueEnum for Preset {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Resco, Self::Field]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()))
-    }
-}
-
-impl ValueEnum for Detail {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::SixFeatures, Self::PerApproach]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Self::SixFeatures => PossibleValue::new("six-features")
-                .help("Four equal arms from six features, as the paper describes a point MDP"),
-            Self::PerApproach => PossibleValue::new("per-approach").help(
-                "The real arms, each with its own features; every intersection is a point MDP of its own",
-            ),
-        })
     }
 }
 

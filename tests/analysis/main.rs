@@ -10,6 +10,7 @@ mod across;
 mod damaged;
 mod estimate;
 mod export;
+mod palette;
 mod plan;
 mod published;
 mod quality_snapshot;

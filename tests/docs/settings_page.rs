@@ -1,6 +1,6 @@
 //! docs/settings.md says of every setting what its declaration says.
 //!
-//! `INSTA_UPDATE=always cargo test --release --test docs settings_page` writes the page anew.
+//! `INSTA_UPDATE=always cargo test --profile quick --test docs settings_page` writes the page anew.
 
 use std::fs;
 

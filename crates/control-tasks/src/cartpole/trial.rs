@@ -1,0 +1,252 @@
+//! A method on a cart and pole, as evaluation sees it.
+
+use super::environment::{CartPole, HORIZON};
+use super::settings::Scenario;
+use super::{dqn, ppo};
+use basics::seed;
+use evaluation::run::domain::{Course, Next, Played, Trial};
+use evaluation::run::fault::TrialError;
+use evaluation::store::record::Metrics;
+use learners::nn::archive::{Archive, ArchiveError};
+use learners::rl::environment::play;
+use learners::rl::sb3::dqn::Dqn;
+use learners::rl::sb3::ppo::Ppo;
+use learners::rl::sb3::{Progress, Trainer};
+
+/// Name of the objective: the return divided by the best one, 500; from 0 to 1.
+pub const NORMALISED_RETURN: &str = "normalised_return";
+
+/// Steps of training that a row of the record stands for, or a few more: an update is not cut.
+pub const ROW_STEPS: u64 = 2000;
+
+/// Makes a training of a method from a seed.
+type Begin = dyn Fn(u64) -> Box<dyn Trainer>;
+
+/// A method and its environment.
+pub struct PoleTrial {
+    environment: CartPole,
+    seed: u64,
+    begin: Box<Begin>,
+    trainer: Box<dyn Trainer>,
+}
+
+impl PoleTrial {
+    /// Returns a method, untrained; `None` where there is none of this name.
+    pub fn new(
+        environment: CartPole,
+        scenario: &Scenario,
+        method: &str,
+        seed: u64,
+    ) -> Option<Self> {
+        let there = environment.clone();
+        let begin: Box<Begin> = if method == ppo::METHOD.name {
+            let config = scenario.ppo.clone();
+            Box::new(move |seed| Box::new(Ppo::new((&config).into(), || there.clone(), seed)))
+        } else if method == dqn::METHOD.name {
+            let config = scenario.dqn.clone();
+            Box::new(move |seed| Box::new(Dqn::new((&config).into(), there.clone(), seed)))
+        } else {
+            return None;
+        };
+        let trainer = begin(seed);
+        Some(Self { environment, seed, begin, trainer })
+    }
+
+    /// Takes over a model.
+    ///
+    /// # Errors
+    ///
+    /// [`ArchiveError`] when it does not fit the method's networks.
+    pub fn load(&mut self, model: &Archive) -> Result<(), ArchiveError> {
+        self.trainer.load("", model)
+    }
+}
+
+impl Trial for PoleTrial {
+    fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
+        if let Some(saved) = course.saved() {
+            self.trainer = (self.begin)(seed::restart(self.seed, course.restarts()));
+            self.trainer.restore("", &saved).map_err(TrialError::Model)?;
+        }
+        while !self.trainer.finished() {
+            let steps = self.trainer.steps() + ROW_STEPS;
+            let progress = self.trainer.advance(steps, &mut |k| course.seed(k));
+            // That of the episode that began last, in this part or before.
+            let seed = course.seed(progress.begun.saturating_sub(1));
+            course.episode(seed, row(&progress));
+            let finite = progress.loss.is_none_or(f64::is_finite);
+            if !finite || !self.trainer.is_finite() {
+                let what = if finite { "a parameter" } else { "the loss" };
+                return Err(TrialError::Diverged(format!(
+                    "training diverged before step {}: {what} is no number any more; try a smaller \
+                     learning rate",
+                    progress.steps
+                )));
+            }
+            if course.starts_again(progress.loss.is_none() || self.trainer.is_alive()) {
+                self.trainer = (self.begin)(seed::restart(self.seed, course.restarts()));
+                continue;
+            }
+            // Acting draws nothing at random, and the training's own environments are others.
+            let next = course.validate(&mut Played(self))?;
+            let trainer = &self.trainer;
+            course.checkpoint(
+                &|| {
+                    let mut archive = Archive::default();
+                    trainer.save("", &mut archive);
+                    archive
+                },
+                0.0,
+            )?;
+            if next == Next::Stop {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        let Self { environment, trainer, .. } = self;
+        let outcome = play(environment, seed, &mut |observation| trainer.act(observation));
+        Ok(named([
+            (NORMALISED_RETURN, Some(outcome.total / f64::from(HORIZON))),
+            ("return", Some(outcome.total)),
+        ]))
+    }
+
+    fn model(&self) -> Option<Archive> {
+        let mut archive = Archive::default();
+        self.trainer.learned("", &mut archive);
+        Some(archive)
+    }
+
+    fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
+        self.trainer.load("", model).map_err(TrialError::Model)
+    }
+}
+
+/// Returns the row of a part of a training; score and return are those of the episodes that ended in it, with
+/// the actions of training.
+fn row(progress: &Progress) -> Metrics {
+    let Progress { steps, episodes, mean_return, loss, entropy, epsilon, begun: _ } = *progress;
+    named([
+        (NORMALISED_RETURN, mean_return.map(|r| r / f64::from(HORIZON))),
+        ("return", mean_return),
+        ("episodes", Some(f64::from(episodes))),
+        ("steps", Some(steps as f64)),
+        ("loss", loss.filter(|l| l.is_finite())),
+        ("entropy", entropy.filter(|e| e.is_finite())),
+        ("epsilon", epsilon),
+    ])
+}
+
+/// Returns the metrics that there are.
+fn named<const N: usize>(metrics: [(&str, Option<f64>); N]) -> Metrics {
+    metrics.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::dynamics::{Context, Dynamics, Variant};
+    use super::super::environment::CARL_START;
+    use super::*;
+    use evaluation::run::fault::CheckpointError;
+
+    /// Keeps rows and checkpoints of a training.
+    #[derive(Default)]
+    struct Kept {
+        saved: Option<Archive>,
+        rows: Vec<(u64, Metrics)>,
+        states: Vec<Archive>,
+    }
+
+    impl Course for Kept {
+        fn seed(&self, index: u32) -> u64 {
+            1000 + u64::from(index)
+        }
+        fn episode(&mut self, seed: u64, metrics: Metrics) {
+            self.rows.push((seed, metrics));
+        }
+        fn saved(&mut self) -> Option<Archive> {
+            self.saved.take()
+        }
+        fn checkpoint(
+            &mut self,
+            state: &dyn Fn() -> Archive,
+            _: f64,
+        ) -> Result<(), CheckpointError> {
+            self.states.push(state());
+            Ok(())
+        }
+    }
+
+    fn trial(method: &str, settings: &[&str]) -> PoleTrial {
+        let dynamics = Dynamics::new(Context::default(), Variant::CarlCompat);
+        let short = ["ppo.total_steps=6000", "dqn.total_steps=6000", "ppo.num_steps=500"];
+        let overrides: Vec<_> = short.iter().chain(settings).map(|s| s.parse().unwrap()).collect();
+        let scenario = Scenario::read("", "a.toml", &overrides).unwrap();
+        PoleTrial::new(CartPole::new(dynamics, CARL_START), &scenario, method, 7).unwrap()
+    }
+
+    #[test]
+    fn a_training_has_a_row_every_2000_steps_and_goes_on_from_each_with_the_same_bytes() {
+        for method in [ppo::METHOD.name, dqn::METHOD.name] {
+            let (mut whole, mut kept) = (trial(method, &[]), Kept::default());
+            whole.train(&mut kept).unwrap();
+            let steps: Vec<f64> = kept.rows.iter().map(|(_, m)| m["steps"]).collect();
+            assert_eq!(steps, [2000.0, 4000.0, 6000.0]);
+            for (seed, metrics) in &kept.rows {
+                assert!(*seed >= 1000 && metrics["episodes"] > 0.0);
+                assert_eq!(metrics[NORMALISED_RETURN], metrics["return"] / 500.0);
+                assert!(metrics.values().all(|v| v.is_finite()));
+            }
+            let model = whole.model().unwrap();
+            for (i, state) in kept.states.iter().enumerate() {
+                let mut rest = Kept { saved: Some(state.clone()), ..Kept::default() };
+                let mut resumed = trial(method, &[]);
+                resumed.train(&mut rest).unwrap();
+                assert!(resumed.model().unwrap().to_bytes() == model.to_bytes());
+                assert_eq!(rest.rows, kept.rows[i + 1..]);
+            }
+            let mut loaded = trial(method, &[]);
+            loaded.load(&model).unwrap();
+            assert_eq!(loaded.episode(3).unwrap(), whole.episode(3).unwrap());
+        }
+    }
+
+    #[test]
+    fn an_episode_s_score_is_the_share_of_the_best_return() {
+        let metrics = trial(ppo::METHOD.name, &[]).episode(3).unwrap();
+        assert_eq!(metrics[NORMALISED_RETURN], metrics["return"] / 500.0);
+        assert!(metrics["return"] >= 1.0 && metrics["return"] < 200.0);
+    }
+
+    #[test]
+    fn a_training_that_diverges_says_when_and_what_to_do() {
+        let mut trial =
+            trial(ppo::METHOD.name, &["ppo.learning_rate=1.0", "ppo.max_grad_norm=1e9"]);
+        let mut archive = trial.model().unwrap();
+        let name = "policy.layer0.bias";
+        archive.put_f32(name, &[64], &[f32::INFINITY; 64]);
+        assert!(trial.load(&archive).is_err(), "a model of a training that diverged is refused");
+        let mut state = Archive::default();
+        trial.trainer.save("", &mut state);
+        let count = 2 * (5 * 64 + 65 * 64) + 65 * 3;
+        state.put_f32("parameters", &[count], &vec![f32::NAN; count]);
+        let mut kept = Kept { saved: Some(state), ..Kept::default() };
+        let e = trial.train(&mut kept).unwrap_err();
+        let expected = "training diverged before step 2000: the loss is no number any more; try a \
+                        smaller learning rate";
+        assert!(matches!(&e, TrialError::Diverged(text) if text == expected), "{e}");
+        assert!(kept.states.is_empty());
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_method_does_not_fit() {
+        let mut kept = Kept::default();
+        trial(dqn::METHOD.name, &[]).train(&mut kept).unwrap();
+        let mut other = Kept { saved: kept.states.pop(), ..Kept::default() };
+        let e = trial(ppo::METHOD.name, &[]).train(&mut other).unwrap_err();
+        assert!(matches!(e, TrialError::Model(_)), "{e}");
+    }
+}

@@ -1,0 +1,189 @@
+//! One method over all its point MDPs.
+//!
+//! A point MDP enters a method's estimate when both the method and what scores are divided by have a
+//! record of it and the objective of the latter is above 0. Weights are renormalised over these point MDPs, and
+//! every summary counts what it lacks.
+
+use std::collections::BTreeMap;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::choice::choice_of;
+use super::episodes::EpisodeSummary;
+use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
+use super::evidence::Evidence;
+use super::points::{PointResult, PointSummary, TaskScore};
+use super::summaries::{Summaries, summarise};
+use crate::sample::Measure;
+use crate::stats::PointObjectives;
+use crate::stats::bootstrap::RESAMPLES;
+use crate::stats::score::weighted_mean;
+use crate::store::record::{Metrics, Outcome};
+use basics::seed::derive;
+
+/// One method over all its point MDPs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MethodSummary {
+    /// Name of the method.
+    pub method: String,
+    /// Position in the manifest's list of methods.
+    pub index: usize,
+    /// Whether it is what scores are divided by.
+    pub is_reference: bool,
+    /// Place by overall performance, from 1.
+    pub rank: Option<usize>,
+    /// Overall performance; 1 is what scores are divided by.
+    pub overall: Option<f64>,
+    /// Interval of the overall performance.
+    pub interval: Option<(f64, f64)>,
+    /// Other summaries of its scores and objectives.
+    pub summaries: Summaries,
+    /// Its evaluation episodes on the point MDPs in the estimate.
+    pub episodes: EpisodeSummary,
+    /// Importance-weighted mean of the objective.
+    pub objective: Option<f64>,
+    /// Importance-weighted means of the other metrics.
+    pub metrics: Metrics,
+    /// The point MDP with the worst score, and that score.
+    pub worst: Option<(String, f64)>,
+    /// Point MDPs in the estimate.
+    pub points: usize,
+    /// Tasks that failed.
+    pub failed: usize,
+    /// Tasks without a record.
+    pub missing: usize,
+    /// Point MDPs that the method finished but the reference did not, or where the reference's
+    /// objective is 0.
+    pub without_reference: usize,
+    /// What became of tuning; `None` for a method that does not tune itself.
+    pub tuning: Option<TuningSummary>,
+}
+
+/// On how many point MDPs tuning kept what it started from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TuningSummary {
+    /// Point MDPs on which no replicate improved on it.
+    pub kept: usize,
+    /// Point MDPs that were tuned.
+    pub points: usize,
+}
+
+/// A method with its estimate, from which differences are taken.
+pub(super) type Summarised = (MethodSummary, Option<Estimate>);
+
+/// Summarises a method over the point MDPs that count.
+pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summarised {
+    let Evidence { identity, reference, points, tasks, episodes, .. } = evidence;
+    let method = identity.methods[index].clone();
+    let finished: Vec<(&PointSummary, &PointResult)> =
+        points.iter().filter_map(|p| Some((p, p.results[index].as_ref()?))).collect();
+    let scored: Vec<_> = finished.iter().filter(|(_, r)| r.score.is_some()).copied().collect();
+    let (estimate, summaries) = estimate(evidence, index, &scored);
+    let objective = assisted_objective(evidence, &summaries)
+        .or_else(|| weighted_mean(scored.iter().map(|(p, r)| (p.weight, r.objective))));
+    let own_tasks = || tasks.iter().filter(|r| r.method == index);
+    let worst = scored
+        .iter()
+        .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
+        .max_by(|a, b| identity.direction.compare(a.1, b.1));
+    let weights = scored.iter().map(|(p, _)| (p.index, p.weight)).collect();
+    let own = episodes.of_method(index);
+    let summary = MethodSummary {
+        is_reference: Some(index) == reference.index,
+        index,
+        rank: None,
+        overall: estimate.as_ref().map(|e| e.value),
+        interval: estimate.as_ref().and_then(|e| e.interval),
+        summaries,
+        episodes: EpisodeSummary::of(episodes, &own, &weights, identity.direction),
+        objective,
+        metrics: weighted_metrics(&scored),
+        worst,
+        points: scored.len(),
+        failed: own_tasks().filter(|r| r.outcome == Some(Outcome::Failed)).count(),
+        missing: own_tasks().filter(|r| r.outcome.is_none()).count(),
+        without_reference: finished.len() - scored.len(),
+        tuning: tuning(own_tasks()),
+        method,
+    };
+    (summary, estimate)
+}
+
+/// Returns what became of the tuning of a method; `None` where none of its tasks was tuned.
+fn tuning<'a>(tasks: impl Iterator<Item = &'a TaskScore>) -> Option<TuningSummary> {
+    let mut kept: BTreeMap<usize, bool> = BTreeMap::new();
+    for (point, kept_start) in tasks.filter_map(|task| Some((task.point, task.kept_start?))) {
+        *kept.entry(point).or_insert(true) &= kept_start;
+    }
+    let points = Some(kept.len()).filter(|points| *points > 0)?;
+    Some(TuningSummary { kept: kept.values().filter(|kept| **kept).count(), points })
+}
+
+/// Returns the mean objective that follows from the assisted ratio of means, where the reference's own mean is known of the
+/// whole family; `None` in a sample that is not assisted.
+fn assisted_objective(evidence: Evidence<'_>, summaries: &Summaries) -> Option<f64> {
+    let design = evidence.assisting()?;
+    let objective = design.input(&evidence.reference.name, Measure::Objective)?;
+    let importance = design.points.iter().map(|p| p.importance);
+    Some(summaries.ratio_of_means?.value * weighted_mean(importance.zip(objective))?)
+}
+
+/// Estimates with the same generator for every method, so that differences are paired.
+fn estimate(
+    evidence: Evidence<'_>,
+    index: usize,
+    scored: &[(&PointSummary, &PointResult)],
+) -> (Option<Estimate>, Summaries) {
+    let identity = evidence.identity;
+    let (regime_of, objectives): (Vec<Option<usize>>, Vec<PointObjectives>) =
+        scored.iter().filter_map(|(p, r)| Some((p.regime, r.objectives.clone()?))).unzip();
+    let regimes = evidence.measures.regimes(&identity.objective).len();
+    let relative = !evidence.reference.is_none();
+    let points: Vec<&PointSummary> = scored.iter().map(|(p, _)| *p).collect();
+    paired(evidence, index, &points, |estimator, sample, rng| {
+        summarise((&regime_of, &objectives), estimator, sample, (regimes, relative), rng)
+    })
+}
+
+/// Calls with the estimator and what that is given beside the scores of a method on these point MDPs; equally seeded for all
+/// methods, so that their resamples are paired.
+pub(super) fn paired<T>(
+    evidence: Evidence<'_>,
+    index: usize,
+    points: &[&PointSummary],
+    estimate: impl FnOnce(&dyn Estimator, Sample<'_>, &mut ChaCha8Rng) -> T,
+) -> T {
+    let identity = evidence.identity;
+    let part: Vec<Chosen>;
+    let chosen = match points.len() == evidence.points.len() {
+        true => evidence.chosen,
+        false => {
+            part = choice_of(evidence, points);
+            &part
+        }
+    };
+    let sample = Sample {
+        family_size: identity.sample.family_size,
+        chosen: evidence.points.len(),
+        method: index as u64,
+        name: &identity.methods[index],
+        points: chosen,
+        design: evidence.given(),
+        resamples: identity.sample.resamples(RESAMPLES),
+        alpha: identity.sample.alpha(),
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(derive(identity.base_seed, &["report", "bootstrap"]));
+    estimate(estimator_of(&identity.sample), sample, &mut rng)
+}
+
+/// Returns the weighted means of every metric that all point MDPs have.
+fn weighted_metrics(scored: &[(&PointSummary, &PointResult)]) -> Metrics {
+    let Some((_, first)) = scored.first() else { return Metrics::new() };
+    let mean = |name: &String| {
+        let values: Option<Vec<_>> =
+            scored.iter().map(|(p, r)| Some((p.weight, *r.metrics.get(name)?))).collect();
+        Some((name.clone(), weighted_mean(values?)?))
+    };
+    first.metrics.keys().filter_map(mean).collect()
+}

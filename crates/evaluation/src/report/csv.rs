@@ -1,0 +1,336 @@
+//! The tables of a report: `scores.csv` with one row per task, `summary.csv` with one per method,
+//! `episodes.csv` with one per episode, `training.csv` with one per task of a learner.
+//!
+//! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
+//! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
+
+use super::error::ReportError;
+use super::sections::Table;
+use super::streamed::write_rows;
+use super::whole::Report;
+use crate::analysis::{
+    EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary, TuningSummary,
+};
+use crate::store::record::{Metrics, Outcome, Row};
+use basics::files::{Lines, Streamed, lines};
+
+/// Name of the column of the score.
+const SCORE: &str = "score";
+
+/// The same where the objective is called so.
+const RELATIVE_SCORE: &str = "relative_score";
+
+/// Returns the names of the metrics that have a column in a table besides the objective.
+fn names(data: &Report, table: Table) -> Vec<String> {
+    data.sections.metrics(table, data).into_iter().map(|metric| metric.name).collect()
+}
+
+/// Returns the cells of metrics.
+fn cells_of<'a>(names: &'a [String], metrics: &'a Metrics) -> impl Iterator<Item = String> + 'a {
+    names.iter().map(|name| number(metrics.get(name).copied()))
+}
+
+/// Returns the names of the columns of the score: the objective, what that is divided by, and the score, if it is any
+/// else; under a name of its own where the objective has its.
+fn score_columns(data: &Report) -> Vec<String> {
+    let objective = &data.manifest.identity.objective;
+    let mut columns = vec![objective.clone()];
+    if !data.reference.is_none() {
+        let divisor = if data.reference.is_baseline { "baseline" } else { "against" };
+        columns.push(format!("{divisor}_{objective}"));
+    }
+    columns.extend(score_column(data).map(str::to_owned));
+    columns
+}
+
+/// Returns the name of the column of the score, if it is anything else than the objective.
+fn score_column(data: &Report) -> Option<&'static str> {
+    match (data.manifest.identity.objective == SCORE, data.reference.is_none()) {
+        (true, true) => None,
+        (true, false) => Some(RELATIVE_SCORE),
+        (false, _) => Some(SCORE),
+    }
+}
+
+/// Writes `scores.csv`: one row per method, point MDP and replicate; without a successful record
+/// the metrics are empty.
+pub(super) fn scores(data: &Report, file: Streamed) -> Result<(), ReportError> {
+    let identity = &data.manifest.identity;
+    let mut header: Vec<String> =
+        ["method", "point", "importance", "replicate"].map(str::to_owned).to_vec();
+    header.extend(score_columns(data));
+    let names = names(data, Table::Scores);
+    header.extend(names.clone());
+    header.extend(data.sections.score_columns().iter().map(|name| (*name).to_owned()));
+    header.extend(identity.features.iter().map(|f| f.name.clone()));
+    header.extend(["weight", "against"].map(str::to_owned));
+    let titled = Titled(data.titles());
+    let of = |row: &TaskScore, lines: &mut Lines| {
+        score_row(data, row, &names, lines);
+        titled.end(row.point, lines);
+    };
+    write_rows(file, &titled.header(header), &data.tasks, of)
+}
+
+fn score_row(data: &Report, row: &TaskScore, names: &[String], lines: &mut Lines) {
+    let point = &data.points[row.point].row;
+    let objective = data.manifest.identity.objective.as_str();
+    let value = match row.outcome {
+        Some(Outcome::Ok) => row.metrics.get(objective).copied(),
+        _ => None,
+    };
+    lines.text(&data.manifest.identity.methods[row.method]);
+    lines.text(&point.point);
+    lines.number(Some(point.importance));
+    lines.whole(row.replicate.into());
+    lines.number(value);
+    if !data.reference.is_none() {
+        lines.number(row.reference);
+    }
+    if score_column(data).is_some() {
+        lines.number(row.score);
+    }
+    names.iter().for_each(|name| lines.number(row.metrics.get(name).copied()));
+    data.sections.score_cells(data, row, value).iter().for_each(|cell| lines.text(cell));
+    point.features.iter().for_each(|feature| lines.number(Some(*feature)));
+    lines.number(Some(data.points[row.point].weight));
+    lines.text(&data.reference.name);
+}
+
+/// Returns the names of the summaries beside the overall performance, each with an interval; those of regimes
+/// follow.
+fn summaries(data: &Report) -> &'static [&'static str] {
+    match data.reference.is_none() {
+        true => &["median"],
+        false => &["ratio_of_means", "median", "geometric_mean"],
+    }
+}
+
+/// Returns the names of the columns that summarise evaluation episodes.
+fn of_episodes(data: &Report) -> Vec<String> {
+    let objective = &data.manifest.identity.objective;
+    let shares = data.shares.iter().map(|share| share.name.to_owned());
+    let spread = [
+        format!("episode_median_{objective}"),
+        format!("episode_worst_{objective}"),
+        "episode_median".to_owned(),
+        "episode_worst".to_owned(),
+    ];
+    let relative = if data.reference.is_none() { 2 } else { 4 };
+    shares.chain(spread.into_iter().take(relative)).collect()
+}
+
+fn episode_cells(data: &Report, e: &EpisodeSummary) -> Vec<String> {
+    let spread = [e.median, e.worst, e.median_relative, e.worst_relative];
+    let relative = if data.reference.is_none() { 2 } else { 4 };
+    e.shares.iter().copied().chain(spread.into_iter().take(relative)).map(number).collect()
+}
+
+/// Returns `summary.csv`: one row per method, best first.
+pub(super) fn summary(data: &Report) -> String {
+    let identity = &data.manifest.identity;
+    let objective = identity.objective.clone();
+    let names = names(data, Table::Summary);
+    let header = ["method", "rank", "overall", "overall_low", "overall_high", &objective]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(names.clone())
+        .chain(["worst_point", "worst_score", "points", "failed", "missing"].map(str::to_owned))
+        .chain(["sampling", "budget", "family_size", "evaluation_seeds"].map(str::to_owned))
+        .chain(["against".to_owned()])
+        .chain(
+            summaries(data)
+                .iter()
+                .copied()
+                .chain(data.regimes.iter().map(|regime| regime.name))
+                .flat_map(|s| [s.to_owned(), format!("{s}_low"), format!("{s}_high")]),
+        )
+        .chain(data.sections.summary_columns(data).into_iter().map(|(name, _)| name.to_owned()))
+        .chain(of_episodes(data))
+        .chain(
+            ["iqm", "iqm_low", "iqm_high", "points_tuned", "points_not_improved"]
+                .map(str::to_owned),
+        )
+        .collect::<Vec<_>>();
+    table(&header, data.methods.iter().map(|m| summary_row(data, m, &names)))
+}
+
+fn summary_row(data: &Report, m: &MethodSummary, names: &[String]) -> Vec<String> {
+    let identity = &data.manifest.identity;
+    let mut cells = vec![
+        m.method.clone(),
+        m.rank.map_or_else(String::new, |r| r.to_string()),
+        number(m.overall),
+        number(m.interval.map(|i| i.0)),
+        number(m.interval.map(|i| i.1)),
+        number(m.objective),
+    ];
+    cells.extend(cells_of(names, &m.metrics));
+    cells.extend([
+        m.worst.as_ref().map_or_else(String::new, |w| w.0.clone()),
+        number(m.worst.as_ref().map(|w| w.1)),
+        m.points.to_string(),
+        m.failed.to_string(),
+        m.missing.to_string(),
+        data.sampling().to_owned(),
+        identity.sample.budget.to_string(),
+        identity.sample.family_size.to_string(),
+        identity.evaluation_seeds.len().to_string(),
+        data.reference.name.clone(),
+    ]);
+    let s = &m.summaries;
+    let of_scores = match data.reference.is_none() {
+        true => vec![s.median],
+        false => vec![s.ratio_of_means, s.median, s.geometric_mean],
+    };
+    for summary in of_scores.iter().chain(&s.by_regime) {
+        cells.extend(with_interval(*summary));
+    }
+    cells.extend(data.sections.summary_columns(data).into_iter().map(|(_, cell)| cell));
+    cells.extend(episode_cells(data, &m.episodes));
+    cells.extend(with_interval(s.interquartile_mean));
+    let tuning = |of: fn(TuningSummary) -> usize| {
+        m.tuning.map_or_else(String::new, |tuning| of(tuning).to_string())
+    };
+    cells.extend([tuning(|t| t.points), tuning(|t| t.kept)]);
+    cells
+}
+
+fn with_interval(summary: Option<Estimated>) -> [String; 3] {
+    let interval = summary.and_then(|s| s.interval);
+    [summary.map(|s| s.value), interval.map(|i| i.0), interval.map(|i| i.1)].map(number)
+}
+
+/// Writes `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
+pub(super) fn episodes(data: &Report, mut file: Streamed) -> Result<(), ReportError> {
+    let names = names(data, Table::Episodes);
+    let header = ["method", "point", "replicate", "kind", "episode", "seed"]
+        .into_iter()
+        .chain([data.manifest.identity.objective.as_str()])
+        .map(str::to_owned)
+        .chain(names.clone())
+        .collect();
+    let titled = Titled(data.titles());
+    file.write(&lines(&[titled.header(header)]))?;
+    let of = |position: usize, rows: Vec<Row>| {
+        let task = &data.tasks[position];
+        let mut lines = Lines::default();
+        for row in &rows {
+            episode_row(data, (task, row), &names, &mut lines);
+            titled.end(task.point, &mut lines);
+        }
+        lines.into_bytes()
+    };
+    let has_record = |position: usize| data.tasks[position].outcome.is_some();
+    data.origin.each_rows(has_record, of, |text| Ok::<_, ReportError>(file.write(&text)?))?;
+    Ok(file.finish()?)
+}
+
+fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String], lines: &mut Lines) {
+    let identity = &data.manifest.identity;
+    lines.text(&identity.methods[task.method]);
+    lines.text(&data.points[task.point].row.point);
+    lines.whole(task.replicate.into());
+    lines.text(e.kind.name());
+    lines.whole(e.episode.into());
+    lines.whole(e.seed);
+    lines.number(e.metrics.get(&identity.objective).copied());
+    names.iter().for_each(|name| lines.number(e.metrics.get(name).copied()));
+}
+
+/// Writes `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
+/// last episodes are of training, all of them relative to the reference.
+pub(super) fn training(data: &Report, file: Streamed) -> Result<(), ReportError> {
+    let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
+        .into_iter()
+        .chain(["policy_row", "last_policy", "restarts", "dead"])
+        .chain(data.sections.training_columns()[0])
+        .chain(events(data).map(|(_, event)| event))
+        .chain(["weight", "against"])
+        .map(str::to_owned)
+        .chain(of_episodes(data))
+        .collect::<Vec<_>>();
+    let titled = Titled(data.titles());
+    let of = |t: &TrainingSummary, lines: &mut Lines| {
+        training_row(data, t).iter().for_each(|cell| lines.text(cell));
+        titled.end(t.point, lines);
+    };
+    write_rows(file, &titled.header(header), &data.trainings, of)
+}
+
+fn training_row(data: &Report, t: &TrainingSummary) -> Vec<String> {
+    let outcome = match t.outcome {
+        Some(Outcome::Ok) => "ok",
+        Some(Outcome::Failed) if t.diverged => "diverged",
+        Some(Outcome::Failed) => "failed",
+        None => "missing",
+    };
+    let point = &data.points[t.point];
+    let whole = |n: Option<u32>| n.map_or_else(String::new, |n| n.to_string());
+    let mut cells = vec![
+        t.method.clone(),
+        point.row.point.clone(),
+        t.replicate.to_string(),
+        outcome.to_owned(),
+        t.episodes.to_string(),
+        number(t.score),
+        whole(t.policy_row),
+        number(t.last_policy),
+        whole(t.restarts),
+        t.is_dead.map_or_else(String::new, |dead| dead.to_string()),
+        number(t.best_episode),
+        number(t.last_episodes),
+    ];
+    let has = |i: usize| t.has_share(i).map_or_else(String::new, |has| has.to_string());
+    cells.extend(events(data).map(|(i, _)| has(i)));
+    cells.extend([point.weight.to_string(), data.reference.name.clone()]);
+    cells.extend(episode_cells(data, &t.evaluations));
+    cells
+}
+
+/// Returns what happens in an evaluation episode or does not, with its position among the shares.
+pub(super) fn events(data: &Report) -> impl Iterator<Item = (usize, &'static str)> {
+    data.shares.iter().enumerate().filter_map(|(i, share)| Some((i, share.event?)))
+}
+
+/// Returns the shortest text that reads back as the same number.
+pub fn number(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |v| v.to_string())
+}
+
+/// A table whose rows are each of a point MDP, with what that is called where it is not its id.
+///
+/// It is made of what point MDPs are called, by their positions; of nothing when all are called by their ids.
+#[derive(Clone, Copy)]
+pub struct Titled<'a>(pub Option<&'a [String]>);
+
+impl Titled<'_> {
+    /// Returns the header, with the column of titles if there is one.
+    pub fn header(self, mut header: Vec<String>) -> Vec<String> {
+        header.extend(self.0.map(|_| "title".to_owned()));
+        header
+    }
+
+    /// Returns a row of the point MDP at a position.
+    pub fn row(self, point: usize, mut cells: Vec<String>) -> Vec<String> {
+        cells.extend(self.0.map(|titles| titles[point].clone()));
+        cells
+    }
+
+    /// Ends a row of the point MDP at a position.
+    fn end(self, point: usize, lines: &mut Lines) {
+        self.0.into_iter().for_each(|titles| lines.text(&titles[point]));
+        lines.end();
+    }
+}
+
+/// Returns a table; every row has as many cells as the header.
+pub fn table<H: AsRef<[u8]>>(header: &[H], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let in_memory = "writing rows of equal length to memory cannot fail";
+    writer.write_record(header).expect(in_memory);
+    for row in rows {
+        writer.write_record(&row).expect(in_memory);
+    }
+    String::from_utf8(writer.into_inner().expect(in_memory)).expect("strings are UTF-8")
+}

@@ -1,0 +1,58 @@
+//! What a results directory says, for people: one self-contained page, tables and figures.
+//!
+//! A report reads `DIR` and writes `DIR/report/`; it runs nothing, and it works with whatever
+//! records are there. What it says of the task beyond its records, the domain adds through
+//! [`Sections`].
+
+pub mod across;
+mod all;
+mod choice;
+mod compared;
+mod context;
+pub mod csv;
+mod curves;
+mod divisor;
+mod error;
+mod figure;
+pub mod figures;
+mod first;
+pub mod format;
+mod further;
+mod headline;
+mod html;
+mod json;
+mod legend;
+mod narrow;
+pub mod page;
+pub mod palette;
+mod paths;
+mod plain;
+mod plain_table;
+mod policies;
+mod profiles;
+mod provenance;
+mod ranks;
+mod rests;
+mod scale;
+mod sections;
+pub mod sensitivity;
+pub mod streamed;
+pub mod study;
+mod sure;
+pub mod svg;
+pub mod text;
+pub mod titles;
+mod traces;
+mod whole;
+mod words;
+mod write;
+
+pub use error::ReportError;
+pub use figure::Figure;
+pub use figure::WIDTH;
+pub use paths::ReportPaths;
+pub use plain::Plain;
+pub use sections::{About, Look, Metric, Part, Sections, Slot, Spot, Stakes, Table, Written};
+pub use whole::Report;
+pub use words::Words;
+pub use write::{write, write_to};

@@ -1,0 +1,211 @@
+//! About how long tasks take: what a forecast starts from before anything has been measured.
+
+use std::collections::BTreeMap;
+
+use super::domain::{Domain, EffortOf};
+use super::error::RunError;
+use super::method::{Method, Training, find};
+use super::plan::Request;
+use super::selection::Selection;
+use crate::family::{MdpFamily, PointMdp};
+use crate::store::manifest::{Identity, PointRow};
+
+/// Processor time of starting a worker and of loading its network, seconds.
+pub const SECONDS_PER_TASK: f64 = 0.2;
+
+/// Expected seconds that count as observed as expected.
+const PRIOR_S: f64 = 3.0;
+
+/// The episodes of a task and about how long each takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TaskEffort {
+    /// Episodes of training or tuning, at most.
+    pub training: u32,
+    /// Processor time of one of them, seconds.
+    pub training_s: f64,
+    /// Episodes of validation and evaluation, at most.
+    pub evaluation: u32,
+    /// Processor time of one of them, seconds.
+    pub evaluation_s: f64,
+    /// Whether the times rest on what is known of the point MDP; else only their ratio is of use.
+    pub is_informed: bool,
+}
+
+impl TaskEffort {
+    /// Returns how many episodes the task has at most.
+    pub fn episodes(&self) -> u32 {
+        self.training + self.evaluation
+    }
+
+    /// Returns the processor time of a worker until it has done the first `episodes` episodes, seconds.
+    pub fn worker_seconds(&self, episodes: u32) -> f64 {
+        SECONDS_PER_TASK + self.seconds(episodes)
+    }
+
+    /// Returns the processor time of a worker that does the whole task, seconds.
+    pub fn whole_seconds(&self) -> f64 {
+        self.worker_seconds(self.episodes())
+    }
+
+    /// Returns the processor time of the first `episodes` episodes, seconds.
+    pub fn seconds(&self, episodes: u32) -> f64 {
+        let training = episodes.min(self.training);
+        let evaluation = (episodes - training).min(self.evaluation);
+        f64::from(training) * self.training_s + f64::from(evaluation) * self.evaluation_s
+    }
+}
+
+/// Observed and expected seconds.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    /// What was observed.
+    pub observed_s: f64,
+    /// What was expected.
+    pub expected_s: f64,
+}
+
+impl Seen {
+    /// Returns the factor between the two; of the expected seconds times `by`.
+    pub fn factor(&self, by: f64) -> f64 {
+        (self.observed_s + PRIOR_S) / (self.expected_s * by + PRIOR_S)
+    }
+}
+
+/// The efforts of a family's tasks.
+pub struct Efforts<'a> {
+    methods: &'a [Method],
+    of: Box<EffortOf>,
+    evaluation: u32,
+    selection: Selection,
+    /// Of point MDPs with more than one agent.
+    agents: BTreeMap<String, u32>,
+}
+
+impl<'a> Efforts<'a> {
+    /// Returns those of what is asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Prepare`] with what is wrong with the settings.
+    pub fn of_request(request: &Request<'a>) -> Result<Self, RunError> {
+        let settings = request.problem.settings();
+        let wrong = |reason: String| RunError::Prepare(reason.into());
+        let of = request.domain.efforts(&settings).map_err(wrong)?;
+        let row = |p: &PointMdp| (p.id.clone(), request.problem.agents(&p.id));
+        let agents = request.problem.family().points.iter().map(row).filter(|(_, n)| *n > 1);
+        Ok(Self {
+            methods: request.domain.methods(),
+            of,
+            evaluation: request.evaluation_seeds,
+            selection: Selection::of(&settings).map_err(wrong)?,
+            agents: agents.collect(),
+        })
+    }
+
+    /// Returns that of a method on a point MDP of a family.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Method`] for a name that no method has.
+    pub fn in_family(
+        &self,
+        method: &str,
+        family: &MdpFamily,
+        point: &str,
+    ) -> Result<TaskEffort, RunError> {
+        let features = family.position(point).map(|p| family.points[p].features.as_slice());
+        let feature = |name: &str| {
+            let position = family.features.iter().position(|f| f.name == name)?;
+            Some(features?[position])
+        };
+        self.task(method, self.agents.get(point).copied().unwrap_or(1), &feature)
+    }
+
+    fn task(
+        &self,
+        method: &str,
+        agents: u32,
+        feature: &dyn Fn(&str) -> Option<f64>,
+    ) -> Result<TaskEffort, RunError> {
+        let method = find(self.methods, method)?;
+        let of = (self.of)(method, agents, feature);
+        let validation = match method.training {
+            Training::Learned => self.selection.most_episodes(of.training),
+            _ => 0,
+        };
+        Ok(TaskEffort {
+            training: of.training,
+            training_s: of.training_s,
+            // The last policy is evaluated too, where validation chose another.
+            evaluation: self.evaluation * if validation > 0 { 2 } else { 1 } + validation,
+            evaluation_s: of.evaluation_s,
+            is_informed: of.is_informed,
+        })
+    }
+}
+
+/// The efforts of the tasks of a run that was planned.
+pub struct RunEfforts<'a> {
+    efforts: Efforts<'a>,
+    identity: &'a Identity,
+    /// Rows and numbers of agents.
+    points: BTreeMap<&'a str, (&'a PointRow, u32)>,
+}
+
+impl<'a> RunEfforts<'a> {
+    /// Returns those of a run.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Prepare`] with what is wrong with its settings.
+    pub fn new(domain: &'a dyn Domain, identity: &'a Identity) -> Result<Self, RunError> {
+        let wrong = |reason: String| RunError::Prepare(reason.into());
+        let of = domain.efforts(&identity.settings).map_err(wrong)?;
+        let selection = Selection::of(&identity.settings).map_err(wrong)?;
+        let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
+        let agents = BTreeMap::new();
+        let efforts = Efforts { methods: domain.methods(), of, evaluation, selection, agents };
+        let row = |p: &'a PointRow| (p.point.as_str(), (p, domain.agents(p)));
+        let points = identity.points.iter().map(row).collect();
+        Ok(Self { efforts, identity, points })
+    }
+
+    /// Returns that of a method on a point MDP.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Method`] for a name that no method has, [`RunError::Unprepared`] for a point MDP that the run has not.
+    pub fn of(&self, method: &str, point: &str) -> Result<TaskEffort, RunError> {
+        let unprepared = || RunError::Unprepared(point.to_owned());
+        let (point, agents) = self.points.get(point).ok_or_else(unprepared)?;
+        let feature = |name: &str| {
+            let position = self.identity.features.iter().position(|f| f.name == name)?;
+            point.features.get(position).copied()
+        };
+        self.efforts.task(method, *agents, &feature)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TaskEffort;
+
+    /// A task with episodes of training and evaluation of these seconds.
+    fn effort(training: (u32, f64), evaluation: (u32, f64)) -> TaskEffort {
+        TaskEffort {
+            training: training.0,
+            training_s: training.1,
+            evaluation: evaluation.0,
+            evaluation_s: evaluation.1,
+            is_informed: true,
+        }
+    }
+
+    #[test]
+    fn episodes_of_training_come_first_and_count_at_their_own_price() {
+        let effort = effort((3, 10.0), (2, 1.0));
+        assert_eq!(effort.episodes(), 5);
+        let seconds: Vec<_> = [0, 2, 3, 4, 5, 9].map(|n| effort.seconds(n)).to_vec();
+        assert_eq!(seconds, [0.0, 20.0, 30.0, 31.0, 32.0, 32.0]);
+    }
+}

@@ -1,0 +1,119 @@
+//! Whose fault it is that a worker left no record: what it said itself, or else how it ended.
+
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::ExitStatus;
+
+use super::log::quoted;
+use crate::run::progress::{Failure, Fault};
+use basics::machine;
+
+/// What is on standard error when there was no memory: of Rust's allocator, of C++'s.
+const NO_MEMORY: [&str; 2] = ["memory allocation of ", "std::bad_alloc"];
+
+/// Returns why a worker left no record.
+///
+/// # Arguments
+///
+/// * `said` — its last words.
+/// * `log` — its standard error.
+pub(super) fn verdict(status: ExitStatus, said: Option<Failure>, log: &Path) -> Failure {
+    let quoted = quoted(log);
+    match said {
+        Some(said) if !matches!(said.fault, Fault::Input | Fault::Task) => {
+            return said;
+        }
+        // It ended itself, because it hung.
+        Some(said) if status.signal().is_some() => return said,
+        _ => {}
+    }
+    let no_memory = NO_MEMORY.iter().any(|text| quoted.contains(text));
+    let how = match (status.code(), status.signal()) {
+        (Some(code), _) => format!("the worker ended with exit code {code}"),
+        (None, Some(signal)) => {
+            format!("the worker was killed by signal {signal}{}", meaning(signal))
+        }
+        (None, None) => "the worker ended".to_owned(),
+    };
+    let killed = status.signal().is_some_and(machine::is_from_outside);
+    let fault = match said {
+        _ if no_memory => Fault::Disturbed,
+        _ if machine::is_at_fault(&quoted) => Fault::Machine,
+        Some(ref failure) => failure.fault,
+        None if killed => Fault::Disturbed,
+        None => Fault::Task,
+    };
+    let reason = match said {
+        // There is nothing else to tell, such as what SUMO says of the input.
+        Some(said) if fault == Fault::Input && quoted == format!("error: {}", said.reason) => {
+            said.reason
+        }
+        _ if quoted.is_empty() => how,
+        _ => format!("{how}: {quoted}"),
+    };
+    Failure { fault, reason }
+}
+
+/// Returns what people should think of when they read the number of a signal.
+fn meaning(signal: i32) -> &'static str {
+    match signal {
+        9 => " (somebody, or the system for want of memory: fewer --jobs need less)",
+        24 => " (a limit of processor time)",
+        25 => " (a limit of the size of files)",
+        _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(status: i32, said: Option<Fault>, log: &str) -> (Fault, String) {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), log).unwrap();
+        let said = said.map(|fault| Failure { fault, reason: "its words".into() });
+        let Failure { fault, reason } = verdict(ExitStatus::from_raw(status), said, file.path());
+        (fault, reason)
+    }
+
+    #[test]
+    fn a_worker_that_was_killed_was_disturbed_and_one_that_crashed_was_not() {
+        for signal in [1, 2, 9, 15, 24, 25] {
+            assert_eq!(of(signal, None, "").0, Fault::Disturbed, "{signal}");
+        }
+        for signal in [4, 5, 6, 8, 11] {
+            assert_eq!(of(signal, None, "").0, Fault::Task, "{signal}");
+        }
+        assert_eq!(of(101 << 8, None, "a panic").0, Fault::Task);
+        assert!(of(9, None, "").1.contains("signal 9 (somebody, or the system for want of memory"));
+    }
+
+    #[test]
+    fn want_of_memory_is_no_fault_of_the_task_s() {
+        assert_eq!(of(6, None, "memory allocation of 64 bytes failed").0, Fault::Disturbed);
+        let said = Some(Fault::Task);
+        assert_eq!(
+            of(1 << 8, said, "error: sumo failed in `step`: std::bad_alloc").0,
+            Fault::Disturbed
+        );
+    }
+
+    #[test]
+    fn a_worker_that_quotes_a_full_disk_is_stopped_by_the_machine() {
+        let log = "Error: Could not build output file 't.xml' (No space left on device).";
+        assert_eq!(of(1 << 8, Some(Fault::Task), log).0, Fault::Machine);
+    }
+
+    #[test]
+    fn what_a_worker_says_counts_and_the_log_is_quoted() {
+        let (fault, reason) =
+            of(2 << 8, Some(Fault::Input), "\n Error: no such edge \n\nQuitting\n");
+        assert_eq!(fault, Fault::Input);
+        assert_eq!(reason, "the worker ended with exit code 2: Error: no such edge | Quitting");
+        let alone = of(2 << 8, Some(Fault::Input), "error: its words\n");
+        assert_eq!(alone, (Fault::Input, "its words".to_owned()), "the log has nothing else");
+        assert_eq!(of(1 << 8, Some(Fault::Machine), "x"), (Fault::Machine, "its words".to_owned()));
+        assert_eq!(of(1 << 8, Some(Fault::Own), "x"), (Fault::Own, "its words".to_owned()));
+        assert_eq!(of(9, Some(Fault::Task), "x"), (Fault::Task, "its words".to_owned()));
+    }
+}

@@ -1,0 +1,227 @@
+//! A run from its plan to its records, as the command does it and as programs can.
+//!
+//! [`open`] prepares what is missing, writes the plan and takes the lock of the results directory;
+//! [`Session::work`] does tasks.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread::available_parallelism;
+use std::time::Duration;
+
+use super::domain::{Domain, Problem, domain_of};
+use super::error::RunError;
+use super::executor::local::GRACE;
+use super::executor::{Event, Executor, Inline, Launcher, Local};
+use super::plan::{Draft, Request, complete, establish};
+use super::watchdog::STALL_TIMEOUT_S;
+use crate::sample::{SamplePlan, stands};
+use crate::store::Layout;
+use crate::store::kept::Keep;
+use crate::store::lock::{Holder, RunLock};
+use crate::store::manifest::{GIT, Manifest, Provenance, Task};
+use crate::store::results::Results;
+use crate::store::scratch::tidy_up;
+use basics::files::{FileError, beneath};
+use basics::machine::memory_per_worker_mb;
+
+/// A run whose plan is written, in a results directory that is locked for it.
+pub struct Session<'a> {
+    domain: &'a dyn Domain,
+    /// The results directory.
+    pub layout: Layout,
+    /// What the run is.
+    pub manifest: Arc<Manifest>,
+    /// Folder of what was prepared.
+    pub prepared: PathBuf,
+    _lock: RunLock,
+}
+
+/// Opens a run: a new one, or one that was begun in the same folder before.
+///
+/// # Arguments
+///
+/// * `draft` — who is evaluated where, from [`super::plan::draft`].
+/// * `out` — the results directory.
+/// * `done` — called with the id of each point MDP that something was made for.
+///
+/// # Errors
+///
+/// [`RunError`] when something cannot be prepared, or when the folder holds another run or is in use.
+pub fn open<'a>(
+    request: &Request<'a>,
+    draft: &Draft,
+    out: &Path,
+    done: &(dyn Fn(&str) + Sync),
+) -> Result<Session<'a>, RunError> {
+    let prepared = request.problem.prepare(&draft.chosen(), done).map_err(RunError::Prepare)?;
+    let folder = PathBuf::from(&prepared.folder);
+    let mut provenance = provenance(&prepared.folder, draft.memory_per_worker_mb);
+    let started = provenance.started.clone();
+    provenance.warnings = request.problem.warnings();
+    let (manifest, tasks) = complete(request, draft, prepared, provenance)?;
+    let layout = Layout::new(out);
+    layout.make()?;
+    let lock = lock(&layout, started)?;
+    let manifest = Arc::new(establish(&layout, manifest, &tasks, draft.design.as_ref())?);
+    let session =
+        Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock };
+    session.stand_in(request.problem, &draft.sample)?;
+    tidy_up(&session.layout)?;
+    Ok(session)
+}
+
+/// Opens a run that was begun before, without its scenario: what it is stands in its manifest.
+///
+/// # Arguments
+///
+/// * `domains` — those that it may be of.
+/// * `manifest` — that of the directory.
+/// * `prepared` — folder of what was prepared; it is not looked at.
+///
+/// # Errors
+///
+/// [`RunError`] when the folder holds no run, is in use, or is of none of the domains.
+pub fn reopen<'a>(
+    domains: &[&'a dyn Domain],
+    layout: &Layout,
+    manifest: Arc<Manifest>,
+    prepared: PathBuf,
+) -> Result<Session<'a>, RunError> {
+    let domain = domain_of(domains, layout, &manifest.identity)?;
+    let lock = lock(layout, now())?;
+    Ok(Session { domain, layout: layout.clone(), manifest, prepared, _lock: lock })
+}
+
+/// Takes the lock of a results directory.
+fn lock(layout: &Layout, started: String) -> Result<RunLock, RunError> {
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    Ok(RunLock::take(layout, &Holder { pid: std::process::id(), version, started })?)
+}
+
+/// Returns the time, ISO 8601, UTC, to the second.
+pub fn now() -> String {
+    jiff::Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
+}
+
+impl Session<'_> {
+    /// Removes the records of failed tasks, so that they are tried again.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the directory cannot be read or written.
+    pub fn forget_failed(&self) -> Result<(), RunError> {
+        let all = Results::load_known(&self.layout, &self.manifest, |_| Keep::nothing())?;
+        for (task, _) in all.failed() {
+            let path = self.layout.record(task.task);
+            beneath(self.layout.root(), &path)?;
+            fs::remove_file(&path).map_err(FileError::at("remove", &path))?;
+        }
+        Ok(())
+    }
+
+    /// Writes for reports which point MDPs of a sample stand for those that are not in it; of a sample that grows, this is
+    /// to be repeated at every look.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the directory cannot be written.
+    pub fn stand_in(&self, problem: &dyn Problem, sample: &SamplePlan) -> Result<(), RunError> {
+        let stands = stands(problem.family(), sample);
+        problem.write_for_reports(&self.layout, &stands).map_err(RunError::Prepare)
+    }
+
+    /// Reads what there is so far; of a sample that grows, the last look that is complete.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Store`] when a file is damaged.
+    pub fn results(&self) -> Result<Results, RunError> {
+        Ok(Results::load(&self.layout)?)
+    }
+
+    /// Returns the executor that does tasks in this process.
+    pub fn inline(&self) -> Inline<'_> {
+        Inline {
+            domain: self.domain,
+            manifest: &self.manifest,
+            layout: &self.layout,
+            prepared: &self.prepared,
+        }
+    }
+
+    /// Returns the executor that starts workers, so many at a time; each may use its share of the machine's memory.
+    pub fn local(&self, launcher: Launcher, jobs: usize) -> Local {
+        Local {
+            layout: self.layout.clone(),
+            manifest: self.manifest.sha256(),
+            launcher,
+            prepared: self.prepared.clone(),
+            jobs,
+            stall_timeout: Duration::from_secs(STALL_TIMEOUT_S),
+            grace: GRACE,
+            memory_per_worker_mb: memory_per_worker_mb(jobs),
+        }
+    }
+
+    /// Does tasks and reports events as they happen; ends early when `interrupted` becomes true.
+    ///
+    /// # Arguments
+    ///
+    /// * `todo` — such as [`Results::missing`].
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] when the tasks cannot be done at all, or a record cannot be written.
+    pub fn work(
+        &self,
+        todo: &[Task],
+        executor: &dyn Executor,
+        interrupted: &AtomicBool,
+        on_event: &mut dyn FnMut(Event),
+    ) -> Result<(), RunError> {
+        executor.run(todo, interrupted, on_event)
+    }
+}
+
+/// Evaluates methods on a problem in this process, from the plan to the results.
+///
+/// A folder that has the same run already is gone on with: finished tasks are kept and not done again, failed ones
+/// too ([`Session::forget_failed`]). What a run is does not say how a method of one's own is written, so one that has
+/// changed needs a new folder. A task that fails is no error here: see [`Results::failed`].
+///
+/// # Errors
+///
+/// [`RunError`], see [`open`] and [`Session::work`].
+pub fn evaluate(request: &Request<'_>, out: &Path) -> Result<Results, RunError> {
+    let draft = super::plan::draft(request)?;
+    let session = open(request, &draft, out, &|_| {})?;
+    let todo: Vec<Task> = session.results()?.missing().cloned().collect();
+    session.work(&todo, &session.inline(), &AtomicBool::new(false), &mut |_| {})?;
+    session.results()
+}
+
+fn provenance(prepared: &str, memory_per_worker_mb: Option<u64>) -> Provenance {
+    let processors = available_parallelism().map_or(1, std::num::NonZero::get);
+    let mut args = std::env::args_os();
+    let program = args.next().unwrap_or_default();
+    let program = Path::new(&program).file_name().unwrap_or_default().to_owned();
+    let words = std::iter::once(program).chain(args);
+    let words: Vec<String> = words.map(|word| word.to_string_lossy().into_owned()).collect();
+    Provenance {
+        // As a shell takes it again.
+        command: shlex::try_join(words.iter().map(String::as_str)).unwrap_or(words.join(" ")),
+        git: GIT.to_owned(),
+        rustc: env!("TSC_FAMILY_RUSTC").to_owned(),
+        host: format!(
+            "{} {}, {processors} processors",
+            std::env::consts::OS,
+            std::env::consts::ARCH
+        ),
+        started: now(),
+        networks: prepared.to_owned(),
+        warnings: Vec::new(),
+        memory_per_worker_mb,
+    }
+}

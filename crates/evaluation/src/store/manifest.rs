@@ -1,0 +1,397 @@
+//! The manifest and the plan: what a run is, written before anything runs.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::own::OwnMethod;
+use super::{Layout, Name, SCHEMA_VERSION, extent};
+use crate::sample::{Draw, Look, SamplePlan};
+use crate::stats::Direction;
+use crate::store::error::StoreError;
+use basics::files::{self, limits};
+use basics::hash::sha256;
+use basics::seed;
+
+/// Git revision of this build, or `unknown`.
+pub const GIT: &str = env!("TSC_FAMILY_GIT");
+
+/// Compiler of this build.
+pub const RUSTC: &str = env!("TSC_FAMILY_RUSTC");
+
+/// One task of a plan: a method on a point MDP, once. Tasks share their names, since a plan has up to a million.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    /// Row of the plan.
+    pub task: usize,
+    /// Name of the method.
+    pub method: Name,
+    /// Id of the point MDP.
+    pub point: Name,
+    /// Which of several independent trainings.
+    pub replicate: u32,
+    /// Seed of everything random in the task but its evaluation episodes.
+    pub seed: u64,
+}
+
+/// A context feature as the manifest keeps it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FeatureColumn {
+    /// Name, with the unit as a suffix.
+    pub name: String,
+    /// Unit in words.
+    pub unit: String,
+}
+
+/// A point MDP as the manifest keeps it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointRow {
+    /// Id of the point MDP.
+    pub point: String,
+    /// What people call it; empty where that is its id.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
+    /// Probability in the family.
+    pub importance: f64,
+    /// Real instances (intersections) that it stands for.
+    pub instances: u32,
+    /// Context features, in the order of [`Identity::features`].
+    pub features: Vec<f64>,
+    /// Latitude and longitude, degrees, of the real instances; empty when unknown.
+    #[serde(default)]
+    pub places: Vec<[f64; 2]>,
+    /// sha256 of what the point MDP is, whatever it is called: its seeds follow from it. Empty in
+    /// manifests from before it, where they follow from the id.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub content: String,
+    /// Where its environment comes from: for traffic the folder's network files or a sumocfg.
+    pub environment: String,
+    /// sha256 of every file that defines its environment, by file name.
+    pub sha256: BTreeMap<String, String>,
+    /// What the command line said in place of what these files say, in the domain's words.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub given: BTreeMap<String, serde_json::Value>,
+}
+
+/// Everything that decides the records: two runs with equal identity give equal records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Identity {
+    /// Version of the files.
+    pub schema_version: u32,
+    /// Kind of task; left out where it is traffic, which the first manifests do not say.
+    #[serde(default = "first_domain", skip_serializing_if = "is_first_domain")]
+    pub domain: String,
+    /// Version of tsc-family.
+    pub tsc_family: String,
+    /// Version of the simulator.
+    pub simulator: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The scenario's settings, all of them, defaults included.
+    pub settings: serde_json::Value,
+    /// Names and units of the context features.
+    pub features: Vec<FeatureColumn>,
+    /// Which point MDPs were chosen, and their weights.
+    pub sample: SamplePlan,
+    /// The chosen point MDPs.
+    pub points: Vec<PointRow>,
+    /// Methods, the baseline first.
+    pub methods: Vec<String>,
+    /// Those of them that are not the domain's.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub controllers: Vec<OwnMethod>,
+    /// Name of the method that every score is divided by; empty where the objective is the score.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub baseline: String,
+    /// Name of the metric that scores compare.
+    pub objective: String,
+    /// Whether less of it is better; left out where it is.
+    #[serde(default, skip_serializing_if = "Direction::is_lower")]
+    pub direction: Direction,
+    /// Independent trainings per replicated method and point MDP.
+    pub replicates: u32,
+    /// Methods that have `replicates` tasks per point MDP; the others, which would only repeat
+    /// themselves, have one. Empty when `replicates` is 1.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub replicated: Vec<String>,
+    /// Seed from which all others are derived.
+    pub base_seed: u64,
+    /// Seeds of the evaluation episodes, shared by all methods, before the point MDP is mixed in; the
+    /// rows of the records have the seeds that vehicles and simulator got, see
+    /// [`PointRow::evaluation_seeds`].
+    pub evaluation_seeds: Vec<u64>,
+}
+
+/// Domain of a manifest that says none.
+const FIRST_DOMAIN: &str = "traffic";
+
+fn first_domain() -> String {
+    FIRST_DOMAIN.to_owned()
+}
+
+fn is_first_domain(domain: &str) -> bool {
+    domain == FIRST_DOMAIN
+}
+
+impl PointRow {
+    /// Returns what people call the point MDP.
+    pub fn name(&self) -> &str {
+        if self.title.is_empty() { &self.point } else { &self.title }
+    }
+
+    /// Returns what the seeds of the point MDP follow from.
+    fn seed_label(&self) -> &str {
+        if self.content.is_empty() { &self.point } else { &self.content }
+    }
+
+    /// Returns the seeds that a run's evaluation episodes have here, which vehicles and simulator get.
+    pub fn evaluation_seeds(&self, seeds: &[u64]) -> Vec<u64> {
+        seeds.iter().map(|seed| seed::at_point(*seed, self.seed_label())).collect()
+    }
+}
+
+/// What helps to understand a run but does not decide its records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Command line.
+    pub command: String,
+    /// Git revision of the build, or `unknown`.
+    pub git: String,
+    /// Compiler of the build.
+    pub rustc: String,
+    /// Operating system, architecture, processors.
+    pub host: String,
+    /// Start of the first run, ISO 8601, UTC.
+    pub started: String,
+    /// Folder of the generated networks.
+    pub networks: String,
+    /// What a reader of the results should know of what was evaluated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// Memory that a worker may use, MB; `None` where nothing limits it, and in manifests that are older than this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory_per_worker_mb: Option<u64>,
+}
+
+/// `manifest.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// What decides the records; compared on resuming.
+    pub identity: Identity,
+    /// What does not; kept from the first run.
+    pub provenance: Provenance,
+}
+
+/// What all versions of a manifest have.
+#[derive(Deserialize)]
+struct Head {
+    identity: Versioned,
+}
+
+/// The part of it that says the version.
+#[derive(Deserialize)]
+struct Versioned {
+    schema_version: serde_json::Value,
+}
+
+impl Manifest {
+    /// Returns the sha256 of the identity, which every record carries.
+    pub fn sha256(&self) -> String {
+        let json = serde_json::to_vec(&self.identity).expect("an identity is plain data");
+        sha256(&json)
+    }
+
+    /// Reads `manifest.json`.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::NotResults`] when there is none, nor a plan beside it, [`StoreError::Version`] for another schema,
+    /// [`StoreError::Manifest`] for anything else.
+    pub fn read(layout: &Layout) -> Result<Self, StoreError> {
+        let path = layout.manifest();
+        let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
+        let bytes = bytes.ok_or_else(|| match layout.plan().exists() {
+            true => StoreError::Manifest { path: path.clone(), reason: "it is missing".to_owned() },
+            false => StoreError::NotResults(layout.root().to_path_buf()),
+        })?;
+        Self::parse(&bytes, &path)
+    }
+
+    /// Returns the manifest that bytes are; the path is for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Version`] for another schema, [`StoreError::Manifest`] for anything else.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
+        let path = path.to_path_buf();
+        let malformed = |reason: String| StoreError::Manifest { path: path.clone(), reason };
+        let version = match serde_json::from_slice::<Head>(bytes) {
+            Ok(head) => head.identity.schema_version.as_u64(),
+            Err(e) if e.is_data() => None,
+            Err(e) => return Err(malformed(e.to_string())),
+        };
+        let Some(found) = version else {
+            return Err(malformed("it has no schema version".to_owned()));
+        };
+        if found != u64::from(SCHEMA_VERSION) {
+            return Err(StoreError::Version { path, found, expected: SCHEMA_VERSION });
+        }
+        files::numbers::check_text(bytes).map_err(malformed)?;
+        let manifest: Self = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        manifest.identity.check().map_err(malformed)?;
+        Ok(manifest)
+    }
+}
+
+impl Identity {
+    /// Checks what no run writes otherwise: a manifest that was edited would bring reports to write what it does not
+    /// say, or where they must not.
+    fn check(&self) -> Result<(), String> {
+        extent::check_replicates(self.replicates)?;
+        let per_point = self.methods.iter().map(|m| u64::from(self.replicates_of(m))).sum();
+        extent::check(self.points.len(), per_point, self.evaluation_seeds.len())?;
+        let looks = self.sample.growth.iter().flat_map(|growth| &growth.looks);
+        for draws in looks.map(|look| &look.draws).chain([&self.sample.draws]) {
+            extent::check_draws(draws.iter().map(|d| d.count), self.sample.family_size)?;
+        }
+        for point in &self.points {
+            let (own, all) = (point.features.len(), self.features.len());
+            if own != all {
+                return Err(format!("point {} has {own} features of {all}", point.point));
+            }
+        }
+        let names = self.points.iter().flat_map(|point| [&point.point, &point.title]);
+        for name in names.chain([&self.scenario]) {
+            if name.chars().any(char::is_control) {
+                return Err(format!("{name:?} has control characters"));
+            }
+        }
+        // Files are called after them.
+        for PointRow { point, .. } in &self.points {
+            if point.is_empty() || point.starts_with('.') || point.contains('/') {
+                return Err(format!("a point MDP cannot be called {point:?}"));
+            }
+        }
+        let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        for method in &self.methods {
+            if method.is_empty() || method.starts_with('.') || !method.chars().all(safe) {
+                return Err(format!("a method cannot be called {method:?}"));
+            }
+        }
+        for own in &self.controllers {
+            if !self.methods.contains(&own.name) {
+                return Err(format!("controller {:?} is not among its methods", own.name));
+            }
+            let said = [&own.name, &own.source, &own.summary].into_iter();
+            let said =
+                said.chain(own.sha256.keys()).chain(own.versions.iter().flat_map(|(a, b)| [a, b]));
+            if let Some(text) = said.into_iter().find(|text| text.chars().any(char::is_control)) {
+                return Err(format!("{text:?} has control characters"));
+            }
+        }
+        let points = self.points.iter().map(|point| point.point.as_str());
+        if let Some(growth) = &self.sample.growth {
+            let whole = growth.looks.last().is_some_and(|look| {
+                look.budget == self.sample.budget && look.draws == self.sample.draws
+            });
+            let within = |pair: &[Look]| {
+                let has = |d: &Draw| pair[1].draws.iter().any(|later| later.point == d.point);
+                pair[0].budget < pair[1].budget && pair[0].draws.iter().all(has)
+            };
+            if !whole || !growth.looks.windows(2).all(within) {
+                return Err("its looks do not lead to its sample".to_owned());
+            }
+        }
+        for (what, doubled) in [
+            ("point", doubled(points)),
+            ("method", doubled(self.methods.iter().map(String::as_str))),
+            ("controller", doubled(self.controllers.iter().map(|own| own.name.as_str()))),
+        ] {
+            if let Some(name) = doubled {
+                return Err(format!("{what} {name} is there twice"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns a method that is not the domain's.
+    pub fn controller(&self, method: &str) -> Option<&OwnMethod> {
+        self.controllers.iter().find(|own| own.name == method)
+    }
+
+    /// Returns how many tasks a method has per point MDP.
+    pub fn replicates_of(&self, method: &str) -> u32 {
+        if self.replicated.iter().any(|m| m == method) { self.replicates } else { 1 }
+    }
+}
+
+impl Identity {
+    /// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
+    /// point MDPs.
+    pub fn tasks(&self) -> Vec<Task> {
+        let methods: Vec<Name> = self.methods.iter().map(|m| m.as_str().into()).collect();
+        let mut tasks = Vec::with_capacity(self.points.len() * self.per_point());
+        (0..self.points.len()).for_each(|point| self.add_tasks(point, &methods, &mut tasks));
+        tasks
+    }
+
+    /// Returns one of [`Self::tasks`] with the others of its point MDP; those are known without what grows with a run.
+    pub fn tasks_beside(&self, task: usize) -> Vec<Task> {
+        let point = task.checked_div(self.per_point()).unwrap_or(usize::MAX);
+        let methods: Vec<Name> = self.methods.iter().map(|m| m.as_str().into()).collect();
+        let mut tasks = Vec::new();
+        if point < self.points.len() {
+            self.add_tasks(point, &methods, &mut tasks);
+        }
+        tasks
+    }
+
+    /// Adds the tasks of the point MDP at a position.
+    fn add_tasks(&self, point: usize, methods: &[Name], tasks: &mut Vec<Task>) {
+        let first = point * self.per_point();
+        let begin = tasks.len();
+        let (row, id) = (&self.points[point], Name::from(self.points[point].point.as_str()));
+        for method in methods {
+            for replicate in 0..self.replicates_of(method) {
+                tasks.push(Task {
+                    task: first + tasks.len() - begin,
+                    method: method.clone(),
+                    point: id.clone(),
+                    replicate,
+                    seed: seed::task(self.base_seed, method, row.seed_label(), replicate),
+                });
+            }
+        }
+    }
+
+    /// Returns how many tasks every point MDP has.
+    pub fn per_point(&self) -> usize {
+        self.methods.iter().map(|m| self.replicates_of(m) as usize).sum()
+    }
+}
+
+/// Returns the first name that comes again.
+fn doubled<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let mut seen = BTreeSet::new();
+    names.find(|name| !seen.insert(*name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_mdp_from_before_contents_has_the_seeds_of_its_time() {
+        let json = r#"{"point":"p","importance":1.0,"instances":1,"features":[],"places":[],"environment":"network","sha256":{}}"#;
+        let old: PointRow = serde_json::from_str(json).unwrap();
+        assert_eq!(old.evaluation_seeds(&[7]), [seed::at_point(7, "p")]);
+        assert_eq!(serde_json::to_string(&old).unwrap(), json, "the hash of a manifest stays");
+    }
+}

@@ -1,0 +1,396 @@
+//! One finished task: one immutable file.
+//!
+//! The first line is the [`Summary`], then follows one [`Row`] per episode of training, validation and
+//! evaluation. Wall-clock values stand apart: the checksum and every comparison leave them out.
+
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::manifest::Task;
+pub use super::metrics::Metrics;
+use super::opaque::Opaque;
+use super::{Layout, SCHEMA_VERSION};
+use crate::store::error::StoreError;
+use crate::store::wall::Wall;
+use basics::files::{self, limits};
+use basics::hash::hex;
+
+/// Why a record is refused that is whole, and of another run.
+pub(super) const OTHER_MANIFEST: &str = "it belongs to another manifest";
+
+/// How a task ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// All evaluations are there.
+    Ok,
+    /// The task failed twice; there is a reason and no metric.
+    Failed,
+}
+
+/// What an episode was for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RowKind {
+    /// A held-out episode, the same for all methods.
+    Evaluation,
+    /// An episode of training or tuning.
+    Training,
+    /// An episode that judged a policy during or after training; its number is that of the row of training after
+    /// which the policy was taken.
+    Validation,
+    /// A held-out episode of the last policy of a training, where an earlier one is evaluated in its place.
+    Last,
+}
+
+impl RowKind {
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Evaluation, Self::Training, Self::Validation, Self::Last];
+
+    /// Returns its name, as in records and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Evaluation => "evaluation",
+            Self::Training => "training",
+            Self::Validation => "validation",
+            Self::Last => "last",
+        }
+    }
+}
+
+/// One episode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// What the episode was for.
+    pub kind: RowKind,
+    /// Number within its kind, from 0; of validation the row of training after which the policy was taken, from 1.
+    pub episode: u32,
+    /// Seed of the episode, as vehicles and simulator got it.
+    pub seed: u64,
+    /// What was measured.
+    pub metrics: Metrics,
+}
+
+/// First line of a record.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Summary {
+    /// Version of the file.
+    pub schema_version: u32,
+    /// The task, as in the plan.
+    pub task: usize,
+    /// Name of the method.
+    pub method: String,
+    /// Id of the point MDP.
+    pub point: String,
+    /// Which of several independent trainings.
+    pub replicate: u32,
+    /// Seed of the task.
+    pub seed: u64,
+    /// sha256 of the manifest's identity.
+    pub manifest: String,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Means over the evaluation episodes, and figures of the whole training.
+    pub metrics: Metrics,
+    /// What the method says of itself, such as the signal plan that tuning found.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub details: BTreeMap<String, String>,
+    /// What the signals ran, where that is a program; empty for methods that decide while they run, and
+    /// in records from before it was kept.
+    #[serde(default, skip_serializing_if = "Opaque::is_empty")]
+    pub programs: Opaque,
+    /// Number of rows that follow.
+    pub rows: usize,
+    /// sha256 over the summary without `checksum` and `wall`, and over the rows.
+    pub checksum: String,
+    /// Wall-clock values.
+    pub wall: Wall,
+}
+
+/// A record: its summary and its rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// First line.
+    pub summary: Summary,
+    /// Episodes: training first, then validation, the last policy's where another is evaluated, evaluation.
+    pub rows: Vec<Row>,
+}
+
+/// What a task brought forth, before it becomes a record.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TaskResult {
+    /// Episodes: training first, then evaluation.
+    pub rows: Vec<Row>,
+    /// Figures of the whole training, such as its best episode.
+    pub training: Metrics,
+    /// What the method says of itself.
+    pub details: BTreeMap<String, String>,
+    /// What the signals ran, where that is a program.
+    pub programs: Opaque,
+    /// Wall-clock values.
+    pub wall: Wall,
+}
+
+impl Record {
+    /// Returns the record of a finished task; metrics are means over the evaluation rows, and the
+    /// figures of its training.
+    pub fn finished(task: &Task, manifest: &str, result: TaskResult) -> Self {
+        let mut summary = Summary::new(task, manifest, Outcome::Ok, result.wall);
+        summary.metrics = result.training;
+        summary.metrics.extend(mean_metrics(&result.rows));
+        summary.details = result.details;
+        summary.programs = result.programs;
+        Self { summary, rows: result.rows }.sealed()
+    }
+
+    /// Returns the record of a task that failed.
+    pub fn failed(task: &Task, manifest: &str, reason: String, wall: Wall) -> Self {
+        let mut summary = Summary::new(task, manifest, Outcome::Failed, wall);
+        summary.reason = Some(reason);
+        Self { summary, rows: Vec::new() }.sealed()
+    }
+
+    /// Returns the evaluation episodes, in order.
+    pub fn evaluations(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|r| r.kind == RowKind::Evaluation)
+    }
+
+    fn sealed(mut self) -> Self {
+        self.summary.rows = self.rows.len();
+        self.summary.checksum = self.checksum();
+        self.summary.wall.checksum = self.summary.wall.sum(&self.summary.checksum);
+        self
+    }
+
+    fn checksum(&self) -> String {
+        let mut hash = self.summary.hash();
+        for row in &self.rows {
+            hash.update(b"\n");
+            hash.update(serde_json::to_vec(row).expect("a row is plain data"));
+        }
+        hex(&hash.finalize())
+    }
+
+    /// Reads the record of a task; `None` when there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Record`] when it is truncated, altered, or of another task or manifest.
+    pub fn read(layout: &Layout, task: &Task, manifest: &str) -> Result<Option<Self>, StoreError> {
+        let path = layout.record(task.task);
+        let text = match files::read_text(&path, limits::RECORD) {
+            Ok(text) => text,
+            Err(e) if e.reason.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(e) if e.reason.kind() == ErrorKind::InvalidData => {
+                return Err(StoreError::Record { path, reason: "not UTF-8 text".into() });
+            }
+            Err(e) => return Err(e.into()),
+        };
+        let fail = |reason: String| StoreError::Record { path: path.clone(), reason };
+        let record = Self::parse(&text).map_err(&fail)?;
+        let s = &record.summary;
+        if s.schema_version != SCHEMA_VERSION {
+            let reason = format!("schema version {}, expected {SCHEMA_VERSION}", s.schema_version);
+            return Err(fail(reason));
+        }
+        if s.manifest != manifest {
+            return Err(fail(OTHER_MANIFEST.into()));
+        }
+        if (s.task, &*s.method, &*s.point, s.replicate, s.seed)
+            != (task.task, &*task.method, &*task.point, task.replicate, task.seed)
+        {
+            return Err(fail(format!("it is of task {} ({} on {})", s.task, s.method, s.point)));
+        }
+        Ok(Some(record))
+    }
+
+    /// Returns the text of the record's file.
+    pub fn to_text(&self) -> String {
+        let line = |json: serde_json::Result<String>| json.expect("a record is plain data") + "\n";
+        let rows = self.rows.iter().map(|row| line(serde_json::to_string(row)));
+        std::iter::once(line(serde_json::to_string(&self.summary))).chain(rows).collect()
+    }
+
+    /// Returns the record that a text is, whosever it is.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, in words.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut lines = text.lines();
+        let first = lines.next().ok_or("empty file")?;
+        let summary: Summary = serde_json::from_str(first).map_err(|e| format!("line 1: {e}"))?;
+        let rows = lines
+            .enumerate()
+            .map(|(i, line)| serde_json::from_str(line).map_err(|e| format!("line {}: {e}", i + 2)))
+            .collect::<Result<Vec<Row>, _>>()?;
+        if rows.len() != summary.rows {
+            return Err(format!("truncated: {} of {} rows", rows.len(), summary.rows));
+        }
+        let record = Self { summary, rows };
+        for metrics in record.rows.iter().map(|row| &row.metrics).chain([&record.summary.metrics]) {
+            files::numbers::check_all(metrics)?;
+        }
+        // As it was written, else as whoever wrote it otherwise means it.
+        let rows = text[first.len()..].strip_suffix('\n').unwrap_or_default();
+        let is_as_written =
+            hex(&record.summary.hash().chain_update(rows).finalize()) == record.summary.checksum;
+        if !is_as_written && record.checksum() != record.summary.checksum {
+            return Err("altered: the checksum does not match".into());
+        }
+        let Summary { checksum, wall, .. } = &record.summary;
+        if !wall.checksum.is_empty() && wall.checksum != wall.sum(checksum) {
+            return Err("altered: the checksum of its wall-clock values does not match".into());
+        }
+        Ok(record)
+    }
+}
+
+impl Summary {
+    /// Returns the hash of what is under the checksum here, to which that of the rows is added.
+    fn hash(&self) -> Sha256 {
+        let bare = Self { checksum: String::new(), wall: Wall::default(), ..self.clone() };
+        Sha256::new().chain_update(serde_json::to_vec(&bare).expect("a summary is plain data"))
+    }
+
+    fn new(task: &Task, manifest: &str, outcome: Outcome, wall: Wall) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            task: task.task,
+            method: task.method.to_string(),
+            point: task.point.to_string(),
+            replicate: task.replicate,
+            seed: task.seed,
+            manifest: manifest.to_owned(),
+            outcome,
+            reason: None,
+            metrics: Metrics::new(),
+            details: BTreeMap::new(),
+            programs: Opaque::default(),
+            rows: 0,
+            checksum: String::new(),
+            wall,
+        }
+    }
+}
+
+/// Returns the means over the evaluation rows of every metric that all of them have.
+pub fn mean_metrics(rows: &[Row]) -> Metrics {
+    means_of(rows, RowKind::Evaluation)
+}
+
+/// Returns the means over the rows of a kind of every metric that all of them have.
+pub fn means_of(rows: &[Row], kind: RowKind) -> Metrics {
+    let evaluations: Vec<_> = rows.iter().filter(|r| r.kind == kind).collect();
+    let Some(first) = evaluations.first() else { return Metrics::new() };
+    first
+        .metrics
+        .keys()
+        .filter_map(|name| {
+            let values: Option<Vec<f64>> =
+                evaluations.iter().map(|r| r.metrics.get(name).copied()).collect();
+            let values = values?;
+            Some((name.clone(), values.iter().sum::<f64>() / values.len() as f64))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn task() -> Task {
+        Task { task: 7, method: "m".into(), point: "p".into(), replicate: 0, seed: 3 }
+    }
+
+    fn row(episode: u32, delay_s: f64) -> Row {
+        let metrics = Metrics::from([("delay_s".to_owned(), delay_s)]);
+        Row { kind: RowKind::Evaluation, episode, seed: 1, metrics }
+    }
+
+    fn record(wall_s: f64) -> Record {
+        let wall = Wall { wall_s, ..Wall::default() };
+        let rows = vec![row(0, 10.0), row(1, 20.1)];
+        Record::finished(&task(), "abc", TaskResult { rows, wall, ..TaskResult::default() })
+    }
+
+    #[test]
+    fn a_committed_record_reads_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        let read = Record::read(&layout, &task(), "abc").unwrap().unwrap();
+        assert_eq!(read, record(1.0));
+        assert_eq!(read.summary.metrics["delay_s"], 15.05);
+    }
+
+    #[test]
+    fn wall_clock_is_not_part_of_the_checksum() {
+        assert_eq!(record(1.0).summary.checksum, record(2.0).summary.checksum);
+    }
+
+    #[test]
+    fn a_truncated_or_altered_record_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        let path = layout.record(7);
+        let text = fs::read_to_string(&path).unwrap();
+        let (keep, _) = text.trim_end().rsplit_once('\n').unwrap();
+        fs::write(&path, keep).unwrap();
+        let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
+        assert!(e.contains("truncated: 1 of 2 rows"), "{e}");
+        fs::write(&path, text.replace("20.1", "2.1")).unwrap();
+        let e = Record::read(&layout, &task(), "abc").unwrap_err().to_string();
+        assert!(e.contains("altered"), "{e}");
+    }
+
+    #[test]
+    fn a_flipped_bit_of_a_record_is_refused_or_changes_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.25).commit(&layout).unwrap();
+        let path = layout.record(7);
+        let bytes = fs::read(&path).unwrap();
+        for bit in 0..8 * bytes.len() {
+            let mut flipped = bytes.clone();
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            fs::write(&path, &flipped).unwrap();
+            match Record::read(&layout, &task(), "abc") {
+                Err(StoreError::Record { .. }) => {}
+                read => assert_eq!(read.unwrap().unwrap(), record(1.25), "bit {bit}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_from_before_wall_clock_values_had_a_checksum_is_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        let path = layout.record(7);
+        let text = fs::read_to_string(&path).unwrap();
+        let own = format!(",\"checksum\":\"{}\"}}}}", record(1.0).summary.wall.checksum);
+        assert!(text.contains(&own), "{text}");
+        fs::write(&path, text.replace(&own, "}}")).unwrap();
+        assert_eq!(Record::read(&layout, &task(), "abc").unwrap().unwrap().rows.len(), 2);
+    }
+
+    #[test]
+    fn a_record_of_another_run_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path());
+        record(1.0).commit(&layout).unwrap();
+        assert!(Record::read(&layout, &task(), "xyz").is_err());
+    }
+}

@@ -1,0 +1,275 @@
+//! Reads a results directory: whatever is there, exactly once per task, and what is missing.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::Layout;
+use super::aside::{Packed, Setting};
+use super::kept::{Keep, Kept};
+use super::manifest::{Manifest, Task};
+use super::origin::Origin;
+use super::plan::read_plan;
+use super::record::{OTHER_MANIFEST, Outcome, Record};
+use crate::sample::{Design, Look};
+use crate::store::error::StoreError;
+use basics::files::{self, limits};
+use basics::hash::sha256;
+
+/// Records that are read at once, by as many threads as there are processors.
+pub(super) const AT_ONCE: usize = 4096;
+
+/// A results directory in memory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// What the run is; of a sample that grows, as far as it has.
+    pub manifest: Arc<Manifest>,
+    /// Where the records are, and all tasks; of a sample that grows, those of the point MDPs that it has so far.
+    pub origin: Origin,
+    /// What was known of the whole family when a balanced sample was drawn.
+    pub design: Option<Design>,
+    /// What is kept of the record of every task, in the order of the plan.
+    records: Vec<Option<Kept>>,
+}
+
+impl Results {
+    /// Reads what counts in a results directory: everything, or of a sample that grows the last look that is complete, the
+    /// first where none is.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] when it is no results directory or a file in it is damaged.
+    pub fn load(layout: &Layout) -> Result<Self, StoreError> {
+        Self::load_all(layout, |_| Keep::All).map(Self::so_far)
+    }
+
+    /// Reads everything in a results directory, also what of a look is done before it is complete.
+    ///
+    /// # Arguments
+    ///
+    /// * `keep` — what to keep of the rows of a run's records.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::load`].
+    pub fn load_all(layout: &Layout, keep: impl Fn(&Manifest) -> Keep) -> Result<Self, StoreError> {
+        Self::load_of(layout, Arc::new(Manifest::read(layout)?), keep, None)
+    }
+
+    /// Reads everything as [`Self::load_all`] does, for whoever has read the manifest.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::load`].
+    pub fn load_known(
+        layout: &Layout,
+        manifest: &Arc<Manifest>,
+        keep: impl Fn(&Manifest) -> Keep,
+    ) -> Result<Self, StoreError> {
+        Self::load_of(layout, manifest.clone(), keep, None)
+    }
+
+    /// Reads everything as [`Self::load_all`] does, for whoever needs all episodes of all records later: they are set
+    /// aside in a file without a name, where one can be made.
+    ///
+    /// # Arguments
+    ///
+    /// * `folder` — where that file is.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::load`].
+    pub fn load_setting_aside(
+        layout: &Layout,
+        keep: impl Fn(&Manifest) -> Keep,
+        folder: &Path,
+    ) -> Result<Self, StoreError> {
+        let manifest = Arc::new(Manifest::read(layout)?);
+        Self::load_of(layout, manifest, keep, Setting::new(folder))
+    }
+
+    fn load_of(
+        layout: &Layout,
+        manifest: Arc<Manifest>,
+        keep: impl Fn(&Manifest) -> Keep,
+        mut setting: Option<Setting>,
+    ) -> Result<Self, StoreError> {
+        let plan = read_plan(layout, &manifest.identity)?;
+        let sha256 = manifest.sha256();
+        let keep = keep(&manifest);
+        let mut records = Vec::with_capacity(plan.len());
+        let sets_aside = setting.is_some();
+        let of = |record: Record| {
+            let packed = sets_aside.then(|| Packed::of(&record.rows));
+            (Kept::of(record, &keep), packed)
+        };
+        let damaged = read_records(layout, &plan, &sha256, &of, &mut |_, record| {
+            let (kept, packed) = record.unzip();
+            setting = setting.take().and_then(|setting| setting.add(packed.flatten()));
+            records.push(kept);
+        })?;
+        refuse(layout, records.iter().flatten().count(), damaged)?;
+        let design = read_design(layout, &manifest)?;
+        let aside = setting.and_then(Setting::finish).map(Arc::new);
+        let origin = Origin { layout: layout.clone(), sha256, plan: Arc::new(plan), aside };
+        Ok(Self { manifest, origin, design, records })
+    }
+
+    /// Returns the last look that is complete, the first where none is; everything, where the sample does not grow.
+    pub fn so_far(self) -> Self {
+        let Some(growth) = &self.manifest.identity.sample.growth else { return self };
+        let missing: BTreeSet<&str> = self.missing().map(|task| &*task.point).collect();
+        let is_complete = |look: &Look| !look.draws.iter().any(|d| missing.contains(&*d.point));
+        let last = growth.looks.iter().rposition(is_complete).unwrap_or(0);
+        self.at_look(last).unwrap_or(self)
+    }
+
+    /// Returns the look that is under way: the first that has every task with a record; everything, where the sample does
+    /// not grow.
+    pub fn under_way(self) -> Self {
+        let points: BTreeSet<&str> = self.done().map(|(task, _)| &*task.point).collect();
+        let look = self.manifest.identity.sample.first_look_with(&points).map(|(look, _)| look);
+        look.and_then(|look| self.at_look(look)).unwrap_or(self)
+    }
+
+    /// Returns the tasks and records that a look has, counted from 0; `None` for a look that the sample has not.
+    pub fn at_look(&self, look: usize) -> Option<Self> {
+        let sample = self.manifest.identity.sample.at_look(look)?;
+        let of_look: BTreeSet<&str> = sample.draws.iter().map(|d| d.point.as_str()).collect();
+        let mut manifest = Manifest::clone(&self.manifest);
+        manifest.identity.points.retain(|p| of_look.contains(p.point.as_str()));
+        let has = |(task, _): &(&Task, Option<&Kept>)| of_look.contains(&*task.point);
+        let rows = self.rows().filter(has).map(|(task, kept)| (task.clone(), kept.cloned()));
+        let (plan, records) = rows.unzip();
+        manifest.identity.sample = sample;
+        let manifest = Arc::new(manifest);
+        let origin = Origin { plan: Arc::new(plan), ..self.origin.clone() };
+        Some(Self { manifest, origin, design: self.design.clone(), records })
+    }
+
+    /// Returns all tasks.
+    pub fn plan(&self) -> &[Task] {
+        &self.origin.plan
+    }
+
+    /// Returns all tasks, each with what is kept of its record, in the order of the plan.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = (&Task, Option<&Kept>)> {
+        self.origin.plan.iter().zip(self.records.iter().map(Option::as_ref))
+    }
+
+    /// Returns the tasks that have a record.
+    pub fn done(&self) -> impl Iterator<Item = (&Task, &Kept)> {
+        self.rows().filter_map(|(task, kept)| Some((task, kept?)))
+    }
+
+    /// Returns what is kept of the record of the task at a position of [`Self::plan`].
+    pub fn record(&self, position: usize) -> Option<&Kept> {
+        self.records.get(position)?.as_ref()
+    }
+
+    /// Returns the tasks without a record.
+    pub fn missing(&self) -> impl Iterator<Item = &Task> {
+        self.rows().filter(|(_, kept)| kept.is_none()).map(|(task, _)| task)
+    }
+
+    /// Returns the tasks that failed.
+    pub fn failed(&self) -> impl Iterator<Item = (&Task, &Kept)> {
+        self.done().filter(|(_, kept)| kept.outcome == Outcome::Failed)
+    }
+}
+
+/// A record that cannot be used.
+pub(super) struct Damaged {
+    pub(super) task: usize,
+    pub(super) path: PathBuf,
+    pub(super) reason: String,
+}
+
+/// Reads the records of tasks, hands what `of` makes of each to `found` in the order of the tasks, and returns the
+/// damaged ones; they and missing ones are `None`.
+///
+/// # Errors
+///
+/// [`StoreError::Io`] when one cannot be read.
+pub(super) fn read_records<T: Send>(
+    layout: &Layout,
+    tasks: &[Task],
+    sha256: &str,
+    of: &(dyn Fn(Record) -> T + Sync),
+    found: &mut dyn FnMut(usize, Option<T>),
+) -> Result<Vec<Damaged>, StoreError> {
+    let mut damaged = Vec::new();
+    let read = |task: &Task| Record::read(layout, task, sha256).map(|record| record.map(of));
+    for part in tasks.chunks(AT_ONCE) {
+        let read: Vec<_> = part.par_iter().map(read).collect();
+        for (&Task { task, .. }, record) in part.iter().zip(read) {
+            let record = match record {
+                Err(StoreError::Record { path, reason }) => {
+                    damaged.push(Damaged { task, path, reason });
+                    None
+                }
+                record => record?,
+            };
+            found(task, record);
+        }
+    }
+    Ok(damaged)
+}
+
+/// Returns how many tasks have a sound record of a manifest.
+///
+/// # Errors
+///
+/// [`StoreError::Io`] when one cannot be read.
+pub fn sound_records(layout: &Layout, tasks: &[Task], sha256: &str) -> Result<usize, StoreError> {
+    let mut sound = 0;
+    read_records(layout, tasks, sha256, &drop, &mut |_, found| {
+        sound += usize::from(found.is_some());
+    })?;
+    Ok(sound)
+}
+
+/// Returns how many whole records are of another manifest, where that shows that the manifest is what is damaged: none is
+/// of this one.
+pub(super) fn all_of_another(sound: usize, damaged: &[Damaged]) -> Option<usize> {
+    let of_another = damaged.iter().filter(|record| record.reason == OTHER_MANIFEST).count();
+    Some(of_another).filter(|of_another| *of_another > 0 && sound == 0)
+}
+
+/// Refuses damaged records, all at once; the manifest, where it is what is damaged.
+fn refuse(layout: &Layout, sound: usize, damaged: Vec<Damaged>) -> Result<(), StoreError> {
+    if let Some(records) = all_of_another(sound, &damaged) {
+        return Err(StoreError::OtherManifest { path: layout.manifest(), records });
+    }
+    let mut damaged: Vec<_> = damaged.into_iter().map(|d| (d.path, d.reason)).collect();
+    match damaged.pop() {
+        None => Ok(()),
+        Some((path, reason)) if damaged.is_empty() => Err(StoreError::Record { path, reason }),
+        Some(last) => {
+            damaged.push(last);
+            Err(StoreError::Records(damaged))
+        }
+    }
+}
+
+/// Reads `design.json`, which must be what the manifest's sample was spread over.
+pub(super) fn read_design(
+    layout: &Layout,
+    manifest: &Manifest,
+) -> Result<Option<Design>, StoreError> {
+    let expected = &manifest.identity.sample.design;
+    if expected.is_empty() {
+        return Ok(None);
+    }
+    let path = layout.design();
+    let malformed = |reason: String| StoreError::Design { path: path.clone(), reason };
+    let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
+    let bytes = bytes.ok_or_else(|| malformed("it is missing".to_owned()))?;
+    if sha256(&bytes) != *expected {
+        let reason = "it is not what the sample of manifest.json was spread over";
+        return Err(malformed(reason.to_owned()));
+    }
+    serde_json::from_slice(&bytes).map(Some).map_err(|e| malformed(e.to_string()))
+}

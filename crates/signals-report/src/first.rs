@@ -1,0 +1,116 @@
+//! What traffic adds to the first page: vehicle-hours, where a method fails, what a sample has of congestion.
+
+use super::demand::{self, HOUR_S};
+use super::level_of_service::{DELAY, LEVELS, THRESHOLDS_S, letter};
+use super::measures::AT_F;
+use evaluation::analysis::{Analysis, PointSummary, Reference};
+use evaluation::report::format;
+use evaluation::sample::Measure;
+use evaluation::stats::score::weighted_mean;
+
+/// Says how many vehicle-hours the best method saves over the family, in the time that was simulated and, where the
+/// settings say which share of a day an hour of it has, in a day; `None` where intersections or vehicles were not
+/// counted.
+pub(super) fn gain(data: &Analysis) -> Option<String> {
+    let identity = &data.manifest.identity;
+    if identity.objective != DELAY {
+        return None;
+    }
+    let (best, reference) = (data.best()?.index, data.reference.index?);
+    let intersections = data.family_instances()?;
+    let horizon_s = demand::horizon_s(identity)?;
+    let saved = |p: &PointSummary| {
+        let (own, other) = (p.results[best].as_ref()?, p.results[reference].as_ref()?);
+        let vehicles = own.metrics.get("vehicles_veh")?;
+        Some((p.weight, (other.objective - own.objective) * vehicles / HOUR_S))
+    };
+    let known: Option<Vec<(f64, f64)>> = data.points.iter().map(saved).collect();
+    let hours = intersections * weighted_mean(known?)?;
+    let direction = if hours < 0.0 { "more" } else { "less" };
+    let about = if data.is_whole() { "" } else { "about " };
+    // A model knows delays, and not how many vehicles have them.
+    let of_all = match data.is_assisted() {
+        true => format!("By the sample alone, all {intersections} intersections have"),
+        false => format!("Over all {intersections} intersections that is"),
+    };
+    let mut text = format!(
+        "{of_all} {about}{} vehicle-hours {direction} in the simulated {}",
+        format::thousands(hours.abs()),
+        demand::span(horizon_s)
+    );
+    if let Some(share) = demand::hourly_share(&identity.settings) {
+        let a_day = format::thousands(hours.abs() * (HOUR_S / horizon_s) / share);
+        let share = format!("{:.1}% of the day\u{2019}s traffic", 100.0 * share);
+        text.push_str(&match horizon_s == HOUR_S {
+            true => format!(
+                ", and {a_day} a day if every vehicle of the day has as much {direction} as one in that hour, which \
+                 has {share}"
+            ),
+            false => format!(
+                "; extrapolated from that alone, {a_day} a day if every vehicle of the day has as much \
+                 {direction} as one in that time, of which an hour has {share}"
+            ),
+        });
+    }
+    Some(text + ".")
+}
+
+/// Says on how much of the family the best method leaves level of service F.
+pub(super) fn fails(data: &Analysis) -> Option<String> {
+    let best = data.best().filter(|_| data.manifest.identity.objective == DELAY)?;
+    let at_f = data.extent(|p| {
+        let result = p.results[best.index].as_ref();
+        result.is_some_and(|r| letter(r.objective) == LEVELS[AT_LAST])
+    });
+    let seconds = THRESHOLDS_S[AT_LAST - 1];
+    let what = match at_f.is_none() {
+        true => format!("no intersection is at level of service F (over {seconds} s of delay)"),
+        false => format!(
+            "{} have level of service F (over {seconds} s of delay)",
+            at_f.in_words("intersection", format::percent)
+        ),
+    };
+    Some(format!("Under {} {what}.", best.method))
+}
+
+/// Says which part of the sample is oversaturated, and of the family where that is known.
+pub(super) fn misses(data: &Analysis) -> Option<String> {
+    let identity = &data.manifest.identity;
+    if identity.objective != DELAY {
+        return None;
+    }
+    let baseline = Reference::baseline(identity).index?;
+    let known: Vec<&PointSummary> =
+        data.points.iter().filter(|p| p.results[baseline].is_some()).collect();
+    let at_f = known.iter().filter(|p| p.regime == Some(AT_F)).count();
+    let flag = |p: &&PointSummary| (p.weight, if p.regime == Some(AT_F) { 1.0 } else { 0.0 });
+    let share = weighted_mean(known.iter().map(flag))?;
+    let sample = format!(
+        "Oversaturated (level of service F under the baseline): {at_f} of {} in the sample, with {} of the weight",
+        format::count(known.len(), "point MDP"),
+        format::percent(share)
+    );
+    let of_family = || {
+        let design = data.design.as_ref()?;
+        let delays = design.input(&identity.baseline, Measure::Objective)?;
+        let at_f = |delay_s: &&f64| letter(**delay_s) == LEVELS[AT_LAST];
+        let importance = design.points.iter().map(|p| p.importance);
+        let flags = importance.zip(&delays).map(|(w, s)| (w, if at_f(&s) { 1.0 } else { 0.0 }));
+        Some((delays.iter().filter(at_f).count(), delays.len(), weighted_mean(flags)?))
+    };
+    Some(match of_family() {
+        Some((n, all, share)) => {
+            format!("{sample}; in the family {n} of {all}, with {}.", format::percent(share))
+        }
+        None => format!(
+            "{sample}; how many the family has is not known{}.",
+            match at_f {
+                0 => ", and these results do not show how methods do in congestion",
+                _ => "",
+            }
+        ),
+    })
+}
+
+/// Position of F among the levels.
+const AT_LAST: usize = LEVELS.len() - 1;

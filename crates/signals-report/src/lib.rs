@@ -1,0 +1,25 @@
+//! What reports say of traffic signals beside what they say of any task: levels of service, what is overloaded, the
+//! map, signal plans; and the page on the quality of a family that was derived from a map.
+
+mod demand;
+mod first;
+mod happened;
+mod hours;
+mod intersections;
+pub mod level_of_service;
+mod levels;
+mod map;
+mod map_view;
+mod measures;
+mod overloaded;
+mod plan_values;
+pub mod plans;
+pub mod quality;
+mod remarks;
+mod sections;
+mod shown;
+
+pub use measures::OF_EPISODES;
+pub use measures::TrafficMeasures;
+pub use overloaded::Overloaded;
+pub use sections::TrafficSections;

@@ -1,0 +1,96 @@
+//! A map of the intersections of the family, coloured by what the best method achieves there, with the
+//! streets where a map of them is known.
+
+mod dot;
+mod legend;
+
+use super::level_of_service::LEVELS;
+use super::map_view::{MapFrame, MapView, scale_bar};
+use super::shown::Seen;
+use dot::{Dot, class_name, letter};
+use evaluation::report::svg::{Canvas, MUTED};
+use evaluation::report::{Figure, WIDTH, format};
+
+/// How the map lies on its canvas.
+const FRAME: MapFrame = MapFrame {
+    height_px: (860.0, 240.0),
+    side_px: 2.0,
+    top_px: 58.0,
+    air_px: 22.0,
+    least_km: 1.0,
+    piece_px: 1.2,
+};
+
+/// Space below the map for the scale bar, pixels.
+const BELOW_PX: f64 = 34.0;
+
+/// Smallest and largest radius of an intersection, pixels.
+const RADIUS_PX: (f64, f64) = (6.0, 8.5);
+
+/// Radius relative to the distance that intersections would have if they were spread evenly.
+const RADIUS: f64 = 0.125;
+
+/// Colour and width of streets by rank, minor ones first, pixels.
+const STREETS: [(&str, f64); 4] =
+    [("#dedede", 0.8), ("#d2d2d2", 1.1), ("#c2c2c2", 1.6), ("#b0b0b0", 2.4)];
+
+/// Draws the map; `None` when no place is known or no method has an estimate.
+pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
+    let Seen { data, shown } = seen;
+    let best = data.best()?;
+    let places = &shown.places.intersections;
+    let view = MapView::of(places.iter().map(|p| (p.latitude, p.longitude)), FRAME)?;
+    let numbered = places.iter().enumerate();
+    let mut dots: Vec<Dot> = numbered.map(|(i, p)| Dot::new(seen, best, (i, p), &view)).collect();
+    let (side, top) = (FRAME.side_px, FRAME.top_px);
+    let bottom = top + view.height;
+    let mut canvas = Canvas::new(WIDTH, bottom + BELOW_PX);
+    canvas.rect((side, top), (WIDTH - side, bottom), "#fafafa", None);
+    for layer in &shown.places.streets {
+        let (color, width) = STREETS[layer.rank.min(STREETS.len() - 1)];
+        let line = |line: &Vec<[f64; 2]>| line.clone().into_iter().map(|[lon, lat]| (lat, lon));
+        let d = view.path(layer.lines.iter().map(line));
+        if !d.is_empty() {
+            canvas.path(d, color, width, None);
+        }
+    }
+    // Streets that leave the map are covered by its margins.
+    for (a, b) in [
+        ((0.0, 0.0), (WIDTH, top)),
+        ((0.0, bottom), (WIDTH, bottom + BELOW_PX)),
+        ((0.0, top), (side, bottom)),
+        ((WIDTH - side, top), (WIDTH, bottom)),
+    ] {
+        canvas.rect(a, b, "#ffffff", None);
+    }
+    let (left, right) = (side, WIDTH - side);
+    let frame = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+    canvas.polyline(frame, MUTED, 1.0, None);
+    // The worst are drawn last, so that they are not hidden.
+    dots.sort_by_key(|d| d.class.map_or(0, |class| class + 1));
+    let even = (WIDTH * view.height / dots.len() as f64).sqrt();
+    let radius = (RADIUS * even).clamp(RADIUS_PX.0, RADIUS_PX.1);
+    for dot in &dots {
+        let letter = dot.class.and_then(|class| letter(data, class));
+        let number = dot.number;
+        let attributes = format!("id=\"dot-{number}\" data-row=\"row-{number}\"");
+        let look = (dot.class, dot.basis);
+        canvas.group(&dot.tip, Some(attributes), |canvas| {
+            dot::draw(canvas, dot.at, radius, look, letter);
+        });
+    }
+    legend::draw_legend(&mut canvas, data, &dots);
+    let note = match shown.places.streets.is_empty() {
+        true => "north is up",
+        false => "north is up; streets \u{a9} OpenStreetMap contributors, ODbL 1.0",
+    };
+    scale_bar(&mut canvas, view.pixels_per_km, (side + 8.0, bottom + 18.0), note);
+    let counts: Vec<String> = (0..LEVELS.len())
+        .map(|c| (c, dots.iter().filter(|d| d.class == Some(c)).count()))
+        .filter(|(_, n)| *n > 0)
+        .map(|(c, n)| format!("{}: {n}", class_name(data, c)))
+        .collect();
+    let title =
+        format!("Map of {} under {}", format::count(dots.len(), "intersection"), best.method);
+    Some(Figure { name: "map", svg: canvas.finish("map", &title, &counts.join("; ")) })
+}

@@ -1,0 +1,231 @@
+//! Writes `plans.csv` and the folder `plans/`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::config::{Show, configuration, way};
+use super::program_xml::additional;
+use super::table;
+use super::task_plan::TaskPlan;
+use crate::shown::Seen;
+use basics::files::lines;
+use basics::files::{self, FileError, Streamed, limits, write_atomically};
+use basics::hash::sha256;
+use evaluation::analysis::Analysis;
+use evaluation::report::{csv, format};
+use evaluation::store::manifest::PointRow;
+use signals::network_files::{GENERATED, NetworkFiles, file_name};
+
+/// The method whose plans are tuned.
+const TUNED: &str = "fixed-time";
+
+/// Name of the table in the report's folder.
+pub(crate) const TABLE: &str = "plans.csv";
+
+/// Name of the folder within the report.
+const FOLDER: &str = "plans";
+
+/// What was written.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Written {
+    /// `plans.csv`.
+    pub(crate) table: PathBuf,
+    /// Files in `plans/` for `sumo -a`.
+    pub(crate) programs: usize,
+    /// Configurations that show the best method.
+    pub(crate) configurations: usize,
+    /// Why a configuration is missing that could be there, if one is.
+    pub(crate) missing: Option<String>,
+}
+
+/// Writes the plans of a report into its folder; what an earlier report left there is replaced.
+///
+/// # Errors
+///
+/// [`FileError`] when a file cannot be written.
+pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError> {
+    let Seen { data, shown } = seen;
+    let plans = folder.join(FOLDER);
+    match fs::symlink_metadata(&plans) {
+        // Not what it points to.
+        Ok(about) if about.is_symlink() => fs::remove_file(&plans),
+        Ok(_) => fs::remove_dir_all(&plans),
+        Err(_) => Ok(()),
+    }
+    .map_err(FileError::at("remove", &plans))?;
+    let mut written = Written { table: folder.join(TABLE), ..Written::default() };
+    let titles = shown.titles(data);
+    let titled = csv::Titled(titles.as_deref());
+    let mut file = Streamed::new(&written.table)?;
+    file.write(&lines(&[titled.header(table::HEADER.map(str::to_owned).to_vec())]))?;
+    let mut of_points: Vec<Vec<&TaskPlan>> = vec![Vec::new(); data.points.len()];
+    shown.plans.iter().for_each(|plan| of_points[plan.point].push(plan));
+    for (point, own) in of_points.into_iter().enumerate() {
+        let best = best_replicates(seen, &own);
+        let mut rows = Vec::new();
+        for plan in own {
+            let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
+            let file = if is_shown { program_file(seen, plan) } else { None };
+            if let Some((name, text)) = &file {
+                make(&plans)?;
+                write_atomically(&plans.join(name), text.as_bytes())?;
+                written.programs += 1;
+            }
+            if is_shown && data.winners[point].as_ref().is_some_and(|w| w.best == plan.method) {
+                let additional = file.as_ref().map(|f| f.0.as_str());
+                show(&plans, seen, plan, additional, &mut written)?;
+            }
+            let streets = shown.streets_of(&data.points[point].row.point);
+            let cells = table::rows(data, streets, plan, file.as_ref().map(|f| f.0.as_str()));
+            rows.extend(cells.into_iter().map(|cells| titled.row(point, cells)));
+        }
+        file.write(&lines(&rows))?;
+    }
+    file.finish()?;
+    Ok(written)
+}
+
+fn make(folder: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(folder).map_err(FileError::at("create", folder))
+}
+
+/// Returns one plan per method with programs on a point MDP: of several trainings that of the best
+/// objective.
+fn best_replicates<'a>(seen: Seen<'_>, own: &[&'a TaskPlan]) -> Vec<&'a TaskPlan> {
+    let mut best: Vec<&TaskPlan> = Vec::new();
+    let direction = seen.data.direction();
+    let better = |a: &TaskPlan, b: &TaskPlan| match (a.objective, b.objective) {
+        (Some(a), Some(b)) => direction.is_worse(b, a),
+        (a, b) => a.is_some() && b.is_none(),
+    };
+    for plan in own.iter().copied().filter(|p| p.is_whole()) {
+        match best.iter_mut().find(|b| b.method == plan.method) {
+            Some(other) if better(plan, other) => *other = plan,
+            Some(_) => {}
+            None => best.push(plan),
+        }
+    }
+    best
+}
+
+/// Returns name and text of a plan's file for SUMO; `None` where there is nothing to load.
+fn program_file(seen: Seen<'_>, plan: &TaskPlan) -> Option<(String, String)> {
+    let identity = &seen.data.manifest.identity;
+    let (point, method) = (&identity.points[plan.point], identity.methods[plan.method].as_str());
+    let own = point.environment == GENERATED && method == TUNED;
+    let text = additional(method, plan.programs(), own, &comment(seen, plan))?;
+    let name = match method {
+        TUNED => format!("{}.add.xml", point.point),
+        other => format!("{}.{other}.add.xml", point.point),
+    };
+    Some((name, text))
+}
+
+/// Says what a plan is.
+fn comment(seen: Seen<'_>, plan: &TaskPlan) -> Vec<String> {
+    let identity = &seen.data.manifest.identity;
+    let (point, method) = (&identity.points[plan.point].point, &identity.methods[plan.method]);
+    let streets = seen.shown.streets_of(point).map_or_else(String::new, |s| format!(" ({s})"));
+    let mut lines = vec![format!("{method} on {point}{streets}")];
+    if let Some(value) = plan.objective {
+        let n = format::count(identity.evaluation_seeds.len(), "evaluation episode");
+        lines.push(format!("{} {} over {n}", identity.objective, format::amount(value)));
+    }
+    if identity.replicates_of(method) > 1 {
+        lines.push(format!("training {} of those that were recorded, the best", plan.replicate));
+    }
+    lines
+}
+
+/// Writes the configuration that shows the best method of a point MDP.
+fn show(
+    plans: &Path,
+    seen: Seen<'_>,
+    plan: &TaskPlan,
+    additional: Option<&str>,
+    written: &mut Written,
+) -> Result<(), FileError> {
+    let data = seen.data;
+    let identity = &data.manifest.identity;
+    let point = &identity.points[plan.point];
+    let (own, text) = match own_configuration(data, point, plans) {
+        Ok(found) => found,
+        Err(reason) => {
+            written.missing.get_or_insert(reason);
+            return Ok(());
+        }
+    };
+    make(plans)?;
+    let path = plans.join(format!("{}.winner.sumocfg", point.point));
+    let absolute = |path: &Path| fs::canonicalize(path).map_err(FileError::at("find", path));
+    let folder = own.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let way = way(&absolute(plans)?, &absolute(folder)?);
+    let seed = point.evaluation_seeds(&identity.evaluation_seeds).first().copied();
+    let teleport = identity.settings.pointer("/simulation/time_to_teleport_s");
+    let mut comment = comment(seen, plan);
+    comment.push("open it with: sumo-gui -c THIS_FILE".to_owned());
+    if let (Some(seed), true) = (seed, point.environment == GENERATED) {
+        comment.push(format!(
+            "the vehicles of the recorded episode: tsc-family routes with this point and seed {seed}, \
+             then add the option route-files"
+        ));
+    }
+    let show = Show {
+        text: &text,
+        way: &way,
+        additional,
+        seed: seed.unwrap_or_default(),
+        time_to_teleport_s: teleport.and_then(serde_json::Value::as_f64).unwrap_or(-1.0),
+        comment: &comment,
+    };
+    match configuration(&show) {
+        Ok(text) => {
+            write_atomically(&path, text.as_bytes())?;
+            written.configurations += 1;
+        }
+        Err(reason) => {
+            written.missing.get_or_insert_with(|| format!("{}: {reason}", own.display()));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the configuration of a point MDP's own scenario and its text: from where the run found it,
+/// seen from the current folder or from one that the results lie in.
+///
+/// # Errors
+///
+/// Why it is not to be had.
+fn own_configuration(
+    data: &Analysis,
+    point: &PointRow,
+    plans: &Path,
+) -> Result<(PathBuf, String), String> {
+    let networks = Path::new(&data.manifest.provenance.networks);
+    let configs = match point.environment.as_str() {
+        // The second is where earlier versions had it.
+        GENERATED => vec![
+            NetworkFiles::new(networks, &point.point, point.sha256.clone()).sumocfg,
+            networks.join(&point.point).join(file_name(&point.point, "sumocfg")),
+        ],
+        environment => vec![PathBuf::from(environment)],
+    };
+    let above = fs::canonicalize(plans.parent().unwrap_or(plans)).unwrap_or_default();
+    let folders = || std::iter::once(Path::new("")).chain(above.ancestors());
+    let found = (configs.iter())
+        .find_map(|config| folders().map(|f| f.join(config)).find(|path| path.is_file()));
+    let config =
+        found.ok_or_else(|| format!("{} is not here", configs[configs.len() - 1].display()))?;
+    let network = config.with_extension("net.xml");
+    for file in [&config, &network] {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        if let Some(planned) = point.sha256.get(&*name) {
+            let bytes = files::read(file, limits::NETWORK).map_err(|e| e.to_string())?;
+            if sha256(&bytes) != *planned {
+                return Err(format!("{} was altered since the run", file.display()));
+            }
+        }
+    }
+    let text = files::read_text(&config, limits::NETWORK).map_err(|e| e.to_string())?;
+    Ok((config, text))
+}

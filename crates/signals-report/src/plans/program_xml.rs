@@ -1,0 +1,95 @@
+//! Programs as SUMO's additional files, which `sumo -a` takes.
+
+use quick_xml::escape::escape;
+
+use signals::program::{ProgramKind, SignalProgram};
+
+/// Returns an additional file with the programs of a method; `None` where none is to be loaded.
+///
+/// # Arguments
+///
+/// * `own` — whether programs that are the network's own are written too, which is right where they
+///   start at time 0.
+/// * `comment` — lines that say what it is.
+pub(super) fn additional(
+    method: &str,
+    programs: &[SignalProgram],
+    own: bool,
+    comment: &[String],
+) -> Option<String> {
+    let known = |p: &&SignalProgram| {
+        !p.phases.is_empty() && p.kind != ProgramKind::Other && (own || !p.own)
+    };
+    let programs: Vec<_> = programs.iter().filter(known).collect();
+    if programs.is_empty() {
+        return None;
+    }
+    let mut text = "<!--\n".to_owned();
+    for line in comment {
+        text += &format!("    {}\n", line.replace("--", "- -"));
+    }
+    text += "-->\n<additional>\n";
+    for program in programs {
+        text += &format!(
+            "    <tlLogic id=\"{}\" type=\"{}\" programID=\"{}\" offset=\"0\">\n",
+            escape(program.signal.as_str()),
+            program.kind.name(),
+            escape(method),
+        );
+        for phase in &program.phases {
+            let bound = |name: &str, value: Option<f64>| {
+                value.map_or_else(String::new, |v| format!(" {name}=\"{v}\""))
+            };
+            text += &format!(
+                "        <phase duration=\"{}\"{}{} state=\"{}\"/>\n",
+                phase.duration_s,
+                bound("minDur", phase.min_s),
+                bound("maxDur", phase.max_s),
+                escape(phase.state.as_str()),
+            );
+        }
+        text += "    </tlLogic>\n";
+    }
+    text += "</additional>\n";
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signals::program::ProgramPhase;
+
+    fn program(own: bool) -> SignalProgram {
+        let phase = |state: &str, duration_s, max_s: Option<f64>| ProgramPhase {
+            state: state.into(),
+            duration_s,
+            min_s: max_s.map(|_| duration_s),
+            max_s,
+        };
+        let phases = vec![phase("Gr", 7.0, Some(50.0)), phase("yr", 3.0, None)];
+        SignalProgram { signal: "a&b".into(), own, kind: ProgramKind::Actuated, phases }
+    }
+
+    #[test]
+    fn a_program_becomes_a_tl_logic_with_what_bounds_its_phases() {
+        let comment = ["what -- it is".to_owned()];
+        insta::assert_snapshot!(additional("actuated", &[program(false)], false, &comment).unwrap(), @r#"
+        <!--
+            what - - it is
+        -->
+        <additional>
+            <tlLogic id="a&amp;b" type="actuated" programID="actuated" offset="0">
+                <phase duration="7" minDur="7" maxDur="50" state="Gr"/>
+                <phase duration="3" state="yr"/>
+            </tlLogic>
+        </additional>
+        "#);
+    }
+
+    #[test]
+    fn the_network_s_own_program_is_left_to_the_network() {
+        assert_eq!(additional("baseline", &[program(true)], false, &[]), None);
+        assert!(additional("baseline", &[program(true)], true, &[]).is_some());
+        assert_eq!(additional("baseline", &[], true, &[]), None);
+    }
+}

@@ -1,0 +1,59 @@
+//! What every task ran, from its record.
+
+use std::collections::HashMap;
+
+use super::described;
+use super::task_plan::{Programs, Source, TaskPlan};
+use evaluation::store::record::Outcome;
+use evaluation::store::results::Results;
+use signals::program::{PHASES, SignalProgram};
+use signals::settings::signal::SignalSettings;
+
+/// Methods whose behaviour is a program, for records from before programs were kept.
+const ALWAYS_PROGRAMS: [&str; 4] = ["baseline", "fixed-time", "actuated", "program"];
+
+/// Returns what every finished task ran, in the order of the plan.
+pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
+    let identity = &results.manifest.identity;
+    let settings = identity.settings.get("signal").cloned().unwrap_or_default();
+    let settings: SignalSettings = serde_json::from_value(settings).unwrap_or_default();
+    let points = identity.points.iter().enumerate();
+    let points: HashMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();
+    let mut plans = Vec::new();
+    for (task, record) in results.rows() {
+        let method = identity.methods.iter().position(|m| *m == *task.method);
+        let (Some(record), Some(method), Some(point)) =
+            (record, method, points.get(&*task.point).copied())
+        else {
+            continue;
+        };
+        if record.outcome != Outcome::Ok {
+            continue;
+        }
+        let always = ALWAYS_PROGRAMS.contains(&&*task.method) || *task.method == *identity.baseline;
+        // The checksum of the record vouches for their form.
+        let recorded: Vec<SignalProgram> =
+            record.programs().and_then(|p| p.read().ok()).unwrap_or_default();
+        let (source, programs, cycles_s) = if !recorded.is_empty() {
+            let cycles_s = vec![None; recorded.len()];
+            (Source::Recorded, recorded, cycles_s)
+        } else if let Some(found) = record.details().and_then(|d| described::programs(d, &settings))
+        {
+            found
+        } else if always {
+            (Source::NotKept, Vec::new(), Vec::new())
+        } else {
+            (Source::Decides, Vec::new(), Vec::new())
+        };
+        let objective = record.metrics.get(&identity.objective).copied();
+        let replicate = task.replicate;
+        let known = Programs { all: programs, cycles_s };
+        let programs = (!known.all.is_empty()).then(|| Box::new(known));
+        let details = record.details().into_iter().flatten();
+        let phases = details
+            .filter_map(|(name, text)| Some((name.strip_prefix(PHASES)?.to_owned(), text.clone())))
+            .collect();
+        plans.push(TaskPlan { method, point, replicate, objective, source, programs, phases });
+    }
+    plans
+}

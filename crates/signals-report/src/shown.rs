@@ -1,0 +1,128 @@
+//! What reports show of traffic beside the analysis of its records: where intersections are and what they are called,
+//! and what their signals ran.
+
+use std::collections::HashMap;
+
+use super::plans::{TaskPlan, plans};
+use evaluation::analysis::Analysis;
+use evaluation::report::titles::{differ, with_id};
+use evaluation::store::Layout;
+use evaluation::store::error::StoreError;
+use evaluation::store::manifest::PointRow;
+use evaluation::store::results::Results;
+use signals::places::{FILE, MappedIntersection, Places};
+
+/// Intersections of a point MDP that are named; more are counted.
+const NAMED: usize = 3;
+
+/// What reports show of traffic beside the analysis of its records.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shown {
+    /// Where the intersections are.
+    pub(super) places: Places,
+    /// Positions of the intersections of every point MDP.
+    of_point: HashMap<String, Vec<usize>>,
+    /// For how many intersections each point MDP stands.
+    stood_for: HashMap<String, usize>,
+    /// What every finished task ran, in the order of the plan.
+    pub(super) plans: Vec<TaskPlan>,
+}
+
+/// An analysis with what is shown beside it.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a> {
+    /// What records say.
+    pub(super) data: &'a Analysis,
+    /// What is shown beside it.
+    pub(super) shown: &'a Shown,
+}
+
+impl Shown {
+    /// Reads what a results directory has.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] when its file of places is damaged.
+    pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
+        let places = Places::read(&layout.root().join(FILE))?;
+        let of_points = || Places::of_points(&results.manifest.identity.points);
+        let places = places.unwrap_or_else(of_points);
+        let mut of_point: HashMap<String, Vec<usize>> = HashMap::new();
+        let mut stood_for = HashMap::new();
+        for (i, place) in places.intersections.iter().enumerate() {
+            of_point.entry(place.point.clone()).or_default().push(i);
+            if let Some(stands) = &place.stands {
+                *stood_for.entry(stands.clone()).or_default() += 1;
+            }
+        }
+        Ok(Self { places, of_point, stood_for, plans: plans(results) })
+    }
+
+    /// Whether any intersection has a place.
+    pub(super) fn is_placed(&self) -> bool {
+        !self.places.intersections.is_empty()
+    }
+
+    /// Returns the intersections of a point MDP.
+    pub(super) fn places_of<'a>(
+        &'a self,
+        point: &'a str,
+    ) -> impl Iterator<Item = &'a MappedIntersection> {
+        let own = self.of_point.get(point).into_iter().flatten();
+        own.map(|i| &self.places.intersections[*i])
+    }
+
+    /// Returns for how many intersections a point MDP stands.
+    pub(super) fn stood_for(&self, point: &str) -> usize {
+        self.stood_for.get(point).copied().unwrap_or_default()
+    }
+
+    /// Returns the streets of the intersections of a point MDP, those of the first few by name; `None`
+    /// when none has a name.
+    pub(super) fn streets_of(&self, point: &str) -> Option<String> {
+        let places: Vec<&MappedIntersection> = self.places_of(point).collect();
+        let mut named: Vec<String> = places.iter().filter_map(|p| streets(p)).take(NAMED).collect();
+        if named.is_empty() {
+            return None;
+        }
+        if places.len() > named.len() {
+            named.push(format!("and {} more", places.len() - named.len()));
+        }
+        Some(named.join("; "))
+    }
+
+    /// Returns what a point MDP is called: by its streets where it is one intersection, else as its table
+    /// does.
+    pub(super) fn title(&self, row: &PointRow) -> String {
+        self.streets_alone(&row.point).unwrap_or_else(|| row.name().to_owned())
+    }
+
+    /// Returns what a point MDP of an analysis is called, with its id behind it.
+    pub(super) fn called(&self, data: &Analysis, point: &str) -> String {
+        let title = match data.position(point) {
+            Some(position) => Some(self.title(&data.points[position].row)),
+            None => self.streets_alone(point),
+        };
+        with_id(title.unwrap_or_else(|| point.to_owned()), point)
+    }
+
+    /// Returns what every point MDP is called, as [`evaluation::report::csv::Titled`] takes it.
+    pub(super) fn titles(&self, data: &Analysis) -> Option<Vec<String>> {
+        let titles: Vec<String> = data.points.iter().map(|p| self.title(&p.row)).collect();
+        differ(&data.points, &titles).then_some(titles)
+    }
+
+    /// Returns the streets of a point MDP that is one intersection, among the chosen or not.
+    fn streets_alone(&self, point: &str) -> Option<String> {
+        let mut places = self.places_of(point);
+        match (places.next().and_then(streets), places.next()) {
+            (Some(streets), None) => Some(streets),
+            _ => None,
+        }
+    }
+}
+
+/// Returns the streets of an intersection; `None` when the map names none.
+pub(super) fn streets(place: &MappedIntersection) -> Option<String> {
+    (!place.streets.is_empty()).then(|| place.streets.join(" / "))
+}

@@ -1,0 +1,122 @@
+//! The scenario of a city: the text of a file for the table of approaches beside it.
+
+use osm_signals::DrivingSide;
+use toml::{Table, Value};
+
+use super::config::CityConfig;
+use super::folder::APPROACHES_FILE;
+use super::side::CitySide;
+use crate::settings::check::check;
+use crate::settings::inflow::InflowSources;
+use crate::settings::{Detail, Scenario};
+use evaluation::family::error::FamilyError;
+use evaluation::settings::overrides::Override;
+use evaluation::settings::wording::explain;
+
+/// What a scenario file says of its demand.
+const DEMAND_NOTE: &str = "\
+# Demand is a design hour: hourly_share is the share of the day's traffic in it (1/24 is the mean hour),
+# directional_split the share of a two-way street's hour in its peak direction, which is the one within
+# 90 degrees of peak_heading_deg (45: north- and eastbound). [family.inflows] says what the inflows of
+# approaches.csv rest on, shares of the approaches; pages of results quote it, and it decides nothing.
+";
+
+/// What decides the scenario of a city.
+#[derive(Debug, Clone, Copy)]
+pub struct ScenarioInputs<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Name of the extract.
+    pub extract: &'a str,
+    /// Six features or real arms.
+    pub detail: Detail,
+    /// Settings of the derivation, which may hold some for the scenario.
+    pub config: &'a CityConfig,
+    /// Settings from the command line.
+    pub overrides: &'a [Override],
+    /// Side of the street that traffic keeps to; `None` as long as it is not known.
+    pub side: Option<&'a CitySide>,
+    /// What errors call the settings: a file, or the command line.
+    pub source: &'a str,
+    /// What the inflows of the table rest on, once that is known.
+    pub inflows: Option<InflowSources>,
+}
+
+/// Returns the text of a scenario file for a table of approaches beside it.
+///
+/// # Errors
+///
+/// [`FamilyError`] for a setting that does not exist, is out of range, or is decided by the
+/// command.
+pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError> {
+    let ScenarioInputs { name, extract, detail, config, overrides, source, side, inflows } =
+        *inputs;
+    let mut table = Table::new();
+    table.insert("name".to_owned(), name.into());
+    let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
+    table.insert("title".to_owned(), title.into());
+    let mut family = Table::new();
+    family.insert("approaches".to_owned(), APPROACHES_FILE.into());
+    let word = Value::try_from(detail).expect("a detail is a word");
+    family.insert("detail".to_owned(), word);
+    family.insert("hourly_share".to_owned(), config.hour.hourly_share.into());
+    if config.settings.traffic.both_directions {
+        let (split, heading) = (config.hour.directional_split, config.hour.peak_heading_deg);
+        family.insert("directional_split".to_owned(), split.into());
+        family.insert("peak_heading_deg".to_owned(), heading.into());
+    }
+    if let Some(inflows) = inflows {
+        let shares = Value::try_from(inflows).expect("shares are numbers");
+        family.insert("inflows".to_owned(), shares);
+    }
+    table.insert("family".to_owned(), family.into());
+    for (key, value) in &config.scenario {
+        match (table.get_mut(key), value) {
+            (Some(Value::Table(own)), Value::Table(more)) => own.extend(more.clone()),
+            _ => {
+                table.insert(key.clone(), value.clone());
+            }
+        }
+    }
+    let driving_side = side.map_or(DrivingSide::Right, |side| side.driving_side);
+    if let Some(side) = side.filter(|side| !side.driving_side.is_right()) {
+        side.put_into(&mut table);
+    }
+    let wrong = |field: &str, value: String, expected: String| FamilyError::Setting {
+        file: source.to_owned(),
+        field: field.to_owned(),
+        value,
+        expected,
+    };
+    let own = table.clone().try_into::<Scenario>();
+    let mut scenario = own.map_err(|e: toml::de::Error| FamilyError::Toml {
+        file: format!("{source}, [scenario]"),
+        message: explain::<Scenario>(e.message(), ""),
+    })?;
+    for setting in overrides {
+        scenario = setting.apply(&scenario)?;
+        setting.put_into(&mut table)?;
+    }
+    check(&scenario, source)?;
+    let decided = [
+        ("name", scenario.name == name, "--out"),
+        ("family.detail", scenario.family.detail == detail, "--detail"),
+        ("network.driving_side", scenario.network.driving_side == driving_side, "--driving-side"),
+        ("family.points", scenario.family.points.is_none(), "the map"),
+        (
+            "family.approaches",
+            scenario.family.approaches.as_deref() == Some(APPROACHES_FILE),
+            "the map",
+        ),
+    ];
+    if let Some((field, _, by)) = decided.into_iter().find(|(_, same, _)| !same) {
+        let expected = format!("with --osm {by} decides it; leave it out");
+        return Err(wrong(field, "another value".to_owned(), expected));
+    }
+    let settings = toml::to_string(&table).expect("settings are plain data");
+    let side = side.map(|side| format!("# {}.\n", side.text())).unwrap_or_default();
+    Ok(format!(
+        "# Made from {extract} by `tsc-family build-networks --osm`; what is not here has its \
+         default.\n{side}{DEMAND_NOTE}{settings}"
+    ))
+}

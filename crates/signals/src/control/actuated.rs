@@ -1,0 +1,52 @@
+//! SUMO's gap-based actuated control: what traffic engineers compare with.
+//!
+//! The greens for vehicles of the network's own program run in their order; each is prolonged while vehicles
+//! pass the detectors with time gaps below SUMO's default of 3 s, within the signal's limits.
+//!
+//! Source: SUMO documentation, "Traffic Lights", actuated traffic lights based on time gaps.
+
+use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use evaluation::run::method::{Method, Training};
+use evaluation::settings::setting::settings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "actuated",
+    summary: "SUMO's gap-based actuated control",
+    training: Training::None,
+    default: true,
+    decision_s: 0.0,
+    color: "#009e73",
+    dash: "",
+    settings: Config::SETTINGS,
+};
+
+settings! {
+    /// SUMO's gap-based control.
+    pub struct Config, source "SUMO documentation, actuated traffic lights" {
+        /// Longest green (SUMO's default), within the limits of `[signal]`.
+        max_green_s: f64 = 50.0, in 1.0..=600.0, unit "s";
+    }
+}
+
+/// Returns actuated control.
+pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
+    Box::new(Actuated { max_green_s: config.max_green_s })
+}
+
+/// Gap-based actuated control.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Actuated {
+    /// Longest green, seconds.
+    pub max_green_s: f64,
+}
+
+impl Controller for Actuated {
+    fn name(&self) -> &'static str {
+        METHOD.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        Ok(vec![Drive::OwnActuated(self.max_green_s); signals.len()])
+    }
+}

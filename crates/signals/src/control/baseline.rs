@@ -1,0 +1,85 @@
+//! The baseline: an untuned fixed-time program, the denominator of every score.
+//!
+//! - Generated networks run netconvert's own default program (cycle 90 s, 6 s for left phases,
+//!   yellow by speed): what anyone gets who builds the network and changes nothing.
+//! - Imported scenarios run the greens for vehicles of their own program with the same time each; 35 s
+//!   reproduces the paper's normaliser on Ingolstadt (43.5 s, implied by its published figures).
+//!
+//! Source: Jayawardana et al. (NeurIPS 2022), section 4: "an untuned yet sufficiently performant
+//! fixed time controller"; the paper does not give the program.
+
+use serde::{Deserialize, Serialize};
+
+use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use evaluation::run::method::{Method, Training};
+use evaluation::settings::setting::settings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "baseline",
+    summary: "untuned fixed time, the denominator of every score",
+    training: Training::None,
+    default: true,
+    decision_s: 0.0,
+    color: "#8c8c8c",
+    dash: "",
+    settings: Config::SETTINGS,
+};
+
+settings! {
+    /// The denominator of every score: an untuned fixed-time program.
+    pub struct Config, source "Jayawardana et al. (NeurIPS 2022), section 4" {
+        /// Program of the baseline: `netconvert` is its default program, `equal-split` gives all phases the same green,
+        /// and `auto` is the first for generated networks and the second for imported scenarios.
+        program: BaselineProgram = BaselineProgram::Auto;
+        /// Green per phase of the equal split; 35 s reproduces the paper's normaliser.
+        green_s: f64 = 35.0, in 1.0..=300.0, unit "s";
+    }
+}
+
+/// Programs that the baseline can run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BaselineProgram {
+    /// `netconvert` for generated networks, `equal-split` for imported scenarios.
+    Auto,
+    /// The program that netconvert gives a signal by default.
+    Netconvert,
+    /// The same green for every phase.
+    EqualSplit,
+}
+
+impl BaselineProgram {
+    /// Whether it is an equal split, in an imported scenario or a generated network.
+    pub fn is_equal_split(self, imported: bool) -> bool {
+        match self {
+            Self::Auto => imported,
+            Self::Netconvert => false,
+            Self::EqualSplit => true,
+        }
+    }
+}
+
+/// Returns the baseline.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    let split = config.program.is_equal_split(setup.imported);
+    Box::new(Baseline { equal_split_green_s: split.then_some(config.green_s) })
+}
+
+/// The untuned fixed-time program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Baseline {
+    /// Green per phase of an equal split, seconds; `None` runs the network's own program.
+    pub equal_split_green_s: Option<f64>,
+}
+
+impl Controller for Baseline {
+    fn name(&self) -> &'static str {
+        METHOD.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        let drive = self.equal_split_green_s.map_or(Drive::OwnProgram, Drive::OwnEqualSplit);
+        Ok(vec![drive; signals.len()])
+    }
+}

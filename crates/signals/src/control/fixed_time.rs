@@ -1,0 +1,452 @@
+//! Tuned fixed-time control: the best cycle that a search in simulation finds.
+//!
+//! For each point MDP, on training seeds only:
+//! 1. One episode with the network's own program counts the vehicles per lane.
+//! 2. Every set of phases that serves all movements is tried with Webster's cycle and splits.
+//! 3. Nelder-Mead (crate `argmin`) searches the greens of the best set, in their logarithms, and
+//!    starts again from the best plan so far with a smaller simplex while simulations are left.
+//! 4. The two best cycles and the own program are compared on further training seeds only, so that
+//!    a plan is not chosen because it happens to suit one arrival pattern.
+//!
+//! Several signals are tuned together, with a budget that grows with the root of their number:
+//! 1. Webster's plans of all signals are tried at once, set of phases by set of phases.
+//! 2. From the best network so far, one signal after the other searches its plan, those with most vehicles first, each
+//!    with an equal share of what is left but enough to turn its simplex once.
+//! 3. The start, the best network of step 1 and that of step 2 are compared on further training seeds.
+//!
+//! Choices:
+//! - **One plan per signal**; offsets are not coordinated.
+//! - **Greens are whole seconds within the signal's limits**, and so is the cycle.
+//! - **The own program** is a candidate where it keeps to the limits; that of an imported network may not.
+//!   Tuning then starts from Webster's plan for the first set of phases.
+//! - **Whether tuning improved on its start** is known of every record: the start is what details name as the
+//!   network's own program, or what they say under `tuning`.
+//!
+//! Source: Jayawardana et al. (NeurIPS 2022), section 4, "Fine-tuned Fixed time"; the paper does
+//! not say how it was tuned.
+
+mod plan;
+mod search;
+#[cfg(test)]
+mod tests;
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use argmin::core::Executor;
+use argmin::solver::neldermead::NelderMead;
+
+use self::plan::{KEPT, SIMULATIONS, TUNING, describe};
+pub use self::plan::{OWN, PLAN, Plan, kept_start};
+use self::search::{Search, SearchState};
+use super::phase_sets::covering;
+use super::webster::{Constants, greens};
+use super::{
+    ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Setup, SignalSpec, Trainer,
+};
+use evaluation::run::method::{Method, Training};
+use evaluation::settings::setting::settings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "fixed-time",
+    summary: "fixed time, tuned per point MDP in simulation",
+    training: Training::Tuned { episodes: "simulations" },
+    default: true,
+    decision_s: 0.0,
+    color: "#0072b2",
+    dash: "",
+    settings: Config::SETTINGS,
+};
+
+settings! {
+    /// The tuned fixed-time controller.
+    pub struct Config, source "HCM (6th ed.), chapter 19" {
+        /// Simulated episodes that tuning may use for one signal; a network of n signals has as many times the root of n.
+        /// Fewer than 8 would evaluate no plan.
+        simulations: u32 = 24, in 8.0..=10_000.0, unit "episodes", source "our choice";
+        /// Time lost per phase change in Webster's formula.
+        lost_time_s: f64 = 4.0, in 0.0..=30.0, unit "s";
+        /// Saturation flow in Webster's formula (HCM base 1900).
+        saturation_flow_vph: f64 = 1900.0, in 100.0..=5000.0, unit "veh/h per lane";
+    }
+}
+
+/// Returns fixed time, not yet tuned.
+pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
+    let Config { simulations, lost_time_s, saturation_flow_vph } = *config;
+    Box::new(FixedTime::new(Constants { lost_time_s, saturation_flow_vph }, simulations))
+}
+
+/// Seed of the episodes that the search compares plans on.
+const SEARCH_SEED: u32 = 0;
+
+/// Further seeds for the final comparison.
+const FINAL_SEEDS: [u32; 2] = [1, 2];
+
+/// Plans in the final comparison, the own program included.
+const FINALISTS: usize = 3;
+
+/// Largest share of the simulations that goes into trying sets of phases.
+const SETS_SHARE: f64 = 0.4;
+
+/// Factors between the corners of the simplex, one start after the other; below 1 the corners lie
+/// on the other side.
+const SIMPLEX_FACTORS: [f64; 4] = [1.4, 0.8, 1.15, 0.9];
+
+/// Episodes that a signal has at least, beyond one for each of its greens: for a corner more and a step of the search.
+const LEAST_BEYOND_GREENS: u32 = 3;
+
+/// Returns the most episodes that tuning uses in a network of so many signals.
+///
+/// The root keeps tuning of a large network affordable: 43 signals have 158 episodes and not 1,032. Signals with much
+/// traffic are tuned first, and the final comparison is one of the whole network.
+pub fn budget(simulations: u32, signals: u32) -> u32 {
+    (f64::from(simulations) * f64::from(signals).sqrt()).ceil() as u32
+}
+
+/// Tuned fixed-time control.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixedTime {
+    constants: Constants,
+    simulations: u32,
+    signals: Vec<SignalSpec>,
+    plans: Vec<Plan>,
+    used: u32,
+    /// Whether the plans are those that tuning started from.
+    kept_start: bool,
+}
+
+impl FixedTime {
+    /// Returns a controller that tunes itself with at most `simulations` episodes for one signal, and [`budget`] for
+    /// several.
+    pub fn new(constants: Constants, simulations: u32) -> Self {
+        let (signals, plans) = (Vec::new(), Vec::new());
+        Self { constants, simulations, signals, plans, used: 0, kept_start: false }
+    }
+}
+
+impl Controller for FixedTime {
+    fn name(&self) -> &'static str {
+        METHOD.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        if self.signals != signals {
+            self.signals = signals.to_vec();
+            self.plans = vec![Plan::Own; signals.len()];
+        }
+        Ok(self.plans.iter().map(Plan::drive).collect())
+    }
+
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        let first = self.run(trainer, SEARCH_SEED)?;
+        let flow_vph = &first.lane_flow_vph;
+        let start: Vec<Plan> = (self.signals.iter().zip(flow_vph))
+            .map(|(spec, flow_vph)| self.start(spec, flow_vph))
+            .collect();
+        match flow_vph.as_slice() {
+            [flow_vph] => {
+                let left = self.simulations.saturating_sub(self.used);
+                self.tune(trainer, left, flow_vph, first.delay_s)?;
+            }
+            _ => self.tune_network(trainer, &start, &first)?,
+        }
+        self.kept_start = self.plans == start;
+        Ok(())
+    }
+
+    fn details(&self) -> BTreeMap<String, String> {
+        let mut details = BTreeMap::from([(SIMULATIONS.to_owned(), self.used.to_string())]);
+        // Where all run their own programs the plans say so.
+        if self.kept_start && self.plans.iter().any(|plan| *plan != Plan::Own) {
+            details.insert(TUNING.to_owned(), KEPT.to_owned());
+        }
+        for (signal, plan) in self.signals.iter().zip(&self.plans) {
+            details.insert(format!("{PLAN}{}", signal.id), describe(signal, plan));
+        }
+        details
+    }
+}
+
+impl FixedTime {
+    fn run(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError> {
+        self.used += 1;
+        trainer.episode(self, seed)
+    }
+
+    /// Returns the plan of a signal that tuning starts from.
+    fn start(&self, spec: &SignalSpec, flow_vph: &[f64]) -> Plan {
+        match spec.limits.own_program {
+            true => Plan::Own,
+            false => self.webster(spec, covering(spec).swap_remove(0), flow_vph),
+        }
+    }
+
+    /// Finds the plan of the only signal.
+    fn tune(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        budget: u32,
+        flow_vph: &[f64],
+        own_delay_s: f64,
+    ) -> Result<(), ControlError> {
+        let signal = 0;
+        let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
+        let search = budget.saturating_sub(finals);
+        let spec = self.signals[signal].clone();
+        let mut tried: Vec<(f64, Plan)> = Vec::new();
+        let most_sets = (f64::from(search) * SETS_SHARE).ceil() as usize;
+        for set in covering(&spec).into_iter().take(most_sets) {
+            let plan = self.webster(&spec, set, flow_vph);
+            let delay = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
+            tried.push((delay, plan));
+        }
+        for factor in SIMPLEX_FACTORS {
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, Plan::Cycle(start))) = tried.first().cloned() else { break };
+            let left = search.saturating_sub(tried.len() as u32);
+            tried = self.search(trainer, signal, &start, factor, left, tried)?;
+        }
+        if spec.limits.own_program {
+            tried.push((own_delay_s, Plan::Own));
+        } else if tried.is_empty() {
+            // Nothing can be simulated, and the own program is no choice: Webster's plan as it is.
+            tried.push((own_delay_s, self.start(&spec, flow_vph)));
+        }
+        self.plans[signal] = self.decide(trainer, signal, tried, budget >= finals)?;
+        Ok(())
+    }
+
+    /// Returns Webster's plan for a set of phases.
+    fn webster(&self, spec: &SignalSpec, set: Vec<usize>, flow_vph: &[f64]) -> Plan {
+        let greens = greens(spec, &set, flow_vph, &self.constants);
+        Plan::Cycle(set.into_iter().map(GreenPhase).zip(greens).collect())
+    }
+
+    fn try_plan(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        plan: &Plan,
+        seed: u32,
+    ) -> Result<f64, ControlError> {
+        self.plans[signal] = plan.clone();
+        Ok(self.run(trainer, seed)?.delay_s)
+    }
+
+    /// Searches the greens of a cycle and returns all plans tried, the earlier ones included.
+    fn search(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        start: &[(GreenPhase, f64)],
+        factor: f64,
+        simulations: u32,
+        tried: Vec<(f64, Plan)>,
+    ) -> Result<Vec<(f64, Plan)>, ControlError> {
+        let logs: Vec<f64> = start.iter().map(|(_, green)| green.ln()).collect();
+        if (simulations as usize) <= logs.len() {
+            return Ok(tried);
+        }
+        // One corner changes the whole cycle, the others one green each against the rest.
+        let step = factor.ln();
+        let mut simplex = vec![logs.iter().map(|x| x - step).collect::<Vec<_>>()];
+        for i in 0..logs.len() {
+            let mut corner = logs.clone();
+            corner[i] += step;
+            simplex.push(corner);
+        }
+        let spec = self.signals[signal].clone();
+        let mut try_plan = |plan: &Plan| self.try_plan(trainer, signal, plan, SEARCH_SEED);
+        let problem = Search {
+            spec,
+            state: RefCell::new(SearchState {
+                try_plan: &mut try_plan,
+                phases: start.iter().map(|(phase, _)| phase.0).collect(),
+                left: simulations,
+                tried,
+                failure: None,
+            }),
+        };
+        let result = Executor::new(&problem, NelderMead::new(simplex))
+            .configure(|state| state.max_iters(u64::from(simulations)))
+            .run()
+            .map(drop)
+            .map_err(|e| e.to_string());
+        let SearchState { tried, failure, .. } = problem.state.into_inner();
+        match (failure, result) {
+            (Some(e), _) => Err(e),
+            (None, Err(e)) => Err(ControlError::Search(e)),
+            (None, Ok(())) => Ok(tried),
+        }
+    }
+
+    /// Compares the best cycles, and the own program where it is a choice, on further seeds and returns
+    /// the winner; without further seeds the delay on the search seed decides.
+    fn decide(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        tried: Vec<(f64, Plan)>,
+        with_finals: bool,
+    ) -> Result<Plan, ControlError> {
+        let (own, mut cycles): (Vec<_>, Vec<_>) =
+            tried.into_iter().partition(|(_, plan)| *plan == Plan::Own);
+        cycles.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cycles.truncate(FINALISTS - 1);
+        let mut best: Option<(f64, Plan)> = None;
+        for (search_delay_s, plan) in own.into_iter().chain(cycles) {
+            let mut total_s = search_delay_s;
+            if with_finals {
+                total_s = 0.0;
+                for seed in FINAL_SEEDS {
+                    total_s += self.try_plan(trainer, signal, &plan, seed)?;
+                }
+            }
+            if best.as_ref().is_none_or(|(least, _)| total_s < *least) {
+                best = Some((total_s, plan));
+            }
+        }
+        Ok(best.expect("there is at least one plan").1)
+    }
+}
+
+impl FixedTime {
+    /// Finds the plans of several signals.
+    ///
+    /// # Arguments
+    ///
+    /// * `first` — of the episode with the signals' own programs.
+    fn tune_network(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        start: &[Plan],
+        first: &EpisodeOutcome,
+    ) -> Result<(), ControlError> {
+        let flow_vph = &first.lane_flow_vph;
+        let finals = (FINALISTS * FINAL_SEEDS.len()) as u32;
+        let most = budget(self.simulations, self.signals.len() as u32).saturating_sub(finals);
+        let start_s = match start.iter().all(|plan| *plan == Plan::Own) {
+            true => first.delay_s,
+            false => self.try_network(trainer, start, SEARCH_SEED)?,
+        };
+        let (mut best_s, mut best) = (start_s, start.to_vec());
+        let most_sets =
+            (f64::from(self.simulations.saturating_sub(finals + 1)) * SETS_SHARE).ceil();
+        for network in self.joint(flow_vph, most_sets as usize) {
+            if self.used < most && network != start {
+                let delay_s = self.try_network(trainer, &network, SEARCH_SEED)?;
+                if delay_s < best_s {
+                    (best_s, best) = (delay_s, network);
+                }
+            }
+        }
+        let joint = best.clone();
+        self.plans.clone_from(&best);
+        let mut busiest: Vec<usize> = (0..self.signals.len()).collect();
+        let inflow_vph = |signal: &usize| flow_vph[*signal].iter().sum::<f64>();
+        busiest.sort_by(|a, b| inflow_vph(b).total_cmp(&inflow_vph(a)));
+        for (done, signal) in busiest.iter().enumerate() {
+            let left = most.saturating_sub(self.used);
+            let share = left / (busiest.len() - done) as u32;
+            best_s = self.tune_one(trainer, *signal, (share, left), &flow_vph[*signal], best_s)?;
+        }
+        let mut finalists = vec![start.to_vec()];
+        for network in [joint, self.plans.clone()] {
+            if !finalists.contains(&network) {
+                finalists.push(network);
+            }
+        }
+        self.plans = self.decide_network(trainer, finalists)?;
+        Ok(())
+    }
+
+    /// Returns networks in which every signal has Webster's plan for its first set of phases, for its second and so on;
+    /// one with fewer sets keeps its last.
+    fn joint(&self, flow_vph: &[Vec<f64>], most: usize) -> Vec<Vec<Plan>> {
+        let sets: Vec<Vec<Vec<usize>>> = self.signals.iter().map(covering).collect();
+        let rounds = sets.iter().map(Vec::len).max().unwrap_or(0).min(most);
+        let plan = |signal: usize, round: usize| {
+            let set = &sets[signal][round.min(sets[signal].len() - 1)];
+            self.webster(&self.signals[signal], set.clone(), &flow_vph[signal])
+        };
+        (0..rounds).map(|round| (0..sets.len()).map(|s| plan(s, round)).collect()).collect()
+    }
+
+    /// Finds the plan of one signal while the others keep theirs, and returns the network's delay on the search seed.
+    fn tune_one(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        signal: usize,
+        (share, left): (u32, u32),
+        flow_vph: &[f64],
+        best_s: f64,
+    ) -> Result<f64, ControlError> {
+        let spec = self.signals[signal].clone();
+        let sets = covering(&spec);
+        let least = sets[0].len() as u32 + LEAST_BEYOND_GREENS;
+        let share = share.max(least).min(left);
+        let most_sets = (f64::from(share) * SETS_SHARE).ceil() as usize;
+        let mut tried = vec![(best_s, self.plans[signal].clone())];
+        let own = spec.limits.own_program.then_some(Plan::Own);
+        let webster = sets.into_iter().map(|set| self.webster(&spec, set, flow_vph));
+        let others: Vec<Plan> = own.into_iter().chain(webster).take(most_sets).collect();
+        for plan in others {
+            if !tried.iter().any(|(_, other)| *other == plan) {
+                let delay_s = self.try_plan(trainer, signal, &plan, SEARCH_SEED)?;
+                tried.push((delay_s, plan));
+            }
+        }
+        for factor in SIMPLEX_FACTORS {
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let cycle = tried.iter().find_map(|(_, plan)| match plan {
+                Plan::Cycle(greens) => Some(greens.clone()),
+                Plan::Own => None,
+            });
+            let Some(cycle) = cycle else { break };
+            // The plan that it started with cost nothing.
+            let left = share.saturating_sub(tried.len() as u32 - 1);
+            tried = self.search(trainer, signal, &cycle, factor, left, tried)?;
+        }
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (delay_s, plan) = tried.swap_remove(0);
+        self.plans[signal] = plan;
+        Ok(delay_s)
+    }
+
+    /// Returns the network with the least delay on further seeds, of equal ones the first.
+    fn decide_network(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        mut finalists: Vec<Vec<Plan>>,
+    ) -> Result<Vec<Plan>, ControlError> {
+        let (mut least_s, mut winner) = (f64::INFINITY, 0);
+        if finalists.len() > 1 {
+            for (i, network) in finalists.iter().enumerate() {
+                let mut total_s = 0.0;
+                for seed in FINAL_SEEDS {
+                    total_s += self.try_network(trainer, network, seed)?;
+                }
+                if total_s < least_s {
+                    (least_s, winner) = (total_s, i);
+                }
+            }
+        }
+        Ok(finalists.swap_remove(winner))
+    }
+
+    fn try_network(
+        &mut self,
+        trainer: &mut dyn Trainer,
+        plans: &[Plan],
+        seed: u32,
+    ) -> Result<f64, ControlError> {
+        self.plans = plans.to_vec();
+        Ok(self.run(trainer, seed)?.delay_s)
+    }
+}

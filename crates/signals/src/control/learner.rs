@@ -1,0 +1,199 @@
+//! A controller that learns: what it does around its algorithm is the same for every one.
+
+use std::collections::BTreeMap;
+
+use super::training::{self, CHECKPOINT, Curve, TrainingState, remarks};
+use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
+use basics::seed;
+use evaluation::run::domain::Next;
+use learners::nn::archive::Archive;
+
+/// What is a learner's own: networks, states, actions, rewards.
+pub(super) trait Learner {
+    /// Stable name of the method.
+    fn name(&self) -> &'static str;
+
+    /// Takes another seed of everything random in it; [`Self::meet`] follows.
+    fn reseed(&mut self, seed: u64);
+
+    /// Begins an episode of validation: what is drawn at random in it is the same for every policy.
+    fn begin_validation(&mut self) {}
+
+    /// Prepares for these signals, from the beginning.
+    fn meet(&mut self, signals: &[SignalSpec]);
+
+    /// Whether there is a signal to decide for; known after the first episode has begun.
+    fn controls(&self) -> bool;
+
+    /// As [`Controller::act`]; `training` says whether this is a training episode and where it stands.
+    fn act(
+        &mut self,
+        training: &TrainingState,
+        signals: &[SignalSpec],
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    );
+
+    /// As [`Controller::observe`], in training only; adds the rewards to the curve, and at the end of
+    /// the episode what was measured in it.
+    fn observe(
+        &mut self,
+        training: &mut TrainingState,
+        signals: &[SignalSpec],
+        observations: &[Observation],
+        truncated: bool,
+    );
+
+    /// Whether what it has learned depends on state and action; where it does not, the network is dead.
+    fn is_alive(&mut self) -> bool;
+
+    /// Whether what it has learned are numbers.
+    fn is_finite(&self) -> bool;
+
+    /// Adds what it has learned.
+    fn learned(&self, model: &mut Archive);
+
+    /// Adds everything that learning goes on from.
+    fn save(&self, archive: &mut Archive);
+
+    /// Takes over what [`Self::learned`] or [`Self::save`] has added, also for other signals.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Model`] when it does not fit these signals.
+    fn restore(&mut self, signals: &[SignalSpec], archive: &Archive) -> Result<(), ControlError>;
+}
+
+/// A learner as a controller.
+#[derive(Debug)]
+pub(super) struct Learning<L> {
+    pub(super) learner: L,
+    seed: u64,
+    training: TrainingState,
+    signals: Vec<SignalSpec>,
+}
+
+impl<L: Learner> Learning<L> {
+    /// Returns an untrained controller of a learner with this seed that is trained for so many episodes.
+    pub(super) fn new(learner: L, &Setup { seed, episodes, .. }: &Setup) -> Self {
+        Self { learner, seed, training: TrainingState::new(episodes), signals: Vec::new() }
+    }
+
+    /// Validates what has been learned so far and returns whether training goes on.
+    fn validate(&mut self, trainer: &mut dyn Trainer) -> Result<Next, ControlError> {
+        self.training.active = false;
+        let next = trainer.validate(self);
+        self.training.active = true;
+        next
+    }
+}
+
+impl<L: Learner> Controller for Learning<L> {
+    fn name(&self) -> &'static str {
+        self.learner.name()
+    }
+
+    /// The learner drives each signal. Where there is a single phase it is that phase, for ever, which
+    /// is what RESCO and an equal split do there too: greens that serve no vehicle are none of either.
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        let changed = self.signals != signals;
+        if changed {
+            self.signals = signals.to_vec();
+            self.learner.meet(signals);
+        }
+        if let Some(archive) = self.training.adopted(changed) {
+            self.learner.restore(signals, &archive)?;
+        }
+        if self.training.validates {
+            self.learner.begin_validation();
+        }
+        Ok(vec![Drive::Decisions; signals.len()])
+    }
+
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
+        self.learner.act(&self.training, &self.signals, observations, phases);
+        Ok(())
+    }
+
+    fn observe(&mut self, observations: &[Observation], truncated: bool) {
+        if self.training.active {
+            self.learner.observe(&mut self.training, &self.signals, observations, truncated);
+        }
+    }
+
+    /// Trains, from a checkpoint if there is one.
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        self.training.decisions = trainer.decisions_per_episode();
+        if let Some(archive) = trainer.saved() {
+            self.training.resume(archive)?;
+        }
+        self.learner.reseed(seed::restart(self.seed, trainer.restarts()));
+        self.training.active = true;
+        while self.training.done < self.training.episodes {
+            let episode = self.training.done;
+            self.training.curve = Curve::default();
+            trainer.episode(self, episode)?;
+            if !self.learner.controls() {
+                break;
+            }
+            self.training.done += 1;
+            // An episode without an update has no loss.
+            let loss = self.training.curve.loss;
+            let finite = loss.is_none_or(f64::is_finite);
+            if !finite || !self.learner.is_finite() {
+                let what = if finite { "a parameter" } else { "the loss" };
+                return Err(ControlError::Diverged { episode, what });
+            }
+            self.training.updated |= loss.is_some();
+            if trainer.starts_again(!self.training.updated || self.learner.is_alive()) {
+                self.training.start_again();
+                self.learner.reseed(seed::restart(self.seed, trainer.restarts()));
+                self.learner.meet(&self.signals);
+                continue;
+            }
+            let next = self.validate(trainer)?;
+            trainer.checkpoint(&|| {
+                let mut archive = Archive::default();
+                archive.put("kind", CHECKPOINT);
+                archive.put("method", self.name());
+                archive.put("episodes", self.training.done);
+                archive.put("updated", self.training.updated);
+                self.learner.save(&mut archive);
+                archive
+            })?;
+            if next == Next::Stop {
+                break;
+            }
+        }
+        self.training.active = false;
+        Ok(())
+    }
+
+    fn details(&self) -> BTreeMap<String, String> {
+        remarks(self.name(), &self.training, &self.signals)
+    }
+
+    fn figures(&self) -> BTreeMap<String, f64> {
+        self.training.figures()
+    }
+
+    fn model(&self) -> Option<Archive> {
+        self.learner.controls().then(|| {
+            let mut model = training::model(self.name(), &self.signals);
+            self.learner.learned(&mut model);
+            model
+        })
+    }
+
+    fn set_validation(&mut self, is_validation: bool) {
+        self.training.validates = is_validation;
+    }
+
+    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
+        self.training.load(self.name(), model)
+    }
+}

@@ -1,0 +1,423 @@
+//! Controllers: what decides a signal's phases.
+//!
+//! A controller sees [`SignalSpec`]s once and [`Observation`]s afterwards, nothing else: it names
+//! neither the simulator nor the environment. One file per method.
+
+pub mod actuated;
+pub mod baseline;
+pub mod dual_ring;
+pub mod fixed_time;
+mod heads;
+pub mod idqn;
+mod independent;
+pub mod ippo;
+mod learner;
+pub mod max_pressure;
+pub mod max_pressure_resco;
+pub mod mplight;
+pub mod mplight_star;
+pub mod mplight_star_resco;
+pub mod nema;
+pub mod phase_sets;
+pub mod program;
+pub mod registry;
+pub mod state;
+#[cfg(test)]
+pub(crate) mod testing;
+mod training;
+pub mod webster;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use osm_signals::Turn;
+
+use evaluation::run::domain::Next;
+use learners::nn::archive::{Archive, ArchiveError};
+
+pub use crate::vocabulary::Light;
+
+/// Index into [`SignalSpec::phases`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct GreenPhase(pub usize);
+
+/// Vehicles that come from one approach and turn the same way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Movement {
+    /// RESCO's index: three times the slot of the approach, plus 0 right, 1 through, 2 left.
+    /// Approaches of up to four arms take the slots of their headings S, W, N, E; with more arms
+    /// they are numbered clockwise from the arm nearest to north. Where lanes of one approach and turn
+    /// are not served together, they are several movements; all but one have slots after the arms'.
+    pub index: usize,
+    /// The turn; U-turns count as left turns.
+    pub turn: Turn,
+    /// Indices into [`SignalSpec::lanes`] from which the movement can be made; lanes are shared
+    /// between movements.
+    pub lanes: Vec<usize>,
+    /// Indices into [`Observation::downstream_queue`] of the lanes it leads to at another signal.
+    pub downstream: Vec<usize>,
+    /// Share of the approach's vehicles that make the movement, where the demand says so.
+    pub share: Option<f64>,
+}
+
+/// A green phase a controller can choose.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Phase {
+    /// SUMO's state, one letter per link.
+    pub state: String,
+    /// The movements the phase is named by and that count for its pressure, one or two unless the
+    /// phases of the signal would not be told apart: indices into [`SignalSpec::movements`],
+    /// ascending.
+    pub pair: Vec<usize>,
+    /// How each movement is served, in the order of [`SignalSpec::movements`].
+    pub service: Vec<Light>,
+}
+
+/// A lane of a signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaneSpec {
+    /// SUMO's lane id.
+    pub id: String,
+    /// Length, metres.
+    pub length_m: f64,
+}
+
+/// What a controller may know of a signal before the first observation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalSpec {
+    /// SUMO's id of the signal.
+    pub id: String,
+    /// Incoming lanes, in the order in which they first appear in the movements.
+    pub lanes: Vec<LaneSpec>,
+    /// Movements that exist, by ascending index.
+    pub movements: Vec<Movement>,
+    /// Green phases, the actions of the signal.
+    pub phases: Vec<Phase>,
+    /// How long phases may and must be shown.
+    pub limits: Limits,
+}
+
+/// How long the phases of a signal may and must be shown, seconds; whole numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Limits {
+    /// Shortest green, per phase.
+    pub min_green_s: Vec<f64>,
+    /// Longest green, per phase; infinite where there is no limit.
+    pub max_green_s: Vec<f64>,
+    /// Yellow and all-red from one phase (row) to another (column); 0 where no green ends.
+    pub change_s: Vec<Vec<f64>>,
+    /// Shortest fixed cycle.
+    pub min_cycle_s: f64,
+    /// Longest fixed cycle, unless the shortest greens make it longer.
+    pub max_cycle_s: f64,
+    /// Whether the greens and changes of the network's own program keep to these limits.
+    pub own_program: bool,
+}
+
+impl Limits {
+    /// Returns the yellow and all-red of a cycle of phases, each followed by the next, seconds.
+    pub fn lost_s(&self, phases: &[usize]) -> f64 {
+        (0..phases.len()).map(|i| self.change_s[phases[i]][phases[(i + 1) % phases.len()]]).sum()
+    }
+}
+
+impl SignalSpec {
+    /// Returns the lanes that a phase serves, ascending.
+    pub fn served_lanes(&self, phase: usize) -> Vec<usize> {
+        let served = self.movements.iter().zip(&self.phases[phase].service);
+        let served = served.filter(|(_, light)| **light != Light::Red);
+        let lanes: BTreeSet<usize> = served.flat_map(|(m, _)| m.lanes.iter().copied()).collect();
+        lanes.into_iter().collect()
+    }
+
+    /// Returns the ids of lanes that have no green in any phase.
+    pub fn unserved_lanes(&self) -> Vec<&str> {
+        let served = |lane: usize| {
+            self.movements.iter().enumerate().any(|(m, movement)| {
+                movement.lanes.contains(&lane)
+                    && self.phases.iter().any(|p| p.service[m] != Light::Red)
+            })
+        };
+        (0..self.lanes.len()).filter(|l| !served(*l)).map(|l| self.lanes[l].id.as_str()).collect()
+    }
+}
+
+/// What a signal's detectors tell of one lane, within the detection distance.
+///
+/// Source: RESCO; "queue" means that the vehicle has halted at least once within the zone, not
+/// that it is halted now.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LaneObservation {
+    /// Vehicles with a waiting time.
+    pub queue: f64,
+    /// The other vehicles.
+    pub approach: f64,
+    /// Sum of waiting times, seconds.
+    pub total_wait_s: f64,
+    /// Longest waiting time, seconds.
+    pub max_wait_s: f64,
+    /// Sum of the speeds of all vehicles, metres per second.
+    pub total_speed_mps: f64,
+}
+
+/// What a controller sees of one signal at a decision.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Observation {
+    /// SUMO's current phase index; while a controller decides, the index of its green phase.
+    pub phase: usize,
+    /// One entry per lane, in the order of [`SignalSpec::lanes`].
+    pub lanes: Vec<LaneObservation>,
+    /// Queues of the lanes that movements lead to at other signals.
+    pub downstream_queue: Vec<f64>,
+    /// Vehicles that have come to the signal so far in the episode, per movement, in the order of
+    /// [`SignalSpec::movements`]; a vehicle counts once, as soon as it is on a lane of the signal or
+    /// traced to one.
+    pub seen: Vec<f64>,
+}
+
+impl Observation {
+    /// Returns the queue of a movement less the queue it would run into.
+    pub fn pressure(&self, movement: &Movement) -> f64 {
+        let upstream: f64 = movement.lanes.iter().map(|l| self.lanes[*l].queue).sum();
+        let downstream: f64 = movement.downstream.iter().map(|l| self.downstream_queue[*l]).sum();
+        upstream - downstream
+    }
+}
+
+/// What drives a signal during an episode.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive {
+    /// The controller decides every `delta_time_s`.
+    Decisions,
+    /// The network's own program, untouched.
+    OwnProgram,
+    /// The greens of the network's own program, each for the same time, seconds, within the limits.
+    OwnEqualSplit(f64),
+    /// The greens of the network's own program, prolonged by SUMO while vehicles follow closely, up to
+    /// so many seconds, within the limits.
+    OwnActuated(f64),
+    /// Dual-ring control, which decides every second; see [`nema`].
+    DualRing(dual_ring::Config),
+    /// A cycle of green phases with their durations, seconds, without the yellows in between.
+    Cycle(Vec<(GreenPhase, f64)>),
+}
+
+/// Figures of a finished episode that training can use.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EpisodeOutcome {
+    /// Mean delay of all vehicles, seconds.
+    pub delay_s: f64,
+    /// Vehicles seen per hour, per signal and lane.
+    pub lane_flow_vph: Vec<Vec<f64>>,
+}
+
+/// Why a controller cannot work.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ControlError {
+    /// A signal that the method cannot control.
+    #[error("{method} cannot control signal {signal}: {reason}")]
+    Signal {
+        /// The method.
+        method: &'static str,
+        /// SUMO's id of the signal.
+        signal: String,
+        /// What is missing.
+        reason: String,
+    },
+    /// The controller does not say what drives every signal.
+    #[error(
+        "{method} says what drives {given} signals of {signals}; `begin` has to return one per signal"
+    )]
+    Drives {
+        /// The method.
+        method: &'static str,
+        /// For how many signals it says so.
+        given: usize,
+        /// How many there are.
+        signals: usize,
+    },
+    /// An episode of training failed.
+    #[error("training episode failed: {0}")]
+    Episode(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The optimiser failed.
+    #[error("the search for a signal plan failed: {0}")]
+    Search(String),
+    /// A training whose numbers are no numbers any more.
+    #[error(
+        "training diverged in episode {episode}: {what} is no number any more; try a smaller \
+         learning rate"
+    )]
+    Diverged {
+        /// Episode of training, from 0.
+        episode: u32,
+        /// What is not finite.
+        what: &'static str,
+    },
+    /// A model or checkpoint that does not fit the method or the signals.
+    #[error("the model does not fit: {0}")]
+    Model(#[from] ArchiveError),
+    /// A method of somebody's own failed.
+    #[error("{method}: {reason}")]
+    Own {
+        /// The method.
+        method: &'static str,
+        /// What happened, with the traceback where there is one.
+        reason: String,
+    },
+    /// An episode of validation failed.
+    #[error(transparent)]
+    Validation(Box<evaluation::run::fault::TrialError>),
+    /// A checkpoint could not be written, or the training is to stop after it.
+    #[error(transparent)]
+    Checkpoint(#[from] evaluation::run::fault::CheckpointError),
+}
+
+/// What a controller is set up with, beside the settings of its method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Setup {
+    /// Of everything random in it.
+    pub seed: u64,
+    /// Episodes that a learner is trained for.
+    pub episodes: u32,
+    /// Whether the network is an imported one.
+    pub imported: bool,
+    /// Seconds from one decision to the next.
+    pub decision_s: u32,
+}
+
+/// Runs episodes for a controller that learns or tunes itself.
+pub trait Trainer {
+    /// Runs one episode on the `seed`-th training seed and returns what came of it.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Episode`] when the simulation fails.
+    fn episode(
+        &mut self,
+        controller: &mut dyn Controller,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError>;
+
+    /// Returns how many decisions an episode has.
+    fn decisions_per_episode(&self) -> u32;
+
+    /// Returns the state that an earlier attempt at this training left; `None` starts anew.
+    fn saved(&mut self) -> Option<Archive> {
+        None
+    }
+
+    /// Offers the policy for validation: plays it on validation seeds when that is due, and returns whether training goes
+    /// on. Called after every training episode, before [`Self::checkpoint`]; the controller neither explores nor learns
+    /// meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Validation`] when an episode of it fails.
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+        let _ = controller;
+        Ok(Next::Continue)
+    }
+
+    /// Returns how often the training has started again, by which the learner's seed is derived anew.
+    fn restarts(&self) -> u32 {
+        0
+    }
+
+    /// Says after a training episode whether the network is alive, and returns whether training starts again.
+    fn starts_again(&mut self, is_alive: bool) -> bool {
+        let _ = is_alive;
+        false
+    }
+
+    /// Offers the state of a training that can go on from here, at the end of an episode; it is
+    /// only asked for when it is time to keep it.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Checkpoint`] when it cannot be written.
+    fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
+        let _ = state;
+        Ok(())
+    }
+}
+
+/// A signal control method, learned or not.
+///
+/// Decisions must depend only on `self` and what the controller is given, so that two runs with
+/// the same seed make the same decisions.
+pub trait Controller {
+    /// Its name in errors and models, such as `max-pressure`: that of its [`Method`](evaluation::run::method::Method), by
+    /// which records and figures know it.
+    fn name(&self) -> &'static str;
+
+    /// Starts an episode: says what drives each signal.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Signal`] when a signal lacks what the method needs.
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError>;
+
+    /// Chooses the green phase of every signal for the next interval; only called while the
+    /// signals are driven by [`Drive::Decisions`].
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Own`] of methods that are somebody's own.
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
+        let _ = (observations, phases);
+        Ok(())
+    }
+
+    /// Learns from the interval that has just passed; called once after every [`Self::act`] and its
+    /// interval. `truncated` says that the episode ends here; signal control has no terminal state.
+    fn observe(&mut self, observations: &[Observation], truncated: bool) {
+        let _ = (observations, truncated);
+    }
+
+    /// Trains or tunes the method before it is evaluated; others keep the default.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError`] when an episode or the method fails.
+    fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+        let _ = trainer;
+        Ok(())
+    }
+
+    /// Returns what the method wants recorded of itself, such as the plan that tuning found.
+    fn details(&self) -> BTreeMap<String, String> {
+        BTreeMap::new()
+    }
+
+    /// Returns what a learner measured of itself in the last training episode, by name: `return`,
+    /// `loss`, ... Empty for other methods.
+    fn figures(&self) -> BTreeMap<String, f64> {
+        BTreeMap::new()
+    }
+
+    /// Returns what a learner has learned; `None` for other methods and before training.
+    fn model(&self) -> Option<Archive> {
+        None
+    }
+
+    /// Says whether the episodes from now on are validation: played as in evaluation, with random numbers of their own,
+    /// so that evaluation and training stay as they are.
+    fn set_validation(&mut self, is_validation: bool) {
+        let _ = is_validation;
+    }
+
+    /// Takes over what [`Self::model`] returned; it is checked against the signals when the next
+    /// episode begins.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Model`] when the method has no models.
+    fn load(&mut self, model: Archive) -> Result<(), ControlError> {
+        let _ = model;
+        Err(ArchiveError::Card(format!("method: {} does not learn", self.name())).into())
+    }
+}

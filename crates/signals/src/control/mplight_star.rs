@@ -1,0 +1,60 @@
+//! MPLight*: MPLight that sees four numbers per movement instead of one.
+//!
+//! Pressure, waiting time, speeds and approaching vehicles ([`super::state::full_demand`]); everything
+//! else, the reward too, is [MPLight](super::mplight)'s.
+//!
+//! Here every movement sees its own four numbers, as intended; in RESCO's code they do not, see
+//! [`mplight_star_resco`](super::mplight_star_resco).
+//!
+//! Source: RESCO, agents/mplight.py (`MPLightFULL`) and states.py (`mplight_full`).
+
+use super::learner::Learning;
+use super::mplight::{self, MpLight, mplight_settings};
+use super::state::{Demand, FULL_WIDTH};
+use super::{Controller, Setup};
+use evaluation::run::method::{Method, Training};
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "mplight-star",
+    summary: "MPLight that also sees waiting times, speeds and arrivals",
+    training: Training::Learned,
+    default: false,
+    decision_s: 6e-4,
+    color: "#993333",
+    dash: "3 3",
+    settings: Config::SETTINGS,
+};
+
+mplight_settings! { {
+    /// Hyper-parameters of `mplight-star` and `mplight-star-resco`; the defaults are RESCO's.
+    pub struct Config extends mplight::Config
+} and {
+    /// Whether the speeds of all lanes of a movement count. In RESCO only those of its last lane do.
+    speed_of_all_lanes: bool = false;
+} }
+
+/// Returns MPLight*, untrained.
+pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
+    let learner = variant(METHOD.name, FULL_WIDTH, config, setup.seed);
+    Box::new(Learning::new(learner, setup))
+}
+
+/// Returns a variant whose movements read windows that are `stride` numbers apart.
+pub(super) fn variant(name: &'static str, stride: usize, config: &Config, seed: u64) -> MpLight {
+    let demand = Demand::Full { all_lanes: config.speed_of_all_lanes, stride };
+    MpLight::new(name, config.into(), demand, seed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::check_learner;
+    use super::*;
+
+    #[test]
+    fn it_learns_and_goes_on_from_a_checkpoint() {
+        check_learner(&|episodes| {
+            create(&Config::default(), &Setup { seed: 7, episodes, ..Setup::default() })
+        });
+    }
+}

@@ -1,0 +1,70 @@
+//! Dual-ring, fully actuated control in free operation: what stands in North American cabinets.
+//!
+//! Phases run in two rings side by side. Barriers cut the rings into sides, usually the main street and the
+//! side street; both rings cross a barrier together. A phase is skipped when nobody calls it, lasts at least
+//! its least green, is prolonged while vehicles pass its detectors, and ends at its longest green. What the
+//! phases of a signal are, and how the rings go on, is in [`crate::env::dual_ring`], behind the limits of
+//! `[signal]` that hold for every method.
+//!
+//! Choices:
+//! - **Own logic instead of SUMO's `type="NEMA"`.** SUMO's cuts least greens short while a phase rests, shows a
+//!   yellow beside an opposing green, sees only links with `G`, and stops for ever (1.15) where changes at a
+//!   barrier are unequal. Own logic has no such case and is the same in every version of SUMO.
+//! - **It decides every second**, as a cabinet does; `signal.delta_time_s` is for the others.
+//! - **Detection is presence at the stop line**, without memory: a call ends when the vehicle has left. A lane calls
+//!   the phase of its through movement; a lane for left turns alone calls the phase of its own if there is one.
+//! - **The least green of a through phase** is that beside its crosswalks, in every cycle: there are no push
+//!   buttons.
+//!
+//! Source: NEMA TS 2; FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapters 5 and 6.
+
+pub use super::dual_ring::{Config, Recall};
+use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use evaluation::run::method::{Method, Training};
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "nema",
+    summary: "dual-ring, fully actuated control as in North American cabinets",
+    training: Training::None,
+    default: true,
+    decision_s: 0.0,
+    color: "#000000",
+    dash: "",
+    settings: Config::SETTINGS,
+};
+
+/// Returns dual-ring control.
+pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
+    Box::new(Nema { config: config.clone() })
+}
+
+/// Dual-ring control.
+#[derive(Debug, Clone, PartialEq)]
+struct Nema {
+    config: Config,
+}
+
+impl Controller for Nema {
+    fn name(&self) -> &'static str {
+        METHOD.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        Ok(vec![Drive::DualRing(self.config.clone()); signals.len()])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::two_phase_signal;
+    use super::*;
+
+    #[test]
+    fn every_signal_runs_dual_ring_with_the_settings() {
+        let config = Config { passage_s: 3, recall: Recall::All, ..Config::default() };
+        let mut nema = create(&config, &Setup::default());
+        let drives = nema.begin(&[two_phase_signal(), two_phase_signal()]).unwrap();
+        assert_eq!(drives, vec![Drive::DualRing(config); 2]);
+    }
+}

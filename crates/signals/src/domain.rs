@@ -1,0 +1,257 @@
+//! Traffic signals as a domain of evaluation.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::control::Controller;
+use super::control::baseline;
+use super::control::program;
+use super::control::registry::METHODS;
+use super::controllers::{create, setup};
+use super::effort::effort;
+use super::env::World;
+use super::environment::{environment, folder_of, planned_world};
+use super::error::TrafficError;
+use super::held::Held;
+use super::network_files::GENERATED;
+use super::own::{Create, Own, Play};
+use super::settings::Scenario;
+use super::settings::failure::failure;
+use super::sim::Sim;
+#[cfg(feature = "libsumo")]
+use super::sim::libsumo::SumoSim;
+use super::sim::lights::signals_in;
+use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
+use basics::files::FileError;
+use basics::hash::sha256_file;
+use evaluation::family::MdpFamily;
+use evaluation::run::RunError;
+use evaluation::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
+use evaluation::run::fault::TrialError;
+use evaluation::run::method::{Method, Training, find};
+use evaluation::stats::{Direction, Limit};
+use evaluation::store::manifest::PointRow;
+use evaluation::store::own::OwnMethod;
+
+/// Traffic signals in SUMO, judged by the mean delay per vehicle.
+pub struct Traffic {
+    methods: Vec<Method>,
+    /// The methods after those that this library has.
+    own: Vec<Own>,
+}
+
+impl Default for Traffic {
+    fn default() -> Self {
+        Self { methods: METHODS.to_vec(), own: Vec::new() }
+    }
+}
+
+impl Traffic {
+    /// Name of the domain.
+    pub const NAME: &str = "traffic";
+
+    /// Adds a method that is compiled into this program. Its controller gets a seed and the episodes that learners are
+    /// trained for; other settings are the caller's own. Another build of the program is another method to a run.
+    ///
+    /// # Panics
+    ///
+    /// When there is a method of that name: records would not tell the two apart.
+    #[must_use]
+    pub fn with(self, method: Method, create: Create) -> Self {
+        let learns = method.training == Training::Learned;
+        self.with_own(method, Own::compiled(method.name, method.summary, learns, create))
+    }
+
+    /// Adds a method of somebody's own.
+    ///
+    /// # Panics
+    ///
+    /// As [`Self::with`].
+    #[must_use]
+    pub fn with_own(mut self, method: Method, own: Own) -> Self {
+        let known = self.methods.iter().any(|m| m.name == method.name);
+        assert!(!known, "there is a method {:?} already; give yours another name", method.name);
+        self.methods.push(method);
+        self.own.push(own);
+        self
+    }
+
+    /// Returns a controller.
+    fn controller(
+        &self,
+        method: &str,
+        scenario: &Scenario,
+        imported: bool,
+        seed: u64,
+    ) -> Result<Box<dyn Controller>, RunError> {
+        match self.own_of(method).map(|own| &own.play) {
+            Some(Play::Controller(create)) => Ok(create(&setup(scenario, imported, seed))),
+            _ => create(method, scenario, imported, seed),
+        }
+    }
+
+    /// Returns a method of somebody's own.
+    fn own_of(&self, method: &str) -> Option<&Own> {
+        let own = self.methods[METHODS.len()..].iter().position(|m| m.name == method)?;
+        Some(&self.own[own])
+    }
+
+    /// Returns a trial in a world.
+    #[cfg_attr(
+        not(feature = "libsumo"),
+        expect(dead_code, reason = "without a simulator no trial begins")
+    )]
+    fn in_world<S: Sim + 'static>(
+        &self,
+        sim: S,
+        (world, mut held): (World, Held),
+        scenario: &Scenario,
+        site: &Site<'_>,
+        method: &str,
+        seed: u64,
+    ) -> Result<Box<dyn Trial>, TrialError> {
+        let imported = site.point.environment != GENERATED;
+        let controller = self.controller(method, scenario, imported, seed);
+        let controller = controller.map_err(|e| TrialError::Input(e.into()))?;
+        let env = environment(sim, world, scenario, site.scratch);
+        for path in self.own_of(method).into_iter().flat_map(Own::read) {
+            held.hold(path).map_err(of_files)?;
+        }
+        Ok(Box::new(SignalTrial { env, controller, held }))
+    }
+}
+
+impl Domain for Traffic {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn objective(&self) -> Objective {
+        Objective { metric: DELAY, title: "delay", unit: "s", direction: Direction::Lower }
+    }
+
+    fn baseline(&self) -> Option<&'static str> {
+        Some(baseline::METHOD.name)
+    }
+
+    fn failure(&self) -> Option<Limit> {
+        Some(failure())
+    }
+
+    fn volume(&self) -> Option<&'static str> {
+        Some("inflow_vph")
+    }
+
+    fn methods(&self) -> &[Method] {
+        &self.methods
+    }
+
+    fn own(&self, method: &str) -> Result<Option<OwnMethod>, FileError> {
+        self.own_of(method).map_or(Ok(None), Own::described)
+    }
+
+    fn lacking(
+        &self,
+        method: &str,
+        family: &MdpFamily,
+        chosen: &BTreeSet<&str>,
+        episodes: u32,
+    ) -> Result<Option<String>, String> {
+        self.own_of(method).map_or(Ok(None), |own| own.lacking(family, chosen, episodes))
+    }
+
+    fn trial(
+        &self,
+        site: &Site<'_>,
+        method: &str,
+        seed: u64,
+    ) -> Result<Box<dyn Trial>, TrialError> {
+        if let Some(Own { play: Play::External(scores), .. }) = self.own_of(method) {
+            return Ok(Box::new(scores.trial(&site.point.point)));
+        }
+        let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
+        let own = method == program::METHOD.name;
+        let world = planned_world(site.point, site.prepared, own).map_err(|e| match e {
+            TrafficError::Network(e) => of_network(e),
+            TrafficError::Sim(e) => of_sim(e),
+            other => of_files(other),
+        })?;
+        #[cfg(feature = "libsumo")]
+        return self.in_world(
+            SumoSim::new().map_err(of_sim)?,
+            world,
+            &scenario,
+            site,
+            method,
+            seed,
+        );
+        #[cfg(not(feature = "libsumo"))]
+        {
+            let _ = (world, scenario, method, seed);
+            let reason = "built without the feature `libsumo`".to_owned();
+            Err(of_sim(super::sim::SimError::Unavailable(reason)))
+        }
+    }
+
+    fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {
+        let (is_made, folder) = (point.environment == GENERATED, folder_of(point, prepared));
+        let as_planned =
+            |path: &Path, sha256: &str| sha256_file(path).is_ok_and(|found| found == sha256);
+        let files = point.sha256.iter().map(|(name, sha256)| (folder.join(name), sha256));
+        // What is made lies in one folder; a manifest may come from a stranger, and what is spoilt may be removed.
+        let files = files.filter(|(path, _)| !is_made || path.parent() == Some(folder.as_path()));
+        files
+            .filter(|(path, sha256)| !as_planned(path, sha256))
+            .map(|(path, _)| Spoilt { is_there: path.exists(), path, is_made })
+            .collect()
+    }
+
+    /// Returns the number of signals.
+    fn agents(&self, point: &PointRow) -> u32 {
+        match point.environment == GENERATED {
+            true => 1,
+            false => signals_in(Path::new(&point.environment)),
+        }
+    }
+
+    fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String> {
+        let scenario = scenario_of(settings)?;
+        Ok(Box::new(move |method, signals, feature| effort(&scenario, method, signals, feature)))
+    }
+
+    fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {
+        let section = find(&self.methods, method).map_err(|e| e.to_string())?.section();
+        // A method without settings has no section.
+        let of_method = settings.get(&section).cloned().unwrap_or_else(|| json!({}));
+        let mut card = Map::new();
+        card.insert("settings".to_owned(), of_method);
+        for name in ["preset", "signal"] {
+            let value = settings.get(name).cloned();
+            card.insert(name.to_owned(), value.ok_or_else(|| format!("no settings of {name}"))?);
+        }
+        Ok(card)
+    }
+}
+
+/// Returns the scenario of a manifest's settings.
+///
+/// # Errors
+///
+/// What is wrong with them.
+pub fn scenario_of(settings: &Value) -> Result<Scenario, String> {
+    serde_json::from_value(settings.clone()).map_err(|e| format!("manifest.json: settings: {e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "there is a method \"actuated\" already")]
+    fn a_second_method_of_a_name_is_refused() {
+        let method = Method::new("actuated", "another", Training::None);
+        let _ = Traffic::default().with(method, Box::new(|_| unreachable!("nothing runs")));
+    }
+}

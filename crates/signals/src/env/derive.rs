@@ -1,0 +1,376 @@
+//! Derives movements and phases from a network's own links and signal programs.
+//!
+//! Users of the peers write these by hand for each signal; here they follow from what SUMO knows:
+//! the links' directions, the lanes' headings and the programs' states.
+//!
+//! A green in which no link for vehicles is green, such as one for pedestrians alone, is no action: a
+//! controller sees vehicles only, so it could not know when to choose it. What is made of the network's
+//! own program has none either, so that all methods that replace it have the same time for vehicles; only the
+//! own program itself shows it.
+//!
+//! Source: RESCO's signal configuration (`config/signal_config.py`), whose hand-written phase pairs
+//! the derived ones equal on Ingolstadt.
+
+use crate::control::{LaneSpec, Movement, Phase, SignalSpec};
+use crate::settings::{Actions, SignalSettings};
+use crate::sim::error::SimError;
+use crate::sim::{Program, ProgramKind, Scene, SignalInfo};
+use crate::timing::Timing;
+use crate::vocabulary::Light;
+
+use super::limits::{limits, timing};
+use super::movements::{RawMovement, raw_movements};
+use super::pairs::{Naming, names};
+
+/// Program that generated networks carry beside netconvert's default one: the phases to choose
+/// from.
+pub const PHASES_PROGRAM: &str = "phases";
+
+/// A signal's description for controllers and how its parts relate to the simulator's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DerivedSignal {
+    /// What controllers see.
+    pub spec: SignalSpec,
+    /// Index in [`Scene::lanes`] per lane of the spec.
+    pub lanes: Vec<usize>,
+    /// Index in [`Scene::lanes`] per entry of the downstream queues.
+    ///
+    /// Deviation: RESCO subtracts the queues of all lanes that lead to the neighbour from the same
+    /// side; here only of the lanes to which a link leads, through nodes without a signal and within
+    /// the detection distance.
+    pub downstream: Vec<usize>,
+    /// Link indices of every movement of the spec.
+    pub movement_links: Vec<Vec<usize>>,
+    /// Links of every movement of the spec, as index and number among the links of that index.
+    pub movement_ways: Vec<Vec<(usize, usize)>>,
+    /// Greens of the program that runs by default, in its order; one that comes twice in a cycle is there
+    /// twice, one that serves no lane for cars is not.
+    ///
+    /// Deviation: RESCO's greens have those for pedestrians alone.
+    pub own_greens: Vec<String>,
+    /// Greens of the program with the phases that serve no vehicle and so are none.
+    pub left_out: Vec<String>,
+    /// By which movements the phases are named.
+    pub naming: Naming,
+    /// How far upstream each lane of the spec is seen, pieces included, metres; the detection distance
+    /// may be less.
+    pub seen_m: Vec<f64>,
+    /// How long greens may and must be shown.
+    pub timing: Timing,
+    /// How SUMO advances the program that runs by default.
+    pub own_kind: ProgramKind,
+    /// States of the phases to which that program never comes: no `next` leads there from its first phase.
+    pub unreached: Vec<String>,
+}
+
+impl DerivedSignal {
+    /// Whether its program shows cars one green only, so that there is nothing to decide.
+    pub fn has_one_green(&self) -> bool {
+        self.spec.phases.len() == 1 && self.own_greens.len() == 1
+    }
+}
+
+/// Derives one signal of a scene: its lanes, movements, phases and their limits.
+///
+/// The phases are the greens of the program that runs by default, or with [`Actions::AllPairs`] those
+/// of the program [`PHASES_PROGRAM`], where the network has it.
+///
+/// # Errors
+///
+/// [`SimError::Signal`] when it has no vehicle lane or no green phase.
+pub fn derive(
+    scene: &Scene,
+    signal: &SignalInfo,
+    settings: &SignalSettings,
+) -> Result<DerivedSignal, SimError> {
+    let fail = |reason: &str| SimError::Signal { signal: signal.id.clone(), reason: reason.into() };
+    if signal.links.iter().all(Vec::is_empty) {
+        return Err(fail("it controls no vehicle lane; remove it from the network"));
+    }
+    let program = |id: &str| signal.programs.iter().find(|p| p.id == id);
+    let own = program(&signal.active_program).or(signal.programs.first());
+    let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
+    let timing = timing(scene, signal, settings);
+    let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
+    let (states, left_out): (Vec<_>, Vec<_>) = greens(pairs.unwrap_or(own), &timing)
+        .into_iter()
+        .partition(|state| serves_vehicles(state, signal));
+    let (states, left_out) = (distinct(states, signal), distinct(left_out, signal));
+    let own_greens = covering(own, cycle(own, &timing, signal));
+    if states.is_empty() || own_greens.is_empty() {
+        return Err(fail(&format!(
+            "no phase of its program {:?}, the one that runs at the start, is green for vehicles without yellow; check its \
+             tlLogic, or what switches it off",
+            own.id
+        )));
+    }
+    let raw = raw_movements(scene, signal, &states);
+
+    // Lanes in the order in which they first appear in the movements, as RESCO lists them.
+    let mut lanes: Vec<usize> = Vec::new();
+    let mut downstream: Vec<usize> = Vec::new();
+    let mut movements = Vec::new();
+    let position = |list: &mut Vec<usize>, lane: usize| {
+        list.iter().position(|l| *l == lane).unwrap_or_else(|| {
+            list.push(lane);
+            list.len() - 1
+        })
+    };
+    for movement in &raw {
+        movements.push(Movement {
+            index: movement.index,
+            turn: movement.turn,
+            lanes: movement.lanes.iter().map(|l| position(&mut lanes, *l)).collect(),
+            downstream: movement.downstream.iter().map(|l| position(&mut downstream, *l)).collect(),
+            share: None,
+        });
+    }
+    let services: Vec<Vec<Light>> = states.iter().map(|state| services(state, &raw)).collect();
+    let (naming, pairs) = names(&services, &raw);
+    let limits = limits(&timing, &states, own);
+    let phases = states.into_iter().zip(pairs).zip(services);
+    let spec = SignalSpec {
+        id: signal.id.clone(),
+        lanes: lanes
+            .iter()
+            .map(|l| LaneSpec {
+                id: scene.lanes[*l].id.clone(),
+                length_m: scene.lanes[*l].length_m,
+            })
+            .collect(),
+        movements,
+        phases: phases.map(|((state, pair), service)| Phase { state, pair, service }).collect(),
+        limits,
+    };
+    let seen_m = lanes.iter().map(|lane| seen_m(scene, *lane)).collect();
+    let (movement_links, movement_ways) = raw.into_iter().map(|m| (m.links, m.ways)).unzip();
+    Ok(DerivedSignal {
+        spec,
+        lanes,
+        downstream,
+        movement_links,
+        movement_ways,
+        own_greens,
+        left_out,
+        naming,
+        seen_m,
+        timing,
+        own_kind: own.kind,
+        unreached: own.phases.iter().filter(|p| !p.is_reached).map(|p| p.state.clone()).collect(),
+    })
+}
+
+/// Returns the green states of a program in their order: some link is green, none yellow, and the program comes to them
+/// from its first phase.
+///
+/// Deviation: an all-red in which links stay green that are so before and after is none; RESCO takes it
+/// for a green.
+///
+/// Source: RESCO, multi_signal.py and its first public version.
+fn greens(program: &Program, timing: &Timing) -> Vec<String> {
+    let phases = program.phases();
+    timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect()
+}
+
+/// Returns the greens of a program that serve vehicles, in their order. Those that follow each other and are
+/// [`alike`] are one, the last and the first too.
+fn cycle(program: &Program, timing: &Timing, signal: &SignalInfo) -> Vec<String> {
+    let mut states: Vec<String> = Vec::new();
+    for state in greens(program, timing).into_iter().filter(|s| serves_vehicles(s, signal)) {
+        let last = states.len().checked_sub(1).filter(|last| alike(&states[*last], &state, signal));
+        join(&mut states, last, state);
+    }
+    if states.len() > 1 && alike(&states[0], &states[states.len() - 1], signal) {
+        let last = states.pop().unwrap_or_default();
+        join(&mut states, Some(0), last);
+    }
+    states
+}
+
+/// Returns the greens of a program that make a cycle: of one that does not run its phases one after the other, such
+/// as a dual-ring one, as many as it takes to serve whatever it serves.
+fn covering(program: &Program, mut greens: Vec<String>) -> Vec<String> {
+    if program.kind != ProgramKind::Other {
+        return greens;
+    }
+    let served = |greens: &[String]| -> std::collections::BTreeSet<usize> {
+        let is_green = |(_, letter): &(usize, char)| matches!(letter, 'G' | 'g');
+        greens.iter().flat_map(|g| g.chars().enumerate().filter(is_green).map(|(i, _)| i)).collect()
+    };
+    let all = served(&greens);
+    let enough = (1..greens.len()).find(|count| served(&greens[..*count]) == all);
+    greens.truncate(enough.unwrap_or(greens.len()));
+    greens
+}
+
+/// Returns states in the order in which they first appear, of those that are [`alike`] one: the actions to choose from.
+fn distinct(states: Vec<String>, signal: &SignalInfo) -> Vec<String> {
+    let mut once: Vec<String> = Vec::new();
+    for state in states {
+        let other = once.iter().position(|other| alike(other, &state, signal));
+        join(&mut once, other, state);
+    }
+    once
+}
+
+/// Adds a state, to the one that it is like if there is one.
+fn join(states: &mut Vec<String>, like: Option<usize>, state: String) {
+    match like {
+        Some(like) => states[like] = greener(std::mem::take(&mut states[like]), state),
+        None => states.push(state),
+    }
+}
+
+/// Whether two states are the same to vehicles, such as a green while pedestrians walk and the one while they clear the
+/// crosswalk.
+///
+/// Deviation: RESCO has an action for each of them, between which it sees no difference.
+fn alike(a: &str, b: &str, signal: &SignalInfo) -> bool {
+    let of = |state: &str| -> Vec<char> {
+        let letters = state.chars().zip(&signal.links);
+        letters.filter(|(_, links)| !links.is_empty()).map(|(letter, _)| letter).collect()
+    };
+    a == b || serves_vehicles(a, signal) && of(a) == of(b)
+}
+
+/// Returns the one of two states that is green for more, the first of equals: the one in which pedestrians walk.
+fn greener(a: String, b: String) -> String {
+    let greens = |state: &str| state.chars().filter(|c| matches!(c, 'G' | 'g')).count();
+    if greens(&b) > greens(&a) { b } else { a }
+}
+
+/// Whether a link for vehicles is green.
+fn serves_vehicles(state: &str, signal: &SignalInfo) -> bool {
+    state.chars().zip(&signal.links).any(|(c, links)| matches!(c, 'G' | 'g') && !links.is_empty())
+}
+
+/// Returns how a state serves each movement: as well as the best of the links that decide.
+fn services(state: &str, raw: &[RawMovement]) -> Vec<Light> {
+    let letters: Vec<char> = state.chars().collect();
+    let best = |link: &usize| letters.get(*link).map_or(Light::Red, |l| Light::of_letter(*l));
+    raw.iter().map(|m| m.deciding.iter().map(best).max().unwrap_or(Light::Red)).collect()
+}
+
+/// Returns how far upstream of its stop line a lane of a scene is seen, metres.
+fn seen_m(scene: &Scene, lane: usize) -> f64 {
+    let lane = &scene.lanes[lane];
+    lane.pieces.iter().map(|p| p.beyond_m + p.length_m).fold(lane.length_m, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::env::testing::crossing as scene;
+    use crate::sim::Piece;
+
+    const NO_LINKS: [(&str, f64, &str); 0] = [];
+
+    fn pairs(derived: &DerivedSignal) -> Vec<Vec<usize>> {
+        let index = |m: &usize| derived.spec.movements[*m].index;
+        derived.spec.phases.iter().map(|p| p.pair.iter().map(index).collect()).collect()
+    }
+
+    #[test]
+    fn pairs_of_a_t_junction_are_resco_s_for_ingolstadt() {
+        // The topology of RESCO's ingolstadt1: northbound through and left, eastbound right and
+        // left, southbound right and through.
+        let lanes = [
+            ("north_1", 5.0, "s"),
+            ("north_2", 5.0, "s"),
+            ("north_3", 5.0, "l"),
+            ("east_1", 95.0, "r"),
+            ("east_2", 95.0, "l"),
+            ("south_1", 184.0, "rs"),
+            ("south_2", 184.0, "s"),
+        ];
+        let scene = scene(&lanes, &["GGgGrGGG", "GGGrrrrr", "rrrGGGrr"]);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        assert_eq!(pairs(&derived), [[1, 7], [7, 8], [9, 11]]);
+    }
+
+    #[test]
+    fn lanes_are_listed_in_the_order_of_the_movements() {
+        let lanes = [("n_0", 0.0, "s"), ("s_0", 180.0, "rs"), ("s_1", 180.0, "l")];
+        let scene = scene(&lanes, &["GGGG"]);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        let ids: Vec<_> = derived.spec.lanes.iter().map(|l| l.id.as_str()).collect();
+        assert_eq!(ids, ["s_0", "s_1", "n_0"]);
+        let indices: Vec<_> = derived.spec.movements.iter().map(|m| m.index).collect();
+        assert_eq!(indices, [0, 1, 2, 7]);
+    }
+
+    #[test]
+    fn a_permissive_left_does_not_name_a_phase() {
+        let lanes = [("n_0", 0.0, "sl"), ("s_0", 180.0, "sl")];
+        let scene = scene(&lanes, &["GgGg"]);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        assert_eq!(pairs(&derived), [[1, 7]]);
+        assert_eq!(derived.spec.phases[0].service[1], Light::Permissive);
+    }
+
+    #[test]
+    fn five_arms_are_numbered_clockwise_from_north() {
+        let lanes = [
+            ("a_0", 180.0, "s"),
+            ("b_0", 252.0, "s"),
+            ("c_0", 324.0, "s"),
+            ("d_0", 36.0, "s"),
+            ("e_0", 108.0, "s"),
+        ];
+        let scene = scene(&lanes, &["Grrrr"]);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        let indices: Vec<_> = derived.spec.movements.iter().map(|m| m.index).collect();
+        assert_eq!(indices, [1, 4, 7, 10, 13]);
+        assert_eq!(derived.spec.lanes[4].id, "e_0");
+    }
+
+    #[test]
+    fn a_signal_without_lanes_or_greens_is_refused() {
+        let empty = scene(&NO_LINKS, &["G"]);
+        assert!(derive(&empty, &empty.signals[0], &SignalSettings::default()).is_err());
+        let red = scene(&[("n_0", 0.0, "s")], &["r", "y"]);
+        assert!(derive(&red, &red.signals[0], &SignalSettings::default()).is_err());
+    }
+
+    #[test]
+    fn a_green_for_pedestrians_alone_is_no_phase() {
+        // The last link has no vehicle lane.
+        let mut scene = scene(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Grr", "rrG", "rGr"]);
+        scene.signals[0].links.push(vec![]);
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        assert_eq!(pairs(&derived), [[7], [10]]);
+        assert_eq!(derived.left_out, ["rrG"]);
+        assert_eq!(derived.own_greens, ["Grr", "rGr"]);
+        scene.signals[0].programs[0].phases.retain(|p| p.state == "rrG");
+        let e =
+            derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap_err().to_string();
+        assert!(e.contains("green for vehicles"), "{e}");
+    }
+
+    #[test]
+    fn a_green_that_comes_twice_in_a_cycle_is_one_action_and_stays_twice_in_the_cycle() {
+        let lanes = [("n_0", 0.0, "s"), ("e_0", 90.0, "s"), ("w_0", 270.0, "s")];
+        let own = |greens: &[&str]| {
+            let scene = scene(&lanes, greens);
+            let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+            let states: Vec<_> = derived.spec.phases.into_iter().map(|p| p.state).collect();
+            (states, derived.own_greens)
+        };
+        let texts = |greens: &[&str]| greens.iter().map(|g| (*g).to_owned()).collect::<Vec<_>>();
+        let (actions, cycle) = own(&["Grr", "rGr", "Grr", "rrG"]);
+        assert_eq!(actions, texts(&["Grr", "rGr", "rrG"]));
+        assert_eq!(cycle, texts(&["Grr", "rGr", "Grr", "rrG"]));
+        // Equal neighbours are one green, across the end of the cycle too.
+        assert_eq!(own(&["Grr", "Grr", "rGr", "rrG", "Grr"]).1, texts(&["Grr", "rGr", "rrG"]));
+        assert_eq!(own(&["Grr", "Grr"]).1, texts(&["Grr"]));
+    }
+
+    #[test]
+    fn a_lane_is_seen_as_far_as_its_pieces_reach() {
+        let mut scene = scene(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "rG"]);
+        let piece = |beyond_m| Piece { id: "p_0".into(), length_m: 50.0, beyond_m };
+        scene.lanes[0].pieces = vec![piece(101.0), piece(120.0)];
+        let derived = derive(&scene, &scene.signals[0], &SignalSettings::default()).unwrap();
+        assert_eq!(derived.seen_m, [170.0, 100.0]);
+    }
+}

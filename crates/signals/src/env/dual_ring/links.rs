@@ -1,0 +1,199 @@
+//! What the programs of a signal say of its links: which may be green together, and who yields.
+//!
+//! Choices:
+//! - **Programs are the witnesses**, as they are for imported networks: two links may be green together if they are
+//!   so in a green of some program, or come from one approach. What nobody shows together is taken for a conflict.
+//! - **A link yields** to those that have right of way in a green in which it is permissive, unless another green
+//!   gives it right of way beside them, or SUMO says that their vehicles never meet, as a right turn into a lane of
+//!   its own.
+
+use osm_signals::Turn;
+
+use crate::env::movements::turn_of;
+use crate::sim::topology::edge;
+use crate::sim::{Direction, Scene, SignalInfo};
+
+/// What a link index steers for cars.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Car {
+    /// Number of the approach, in the order in which edges first appear.
+    pub(super) approach: usize,
+    /// Through if it has any, else left if it has any, else right; U-turns count as left turns.
+    pub(super) turn: Turn,
+    /// Indices in [`Scene::lanes`].
+    pub(super) lanes: Vec<usize>,
+}
+
+/// The links of a signal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Links {
+    /// By index; `None` for those that steer no cars.
+    pub(super) cars: Vec<Option<Car>>,
+    /// Direction of travel of every approach, degrees.
+    pub(super) headings: Vec<f64>,
+    /// Whether some index steers cars from several approaches.
+    pub(super) mixed: bool,
+    /// Greens that the programs have.
+    pub(super) states: Vec<String>,
+    together: Vec<Vec<bool>>,
+    free: Vec<Vec<bool>>,
+    yields: Vec<Vec<bool>>,
+    /// Links that no green gives right of way.
+    minor: Vec<bool>,
+}
+
+impl Links {
+    /// Returns the links of a signal; `states` are greens of its programs.
+    pub(super) fn new(scene: &Scene, signal: &SignalInfo, states: Vec<String>) -> Self {
+        let mut edges: Vec<&str> = Vec::new();
+        let mut headings = Vec::new();
+        let mut mixed = false;
+        let mut cars = Vec::new();
+        for links in &signal.links {
+            let mut car: Option<Car> = None;
+            for link in links {
+                let lane = &scene.lanes[link.from_lane];
+                let known = edges.iter().position(|e| *e == edge(&lane.id));
+                let approach = known.unwrap_or_else(|| {
+                    edges.push(edge(&lane.id));
+                    headings.push(lane.heading_deg);
+                    edges.len() - 1
+                });
+                // A U-turn beside another turn does not decide what the link is.
+                let turn = turn_of(link.direction);
+                let decides = link.direction != Direction::Turn;
+                match &mut car {
+                    None => car = Some(Car { approach, turn, lanes: vec![link.from_lane] }),
+                    Some(car) => {
+                        mixed |= car.approach != approach;
+                        car.lanes.push(link.from_lane);
+                        if decides && rank(turn) > rank(car.turn) {
+                            car.turn = turn;
+                        }
+                    }
+                }
+            }
+            cars.push(car);
+        }
+        Self::of(cars, headings, mixed, states, &|a, b| signal.may_meet(a, b))
+    }
+
+    /// Returns links of which all is known but how they stand to each other.
+    ///
+    /// # Arguments
+    ///
+    /// * `may_meet` — whether vehicles on two links may meet, as far as SUMO knows.
+    pub(super) fn of(
+        cars: Vec<Option<Car>>,
+        headings: Vec<f64>,
+        mixed: bool,
+        mut states: Vec<String>,
+        may_meet: &dyn Fn(usize, usize) -> bool,
+    ) -> Self {
+        let count = cars.len();
+        states.retain(|state| state.len() >= count);
+        let bytes: Vec<&[u8]> = states.iter().map(String::as_bytes).collect();
+        let same = |a: usize, b: usize| match (&cars[a], &cars[b]) {
+            (Some(a), Some(b)) => a.approach == b.approach,
+            _ => a == b,
+        };
+        let has = |state: &&[u8], link: usize| matches!(state[link], b'G' | b'g');
+        let both = |a, b| bytes.iter().any(|s| has(s, a) && has(s, b));
+        let together =
+            (0..count).map(|a| (0..count).map(|b| same(a, b) || both(a, b)).collect()).collect();
+        let protected = |a: usize, b: usize| bytes.iter().any(|s| (s[a], s[b]) == (b'G', b'G'));
+        let free = (0..count)
+            .map(|a| (0..count).map(|b| same(a, b) || protected(a, b)).collect())
+            .collect();
+        let yields = |a, b| {
+            !same(a, b)
+                && may_meet(a, b)
+                && bytes.iter().any(|s| s[a] == b'g' && s[b] == b'G')
+                && !bytes.iter().any(|s| s[a] == b'G' && has(s, b))
+        };
+        let yields = (0..count).map(|a| (0..count).map(|b| yields(a, b)).collect()).collect();
+        let minor = (0..count)
+            .map(|a| bytes.iter().any(|s| s[a] == b'g') && !bytes.iter().any(|s| s[a] == b'G'))
+            .collect();
+        Self { cars, headings, mixed, states, together, free, yields, minor }
+    }
+
+    /// Returns how many there are.
+    pub(super) fn count(&self) -> usize {
+        self.cars.len()
+    }
+
+    /// Whether two links may be green together.
+    pub(super) fn together(&self, a: usize, b: usize) -> bool {
+        self.together[a][b]
+    }
+
+    /// Whether two links may both have right of way.
+    pub(super) fn free(&self, a: usize, b: usize) -> bool {
+        self.free[a][b]
+    }
+
+    /// Whether a link may be green beside others.
+    pub(super) fn fits(&self, link: usize, others: &[bool]) -> bool {
+        (0..self.count()).all(|other| !others[other] || self.together[link][other])
+    }
+
+    /// Whether a link yields to another.
+    pub(super) fn yields(&self, link: usize, to: usize) -> bool {
+        self.yields[link][to]
+    }
+
+    /// Returns the links of an approach.
+    pub(super) fn of_approach(&self, approach: usize) -> impl Iterator<Item = usize> + '_ {
+        let is = move |car: &Option<Car>| car.as_ref().is_some_and(|c| c.approach == approach);
+        self.cars.iter().enumerate().filter(move |(_, car)| is(car)).map(|(link, _)| link)
+    }
+
+    /// Returns the turn of a link; none for one without cars.
+    pub(super) fn turn(&self, link: usize) -> Option<Turn> {
+        self.cars[link].as_ref().map(|car| car.turn)
+    }
+
+    /// Returns all turns that start on a lane.
+    pub(super) fn turns_of_lane(&self, lane: usize) -> impl Iterator<Item = Turn> + '_ {
+        let cars = self.cars.iter().flatten();
+        cars.filter(move |car| car.lanes.contains(&lane)).map(|car| car.turn)
+    }
+
+    /// Whether a lane is for one turn alone.
+    pub(super) fn is_lane_for(&self, lane: usize, turn: Turn) -> bool {
+        self.turns_of_lane(lane).all(|t| t == turn)
+    }
+
+    /// Returns the letters of greens: `g` for those that yield to another that is green or coming.
+    pub(super) fn letters(&self, green: &[bool], coming: &[bool]) -> Vec<u8> {
+        let is_as = |state: &&String| {
+            state.bytes().zip(green).all(|(c, green)| matches!(c, b'G' | b'g') == *green)
+        };
+        if !coming.contains(&true)
+            && let Some(state) = self.states.iter().find(is_as)
+        {
+            return (state.bytes().zip(green))
+                .map(|(letter, green)| if *green { letter } else { b'r' })
+                .collect();
+        }
+        let yields = |link: usize| {
+            let to = |other: usize| (green[other] || coming[other]) && self.yields[link][other];
+            self.minor[link] || (0..self.count()).any(to)
+        };
+        let letter = |link: usize| match green[link] {
+            false => b'r',
+            true if yields(link) => b'g',
+            true => b'G',
+        };
+        (0..self.count()).map(letter).collect()
+    }
+}
+
+fn rank(turn: Turn) -> u8 {
+    match turn {
+        Turn::Right => 0,
+        Turn::Left => 1,
+        Turn::Through => 2,
+    }
+}

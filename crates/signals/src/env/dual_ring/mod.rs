@@ -1,0 +1,110 @@
+//! Dual-ring control of one signal: phases from its links, rings that go on every second.
+//!
+//! `links` says what may be green together, `streets` and `plan` make phases of it, `rings` plays them. All are pure; this
+//! file joins them to a scene.
+
+mod links;
+mod plan;
+mod rings;
+#[cfg(test)]
+mod shapes;
+mod streets;
+#[cfg(test)]
+mod tests;
+
+use crate::control::dual_ring::Config;
+use crate::sim::{Scene, SignalInfo};
+
+use self::links::Links;
+use self::plan::Plan;
+use self::rings::{Rings, Seen};
+use super::derive::{DerivedSignal, PHASES_PROGRAM};
+
+/// Dual-ring control of one signal.
+#[derive(Debug, Clone)]
+pub struct DualRing {
+    rings: Rings,
+    passage_s: u32,
+    seen: Seen,
+}
+
+impl DualRing {
+    /// Returns the control of a signal that is about to begin.
+    pub fn new(
+        scene: &Scene,
+        signal: &SignalInfo,
+        derived: &DerivedSignal,
+        config: &Config,
+    ) -> Self {
+        let timing = &derived.timing;
+        let witnesses = signal
+            .programs
+            .iter()
+            .filter(|program| program.id == signal.active_program || program.id == PHASES_PROGRAM);
+        let greens = |program: &crate::sim::Program| -> Vec<String> {
+            let phases = program.phases();
+            timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect()
+        };
+        let links = Links::new(scene, signal, witnesses.flat_map(greens).collect());
+        let plan = Plan::new(&links, &derived.own_greens, timing, config);
+        let none = vec![false; plan.phases.len()];
+        Self {
+            rings: Rings::new(links, plan, timing.clone(), config.passage_s),
+            passage_s: config.passage_s,
+            seen: Seen { calls: none.clone(), extends: none },
+        }
+    }
+
+    /// Returns what is shown now.
+    pub fn shown(&self) -> &str {
+        self.rings.shown()
+    }
+
+    /// Lets a second go by and returns what is shown from then on, if it is something else.
+    ///
+    /// # Arguments
+    ///
+    /// * `nearest_m` — shape `[lanes of the scene]`; distance of the first vehicle of each lane to the stop line,
+    ///   metres, infinite without one.
+    pub fn second(&mut self, nearest_m: &[f64]) -> Option<&str> {
+        for (index, phase) in self.rings.plan().phases.iter().enumerate() {
+            let mut on =
+                phase.detectors.iter().filter(|d| nearest_m[d.lane] <= d.reach_m).peekable();
+            self.seen.extends[index] = on.peek().is_some();
+            self.seen.calls[index] = on.any(|d| {
+                let served = !d.served_by.is_empty() && self.rings.all_green(&d.served_by);
+                d.calls && !served
+            });
+        }
+        self.rings.second(&self.seen)
+    }
+
+    /// Returns the phases in words, as records keep them.
+    pub fn describe(&self) -> String {
+        let plan = self.rings.plan();
+        let phase = |index: &usize| {
+            let p = &plan.phases[*index];
+            let limit = if p.recall { ", recall" } else { "" };
+            let (yellow_s, red_s) = p.change_s;
+            format!(
+                "{} ({} {}; green {} to {} s, passage {} s, yellow {yellow_s} s, red {red_s} s{limit})",
+                p.number,
+                p.serves,
+                self.rings.alone(*index),
+                p.min_s,
+                p.max_s,
+                self.passage_s,
+            )
+        };
+        let ring = |(number, ring): (usize, &Vec<usize>)| {
+            let phases: Vec<String> = ring.iter().map(phase).collect();
+            (!phases.is_empty()).then(|| format!("ring {}: {}", number + 1, phases.join(", ")))
+        };
+        let side = |side: &[Vec<usize>; 2]| {
+            side.iter().enumerate().filter_map(ring).collect::<Vec<_>>().join("; ")
+        };
+        let sides: Vec<String> = plan.sides.iter().map(side).collect();
+        let kind = if plan.stages { "stages" } else { "two rings" };
+        format!("{kind}: {}", sides.join(" | barrier | "))
+    }
+}

@@ -1,0 +1,353 @@
+//! The phases of a signal, in two rings and any number of sides.
+//!
+//! 1. **Streets.** Two approaches are one street if at least half of their links, right turns apart, are green in
+//!    one green of the signal's programs, and whatever of them is no left turn may be green together; opposite ones
+//!    come first. Each street is a side; so is an approach that is no part of one. The street with most lanes is the
+//!    main street and comes first.
+//! 2. **Through phases.** Each approach of a street has one: what is green of it in the green of step 1. They are in
+//!    different rings. An approach alone has one phase, beside which the other ring rests.
+//! 3. **Left turns** have a phase of their own before the through phases (leading), in the ring of the opposing
+//!    approach, if they yield to it and have a lane of their own. They stay green, and yield, in their through
+//!    phase where the programs show them so.
+//! 4. **Overlaps**: right turns and links for others than cars are green whenever they may be beside all that is.
+//!    A right turn with a street's lefts is the usual one.
+//!
+//! Where this leaves a link without green, or an index steers cars of several approaches, each green of the
+//! signal's own program is a phase alone (*stages*); they keep their order and are skipped like any other phase.
+//!
+//! Phases are numbered as usual: 2 and 6 are the through phases of the main street, 4 and 8 those of the next one,
+//! 1, 5, 3 and 7 the left turns that oppose them; further ones count on from 9.
+
+use osm_signals::Turn;
+
+use super::links::Links;
+use super::streets::{Street, is_green, streets};
+use crate::control::dual_ring::{Config, Recall};
+use crate::timing::Timing;
+
+/// A detector of a phase.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Detector {
+    /// Index in the scene of the lane.
+    pub(super) lane: usize,
+    /// How far from the stop line it begins, metres.
+    pub(super) reach_m: f64,
+    /// Whether it calls the phase; it prolongs the green anyway.
+    pub(super) calls: bool,
+    /// Links that serve it whoever's phase they are green in: it does not call while all of them are.
+    pub(super) served_by: Vec<usize>,
+}
+
+/// A phase.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Phase {
+    /// Its number.
+    pub(super) number: u32,
+    /// What it serves, in words.
+    pub(super) serves: &'static str,
+    /// Its links.
+    pub(super) links: Vec<usize>,
+    /// Its detectors.
+    pub(super) detectors: Vec<Detector>,
+    /// Shortest green, seconds.
+    pub(super) min_s: u32,
+    /// Longest green while another phase is called, seconds.
+    pub(super) max_s: u32,
+    /// Longest green whoever is called, seconds.
+    pub(super) limit_s: Option<u32>,
+    /// Yellow and red after it, where nothing else ends with it, seconds.
+    pub(super) change_s: (u32, u32),
+    /// Whether it is served in every cycle.
+    pub(super) recall: bool,
+}
+
+/// What lies between two barriers: phases per ring, in their order.
+pub(super) type Side = [Vec<usize>; 2];
+
+/// The phases of a signal.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Plan {
+    /// The phases.
+    pub(super) phases: Vec<Phase>,
+    /// The sides, the main street first.
+    pub(super) sides: Vec<Side>,
+    /// Links that are green whenever they may be.
+    pub(super) overlaps: Vec<usize>,
+    /// Whether the phases are the greens of the signal's own program.
+    pub(super) stages: bool,
+}
+
+impl Plan {
+    /// Returns the phases of a signal.
+    ///
+    /// # Arguments
+    ///
+    /// * `own` — greens of its own program, in its order.
+    pub(super) fn new(links: &Links, own: &[String], timing: &Timing, config: &Config) -> Self {
+        let rings = (!links.mixed).then(|| streets(links)).flatten();
+        let plan = rings.map(|streets| Builder { links, timing, config }.rings(&streets));
+        plan.filter(|plan| plan.is_sound(links))
+            .unwrap_or_else(|| Builder { links, timing, config }.stages(own))
+    }
+
+    /// Whether every link for cars has green and phases that may be green together fit.
+    fn is_sound(&self, links: &Links) -> bool {
+        let fit = |a: usize, b: usize| {
+            let all = |link: &usize| self.phases[b].links.iter().all(|l| links.together(*link, *l));
+            self.phases[a].links.iter().all(all)
+        };
+        let sides = self
+            .sides
+            .iter()
+            .all(|[first, second]| first.iter().all(|a| second.iter().all(|b| fit(*a, *b))));
+        sides
+            && (0..links.count()).filter(|l| links.cars[*l].is_some()).all(|link| {
+                self.phases.iter().any(|p| p.links.contains(&link))
+                    || self.sides.iter().any(|side| self.at_rest(side, links)[link])
+            })
+    }
+
+    /// Returns what is green while a side's last phases are.
+    pub(super) fn at_rest(&self, side: &Side, links: &Links) -> Vec<bool> {
+        let mut green = vec![false; links.count()];
+        for phase in side.iter().filter_map(|ring| ring.last()) {
+            self.phases[*phase].links.iter().for_each(|link| green[*link] = true);
+        }
+        for &link in &self.overlaps {
+            green[link] = green[link] || links.fits(link, &green);
+        }
+        green
+    }
+}
+
+/// What phases are made of.
+struct Builder<'a> {
+    links: &'a Links,
+    timing: &'a Timing,
+    config: &'a Config,
+}
+
+impl Builder<'_> {
+    /// Returns streets as two rings.
+    fn rings(&self, streets: &[Street]) -> Plan {
+        let links = self.links;
+        let is_overlap = |link: &usize| matches!(links.turn(*link), None | Some(Turn::Right));
+        let mut plan = Plan {
+            phases: Vec::new(),
+            sides: Vec::new(),
+            overlaps: (0..links.count()).filter(is_overlap).collect(),
+            stages: false,
+        };
+        let mut next_number = 9;
+        for (place, street) in streets.iter().enumerate() {
+            let numbers: [u32; 4] = match place {
+                0 => [1, 2, 5, 6],
+                1 => [3, 4, 7, 8],
+                _ => {
+                    next_number += 4;
+                    std::array::from_fn(|i| next_number - 4 + i as u32)
+                }
+            };
+            self.add(&mut plan, street, numbers, place == 0);
+        }
+        plan
+    }
+
+    fn add(&self, plan: &mut Plan, street: &Street, numbers: [u32; 4], is_main: bool) {
+        let links = self.links;
+        let state = &links.states[street.state];
+        let through = |approach: usize| -> Vec<usize> {
+            links.of_approach(approach).filter(|l| is_green(state, *l)).collect()
+        };
+        let recall = match self.config.recall {
+            Recall::None => false,
+            Recall::Main => is_main,
+            Recall::All => true,
+        };
+        let all: Vec<usize> = street.approaches.iter().flat_map(|a| through(*a)).collect();
+        let together = self.state(&all);
+        let min_s = self.timing.min_green_s(&together);
+        let limit_s = self.timing.max_green_s(&together);
+        let max_s = self.max_s(self.config.max_green_s, min_s, limit_s);
+        let mut side: Side = [Vec::new(), Vec::new()];
+        for (ring, &approach) in street.approaches.iter().enumerate() {
+            let own_lefts = street.lefts[ring];
+            let own = through(approach);
+            let detectors = self.detectors(approach, &own, own_lefts);
+            let change_s = self.change_s(&own);
+            let number = numbers[2 * ring + 1];
+            let serves = if street.approaches.len() == 1 { "approach" } else { "through" };
+            let links = own;
+            let phase =
+                Phase { number, serves, links, detectors, min_s, max_s, limit_s, change_s, recall };
+            plan.phases.push(phase);
+            side[ring].push(plan.phases.len() - 1);
+        }
+        // The left turns of an approach are in the ring of the opposing one, before it.
+        for (k, &approach) in street.approaches.iter().enumerate().filter(|(k, _)| street.lefts[*k])
+        {
+            let ring = 1 - k;
+            let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
+            let own: Vec<usize> = links.of_approach(approach).filter(is_left).collect();
+            let min_s = self.timing.min_green_s(&self.state(&own));
+            let change_s = self.change_s(&own);
+            let left_room_s = max_s.saturating_sub(change_s.0 + change_s.1 + plan_min(plan, &side));
+            let max_s = self.config.left_max_green_s.min(left_room_s).max(min_s);
+            let phase = Phase {
+                number: numbers[2 * ring],
+                serves: "left",
+                detectors: self.left_detectors(&own),
+                links: own,
+                min_s,
+                max_s,
+                limit_s,
+                change_s,
+                recall: false,
+            };
+            plan.phases.push(phase);
+            side[ring].insert(0, plan.phases.len() - 1);
+        }
+        plan.sides.push(side);
+    }
+
+    /// Returns greens as phases, one after the other.
+    fn stages(&self, own: &[String]) -> Plan {
+        let mut states: Vec<&String> = Vec::new();
+        own.iter().for_each(|s| {
+            if !states.contains(&s) {
+                states.push(s);
+            }
+        });
+        let mut plan =
+            Plan { phases: Vec::new(), sides: Vec::new(), overlaps: Vec::new(), stages: true };
+        for (place, state) in states.iter().enumerate() {
+            let links: Vec<usize> =
+                (0..self.links.count()).filter(|l| is_green(state, *l)).collect();
+            let min_s = self.timing.min_green_s(state);
+            let limit_s = self.timing.max_green_s(state);
+            let recall = match self.config.recall {
+                Recall::None => false,
+                Recall::Main => place == 0,
+                Recall::All => true,
+            };
+            plan.phases.push(Phase {
+                number: place as u32 + 1,
+                serves: "stage",
+                detectors: self.stage_detectors(place, &states),
+                change_s: self.change_s(&links),
+                links,
+                min_s,
+                max_s: self.max_s(self.config.max_green_s, min_s, limit_s),
+                limit_s,
+                recall,
+            });
+            plan.sides.push([vec![place], Vec::new()]);
+        }
+        plan
+    }
+
+    fn max_s(&self, wanted_s: u32, min_s: u32, limit_s: Option<u32>) -> u32 {
+        wanted_s.min(limit_s.unwrap_or(u32::MAX)).max(min_s)
+    }
+
+    /// Returns the state in which some links are green, and nothing else.
+    fn state(&self, green: &[usize]) -> String {
+        (0..self.links.count()).map(|l| if green.contains(&l) { 'G' } else { 'r' }).collect()
+    }
+
+    /// Returns yellow and red after some links.
+    fn change_s(&self, links: &[usize]) -> (u32, u32) {
+        let change = self.timing.change(&self.state(links), &self.state(&[]));
+        change.map_or((0, 0), |change| (change.yellow_s, change.all_red_s))
+    }
+
+    fn reach_m(&self, lane: usize) -> f64 {
+        match self.links.is_lane_for(lane, Turn::Left) {
+            true => self.config.left_detector_m,
+            false => self.config.detector_m,
+        }
+    }
+
+    /// Returns the detectors of an approach's phase.
+    fn detectors(&self, approach: usize, served: &[usize], own_lefts: bool) -> Vec<Detector> {
+        let links = self.links;
+        let mut detectors = Vec::new();
+        for lane in lanes(links, links.of_approach(approach)) {
+            let of_lane: Vec<usize> = on_lane(links, lane).collect();
+            let left = links.is_lane_for(lane, Turn::Left);
+            if !of_lane.iter().any(|l| served.contains(l)) || (left && own_lefts) {
+                continue;
+            }
+            let right = links.is_lane_for(lane, Turn::Right);
+            detectors.push(Detector {
+                lane,
+                reach_m: self.reach_m(lane),
+                calls: true,
+                served_by: if right { of_lane } else { Vec::new() },
+            });
+        }
+        detectors
+    }
+
+    /// Returns the detectors of left turns with a phase of their own.
+    fn left_detectors(&self, own: &[usize]) -> Vec<Detector> {
+        let own_lanes = lanes(self.links, own.iter().copied());
+        let is_own = |lane: &usize| self.links.is_lane_for(*lane, Turn::Left);
+        let detector = |lane| Detector {
+            lane,
+            reach_m: self.reach_m(lane),
+            calls: true,
+            served_by: Vec::new(),
+        };
+        own_lanes.into_iter().filter(is_own).map(detector).collect()
+    }
+
+    /// Returns the detectors of a stage: lanes that no other serves better.
+    fn stage_detectors(&self, place: usize, states: &[&String]) -> Vec<Detector> {
+        let links = self.links;
+        let value = |state: &String, lane: usize| {
+            let letter = |link: usize| match state.as_bytes()[link] {
+                b'G' => 2,
+                b'g' => 1,
+                _ => 0,
+            };
+            on_lane(links, lane).map(letter).sum::<u32>()
+        };
+        let mut detectors = Vec::new();
+        for lane in lanes(links, 0..links.count()) {
+            let best = states.iter().map(|s| value(s, lane)).max().unwrap_or(0);
+            let first = states.iter().position(|s| best > 0 && value(s, lane) == best);
+            if first.is_some() && value(states[place], lane) == best {
+                detectors.push(Detector {
+                    lane,
+                    reach_m: self.reach_m(lane),
+                    calls: first == Some(place),
+                    served_by: on_lane(links, lane).collect(),
+                });
+            }
+        }
+        detectors
+    }
+}
+
+/// Returns the shortest green of a side's through phases.
+fn plan_min(plan: &Plan, side: &Side) -> u32 {
+    let last = side.iter().filter_map(|ring| ring.last());
+    last.map(|phase| plan.phases[*phase].min_s).max().unwrap_or(0)
+}
+
+/// Returns the lanes of some links, ascending.
+fn lanes(links: &Links, of: impl Iterator<Item = usize>) -> Vec<usize> {
+    let cars = of.filter_map(|link| links.cars[link].as_ref());
+    let mut lanes: Vec<usize> = cars.flat_map(|car| car.lanes.iter().copied()).collect();
+    lanes.sort_unstable();
+    lanes.dedup();
+    lanes
+}
+
+/// Returns the links that start on a lane.
+fn on_lane(links: &Links, lane: usize) -> impl Iterator<Item = usize> + '_ {
+    let is =
+        move |link: &usize| links.cars[*link].as_ref().is_some_and(|c| c.lanes.contains(&lane));
+    (0..links.count()).filter(is)
+}

@@ -1,0 +1,459 @@
+//! How the rings go on, second by second.
+//!
+//! A green may end once it has lasted its least and nobody has passed its detectors for the passage time, or it has
+//! lasted its longest, and another phase is called that cannot run beside it:
+//! - **Within a side** the ring goes on to its next phase that is called; the other ring does not notice.
+//! - **Across a barrier** both rings go together, when neither has a called phase left and both may end. A through
+//!   phase at its longest takes the other ring with it. The next side is the first in order of which a phase is
+//!   called. A ring without a call there serves its through phase beside the other ring's (dual entry).
+//! - **Back to the same side**, for a left turn that came too late: both rings end first.
+//!
+//! What is never shown, whatever the plan says:
+//! - a link beside one that it conflicts with, or before that one's yellow and red are over;
+//! - the yellow of a left turn that yields, beside the green of whom it yields to (the yellow trap): that green ends
+//!   with it;
+//! - a green shorter than its least. A phase begins within a side only if the other ring can wait for it.
+//!
+//! A link that is green in a phase and in the one after it stays green in between, as in every other program here.
+
+use osm_signals::Turn;
+
+use super::links::Links;
+use super::plan::Plan;
+use crate::timing::Timing;
+
+/// What the detectors of every phase say in a second.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Seen {
+    /// Whether a vehicle calls it.
+    pub(super) calls: Vec<bool>,
+    /// Whether a vehicle prolongs it.
+    pub(super) extends: Vec<bool>,
+}
+
+/// What a ring does.
+#[derive(Debug, Clone, PartialEq)]
+enum Stage {
+    /// Nothing: the side has no phase for it.
+    Idle,
+    Green {
+        phase: usize,
+        for_s: u32,
+        /// Time since a vehicle was last seen.
+        gap_s: u32,
+    },
+    Change {
+        next: Option<usize>,
+        left_s: u32,
+        /// Links that stay green meanwhile.
+        held: Vec<usize>,
+    },
+}
+
+/// The rings of a signal.
+#[derive(Debug, Clone)]
+pub(super) struct Rings {
+    links: Links,
+    plan: Plan,
+    timing: Timing,
+    passage_s: u32,
+    side: usize,
+    stages: [Stage; 2],
+    green: Vec<bool>,
+    /// Yellow that is left per link, seconds.
+    yellow_s: Vec<u32>,
+    /// Yellow and red that is left per link, seconds.
+    clearing_s: Vec<u32>,
+    shown: String,
+}
+
+impl Rings {
+    /// Returns the rings of a signal as they begin: the through phases of the main street are green.
+    pub(super) fn new(links: Links, plan: Plan, timing: Timing, passage_s: u32) -> Self {
+        let count = links.count();
+        let stage = |ring: &Vec<usize>| match ring.last() {
+            Some(&phase) => Stage::Green { phase, for_s: 0, gap_s: 0 },
+            None => Stage::Idle,
+        };
+        let [first, second] = &plan.sides[0];
+        let stages = [stage(first), stage(second)];
+        let mut rings = Self {
+            links,
+            plan,
+            timing,
+            passage_s,
+            side: 0,
+            stages,
+            green: vec![false; count],
+            yellow_s: vec![0; count],
+            clearing_s: vec![0; count],
+            shown: String::new(),
+        };
+        rings.light();
+        rings.shown = rings.state();
+        rings
+    }
+
+    /// Returns the plan.
+    pub(super) fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Returns what is shown now.
+    pub(super) fn shown(&self) -> &str {
+        &self.shown
+    }
+
+    /// Whether all of some links are green.
+    pub(super) fn all_green(&self, links: &[usize]) -> bool {
+        links.iter().all(|link| self.green[*link])
+    }
+
+    /// Lets a second go by, at the end of which the detectors see something, and returns what is shown from then
+    /// on, if it is something else.
+    pub(super) fn second(&mut self, seen: &Seen) -> Option<&str> {
+        let mut moves = self.clearing_s.iter().any(|s| *s > 0);
+        self.elapse(seen);
+        moves |= self.begin();
+        // A change that takes no time may lead to a next one.
+        while self.advance(seen) || self.cross(seen) {
+            moves = true;
+            if !self.begin() {
+                break;
+            }
+        }
+        if !moves {
+            return None;
+        }
+        self.light();
+        let state = self.state();
+        if state == self.shown {
+            return None;
+        }
+        self.shown = state;
+        Some(&self.shown)
+    }
+
+    fn elapse(&mut self, seen: &Seen) {
+        for stage in &mut self.stages {
+            match stage {
+                Stage::Idle => {}
+                Stage::Green { phase, for_s, gap_s } => {
+                    *for_s += 1;
+                    *gap_s = if seen.extends[*phase] { 0 } else { *gap_s + 1 };
+                }
+                Stage::Change { left_s, .. } => *left_s = left_s.saturating_sub(1),
+            }
+        }
+        let clocks = self.yellow_s.iter_mut().chain(&mut self.clearing_s);
+        clocks.for_each(|s| *s = s.saturating_sub(1));
+    }
+
+    /// Begins the phases whose change is over, and says whether one did.
+    fn begin(&mut self) -> bool {
+        let mut any = false;
+        for ring in 0..2 {
+            let Stage::Change { next, left_s: 0, .. } = self.stages[ring] else { continue };
+            let clear = |link: &usize| {
+                let meets = |other: usize| !self.links.together(*link, other);
+                let waits =
+                    |other: usize| self.clearing_s[other] > 0 && (other == *link || meets(other));
+                !(0..self.links.count()).any(waits)
+            };
+            match next {
+                None => self.stages[ring] = Stage::Idle,
+                Some(phase) if self.plan.phases[phase].links.iter().all(clear) => {
+                    self.stages[ring] = Stage::Green { phase, for_s: 0, gap_s: 0 };
+                }
+                Some(_) => continue,
+            }
+            any = true;
+        }
+        any
+    }
+
+    /// Whether the phase of a ring may end; a ring without one may.
+    fn may_end(&self, ring: usize) -> bool {
+        match self.stages[ring] {
+            Stage::Idle => true,
+            Stage::Change { .. } => false,
+            Stage::Green { phase, for_s, gap_s } => {
+                let p = &self.plan.phases[phase];
+                for_s >= p.min_s && (gap_s >= self.passage_s || for_s >= p.max_s)
+            }
+        }
+    }
+
+    /// Whether a phase is called and not served.
+    fn waits(&self, phase: usize, seen: &Seen) -> bool {
+        let is_served = |stage: &Stage| match stage {
+            Stage::Green { phase: p, .. } => *p == phase,
+            _ => false,
+        };
+        (seen.calls[phase] || self.plan.phases[phase].recall) && !self.stages.iter().any(is_served)
+    }
+
+    /// Returns the phase of a ring to which it can go on within the side.
+    fn successor(&self, ring: usize, seen: &Seen) -> Option<usize> {
+        let Stage::Green { phase, .. } = self.stages[ring] else { return None };
+        let order = &self.plan.sides[self.side][ring];
+        let place = order.iter().position(|p| *p == phase)?;
+        let next = *order[place + 1..].iter().find(|next| self.waits(**next, seen))?;
+        self.has_room(ring, phase, next).then_some(next)
+    }
+
+    /// Whether a phase of a ring can begin after another one, and last its least, before the other ring's last phase
+    /// has been green for its longest.
+    fn has_room(&self, ring: usize, phase: usize, next: usize) -> bool {
+        let Stage::Green { phase: other, for_s, .. } = self.stages[1 - ring] else { return true };
+        if self.plan.sides[self.side][1 - ring].last() != Some(&other) {
+            return true;
+        }
+        let (yellow_s, red_s) = self.plan.phases[phase].change_s;
+        let needed_s = yellow_s + red_s + self.plan.phases[next].min_s;
+        for_s + needed_s <= self.plan.phases[other].max_s
+    }
+
+    /// Lets rings go on within their side, and says whether one did.
+    fn advance(&mut self, seen: &Seen) -> bool {
+        let mut any = false;
+        for ring in 0..2 {
+            if let Some(next) = self.successor(ring, seen)
+                && self.may_end(ring)
+            {
+                self.change(&[(ring, Some(next))], true);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Returns the side that is called next; this one, if it is called from its beginning.
+    fn called_side(&self, seen: &Seen) -> Option<usize> {
+        let count = self.plan.sides.len();
+        let called = |side: &usize| {
+            self.plan.sides[*side].iter().flatten().any(|phase| self.waits(*phase, seen))
+        };
+        let next = |k: usize| (self.side + k) % count;
+        (1..=count).map(next).find(called).or_else(|| {
+            // The limit holds even if nobody waits.
+            let at_limit = |stage: &Stage| match stage {
+                Stage::Green { phase, for_s, .. } => {
+                    self.plan.phases[*phase].limit_s.is_some_and(|limit| *for_s >= limit)
+                }
+                _ => false,
+            };
+            let over = count > 1 && self.stages.iter().any(at_limit);
+            over.then(|| next(1))
+        })
+    }
+
+    /// Lets both rings cross the barrier if they may, and says whether they do.
+    fn cross(&mut self, seen: &Seen) -> bool {
+        let Some(side) = self.called_side(seen) else { return false };
+        if (0..2).any(|ring| self.successor(ring, seen).is_some()) {
+            return false;
+        }
+        let order = &self.plan.sides[self.side];
+        let (mut all_may, mut forced, mut least) = (true, false, true);
+        for (ring, order) in order.iter().enumerate() {
+            all_may &= self.may_end(ring);
+            match self.stages[ring] {
+                Stage::Idle => {}
+                Stage::Change { .. } => least = false,
+                Stage::Green { phase, for_s, .. } => {
+                    let p = &self.plan.phases[phase];
+                    least &= for_s >= p.min_s;
+                    forced |= for_s >= p.max_s && order.last() == Some(&phase);
+                }
+            }
+        }
+        if !(all_may || (forced && least)) {
+            return false;
+        }
+        let first = |ring: usize| {
+            let order = &self.plan.sides[side][ring];
+            let called = |p: &&usize| seen.calls[**p] || self.plan.phases[**p].recall;
+            order.iter().find(called).or(order.last()).copied()
+        };
+        let changes = [(0, first(0)), (1, first(1))];
+        let again = side == self.side;
+        self.side = side;
+        self.change(&changes, !again);
+        true
+    }
+
+    /// Returns what is green when a phase is alone.
+    pub(super) fn alone(&self, phase: usize) -> String {
+        let mut green = vec![false; self.links.count()];
+        self.plan.phases[phase].links.iter().for_each(|link| green[*link] = true);
+        let letters = self.links.letters(&green, &vec![false; green.len()]);
+        letters.into_iter().map(char::from).collect()
+    }
+}
+
+/// What the rings make of the links: who stays green, who turns yellow, who may turn green.
+impl Rings {
+    /// Lets rings change: what ends turns yellow.
+    ///
+    /// # Arguments
+    ///
+    /// * `hold` — whether links that are green before and after stay green.
+    fn change(&mut self, changes: &[(usize, Option<usize>)], hold: bool) {
+        let next_links = |next: Option<usize>| match next {
+            Some(next) => self.plan.phases[next].links.as_slice(),
+            None => &[],
+        };
+        let mut coming = vec![false; self.links.count()];
+        for (_, next) in changes {
+            next_links(*next).iter().for_each(|link| coming[*link] = true);
+        }
+        let mut stages = self.stages.clone();
+        let old: Vec<Option<usize>> = (changes.iter())
+            .map(|(ring, _)| match self.stages[*ring] {
+                Stage::Green { phase, .. } => Some(phase),
+                _ => None,
+            })
+            .collect();
+        for (ring, next) in changes {
+            let mut held = Vec::new();
+            if hold && let Stage::Green { phase, .. } = self.stages[*ring] {
+                let own = &self.plan.phases[phase].links;
+                let stays = |link: &&usize| coming[**link] && self.green[**link];
+                held.extend(own.iter().filter(stays));
+            }
+            stages[*ring] = Stage::Change { next: *next, left_s: 0, held };
+        }
+        self.stages = stages;
+        let before = self.green.clone();
+        let mut barred = vec![false; before.len()];
+        loop {
+            let mut after = self.staying();
+            after.iter_mut().zip(&barred).for_each(|(after, barred)| *after &= !barred);
+            let traps = |link: usize, other: usize| {
+                let ends =
+                    before[link] && !after[link] && self.links.turn(link) == Some(Turn::Left);
+                ends && after[other] && self.links.yields(link, other)
+            };
+            let count = after.len();
+            let trap: Vec<bool> =
+                (0..count).map(|other| (0..count).any(|link| traps(link, other))).collect();
+            if !trap.contains(&true) {
+                self.end(&before, &after, changes, &old);
+                return;
+            }
+            for stage in &mut self.stages {
+                if let Stage::Change { held, .. } = stage {
+                    held.retain(|link| !trap[*link]);
+                }
+            }
+            // What stays by a phase that goes on has nobody who yields to it and ends; see `plan`.
+            barred.iter_mut().zip(trap).for_each(|(barred, trap)| *barred |= trap);
+        }
+    }
+
+    /// Lets links end that do not stay, and times the rings that change.
+    ///
+    /// # Arguments
+    ///
+    /// * `old` — the phases that were green in those rings.
+    fn end(
+        &mut self,
+        before: &[bool],
+        after: &[bool],
+        changes: &[(usize, Option<usize>)],
+        old: &[Option<usize>],
+    ) {
+        let letters = |green: &[bool]| -> String {
+            green.iter().map(|green| if *green { 'G' } else { 'r' }).collect()
+        };
+        let change = self.timing.change(&letters(before), &letters(after));
+        let (yellow_s, total_s) = change.map_or((0, 0), |c| (c.yellow_s, c.total_s()));
+        for link in (0..before.len()).filter(|l| before[*l] && !after[*l]) {
+            self.yellow_s[link] = yellow_s;
+            self.clearing_s[link] = total_s;
+        }
+        let (_, coming) = self.claimed();
+        for ((ring, _), old) in changes.iter().zip(old) {
+            // A left turn that stays green but loses its right of way takes its change as well.
+            let phase = old.map(|old| &self.plan.phases[old]);
+            let loses = |link: &usize| {
+                after[*link] && (0..coming.len()).any(|o| coming[o] && self.links.yields(*link, o))
+            };
+            let own_s = phase
+                .filter(|phase| phase.links.iter().any(loses))
+                .map_or(0, |phase| phase.change_s.0 + phase.change_s.1);
+            if let Stage::Change { left_s, .. } = &mut self.stages[*ring] {
+                *left_s = total_s.max(own_s);
+            }
+        }
+        self.green = after.to_vec();
+    }
+
+    /// Returns the links that are green by a phase, and those that are about to be.
+    fn claimed(&self) -> (Vec<bool>, Vec<bool>) {
+        let (mut now, mut coming) =
+            (vec![false; self.links.count()], vec![false; self.links.count()]);
+        for stage in &self.stages {
+            match stage {
+                Stage::Idle => {}
+                Stage::Green { phase, .. } => {
+                    self.plan.phases[*phase].links.iter().for_each(|link| now[*link] = true);
+                }
+                Stage::Change { next, held, .. } => {
+                    held.iter().for_each(|link| now[*link] = true);
+                    let next = next.iter().flat_map(|p| &self.plan.phases[*p].links);
+                    next.for_each(|link| coming[*link] = true);
+                }
+            }
+        }
+        (now, coming)
+    }
+
+    /// Returns the links that are green now and stay so with what the rings do.
+    fn staying(&self) -> Vec<bool> {
+        let (now, coming) = self.claimed();
+        let mut stay: Vec<bool> = now.iter().zip(&self.green).map(|(a, b)| *a && *b).collect();
+        for &link in &self.plan.overlaps {
+            let free = self.is_free(link, &now)
+                && self.is_free(link, &coming)
+                && self.links.fits(link, &stay);
+            stay[link] |= self.green[link] && free;
+        }
+        stay
+    }
+
+    /// Whether a link may be green beside others, and none of them would yield to it.
+    fn is_free(&self, link: usize, others: &[bool]) -> bool {
+        let yields = |other: usize| others[other] && self.links.yields(other, link);
+        self.links.fits(link, others) && !(0..others.len()).any(yields)
+    }
+
+    /// Turns green what is to be.
+    fn light(&mut self) {
+        let (now, coming) = self.claimed();
+        let mut green = self.staying();
+        for link in 0..green.len() {
+            green[link] |= now[link];
+        }
+        let clearing: Vec<bool> = self.clearing_s.iter().map(|s| *s > 0).collect();
+        for &link in &self.plan.overlaps {
+            green[link] |= self.clearing_s[link] == 0
+                && self.is_free(link, &now)
+                && self.is_free(link, &coming)
+                && self.links.fits(link, &green)
+                && self.is_free(link, &clearing);
+        }
+        self.green = green;
+    }
+
+    fn state(&self) -> String {
+        let (_, coming) = self.claimed();
+        let letters = self.links.letters(&self.green, &coming);
+        let letter = |(link, letter): (usize, u8)| match letter {
+            b'r' if self.yellow_s[link] > 0 => 'y',
+            letter => char::from(letter),
+        };
+        letters.into_iter().enumerate().map(letter).collect()
+    }
+}

@@ -1,0 +1,89 @@
+//! Signals written by hand, for the tests of the rings.
+
+use osm_signals::Turn;
+
+use super::links::{Car, Links};
+use super::plan::Plan;
+use super::rings::Rings;
+use crate::control::dual_ring::Config;
+use crate::settings::SignalSettings;
+use crate::timing::{Approach, Timing, Way};
+
+/// Approaches from the north clockwise as (heading, turns per lane), a link per turn.
+pub(super) fn links(approaches: &[(f64, &[&str])], states: &[&str]) -> Links {
+    let mut cars = Vec::new();
+    let mut lane = 0;
+    for (approach, (_, lanes)) in approaches.iter().enumerate() {
+        for turns in *lanes {
+            for turn in turns.chars() {
+                let turn = match turn {
+                    'r' => Turn::Right,
+                    's' => Turn::Through,
+                    _ => Turn::Left,
+                };
+                cars.push(Some(Car { approach, turn, lanes: vec![lane] }));
+            }
+            lane += 1;
+        }
+    }
+    let headings = approaches.iter().map(|(heading, _)| *heading).collect();
+    Links::of(cars, headings, false, states.iter().map(|s| (*s).to_owned()).collect(), &|_, _| true)
+}
+
+pub(super) const LANES: &[&str] = &["rs", "l"];
+pub(super) const ARMS: [(f64, &[&str]); 4] =
+    [(180.0, LANES), (270.0, LANES), (0.0, LANES), (90.0, LANES)];
+
+/// Links right, through, left from the north clockwise; right turns run beside the lefts of the cross street.
+pub(super) const GREENS: [&str; 4] =
+    ["GGgrrrGGgrrr", "rrGGrrrrGGrr", "rrrGGgrrrGGg", "GrrrrGGrrrrG"];
+
+/// Four arms with left lanes.
+pub(super) fn cross() -> Links {
+    links(&ARMS, &GREENS)
+}
+
+/// From the north left into the stem, the stem, from the south.
+pub(super) fn tee() -> Links {
+    let arms: [(f64, &[&str]); 3] = [(180.0, &["s", "l"]), (270.0, &["rl"]), (0.0, &["rs"])];
+    links(&arms, &["GgrrGG", "GGGrrr", "rrGGGr"])
+}
+
+/// The same with a fifth arm that has a green of its own.
+pub(super) fn five() -> Links {
+    let mut arms = ARMS.to_vec();
+    arms.push((45.0, &["rsl"]));
+    let greens =
+        [GREENS.map(|g| format!("{g}rrr")).as_slice(), &["rrrrrrrrrrrrGGG".into()]].concat();
+    links(&arms, &greens.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// 10 s of least green, 5 s for lefts, 3 s of yellow, 1 s of red.
+pub(super) fn settings() -> SignalSettings {
+    SignalSettings {
+        min_green_s: 10,
+        min_left_green_s: 5,
+        all_red_s: 1,
+        ..SignalSettings::default()
+    }
+}
+
+pub(super) fn timing(links: &Links, settings: &SignalSettings) -> Timing {
+    let approach =
+        |heading_deg: &f64| Approach { heading_deg: *heading_deg, width_m: 10.0, speed_mps: 14.0 };
+    let ways = |car: &Option<Car>| {
+        car.iter().map(|c| Way { approach: c.approach, turn: c.turn }).collect()
+    };
+    let approaches = links.headings.iter().map(approach).collect();
+    Timing::new(settings, approaches, links.cars.iter().map(ways).collect())
+}
+
+pub(super) fn config() -> Config {
+    Config { max_green_s: 40, left_max_green_s: 20, ..Config::default() }
+}
+
+pub(super) fn rings(links: &Links, config: &Config, settings: &SignalSettings) -> Rings {
+    let timing = timing(links, settings);
+    let plan = Plan::new(links, &links.states, &timing, config);
+    Rings::new(links.clone(), plan, timing, config.passage_s)
+}

@@ -1,0 +1,333 @@
+//! Rings on links written by hand: what is shown, second by second.
+
+use osm_signals::Turn;
+
+use super::links::Links;
+use super::plan::Plan;
+use super::rings::{Rings, Seen};
+use super::shapes::{ARMS, GREENS, config, cross, five, links, rings, settings, tee, timing};
+use crate::control::dual_ring::{Config, Recall};
+use crate::settings::SignalSettings;
+
+/// Vehicles on the detectors of a phase, from a second to another one.
+type On = (u32, std::ops::Range<usize>);
+
+/// Plays so many seconds and returns the states with the seconds for which they are shown.
+fn play(rings: &mut Rings, vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
+    let mut shown: Vec<(String, usize)> = Vec::new();
+    for second in 0..seconds {
+        match shown.last_mut() {
+            Some((state, count)) if state == rings.shown() => *count += 1,
+            _ => shown.push((rings.shown().to_owned(), 1)),
+        }
+        let on = |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
+        let seen: Vec<bool> = rings.plan().phases.iter().map(|p| on(p.number)).collect();
+        rings.second(&Seen { calls: seen.clone(), extends: seen });
+    }
+    shown
+}
+
+fn shown(vehicles: &[On], seconds: usize) -> Vec<(String, usize)> {
+    play(&mut rings(&cross(), &config(), &settings()), vehicles, seconds)
+}
+
+fn expected(states: &[(&str, usize)]) -> Vec<(String, usize)> {
+    states.iter().map(|(state, seconds)| ((*state).to_owned(), *seconds)).collect()
+}
+
+const MAIN: &str = "GGgrrrGGgrrr";
+const MAIN_ENDS: &str = "yyyrrryyyrrr";
+const RED: &str = "rrrrrrrrrrrr";
+const SIDE: &str = "rrrGGgrrrGGg";
+const SIDE_ENDS: &str = "rrryyyrrryyy";
+
+/// The numbers of every ring of every side.
+fn numbers(plan: &Plan) -> Vec<[Vec<u32>; 2]> {
+    let of = |ring: &Vec<usize>| ring.iter().map(|p| plan.phases[*p].number).collect();
+    plan.sides.iter().map(|side| [of(&side[0]), of(&side[1])]).collect()
+}
+
+fn plan(links: &Links) -> Plan {
+    Plan::new(links, &links.states, &timing(links, &settings()), &config())
+}
+
+#[test]
+fn four_arms_with_left_lanes_have_eight_phases_around_a_barrier() {
+    let plan = plan(&cross());
+    assert_eq!(numbers(&plan), [[vec![1, 2], vec![5, 6]], [vec![3, 4], vec![7, 8]]]);
+    let links = |number| plan.phases.iter().find(|p| p.number == number).unwrap().links.clone();
+    // 2 comes from the north; its own left is 5, and 1 that of the south.
+    assert_eq!((links(2), links(5), links(1)), (vec![0, 1, 2], vec![2], vec![8]));
+    assert_eq!((links(4), links(7), links(3)), (vec![3, 4, 5], vec![5], vec![11]));
+}
+
+#[test]
+fn lefts_that_share_lanes_have_no_phase_of_their_own() {
+    let shared: &[&str] = &["rsl"];
+    let arms = ARMS.map(|(heading, _)| (heading, shared));
+    let plan = plan(&links(&arms, &[GREENS[0], GREENS[2]]));
+    assert_eq!(numbers(&plan), [[vec![2], vec![6]], [vec![4], vec![8]]]);
+}
+
+#[test]
+fn the_stem_of_a_t_is_a_side_of_its_own() {
+    let plan = plan(&tee());
+    assert_eq!(numbers(&plan), [[vec![2], vec![5, 6]], [vec![4], vec![]]]);
+    assert_eq!(plan.phases[3].serves, "approach");
+}
+
+#[test]
+fn one_way_streets_have_a_phase_each() {
+    let one_way: [(f64, &[&str]); 2] = [(180.0, &["rs", "l"]), (90.0, &["s", "l"])];
+    let plan = plan(&links(&one_way, &["GGGrr", "rrrGG"]));
+    assert_eq!(numbers(&plan), [[vec![2], vec![]], [vec![4], vec![]]]);
+}
+
+#[test]
+fn five_arms_are_three_sides_and_two_of_them_keep_their_lefts() {
+    let plan = plan(&five());
+    let expected = [[vec![1, 2], vec![5, 6]], [vec![3, 4], vec![7, 8]], [vec![10], vec![]]];
+    assert_eq!(numbers(&plan), expected);
+}
+
+#[test]
+fn approaches_that_no_green_serves_together_are_split() {
+    let split = ["GGGrrrrrrrrr", "rrrrrrGGGrrr", "rrrGGgrrrGGg"];
+    let plan = plan(&links(&ARMS, &split));
+    let expected = [[vec![2], vec![6]], [vec![4], vec![]], [vec![10], vec![]]];
+    assert_eq!(numbers(&plan), expected);
+}
+
+#[test]
+fn a_lead_and_a_lag_that_are_never_green_together_make_no_pair_of_lefts() {
+    let lead_lag = ["GGGrrrrrrrrr", "GGgrrrGGgrrr", "rrrrrrGGGrrr", "rrrGGgrrrGGg"];
+    assert_eq!(numbers(&plan(&links(&ARMS, &lead_lag)))[0], [vec![2], vec![6]]);
+}
+
+#[test]
+fn greens_that_make_no_rings_are_stages_in_their_order() {
+    // The through traffic from the north has green in two greens, one link at a time.
+    let parts: [(f64, &[&str]); 2] = [(180.0, &["r", "s", "s"]), (90.0, &["s"])];
+    let plan = plan(&links(&parts, &["GGrr", "GrGr", "rrrG"]));
+    assert!(plan.stages);
+    assert_eq!(numbers(&plan).len(), 3);
+}
+
+#[test]
+fn a_phase_that_nobody_calls_is_skipped_and_the_main_street_is_recalled() {
+    let all = shown(&[(4, 0..11)], 60);
+    let end = 60 - 10 - 4 - 10 - 4;
+    let greens = [(MAIN, 10), (MAIN_ENDS, 3), (RED, 1), (SIDE, 10), (SIDE_ENDS, 3), (RED, 1)];
+    assert_eq!(all, [expected(&greens), expected(&[(MAIN, end)])].concat());
+}
+
+#[test]
+fn without_recall_a_signal_rests_where_it_served_last() {
+    let config = Config { recall: Recall::None, ..config() };
+    let all = play(&mut rings(&cross(), &config, &settings()), &[(4, 0..11)], 90);
+    assert_eq!(all.last().unwrap(), &(SIDE.to_owned(), 76));
+}
+
+#[test]
+fn a_green_ends_when_nobody_passes_for_the_passage_time() {
+    // Seen in the seconds that end at 1 to 15; at 17 nobody has passed for two.
+    assert_eq!(shown(&[(8, 0..30), (2, 0..15)], 30)[0], (MAIN.to_owned(), 17));
+}
+
+#[test]
+fn a_green_ends_at_its_longest_while_another_phase_is_called() {
+    assert_eq!(shown(&[(8, 0..99), (2, 0..99)], 60)[0], (MAIN.to_owned(), 40));
+    assert_eq!(shown(&[(2, 0..99)], 90), expected(&[(MAIN, 90)]), "nobody else");
+}
+
+#[test]
+fn the_limit_of_the_signal_holds_even_if_nobody_else_is_there() {
+    let settings = SignalSettings { max_green_s: Some(30), ..settings() };
+    let all = play(&mut rings(&cross(), &config(), &settings), &[(2, 0..99)], 50);
+    assert_eq!(all[0], (MAIN.to_owned(), 30));
+    assert_eq!(all[3], (SIDE.to_owned(), 10));
+}
+
+#[test]
+fn both_rings_cross_the_barrier_together() {
+    // 2 could end at 12, 6 at 22.
+    let all = shown(&[(4, 0..30), (2, 0..10), (6, 0..20)], 30);
+    assert_eq!(all[..2], expected(&[(MAIN, 22), (MAIN_ENDS, 3)]));
+}
+
+#[test]
+fn rings_cross_when_both_have_a_gap_at_once() {
+    // When 6 has its gap, somebody passes on 2 again.
+    let all = shown(&[(4, 0..40), (2, 0..10), (6, 0..18), (2, 17..25)], 40);
+    assert_eq!(all[..2], expected(&[(MAIN, 27), (MAIN_ENDS, 3)]));
+}
+
+#[test]
+fn lefts_lead_and_each_ring_goes_on_by_itself() {
+    let mut rings = rings(&cross(), &config(), &settings());
+    play(&mut rings, &[(4, 0..11)], 20);
+    // In the last seconds of the side street both lefts of the main street are called.
+    let all = play(&mut rings, &[(1, 0..20), (5, 0..11), (2, 0..99), (6, 0..99)], 40);
+    let lefts = [
+        (SIDE, 4),
+        (SIDE_ENDS, 3),
+        (RED, 1),
+        // 1 and 5, with the right turns of the side street.
+        ("rrGGrrrrGGrr", 5),
+        // 5 ends, 1 goes on; what has not been seen beside 6 ends too.
+        ("rryyrrrrGyrr", 3),
+        ("rrrrrrrrGrrr", 1),
+        ("rrrrrrGGGrrr", 5),
+    ];
+    assert_eq!(all[..7], expected(&lefts)[..], "{all:#?}");
+}
+
+#[test]
+fn a_left_that_comes_too_late_is_served_after_both_through_phases_have_ended() {
+    // With 2 alone ending, the left turns of the south would see yellow beside the green of the north: the trap.
+    let all = shown(&[(5, 20..99), (2, 0..99), (6, 0..99)], 60);
+    let both_end = [(MAIN, 40), (MAIN_ENDS, 3), (RED, 1), ("GGGrrrrrrrrr", 16)];
+    assert_eq!(all, expected(&both_end));
+}
+
+#[test]
+fn a_left_of_which_nobody_opposes_has_right_of_way_and_yields_again_in_time() {
+    let mut rings = rings(&cross(), &config(), &settings());
+    play(&mut rings, &[(5, 20..45), (2, 0..99), (6, 0..99)], 45);
+    // Its yellow and red: it has no right of way any more, and 6 waits.
+    let all = play(&mut rings, &[(2, 0..99), (6, 0..99)], 20);
+    let expected = expected(&[("GGGrrrrrrrrr", 4), ("GGgrrrrrrrrr", 4), (MAIN, 12)]);
+    assert_eq!(all, expected);
+}
+
+#[test]
+fn a_phase_begins_within_a_side_only_if_the_other_ring_can_wait_for_it() {
+    // 2 and 5 rest; 6 is called when 2 has 12 s left, of which the change and its least green would take 14.
+    let config = Config { recall: Recall::None, ..config() };
+    let mut rings = rings(&cross(), &config, &settings());
+    play(&mut rings, &[(5, 0..99), (2, 0..99), (6, 0..10)], 44);
+    assert_eq!(rings.shown(), "GGGrrrrrrrrr");
+    let all = play(&mut rings, &[(2, 0..99), (6, 28..99), (4, 28..99)], 60);
+    assert_eq!(all[0], ("GGGrrrrrrrrr".to_owned(), 40), "{all:#?}");
+}
+
+/// What a state must never show, and what no link may do; in words.
+fn violations(states: &[String], links: &Links, least: impl Fn(usize) -> usize) -> Vec<String> {
+    let at = |second: usize, link: usize| states[second].as_bytes()[link];
+    let green = |second, link| matches!(at(second, link), b'G' | b'g');
+    let mut wrong = Vec::new();
+    for second in 1..states.len() {
+        for a in 0..links.count() {
+            for b in (0..links.count()).filter(|b| *b != a) {
+                let meet = !links.together(a, b);
+                if green(second, a) && green(second, b) && meet {
+                    wrong.push(format!("{second} s: links {a} and {b} are green"));
+                }
+                if green(second, a) && at(second, b) == b'y' && meet {
+                    wrong.push(format!("{second} s: link {a} is green beside the yellow of {b}"));
+                }
+                let begins = green(second, a) && !green(second - 1, a);
+                if begins && meet && (second.saturating_sub(4)..second).any(|s| green(s, b)) {
+                    wrong.push(format!("{second} s: link {a} begins before {b} is clear"));
+                }
+                let trapped = at(second, a) == b'y'
+                    && links.turn(a) == Some(Turn::Left)
+                    && links.yields(a, b)
+                    && green(second, b);
+                if trapped {
+                    wrong.push(format!("{second} s: the yellow of {a} is a trap beside {b}"));
+                }
+            }
+        }
+    }
+    for link in 0..links.count() {
+        let mut begin = None;
+        for second in 1..states.len() {
+            match (green(second - 1, link), green(second, link), begin) {
+                (false, true, _) => begin = Some(second),
+                (true, false, Some(since)) if second - since < least(link) => {
+                    wrong.push(format!("{since} s: link {link} has {} s", second - since));
+                }
+                _ => {}
+            }
+            let yellow = (second..states.len()).take_while(|s| at(*s, link) == b'y').count();
+            let whole = second + yellow < states.len();
+            if green(second - 1, link) && !green(second, link) && whole && yellow != 3 {
+                wrong.push(format!("{second} s: link {link} has {yellow} s of yellow"));
+            }
+        }
+    }
+    wrong
+}
+
+/// Plays vehicles that come and go at random.
+fn random(links: &Links, config: &Config, seconds: usize) -> Vec<String> {
+    let mut rings = rings(links, config, &settings());
+    let phases = rings.plan().phases.len();
+    let mut on = vec![false; phases];
+    let mut state = 1_u64;
+    let mut states = Vec::new();
+    for second in 0..seconds {
+        states.push(rings.shown().to_owned());
+        for vehicle in &mut on {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let draw = (state >> 40) % 100;
+            // Quiet and busy times.
+            let (comes, goes) = if second / 500 % 2 == 0 { (3, 30) } else { (30, 10) };
+            *vehicle = if *vehicle { draw >= goes } else { draw < comes };
+        }
+        rings.second(&Seen { calls: on.clone(), extends: on.clone() });
+    }
+    states
+}
+
+#[test]
+fn whatever_comes_nothing_forbidden_is_shown_and_everybody_is_served() {
+    let cases = [
+        cross(),
+        five(),
+        tee(),
+        links(&ARMS, &["GGGrrrrrrrrr", "rrrrrrGGGrrr", "rrrGGgrrrGGg"]),
+        // Lefts that are never permissive.
+        links(&ARMS, &["GGrrrrGGrrrr", "rrGrrrrrGrrr", "rrrGGrrrrGGr", "rrrrrGrrrrrG"]),
+        // Stages.
+        links(&[(180.0, &["r", "s", "s"]), (90.0, &["s"])], &["GGrr", "GrGr", "rrrG"]),
+    ];
+    for (case, links) in cases.iter().enumerate() {
+        for recall in [Recall::None, Recall::Main, Recall::All] {
+            let states = random(links, &Config { recall, ..config() }, 10_000);
+            let stages = case == 5;
+            let least = |link: usize| match links.turn(link) {
+                Some(Turn::Through) if !stages => 10,
+                _ => 5,
+            };
+            let wrong = violations(&states, links, least);
+            assert!(wrong.is_empty(), "{case} {recall:?}: {:#?}", &wrong[..wrong.len().min(9)]);
+            for link in 0..links.count() {
+                let served = states.iter().filter(|s| matches!(s.as_bytes()[link], b'G' | b'g'));
+                assert!(served.count() > 50, "{case}: link {link}");
+            }
+        }
+    }
+}
+
+#[test]
+fn planted_violations_are_found() {
+    let states = |script: &[(&str, usize)]| -> Vec<String> {
+        script.iter().flat_map(|(s, count)| vec![(*s).to_owned(); *count]).collect()
+    };
+    let found = |script: &[(&str, usize)], what: &str| {
+        let wrong = violations(&states(script), &cross(), |_| 5);
+        assert!(wrong.iter().any(|w| w.contains(what)), "{what}: {wrong:?}");
+    };
+    found(&[(RED, 5), ("GGgGrrrrrrrr", 9)], "links 1 and 3 are green");
+    found(&[(RED, 5), (MAIN, 9), (MAIN_ENDS, 2), (RED, 9)], "2 s of yellow");
+    found(&[(RED, 5), (MAIN, 9), (MAIN_ENDS, 3), (SIDE, 9)], "begins before");
+    found(&[(RED, 5), (MAIN, 4), (MAIN_ENDS, 3), (RED, 9)], "link 1 has 4 s");
+    found(&[(MAIN, 9), ("GGgrrrGGyrrr", 3), ("GGgrrrGGrrrr", 5)], "trap");
+    found(&[(MAIN, 9), ("yyyrrrGGgrrr", 3), (RED, 5)], "trap");
+    let fair = [(MAIN, 9), (MAIN_ENDS, 3), (RED, 1), (SIDE, 9)];
+    assert!(violations(&states(&fair), &cross(), |_| 5).is_empty());
+}

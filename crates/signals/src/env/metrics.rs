@@ -1,0 +1,44 @@
+//! What an episode is judged by.
+
+use crate::control::EpisodeOutcome;
+use crate::sim::StepCounts;
+use crate::sim::tripinfo::TripTotals;
+
+/// What an episode is judged by.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EpisodeMetrics {
+    /// Sums over vehicles.
+    pub trips: TripTotals,
+    /// Events during the episode.
+    pub counts: StepCounts,
+    /// Mean over decisions of the halting vehicles on all incoming lanes.
+    pub queue_veh: f64,
+    /// Largest number of halting vehicles at a decision.
+    pub max_queue_veh: f64,
+    /// Vehicles seen per hour, per signal and lane of the signal.
+    pub lane_flow_vph: Vec<Vec<f64>>,
+}
+
+impl EpisodeMetrics {
+    /// Mean delay per vehicle, seconds; `None` without vehicles, where 0 would be the best delay.
+    ///
+    /// Source: RESCO, utils/readXML.py: time loss plus departure delay over all vehicles.
+    pub fn delay_s(&self) -> Option<f64> {
+        self.per_vehicle(self.trips.delay_s)
+    }
+
+    /// Mean waiting time per vehicle, seconds; `None` without vehicles.
+    pub fn waiting_s(&self) -> Option<f64> {
+        self.per_vehicle(self.trips.waiting_s)
+    }
+
+    fn per_vehicle(&self, sum: f64) -> Option<f64> {
+        (self.trips.vehicles > 0).then(|| sum / f64::from(self.trips.vehicles))
+    }
+
+    /// Returns what training may use of the episode; `None` without vehicles.
+    pub fn outcome(&self) -> Option<EpisodeOutcome> {
+        let lane_flow_vph = self.lane_flow_vph.clone();
+        Some(EpisodeOutcome { delay_s: self.delay_s()?, lane_flow_vph })
+    }
+}

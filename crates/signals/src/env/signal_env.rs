@@ -1,0 +1,421 @@
+//! The signals of a world, driven step by step: reset, drive, step, finish.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use crate::control::{Drive, GreenPhase, Observation, SignalSpec};
+use crate::settings::{SignalSettings, SimulationSettings};
+use crate::sim::error::SimError;
+use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
+use basics::units::SECONDS_PER_HOUR;
+
+use super::cabinet::Cabinet;
+use super::derive::{DerivedSignal, derive};
+use super::dual_ring::DualRing;
+use super::limits::share_turns;
+use super::metrics::EpisodeMetrics;
+use super::observe::Observer;
+use super::side::as_right_hand;
+use super::signal::{aligned, program};
+use super::world::World;
+
+/// State of the decision process after a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// The process has reached a terminal state; signal control has none.
+    pub terminated: bool,
+    /// The time span of the world is over.
+    pub truncated: bool,
+}
+
+/// A program that runs on a signal without a controller's decisions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Running {
+    /// SUMO's id of the signal.
+    pub signal: String,
+    /// Whether it is the network's own, untouched.
+    pub own: bool,
+    /// The program.
+    pub program: Program,
+}
+
+/// The signals of a world as a decision process.
+#[derive(Debug)]
+pub struct SignalEnv<S> {
+    sim: S,
+    world: World,
+    signal_settings: SignalSettings,
+    simulation_settings: SimulationSettings,
+    scratch: PathBuf,
+    scene: Scene,
+    signals: Vec<DerivedSignal>,
+    specs: Vec<SignalSpec>,
+    /// Of the signals that a controller decides.
+    cabinets: Vec<Option<Cabinet>>,
+    /// Of the signals that run in two rings.
+    rings: Vec<Option<DualRing>>,
+    /// What the others run.
+    programs: Vec<Option<Running>>,
+    /// Arguments that have SUMO read private copies; `None` before the first episode.
+    copies: Option<Vec<String>>,
+    /// Programs that are active at the beginning where others come by the clock, by signal.
+    at_begin: BTreeMap<String, String>,
+    observer: Observer,
+    snapshot: Snapshot,
+    observations: Vec<Observation>,
+    request: Vec<Option<u32>>,
+    /// Distance of the first vehicle of each lane to the stop line, metres.
+    nearest_m: Vec<f64>,
+    time_s: f64,
+    counts: StepCounts,
+    queue_sum: f64,
+    queue_max: f64,
+    decisions: u32,
+    simulator: Duration,
+}
+
+impl<S: Sim> SignalEnv<S> {
+    /// Returns an environment; `scratch` is a folder for its route and tripinfo files.
+    pub fn new(
+        sim: S,
+        world: World,
+        signal_settings: SignalSettings,
+        simulation_settings: SimulationSettings,
+        scratch: PathBuf,
+    ) -> Self {
+        Self {
+            sim,
+            time_s: world.begin_s,
+            world,
+            signal_settings,
+            simulation_settings,
+            scratch,
+            scene: Scene::default(),
+            signals: Vec::new(),
+            specs: Vec::new(),
+            cabinets: Vec::new(),
+            rings: Vec::new(),
+            programs: Vec::new(),
+            copies: None,
+            at_begin: BTreeMap::new(),
+            observer: Observer::default(),
+            snapshot: Snapshot::default(),
+            observations: Vec::new(),
+            request: Vec::new(),
+            nearest_m: Vec::new(),
+            counts: StepCounts::default(),
+            queue_sum: 0.0,
+            queue_max: 0.0,
+            decisions: 0,
+            simulator: Duration::ZERO,
+        }
+    }
+
+    /// Starts an episode; [`Self::drive`] comes next.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when the world cannot be simulated or has no signal that can be controlled.
+    pub fn reset(&mut self, seed: u64) -> Result<(), SimError> {
+        let copies = match self.copies.take() {
+            Some(copies) => copies,
+            None => self.copy_files()?,
+        };
+        self.copies = Some(copies);
+        let mut args = self.arguments(seed);
+        args.extend(self.copies.iter().flatten().cloned());
+        if let Some(write) = &self.world.routes {
+            let path = self.scratch.join("episode.rou.xml");
+            write(seed, &path)?;
+            args.extend(["--route-files".to_owned(), path.display().to_string()]);
+        }
+        let tripinfo = self.scratch.join("tripinfo.xml");
+        let mut scene = self.begin(args, tripinfo)?;
+        for signal in &mut scene.signals {
+            if let Some(program) = self.at_begin.get(&signal.id) {
+                signal.active_program.clone_from(program);
+            }
+        }
+        if scene != self.scene {
+            self.describe(scene)?;
+        }
+        self.observer = Observer::new(
+            &self.scene,
+            &self.signals,
+            self.signal_settings.detection_m,
+            f64::from(self.signal_settings.delta_time_s),
+        );
+        self.cabinets = vec![None; self.signals.len()];
+        self.rings = vec![None; self.signals.len()];
+        self.programs = vec![None; self.signals.len()];
+        self.time_s = self.world.begin_s;
+        self.counts = StepCounts::default();
+        (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
+        Ok(())
+    }
+
+    /// Starts the simulator.
+    fn begin(&mut self, args: Vec<String>, tripinfo: PathBuf) -> Result<Scene, SimError> {
+        let config = self.world.config.clone();
+        let trace_m = self.signal_settings.detection_m;
+        let start = Instant::now();
+        let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
+        self.simulator += start.elapsed();
+        Ok(as_right_hand(scene, self.world.side))
+    }
+
+    /// Writes private copies of the scenario's files where they are needed. Where they have no programs that change by
+    /// the clock, looks first which are active at the beginning with them.
+    fn copy_files(&mut self) -> Result<Vec<String>, SimError> {
+        if self.world.drops_day_plan() {
+            let mut args = self.arguments(0);
+            args.extend(self.world.copied(&self.scratch.join("by-the-clock"), true)?);
+            let scene = self.begin(args, PathBuf::new())?;
+            self.sim.close()?;
+            let programs = scene.signals.into_iter().map(|s| (s.id, s.active_program));
+            self.at_begin = programs.collect();
+        }
+        Ok(self.world.copied(&self.scratch.join("copies"), self.world.day_plan)?)
+    }
+
+    /// Returns what SUMO is started with in every episode.
+    fn arguments(&self, seed: u64) -> Vec<String> {
+        [
+            ("--seed", seed.to_string()),
+            // A scenario that asks for a seed from the clock would make the run unrepeatable.
+            ("--random", "false".to_owned()),
+            ("--begin", self.world.begin_s.to_string()),
+            ("--end", self.world.end_s.to_string()),
+            ("--step-length", self.world.step_length_s().to_string()),
+            ("--time-to-teleport", self.simulation_settings.time_to_teleport_s.to_string()),
+            ("--xml-validation", "never".to_owned()),
+        ]
+        .into_iter()
+        .flat_map(|(name, value)| [name.to_owned(), value])
+        .collect()
+    }
+
+    fn describe(&mut self, scene: Scene) -> Result<(), SimError> {
+        self.signals = scene
+            .signals
+            .iter()
+            .map(|signal| derive(&scene, signal, &self.signal_settings))
+            .collect::<Result<_, _>>()?;
+        for (signal, info) in self.signals.iter_mut().zip(&scene.signals) {
+            let DerivedSignal { spec, movement_ways, .. } = signal;
+            share_turns(spec, movement_ways, (&scene, info), &self.world.turn_shares);
+        }
+        self.specs = self.signals.iter().map(|s| s.spec.clone()).collect();
+        self.observations = vec![Observation::default(); self.signals.len()];
+        self.request = vec![None; self.signals.len()];
+        self.scene = scene;
+        Ok(())
+    }
+
+    #[cfg(test)]
+    pub(super) fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// Returns the simulator.
+    pub fn sim_mut(&mut self) -> &mut S {
+        &mut self.sim
+    }
+
+    /// Returns what controllers may know of the signals; empty before the first reset.
+    pub fn signals(&self) -> &[SignalSpec] {
+        &self.specs
+    }
+
+    /// Returns the observation of every signal.
+    pub fn observations(&self) -> &[Observation] {
+        &self.observations
+    }
+
+    /// Returns how many decisions an episode has.
+    pub fn decisions_per_episode(&self) -> u32 {
+        let span_s = self.world.end_s - self.world.begin_s;
+        (span_s / f64::from(self.signal_settings.delta_time_s)).ceil() as u32
+    }
+
+    /// Returns the wall-clock time spent within the simulator so far.
+    pub fn simulator_time(&self) -> Duration {
+        self.simulator
+    }
+
+    /// Says what drives each signal for the rest of the episode, and takes the first observation,
+    /// before any step; to be called once, right after a reset.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when SUMO rejects a program.
+    pub fn drive(&mut self, drives: &[Drive]) -> Result<(), SimError> {
+        for (i, (signal, drive)) in self.signals.iter().zip(drives).enumerate() {
+            // Where one green is all there is for cars, nobody decides anything; whoever its program stops them
+            // for keeps his time.
+            let drive = if signal.has_one_green() { &Drive::OwnProgram } else { drive };
+            self.cabinets[i] = (*drive == Drive::Decisions)
+                .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
+            let installed = match &self.cabinets[i] {
+                Some(cabinet) => Some(cabinet.program().clone()),
+                None => program(signal, drive)?,
+            };
+            match &installed {
+                Some(installed) => {
+                    self.sim.install(i, installed)?;
+                    if let Some((phase, left_s)) = aligned(installed, self.time_s) {
+                        self.sim.enter(i, phase, left_s)?;
+                    }
+                }
+                None => self.sim.select(i, &self.scene.signals[i].active_program)?,
+            }
+            if let Drive::DualRing(config) = drive {
+                let rings = DualRing::new(&self.scene, &self.scene.signals[i], signal, config);
+                self.sim.show(i, rings.shown())?;
+                self.rings[i] = Some(rings);
+            } else if self.cabinets[i].is_none() {
+                self.programs[i] = running(&self.scene.signals[i], installed);
+            }
+        }
+        self.observe()
+    }
+
+    /// Returns the programs that all signals run since [`Self::drive`], in their order; `None` where a
+    /// controller decides one of them, whose behaviour is then no program.
+    pub fn programs(&self) -> Option<Vec<Running>> {
+        self.programs.iter().cloned().collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
+    }
+
+    /// Returns the phases of the signals that run in two rings, in words, by signal.
+    pub fn dual_rings(&self) -> impl Iterator<Item = (&str, String)> {
+        let rings = self.specs.iter().zip(&self.rings);
+        rings.filter_map(|(spec, rings)| Some((spec.id.as_str(), rings.as_ref()?.describe())))
+    }
+
+    /// Asks for one green phase per signal for the next interval, and lets it go by: a signal that
+    /// changes shows yellow and all-red first. Signals keep to their limits, see [`Cabinet`]; those with
+    /// a program of their own ignore their entry.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when the simulation fails or a phase does not exist.
+    pub fn step(&mut self, actions: &[GreenPhase]) -> Result<Step, SimError> {
+        let mut left_s = self.signal_settings.delta_time_s;
+        for (cabinet, action) in self.cabinets.iter_mut().zip(actions) {
+            if let Some(cabinet) = cabinet {
+                cabinet.decide(*action, left_s)?;
+            }
+        }
+        while left_s > 0 {
+            for (request, cabinet) in self.request.iter_mut().zip(&mut self.cabinets) {
+                *request = cabinet.as_mut().and_then(Cabinet::due);
+            }
+            self.set_phases()?;
+            let next = self.cabinets.iter().flatten().filter_map(Cabinet::next_s).min();
+            let mut seconds = next.map_or(left_s, |next| next.min(left_s));
+            if self.rings.iter().any(Option::is_some) {
+                seconds = seconds.min(1);
+            }
+            self.run(seconds)?;
+            self.advance_rings(seconds)?;
+            self.cabinets.iter_mut().flatten().for_each(|cabinet| cabinet.elapse(seconds));
+            left_s -= seconds;
+        }
+        self.observe()?;
+        self.decisions += 1;
+        let queue = f64::from(self.observer.halting());
+        self.queue_sum += queue;
+        self.queue_max = self.queue_max.max(queue);
+        Ok(Step { terminated: false, truncated: self.time_s >= self.world.end_s })
+    }
+
+    /// Lets the dual rings see what is on their detectors, and shows what they make of it.
+    fn advance_rings(&mut self, seconds: u32) -> Result<(), SimError> {
+        if seconds == 0 || self.rings.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        self.sim.observe(&mut self.snapshot)?;
+        self.nearest_m.clear();
+        self.nearest_m.resize(self.scene.lanes.len(), f64::INFINITY);
+        for vehicle in &self.snapshot.vehicles {
+            let nearest_m = &mut self.nearest_m[vehicle.lane as usize];
+            *nearest_m = nearest_m.min(vehicle.distance_m);
+        }
+        for (i, rings) in self.rings.iter_mut().enumerate() {
+            if let Some(state) = rings.as_mut().and_then(|r| r.second(&self.nearest_m)) {
+                self.sim.show(i, state)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn set_phases(&mut self) -> Result<(), SimError> {
+        if self.request.iter().any(Option::is_some) {
+            self.sim.set_phases(&self.request)?;
+        }
+        Ok(())
+    }
+
+    fn run(&mut self, seconds: u32) -> Result<(), SimError> {
+        // An episode may end within a second, but not within a step, whatever rounding says.
+        let left_s = (self.world.end_s - self.time_s).max(0.0);
+        let left = (left_s * f64::from(self.world.steps_per_second) - 1e-6).ceil() as u32;
+        let steps = (seconds * self.world.steps_per_second).min(left);
+        let start = Instant::now();
+        self.counts += self.sim.step(steps)?;
+        self.simulator += start.elapsed();
+        self.time_s += f64::from(seconds.min(left_s.ceil() as u32));
+        Ok(())
+    }
+
+    fn observe(&mut self) -> Result<(), SimError> {
+        self.sim.observe(&mut self.snapshot)?;
+        self.observer.update(&self.snapshot);
+        for (i, signal) in self.signals.iter().enumerate() {
+            let phase = match &self.cabinets[i] {
+                Some(cabinet) => cabinet.phase().0,
+                None if signal.has_one_green() => 0,
+                None => self.snapshot.phases[i] as usize,
+            };
+            self.observer.write(i, signal, phase, &mut self.observations[i]);
+        }
+        Ok(())
+    }
+
+    /// Ends the episode and returns what it is judged by.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when SUMO fails to finish or its output is not complete.
+    pub fn finish(&mut self) -> Result<EpisodeMetrics, SimError> {
+        let start = Instant::now();
+        self.sim.close()?;
+        self.simulator += start.elapsed();
+        let trips = tripinfo::read(&self.scratch.join("tripinfo.xml"))?;
+        let hours = (self.time_s - self.world.begin_s) / SECONDS_PER_HOUR;
+        let flow = |lane: &usize| f64::from(self.observer.counts()[*lane]) / hours;
+        Ok(EpisodeMetrics {
+            trips,
+            counts: self.counts,
+            queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),
+            max_queue_veh: self.queue_max,
+            lane_flow_vph: self
+                .signals
+                .iter()
+                .map(|s| s.lanes.iter().map(flow).collect())
+                .collect(),
+        })
+    }
+}
+
+/// Returns what a signal runs: what was installed, or its own program.
+fn running(signal: &SignalInfo, installed: Option<Program>) -> Option<Running> {
+    let own = || signal.programs.iter().find(|p| p.id == signal.active_program).cloned();
+    let id = signal.id.clone();
+    let made = |program, own| Running { signal: id, own, program };
+    match installed {
+        Some(program) => Some(made(program, false)),
+        None => own().map(|program| made(program, true)),
+    }
+}

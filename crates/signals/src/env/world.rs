@@ -1,0 +1,181 @@
+//! What an episode simulates: a SUMO configuration, its time span, and where its vehicles come from.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use osm_signals::DrivingSide;
+
+use super::side::driving_side;
+use crate::sim::copies::copy;
+use crate::sim::error::SimError;
+use crate::sim::intake::Intake;
+use crate::sim::obstacle::Given;
+use crate::sim::sources::Sources;
+use crate::sim::sumocfg::SumoConfig;
+use basics::files::FileError;
+
+/// Writes the vehicles of an episode, given its seed, into a route file.
+pub type RouteWriter = Box<dyn Fn(u64, &Path) -> Result<(), FileError>>;
+
+/// What an episode simulates.
+pub struct World {
+    /// SUMO's configuration file.
+    pub config: PathBuf,
+    /// Start, seconds.
+    pub begin_s: f64,
+    /// End, seconds.
+    pub end_s: f64,
+    /// Steps of the simulation per second; decisions are made at whole seconds.
+    pub steps_per_second: u32,
+    /// Makes the vehicles of an episode; `None` keeps the configuration's own.
+    pub routes: Option<RouteWriter>,
+    /// Side of the street that traffic keeps to.
+    pub side: DrivingSide,
+    /// How vehicles turn, where the demand says so.
+    pub turn_shares: Vec<TurnShare>,
+    /// Its files, of which SUMO may get private copies; `None` reads them as they are.
+    pub files: Option<(SumoConfig, Sources)>,
+    /// Whether programs change by the clock as they do in the scenario, which would take signals away from whoever
+    /// decides them.
+    pub day_plan: bool,
+}
+
+/// Share of the vehicles of one edge that go to another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TurnShare {
+    /// SUMO's id of the edge that leads to a signal.
+    pub from: String,
+    /// SUMO's id of the edge behind it.
+    pub to: String,
+    /// Share; those of one edge sum to 1.
+    pub share: f64,
+}
+
+impl fmt::Debug for World {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("World")
+            .field("config", &self.config)
+            .field("begin_s", &self.begin_s)
+            .field("end_s", &self.end_s)
+            .field("steps_per_second", &self.steps_per_second)
+            .field("routes", &self.routes.is_some())
+            .finish()
+    }
+}
+
+impl World {
+    /// Reads a SUMO scenario, of which nothing is said on a command line.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::NoConfig`] when there is no such file, [`SimError::Config`] when it is no configuration,
+    /// [`SimError::Obstacles`] with all that is in the way.
+    pub fn from_sumocfg(config: &Path) -> Result<Self, SimError> {
+        Self::of(Intake::read(config, &Given::default())?)
+    }
+
+    /// Returns the world of a SUMO scenario; programs do not change by the clock.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::Obstacles`] with all that is in the way.
+    pub fn of(intake: Intake) -> Result<Self, SimError> {
+        let intake = intake.passed()?;
+        Ok(Self {
+            config: intake.path,
+            begin_s: intake.begin_s,
+            end_s: intake.end_s,
+            steps_per_second: intake.steps_per_second,
+            routes: None,
+            side: driving_side(&intake.config),
+            turn_shares: Vec::new(),
+            files: Some((intake.config, intake.sources)),
+            day_plan: false,
+        })
+    }
+
+    /// Whether its programs change by the clock and are not to.
+    pub(super) fn drops_day_plan(&self) -> bool {
+        !self.day_plan && self.files.as_ref().is_some_and(|(_, sources)| sources.has_day_plan())
+    }
+
+    /// Writes private copies of its files into a folder, where they are needed, and returns the arguments that have SUMO
+    /// read them.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when they cannot be written.
+    pub(super) fn copied(&self, folder: &Path, day_plan: bool) -> Result<Vec<String>, FileError> {
+        let Some((config, sources)) = &self.files else { return Ok(Vec::new()) };
+        Ok(as_arguments(copy(config, sources, folder, day_plan)?))
+    }
+
+    /// Returns the length of a step, seconds.
+    pub fn step_length_s(&self) -> f64 {
+        1.0 / f64::from(self.steps_per_second)
+    }
+}
+
+/// Returns options as arguments: names and values in turn.
+pub fn as_arguments(options: Vec<(String, String)>) -> Vec<String> {
+    options.into_iter().flat_map(|(name, value)| [format!("--{name}"), value]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn read(text: &str) -> Result<World, SimError> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.sumocfg");
+        fs::write(&path, text).unwrap();
+        fs::write(dir.path().join("n"), "<net/>").unwrap();
+        World::from_sumocfg(&path)
+    }
+
+    #[test]
+    fn begin_and_end_are_read() {
+        let text = "<configuration><input><net-file value=\"n\"/></input>\
+            <time><begin value=\"57600\"/><end value=\"61200\"/></time></configuration>";
+        let world = read(text).unwrap();
+        assert_eq!((world.begin_s, world.end_s), (57600.0, 61200.0));
+    }
+
+    /// Steps per second of a configuration with this step length.
+    fn steps(step_length: &str) -> Result<u32, String> {
+        let text = format!(
+            "<configuration><net-file value=\"n\"/><end value=\"9\"/>\
+             <step-length value=\"{step_length}\"/></configuration>"
+        );
+        read(&text).map(|w| w.steps_per_second).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_step_length_that_divides_a_second_is_kept() {
+        assert_eq!(["1", "0.5", "0.1", "0:00:00.2"].map(steps), [Ok(1), Ok(2), Ok(10), Ok(5)]);
+        assert_eq!(steps("0.001"), Ok(1000));
+        assert!(read("<c><n v=\"n\"/><e v=\"9\"/></c>").unwrap().steps_per_second == 1);
+    }
+
+    #[test]
+    fn a_step_length_that_does_not_divide_a_second_is_refused() {
+        for length in ["0.3", "2", "1.5", "0", "-1"] {
+            let e = steps(length).unwrap_err();
+            assert!(e.contains(&format!("a step-length of {length} s does not divide")), "{e}");
+        }
+    }
+
+    #[test]
+    fn a_configuration_without_end_says_what_to_pass() {
+        let e = read("<configuration><net-file value=\"n\"/></configuration>").unwrap_err();
+        assert!(e.to_string().ends_with("a.sumocfg: no end; pass --end 3600"), "{e}");
+    }
+
+    #[test]
+    fn a_file_that_is_no_configuration_is_refused() {
+        assert!(read("<routes/>").unwrap_err().to_string().contains("no `<net-file>`"));
+        assert!(read("<configuration><net-file").is_err());
+    }
+}

@@ -1,0 +1,199 @@
+//! The environment of a point MDP: its files, checked, and the signals they describe.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::error::TrafficError;
+use super::held::Held;
+use super::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
+use crate::env::world::TurnShare;
+use crate::env::{SignalEnv, World};
+use crate::network::demand::DemandSpec;
+use crate::settings::Scenario;
+use crate::sim::Sim;
+use crate::sim::error::SimError;
+use crate::sim::intake::Intake;
+use crate::sim::obstacle::Given;
+use basics::hash::sha256_file;
+use evaluation::store::manifest::PointRow;
+
+/// Returns the environment of a world with a scenario's settings; `scratch` is a folder for the
+/// files of the running episode.
+pub fn environment<S: Sim>(
+    sim: S,
+    world: World,
+    scenario: &Scenario,
+    scratch: &Path,
+) -> SignalEnv<S> {
+    let (signal, simulation) = (scenario.signal.clone(), scenario.simulation.clone());
+    SignalEnv::new(sim, world, signal, simulation, scratch.to_path_buf())
+}
+
+/// Returns the world of a generated network.
+///
+/// # Errors
+///
+/// [`TrafficError`] when a file is missing or cannot be understood, or would have SUMO read or write any other.
+pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
+    // Networks may come from a stranger, with an index or a manifest that has their hashes.
+    let intake = Intake::read(&files.sumocfg, &Given::default())?;
+    let fail = |reason: String| SimError::Config { path: files.sumocfg.clone(), reason };
+    for (_, file) in intake.sources.named() {
+        if file != files.net && file != files.routes {
+            return Err(fail(format!(
+                "it names {}, which is no file of the network",
+                file.display()
+            ))
+            .into());
+        }
+    }
+    let obstacles = intake.obstacles.iter().map(|o| format!("{}: {}", o.place, o.reason));
+    let notes = intake.notes.iter().filter(|note| !note.starts_with("time-to-teleport")).cloned();
+    if let Some(other) = obstacles.chain(notes).next() {
+        return Err(fail(format!("it is not as networks are generated: {other}")).into());
+    }
+    let demand = DemandSpec::read(&files.demand)?;
+    let mut world = World::of(intake)?;
+    world.files = None;
+    world.turn_shares = demand
+        .streams
+        .iter()
+        .flat_map(|stream| {
+            stream.routes.iter().map(|route| TurnShare {
+                from: stream.from.clone(),
+                to: route.to.clone(),
+                share: route.share,
+            })
+        })
+        .collect();
+    world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
+    Ok(world)
+}
+
+/// Returns the folder that the planned files of a point MDP lie in.
+pub fn folder_of(point: &PointRow, networks: &Path) -> PathBuf {
+    if point.environment == GENERATED {
+        return NetworkFiles::new(networks, &point.point, point.sha256.clone()).folder;
+    }
+    Path::new(&point.environment).parent().unwrap_or(Path::new("")).to_path_buf()
+}
+
+/// Returns what the command line of a run said of a point MDP's scenario.
+///
+/// # Errors
+///
+/// [`SimError::Config`] when a manifest has something else.
+pub fn given(point: &PointRow) -> Result<Given, SimError> {
+    let fields: serde_json::Map<String, serde_json::Value> =
+        point.given.clone().into_iter().collect();
+    serde_json::from_value(fields.into()).map_err(|e| SimError::Config {
+        path: PathBuf::from(&point.environment),
+        reason: format!("the manifest says of it what no run writes: {e}"),
+    })
+}
+
+/// Returns the world of a planned point MDP after checking that its files are those of the plan, and holds
+/// on to them.
+///
+/// # Arguments
+///
+/// * `day_plan` — whether programs change by the clock as they do in the scenario.
+///
+/// # Errors
+///
+/// [`TrafficError::Altered`] when they are not, and whatever makes them unreadable.
+pub fn planned_world(
+    point: &PointRow,
+    networks: &Path,
+    day_plan: bool,
+) -> Result<(World, Held), TrafficError> {
+    let mut held = Held::default();
+    if point.environment != GENERATED {
+        let config = PathBuf::from(&point.environment);
+        let folder = folder_of(point, networks);
+        for (name, sha256) in &point.sha256 {
+            held.add(&folder.join(name), Some(sha256))?;
+        }
+        // Whoever planned has looked at what SUMO would read and write; but the plan may be a stranger's.
+        let intake = Intake::read(&config, &given(point)?)?.passed()?;
+        for (name, file) in intake.sources.named() {
+            if !point.sha256.contains_key(name) {
+                held.add(file, None)?;
+            }
+        }
+        return Ok((World { day_plan, ..World::of(intake)? }, held));
+    }
+    let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
+    held.keep(&files.folder);
+    for ending in FILE_ENDINGS {
+        let name = file_name(&point.point, ending);
+        held.add(&files.folder.join(&name), point.sha256.get(&name))?;
+    }
+    Ok((generated_world(&files)?, held))
+}
+
+/// Returns the sha256 of a SUMO configuration and of every file that SUMO reads with it, by its name as seen from the
+/// folder of the configuration.
+///
+/// # Errors
+///
+/// [`TrafficError`] when one cannot be read.
+pub fn hash_scenario(intake: &Intake) -> Result<BTreeMap<String, String>, TrafficError> {
+    let name = intake.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let own = (name.as_str(), intake.path.as_path());
+    let hash = |(name, file): (&str, &Path)| Ok((name.to_owned(), sha256_file(file)?));
+    intake.sources.named().chain([own]).map(hash).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use basics::hash::sha256;
+
+    #[test]
+    fn a_file_whose_hash_the_plan_lacks_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let json = r#"{"point":"p","importance":1.0,"instances":1,"features":[],"environment":"network","sha256":{}}"#;
+        let mut point: PointRow = serde_json::from_str(json).unwrap();
+        for ending in FILE_ENDINGS {
+            point.sha256.insert(file_name("p", ending), sha256(ending.as_bytes()));
+        }
+        point.sha256.remove("p.demand.json");
+        let files = NetworkFiles::new(folder.path(), "p", point.sha256.clone());
+        fs::create_dir_all(&files.folder).unwrap();
+        for ending in FILE_ENDINGS {
+            fs::write(files.folder.join(file_name("p", ending)), ending).unwrap();
+        }
+        let e = planned_world(&point, folder.path(), false).unwrap_err();
+        assert!(
+            matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))
+        );
+    }
+
+    #[test]
+    fn an_imported_scenario_is_refused_when_a_file_that_is_included_was_altered() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        write("n.xml", "<net/>");
+        write("a.xml", "<routes><include href='b.xml'/></routes>");
+        write("b.xml", "<routes/>");
+        write("a.sumocfg", "<c><n v='n.xml'/><routes value='a.xml'/><end v='9'/></c>");
+        let config = folder.path().join("a.sumocfg");
+        let json = r#"{"point":"a","importance":1.0,"instances":1,"features":[],"environment":"","sha256":{}}"#;
+        let mut point: PointRow = serde_json::from_str(json).unwrap();
+        point.environment = config.display().to_string();
+        point.sha256 = hash_scenario(&Intake::read(&config, &Given::default()).unwrap()).unwrap();
+        assert_eq!(point.sha256.len(), 4);
+        planned_world(&point, Path::new(""), false).unwrap();
+        write("b.xml", "<routes> </routes>");
+        let e = planned_world(&point, Path::new(""), false).unwrap_err();
+        assert!(matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("b.xml")), "{e}");
+    }
+
+    #[test]
+    fn networks_are_built_with_the_program_that_environments_look_for() {
+        assert_eq!(crate::network::phases::PHASES_PROGRAM, crate::env::derive::PHASES_PROGRAM);
+    }
+}

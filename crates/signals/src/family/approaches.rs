@@ -1,0 +1,264 @@
+//! The approaches table: one row per arm of a real intersection.
+//!
+//! Columns, in any order: `intersection, arm, latitude, longitude, bearing_deg, lanes_in,
+//! lanes_out, left_turn_lanes, right_turn_lanes, speed_mph, length_m,
+//! aadt_veh_per_day_per_lane, movements`. An empty `aadt_veh_per_day_per_lane` is a count that is
+//! missing and gets imputed; 0 is a count of no vehicle. What is believed although it is doubtful is named by
+//! [`super::doubts`].
+
+mod approach;
+mod arms;
+mod impute;
+mod movements;
+
+use std::collections::BTreeMap;
+
+use osm_signals::geometry::checked_place;
+use osm_signals::intersections::MAX_LANES;
+use sheet::{Fault, Row, Sheet};
+
+use approach::RawIntersection;
+pub use approach::{Approach, Intersection};
+pub use arms::{ARMS, check_arms};
+use basics::units::KMH_TO_MPH;
+use evaluation::family::columns::{Columns, at};
+use evaluation::family::error::FamilyError;
+use evaluation::family::names::title;
+use evaluation::settings::within;
+use impute::impute;
+
+/// The columns of the table.
+const COLUMNS: [&str; 13] = [
+    "intersection",
+    "arm",
+    "latitude",
+    "longitude",
+    "bearing_deg",
+    "lanes_in",
+    "lanes_out",
+    "left_turn_lanes",
+    "right_turn_lanes",
+    "speed_mph",
+    "length_m",
+    "aadt_veh_per_day_per_lane",
+    "movements",
+];
+
+/// Highest speed limit, miles per hour.
+const MOST_MPH: f64 = 100.0;
+
+/// Reads an approaches table and imputes the counts that are missing.
+///
+/// # Errors
+///
+/// [`FamilyError::Csv`] with file and line for a malformed row, a value out of range or a table
+/// without any count, [`FamilyError::Empty`] for a table without rows.
+pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
+    let fail = |fault| at(file, fault);
+    let mut sheet = Sheet::of(text).map_err(fail)?;
+    if sheet.headers().iter().all(str::is_empty) {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
+    let header_line = sheet.header_line();
+    let columns = Columns::find(sheet.headers(), &COLUMNS)
+        .and_then(|columns| columns.only(&COLUMNS).map(|()| columns))
+        .map_err(|message| fail(Fault::new(header_line, message)))?;
+    let mut intersections: Vec<RawIntersection> = Vec::new();
+    let mut position: BTreeMap<String, usize> = BTreeMap::new();
+    while let Some(row) = sheet.next_row().map_err(fail)? {
+        let line = row.line;
+        let fail = |message| fail(Fault { line, message });
+        let row = approach(&row, &columns).map_err(fail)?;
+        check(&row).map_err(fail)?;
+        let index = *position.entry(row.intersection.clone()).or_insert_with(|| {
+            let id = row.intersection.clone();
+            intersections.push(RawIntersection { id, line, arms: Vec::new() });
+            intersections.len() - 1
+        });
+        if intersections[index].arms.iter().any(|a| a.arm == row.arm) {
+            return Err(fail(format!(
+                "intersection {} has arm {} twice; give each arm one row",
+                row.intersection, row.arm
+            )));
+        }
+        intersections[index].arms.push(row);
+    }
+    if intersections.is_empty() {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
+    movements::settle(intersections.iter_mut().flat_map(|i| &mut i.arms));
+    for RawIntersection { id, line, arms } in &intersections {
+        if arms.iter().all(|a| a.lanes_in == 0) {
+            let message = format!("intersection {id} has no incoming lane; remove it");
+            return Err(fail(Fault { line: *line, message }));
+        }
+    }
+    impute(intersections).map_err(|message| fail(Fault { line: header_line, message }))
+}
+
+/// Returns the approach of a row.
+fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, String> {
+    let text = |name: &str| row.text(columns.at(name)).to_owned();
+    let number = |name: &str| columns.number(row, name);
+    Ok(Approach {
+        intersection: title("intersection", row.text(columns.at("intersection")))?,
+        arm: text("arm"),
+        latitude: number("latitude")?,
+        longitude: number("longitude")?,
+        bearing_deg: number("bearing_deg")?,
+        lanes_in: columns.whole(row, "lanes_in")?,
+        lanes_out: columns.whole(row, "lanes_out")?,
+        left_turn_lanes: columns.whole(row, "left_turn_lanes")?,
+        right_turn_lanes: columns.whole(row, "right_turn_lanes")?,
+        speed_mph: number("speed_mph")?,
+        length_m: number("length_m")?,
+        aadt_veh_per_day_per_lane: columns.optional_count(row, "aadt_veh_per_day_per_lane")?,
+        movements: movements::letters(row.text(columns.at("movements")))?,
+        line: row.line,
+        imputed: false,
+    })
+}
+
+fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
+    let number = |name: &str, value: f64, low: f64, high: f64| {
+        within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
+    };
+    checked_place(row.latitude, row.longitude)?;
+    number("bearing_deg", row.bearing_deg, 0.0, 360.0)?;
+    number("speed_mph", row.speed_mph, 1.0, MOST_MPH).map_err(|e| {
+        match row.speed_mph > MOST_MPH {
+            true => format!("{e}; if it is in km/h, multiply the column by {KMH_TO_MPH}"),
+            false => e,
+        }
+    })?;
+    number("length_m", row.length_m, 1.0, 100_000.0)?;
+    if let Some(aadt) = row.aadt_veh_per_day_per_lane {
+        number("aadt_veh_per_day_per_lane", aadt, 0.0, 1e7)?;
+    }
+    if row.lanes_in > MAX_LANES || row.lanes_out > MAX_LANES {
+        return Err(format!("more than {MAX_LANES} lanes in one direction"));
+    }
+    if row.lanes_in == 0 && row.lanes_out == 0 {
+        return Err("an arm needs at least one lane; lanes_in and lanes_out are both 0".into());
+    }
+    if u64::from(row.left_turn_lanes) + u64::from(row.right_turn_lanes) > u64::from(row.lanes_in) {
+        return Err(format!(
+            "left_turn_lanes = {} and right_turn_lanes = {} are more than lanes_in = {}, which counts \
+             them; give lanes_in at least {}, or fewer turn lanes",
+            row.left_turn_lanes,
+            row.right_turn_lanes,
+            row.lanes_in,
+            row.left_turn_lanes.saturating_add(row.right_turn_lanes)
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,\
+        left_turn_lanes,right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n";
+
+    fn error(rows: &str) -> String {
+        read(&format!("{HEADER}{rows}"), "a.csv").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn arms_of_an_intersection_are_gathered_in_order() {
+        let text = format!(
+            "{HEADER}7,A,40,-111,0,2,1,1,0,30,200,9000,lsr\n8,A,40,-111,0,1,1,0,0,30,200,1,\n\
+             7,B,40,-111,90,0,1,0,0,30,200,9000,\n"
+        );
+        let read = read(&text, "a.csv").unwrap();
+        assert_eq!(read.len(), 2);
+        assert_eq!(read[0].arms.len(), 2);
+        assert_eq!(read[0].arms[1].arm, "B");
+    }
+
+    #[test]
+    fn a_word_for_a_number_names_line_and_column() {
+        assert_eq!(
+            error("7,A,40,-111,0,many,1,1,0,30,200,9000,lsr\n"),
+            "a.csv, line 2: lanes_in = \"many\": expected a whole number that is not negative"
+        );
+    }
+
+    #[test]
+    fn letters_of_both_cases_mean_through_and_a_row_with_both_makes_t_a_u_turn() {
+        let read = |movements: [&str; 2]| {
+            let row = |arm: &str, m: &str| format!("7,{arm},40,-111,0,2,1,0,0,30,200,9000,{m}\n");
+            let text = format!("{HEADER}{}{}", row("A", movements[0]), row("B", movements[1]));
+            let read = read(&text, "a.csv").unwrap();
+            read[0].arms.iter().map(|a| a.movements.clone()).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(read(["ltr", "LTR"]), "lsr lsr");
+        assert_eq!(read(["lsr", "TR"]), "lsr sr");
+        assert_eq!(read(["tlsr", "tlr"]), "tlsr tlr");
+        assert_eq!(read(["ULSR", "ltr"]), "ulsr lsr");
+    }
+
+    #[test]
+    fn what_cannot_be_says_what_it_may_be() {
+        let e = error("7,A,-111.9,40.7,0,2,1,1,0,30,200,9000,lsr\n");
+        assert!(e.ends_with("swap latitude and longitude"), "{e}");
+        let e = error("7,A,40,-111,0,2,1,1,0,110,200,9000,lsr\n");
+        assert!(e.ends_with("if it is in km/h, multiply the column by 0.621371"), "{e}");
+    }
+
+    #[test]
+    fn nan_and_negative_values_are_refused() {
+        assert!(error("7,A,40,-111,0,2,1,1,0,NaN,200,9000,lsr\n").contains("speed_mph = \"NaN\""));
+        assert!(error("7,A,40,-111,0,2,1,1,0,30,-5,9000,lsr\n").contains("length_m = -5"));
+    }
+
+    #[test]
+    fn an_empty_count_is_missing_and_a_count_of_0_is_a_count() {
+        let text = format!(
+            "{HEADER}7,A,40,-111,0,2,1,1,0,30,200,9000,lsr\n7,B,40,-111,90,2,1,1,0,30,200, ,\n\
+             7,C,40,-111,180,2,1,1,0,30,200,0,\n"
+        );
+        let read = read(&text, "a.csv").unwrap();
+        let counts: Vec<f64> = read[0].arms.iter().map(|a| a.aadt_veh_per_day_per_lane).collect();
+        assert_eq!((counts, read[0].imputed), (vec![9000.0, 4500.0, 0.0], 1));
+    }
+
+    #[test]
+    fn a_table_without_any_count_is_refused() {
+        assert_eq!(
+            error("7,A,40,-111,0,2,1,1,0,30,200,,lsr\n"),
+            "a.csv, line 1: aadt_veh_per_day_per_lane is empty on every approach that leads to a \
+             signal; give at least one count"
+        );
+    }
+
+    #[test]
+    fn a_count_with_two_meanings_is_refused_and_decimals_of_others_are_read() {
+        assert_eq!(
+            error("7,A,40.125,-111.250,0,2,1,1,0,30,45.250,4.250,lsr\n"),
+            "a.csv, line 2: aadt_veh_per_day_per_lane = \"4.250\": 4250 if the point separates \
+             thousands, 4.25 if it separates decimals; write 4250 or 4.25"
+        );
+        let text = format!("{HEADER}7,A,40.125,-111.250,0,2,1,1,0,30,45.250,4250,lsr\n");
+        assert_eq!(read(&text, "a.csv").unwrap()[0].arms[0].length_m, 45.25);
+    }
+
+    #[test]
+    fn an_arm_without_any_lane_is_refused() {
+        assert!(error("7,A,40,-111,0,0,0,0,0,30,200,9000,\n").contains("at least one lane"));
+    }
+
+    #[test]
+    fn a_short_row_says_how_many_fields_it_has() {
+        assert_eq!(
+            error("7,A,40\n"),
+            "a.csv, line 2: 3 fields, but 13 columns; complete or remove it"
+        );
+    }
+
+    #[test]
+    fn an_empty_table_is_refused() {
+        assert!(error("").contains("no point MDP"));
+    }
+}

@@ -1,0 +1,248 @@
+//! Tests of what is told of tables.
+
+use super::*;
+use crate::family::approaches::read;
+
+const HEADER: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
+    right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n";
+
+/// Metres per degree of latitude.
+const PER_DEG: f64 = 111_195.0;
+
+/// One arm, with its usual values.
+#[derive(Clone)]
+struct Row {
+    intersection: usize,
+    arm: char,
+    latitude: f64,
+    longitude: f64,
+    bearing: f64,
+    speed: f64,
+    length: f64,
+    aadt: f64,
+    movements: &'static str,
+}
+
+/// A row of T junctions along a street that goes east, 400 m apart, each with an arm to the north.
+fn street(count: usize) -> Vec<Row> {
+    let (latitude, per_deg) = (40.0, PER_DEG * 40.0_f64.to_radians().cos());
+    let arms = |i: usize| {
+        let row = move |(arm, bearing)| Row {
+            intersection: i,
+            arm,
+            latitude,
+            longitude: -75.0 + 400.0 * i as f64 / per_deg,
+            bearing,
+            speed: 35.0,
+            length: 390.0,
+            aadt: 4000.0,
+            movements: "lsr",
+        };
+        [('A', 0.0), ('B', 90.0), ('C', 270.0)].map(row)
+    };
+    (0..count).flat_map(arms).collect()
+}
+
+fn doubts(rows: &[Row], settings: &FamilySettings) -> Vec<Doubt> {
+    let line = |r: &Row| {
+        let aadt = if r.aadt.is_nan() { String::new() } else { r.aadt.to_string() };
+        format!(
+            "{},{},{},{},{},2,2,0,0,{},{},{aadt},{}\n",
+            r.intersection,
+            r.arm,
+            r.latitude,
+            r.longitude,
+            r.bearing,
+            r.speed,
+            r.length,
+            r.movements
+        )
+    };
+    let text: String = rows.iter().map(line).collect();
+    of_approaches(&read(&format!("{HEADER}{text}"), "a.csv").unwrap(), settings)
+}
+
+/// What is said of a street of five T junctions of which something is changed.
+fn said(change: impl Fn(usize, &mut Row)) -> Vec<String> {
+    let mut rows = street(5);
+    rows.iter_mut().enumerate().for_each(|(i, row)| change(i, row));
+    let settings = FamilySettings { detail: Detail::PerApproach, ..FamilySettings::default() };
+    doubts(&rows, &settings).iter().map(Doubt::brief).collect()
+}
+
+fn one(change: impl Fn(usize, &mut Row)) -> String {
+    let said = said(change);
+    assert_eq!(said.len(), 1, "{said:?}");
+    said[0].clone()
+}
+
+#[test]
+fn a_plain_table_has_no_doubt() {
+    assert_eq!(said(|_, _| {}), Vec::<String>::new());
+}
+
+#[test]
+fn an_inflow_that_is_cut_or_raised_is_named_with_its_row() {
+    assert_eq!(
+        one(|i, row| row.aadt = if i == 3 { 24_000.0 } else { 4000.0 }),
+        "inflows above family.inflow_cap_vph_per_lane = 900 are cut to it; set it higher if they are right \
+         (line 5: 1000 veh/h per lane)"
+    );
+    assert_eq!(
+        one(|i, row| row.aadt = if i == 4 { 600.0 } else { 4000.0 }),
+        "inflows below family.min_inflow_vph = 60 are raised to it (line 6: 50 veh/h)"
+    );
+    let few = said(|i, row| row.aadt = if i == 4 { 30.0 } else { 4000.0 });
+    assert!(
+        few.iter().any(|s| s.contains("less than 200 vehicles a day on 4 lanes or more")),
+        "{few:?}"
+    );
+}
+
+#[test]
+fn a_count_that_is_missing_is_named_with_what_stands_for_it() {
+    assert_eq!(
+        one(|i, row| row.aadt = if i == 0 { f64::NAN } else { 4000.0 }),
+        "aadt_veh_per_day_per_lane is empty, and the mean of other approaches stands for it (line 2: 4000 \
+         veh/day per lane)"
+    );
+}
+
+#[test]
+fn six_features_name_the_intersections_that_a_minimum_holds_for() {
+    let mut rows = street(3);
+    rows[..3].iter_mut().for_each(|row| (row.length, row.aadt) = (40.0, 1000.0));
+    let settings = FamilySettings { detail: Detail::SixFeatures, ..FamilySettings::default() };
+    let said: Vec<String> = doubts(&rows, &settings).iter().map(Doubt::brief).collect();
+    assert_eq!(
+        said,
+        [
+            "inflows below family.min_inflow_vph = 60 are raised to it (line 2: intersection 0, 83 veh/h in the \
+             mean)",
+            "lengths below half of family.bins.length_m = 100 become 100 m (line 2: intersection 0, 40 m in the \
+             mean)"
+        ]
+    );
+}
+
+#[test]
+fn speeds_in_other_units_are_told() {
+    let kmh = |row: &mut Row, i: usize| row.speed = if i.is_multiple_of(3) { 30.0 } else { 60.0 };
+    assert!(
+        one(|i, row| kmh(row, i)).contains("if the column is in km/h, multiply it by 0.621371")
+    );
+    assert!(one(|_, row| row.speed = 13.9).contains("in m/s, multiply it by 2.236936"));
+    let single = one(|i, row| row.speed = if i == 1 { 80.0 } else { 35.0 });
+    assert!(
+        single.contains("speed_mph above 70") && single.ends_with("(line 3: 80 mph)"),
+        "{single}"
+    );
+    let munich = one(|i, row| {
+        (row.latitude, row.longitude) = (row.latitude + 8.1, row.longitude + 86.6);
+        row.speed = if i.is_multiple_of(3) { 50.0 } else { 30.0 };
+    });
+    assert!(munich.contains("the places lie in DE"), "{munich}");
+}
+
+#[test]
+fn counts_in_other_units_are_told() {
+    assert!(said(|_, row| row.aadt = 4.2).iter().any(|s| s.contains("multiply them by 1000")));
+    let hourly = one(|_, row| row.aadt = 380.0 * 2.0);
+    assert!(hourly.contains("divide them by the hour's share of the day"), "{hourly}");
+    assert!(said(|_, row| row.aadt = 16_000.0).iter().any(|s| s.contains("counts of all lanes")));
+}
+
+#[test]
+fn lengths_in_feet_are_told() {
+    let feet = one(|_, row| row.length = 390.0 / 0.3048);
+    assert!(feet.starts_with("length_m: half of the approaches are 3.2 times"), "{feet}");
+    assert!(feet.contains("multiply it by 0.3048"), "{feet}");
+    let single = one(|i, row| row.length = if i == 4 { 1000.0 } else { 390.0 });
+    assert_eq!(
+        single,
+        "length_m goes beyond the next intersection; if it is in feet, multiply it by 0.3048 (line 6: 1000 m, \
+         but 2 is 400 m away)"
+    );
+    assert!(
+        one(|i, row| row.length = if i == 3 { 5000.0 } else { 390.0 })
+            .contains("length_m above 3000")
+    );
+}
+
+#[test]
+fn bearings_that_point_the_wrong_way_are_told() {
+    let turned = |change: fn(f64) -> f64| {
+        said(move |_, row| {
+            // At the ends of the street there are no arms outwards.
+            row.bearing = change(row.bearing).rem_euclid(360.0);
+        })
+    };
+    assert!(turned(|deg| 90.0 - deg).iter().any(|s| s.contains("take 90 minus each")));
+    let mut ends = street(2);
+    ends.retain(|r| (r.intersection, r.arm) != (0, 'C') && (r.intersection, r.arm) != (1, 'B'));
+    ends.extend(ends.clone().into_iter().map(|mut r| {
+        (r.intersection, r.latitude) = (r.intersection + 2, r.latitude + 0.1);
+        r
+    }));
+    ends.iter_mut().for_each(|r| r.bearing = (r.bearing + 180.0) % 360.0);
+    let settings = FamilySettings { detail: Detail::PerApproach, ..FamilySettings::default() };
+    let heading: Vec<String> = doubts(&ends, &settings).iter().map(Doubt::brief).collect();
+    assert!(
+        heading[0].contains("the heading of the traffic that comes in: add 180"),
+        "{heading:?}"
+    );
+    let single = one(|i, row| {
+        if i == 5 {
+            row.bearing = 180.0;
+        }
+    });
+    assert_eq!(
+        single,
+        "bearing_deg contradicts the neighbour (line 3: arm B of 0 leads to 1, which has no arm near 270 degrees)"
+    );
+}
+
+#[test]
+fn exchanged_coordinates_are_told() {
+    let swap = |row: &mut Row| std::mem::swap(&mut row.latitude, &mut row.longitude);
+    assert!(one(|_, row| swap(row)).contains("exchange latitude and longitude"));
+    let london = said(|_, row| {
+        (row.latitude, row.longitude) = (row.longitude + 74.9, row.latitude + 11.5);
+    });
+    assert!(london[0].contains("exchange latitude and longitude"), "{london:?}");
+    let single = said(|i, row| {
+        if (3..6).contains(&i) {
+            swap(row);
+        }
+    });
+    assert!(
+        single[0].starts_with(
+            "latitude and longitude are exchanged, beside the other rows (line 5: intersection 1"
+        ),
+        "{single:?}"
+    );
+}
+
+#[test]
+fn arms_of_one_intersection_at_two_places_are_told() {
+    let said = said(|i, row| {
+        if i == 1 {
+            row.latitude += 0.01;
+        }
+    });
+    assert!(said[0].starts_with("arms of one intersection at different places"), "{said:?}");
+}
+
+#[test]
+fn movements_without_any_way_straight_on_are_told() {
+    assert!(one(|_, row| row.movements = "lr").contains("nobody goes straight on at any approach"));
+    let u_turns = said(|i, row| row.movements = if i == 0 { "lstr" } else { "ltr" });
+    assert!(u_turns[0].contains("t is a U-turn here"), "{u_turns:?}");
+}
+
+#[test]
+fn a_short_message_names_five_rows_and_counts_the_others() {
+    let doubt = Doubt::of("x", (0..7).map(|i| i.to_string()).collect()).unwrap();
+    assert_eq!(doubt.brief(), "x (0; 1; 2; 3; 4; and 2 more)");
+    assert_eq!(doubt.full().lines().count(), 8);
+}

@@ -1,0 +1,168 @@
+//! Values of a table of approaches that are implausible for their column, with the unit that they may be in.
+
+use osm_signals::Place;
+use osm_signals::side::countries::{countries, signs_in_miles};
+
+use super::doubt::{Doubt, at_line, median};
+use crate::family::approaches::{Approach, Intersection};
+use basics::units::{FOOT_M, KMH_TO_MPH, MPS_PER_MPH};
+
+/// Speed limit above which no approach of a signal is expected, miles per hour: MUTCD's tables for signals end
+/// at 70.
+const FAST_MPH: f64 = 70.0;
+
+/// Median of speed limits that no city has in miles per hour, and the other way round in metres per second.
+const MEDIAN_MPH: (f64, f64) = (15.0, 50.0);
+
+/// Most of an approach's length, metres: junctions of a city are not farther apart.
+const LONG_M: f64 = 3000.0;
+
+/// Traffic that no lane carries, vehicles per day (`osm_signals::counts::CountSettings`).
+const BUSY_PER_LANE: f64 = 25_000.0;
+
+/// Median above which counts are those of all lanes, vehicles per day and lane.
+const MEDIAN_BUSY: f64 = 12_000.0;
+
+/// Median below which counts are in thousands, vehicles per day and lane: FHWA's quietest urban streets have
+/// 40 to 350 (Highway Functional Classification, 2013, table 3-6).
+const MEDIAN_THOUSANDS: f64 = 100.0;
+
+/// Median on streets of four lanes or more below which counts are those of an hour, vehicles per day and lane:
+/// of those in Salt Lake City 99% have more than 660, and the median is 5,100.
+const MEDIAN_HOURLY: f64 = 900.0;
+
+/// Traffic below which a street of [`WIDE`] lanes is implausible, vehicles per day.
+const QUIET_STREET: f64 = 200.0;
+
+/// Lanes of both directions of a street that carries much.
+const WIDE: u32 = 4;
+
+/// Least rows of which a median tells a unit.
+const ENOUGH: usize = 3;
+
+/// Returns the doubts.
+pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
+    let approaches: Vec<&Approach> =
+        intersections.iter().flat_map(|i| &i.arms).filter(|a| a.lanes_in > 0).collect();
+    let place = |i: &Intersection| Place::from_degrees(i.latitude, i.longitude);
+    let metric = {
+        let found = countries(intersections.iter().filter_map(place));
+        found.first().filter(|c| !signs_in_miles(&c.code)).map(|c| c.code.clone())
+    };
+    let named: Vec<(String, f64)> =
+        approaches.iter().map(|a| (format!("line {}", a.line), a.speed_mph)).collect();
+    let mut doubts = speeds(&named, metric.as_deref());
+    let rows = |is: Said<'_>| -> Vec<String> {
+        approaches.iter().filter_map(|a| is(a).map(|text| at_line(a.line, text))).collect()
+    };
+    let long = rows(&|a| (a.length_m > LONG_M).then(|| format!("{} m", a.length_m)));
+    doubts.extend(Doubt::of(
+        format!("length_m above {LONG_M}: if it is in feet, multiply the column by {FOOT_M}"),
+        long,
+    ));
+    doubts.extend(counts(&approaches, &rows));
+    let without: Vec<&&Approach> = approaches.iter().filter(|a| !a.movements.is_empty()).collect();
+    if without.len() >= ENOUGH && without.iter().all(|a| !a.movements.contains('s')) {
+        doubts.push(Doubt::whole(
+            "movements: nobody goes straight on at any approach; the letter for it is s or t",
+        ));
+    }
+    doubts
+}
+
+/// Returns the doubts about speed limits, each with the name of its row.
+///
+/// # Arguments
+///
+/// * `metric` — code of the country if its signs are in km/h.
+pub(super) fn speeds(named: &[(String, f64)], metric: Option<&str>) -> Vec<Doubt> {
+    let all: Vec<f64> = named.iter().map(|(_, mph)| *mph).collect();
+    let enough = all.len() >= ENOUGH;
+    let (slow, fast) = MEDIAN_MPH;
+    let middle = median(all.clone()).filter(|_| enough);
+    if middle.is_some_and(|middle| middle >= fast) {
+        return vec![Doubt::whole(format!(
+            "speed_mph: half of the approaches have {fast} mph or more, which hardly any street with signals has; \
+             if the column is in km/h, multiply it by {KMH_TO_MPH}"
+        ))];
+    }
+    if middle.is_some_and(|middle| middle < slow) {
+        return vec![Doubt::whole(format!(
+            "speed_mph: half of the approaches have less than {slow} mph; if the column is in m/s, multiply it by {:.6}",
+            1.0 / MPS_PER_MPH
+        ))];
+    }
+    let tens = enough && all.iter().all(|mph| mph % 10.0 == 0.0) && all.contains(&50.0);
+    if let (Some(code), true) = (metric, tens) {
+        return vec![Doubt::whole(format!(
+            "speed_mph: all speeds are multiples of 10, with 50 among them, as on signs in km/h, and the places lie in \
+             {code}; if the column is in km/h, multiply it by {KMH_TO_MPH}"
+        ))];
+    }
+    let above = named.iter().filter(|(_, mph)| *mph > FAST_MPH);
+    let rows = above.map(|(row, mph)| format!("{row}: {mph} mph")).collect();
+    let about = format!(
+        "speed_mph above {FAST_MPH}, which no street with signals has; if it is in km/h, multiply it by {KMH_TO_MPH}"
+    );
+    Doubt::of(about, rows).into_iter().collect()
+}
+
+/// What is said of an approach, if anything.
+type Said<'a> = &'a dyn Fn(&Approach) -> Option<String>;
+
+fn counts(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> Vec<Doubt> {
+    let lanes = |a: &Approach| a.lanes_in + a.lanes_out;
+    let of = |is: &dyn Fn(&Approach) -> bool| -> Vec<f64> {
+        let counted = approaches.iter().filter(|a| !a.imputed && is(a));
+        counted.map(|a| a.aadt_veh_per_day_per_lane).collect()
+    };
+    let middle = |values: Vec<f64>| if values.len() < ENOUGH { None } else { median(values) };
+    let column = "aadt_veh_per_day_per_lane";
+    let all = middle(of(&|_| true));
+    if let Some(middle) = all.filter(|middle| *middle < MEDIAN_THOUSANDS) {
+        return vec![Doubt::whole(format!(
+            "{column}: half of the approaches have {middle} vehicles a day and lane or less; if the counts are in \
+             thousands, multiply them by 1000"
+        ))];
+    }
+    let wide = middle(of(&|a| lanes(a) >= WIDE));
+    if let Some(middle) = wide.filter(|middle| *middle < MEDIAN_HOURLY) {
+        return vec![Doubt::whole(format!(
+            "{column}: half of the approaches of streets with {WIDE} lanes or more have {middle} vehicles a day and lane \
+             or less; if these are counts of an hour, divide them by the hour's share of the day \
+             (family.hourly_share)"
+        ))];
+    }
+    if let Some(middle) = all.filter(|middle| *middle > MEDIAN_BUSY) {
+        return vec![Doubt::whole(format!(
+            "{column}: half of the approaches have {middle} vehicles a day and lane or more; if these are counts of \
+             all lanes, divide each by the lanes of both directions"
+        ))];
+    }
+    let busy = rows(&|a| {
+        let per_lane = a.aadt_veh_per_day_per_lane;
+        (per_lane > BUSY_PER_LANE).then(|| format!("{per_lane} veh/day per lane"))
+    });
+    let quiet = rows(&|a| {
+        let street = a.aadt_veh_per_day_per_lane * f64::from(lanes(a));
+        let quiet = !a.imputed && lanes(a) >= WIDE && street < QUIET_STREET;
+        quiet.then(|| format!("{street} veh/day on {} lanes", lanes(a)))
+    });
+    let doubts = [
+        Doubt::of(
+            format!(
+                "{column} above {BUSY_PER_LANE}, which no lane carries; a count of all lanes has to be divided by the \
+                 lanes of both directions"
+            ),
+            busy,
+        ),
+        Doubt::of(
+            format!(
+                "{column}: less than {QUIET_STREET} vehicles a day on {WIDE} lanes or more; a count in thousands has to be \
+                 multiplied by 1000, one of an hour divided by its share of the day"
+            ),
+            quiet,
+        ),
+    ];
+    doubts.into_iter().flatten().collect()
+}

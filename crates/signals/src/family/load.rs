@@ -1,0 +1,320 @@
+//! Reads a scenario, embedded or from a file, and derives its family.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use sheet::Fault;
+use toml::Table;
+
+use super::approaches::{self, Intersection, check_arms};
+use super::describing::describing;
+use super::doubts::{self, Doubt};
+use super::features::{group, per_approach_features, point_id};
+use super::points;
+use crate::settings::check::check;
+use crate::settings::{Detail, Preset, Scenario, SixFeatures};
+use basics::suggest::did_you_mean;
+use evaluation::family::columns::at;
+use evaluation::family::error::FamilyError;
+use evaluation::family::names::{check_id, safe_id};
+use evaluation::family::{Feature, MdpFamily, PointMdp};
+use evaluation::settings::default_name::name_of;
+use evaluation::settings::overrides::{Override, overlay};
+use evaluation::settings::source::{file_of, read_scenario, read_text, unreadable};
+use evaluation::settings::wording;
+
+/// Scenarios that the binary carries, so that it works from any directory.
+pub const EMBEDDED: [(&str, &str); 3] = [
+    ("salt-lake-city", include_str!("../../../../scenarios/salt-lake-city.toml")),
+    ("salt-lake-city-peak", include_str!("../../../../scenarios/salt-lake-city-peak.toml")),
+    ("smoke", include_str!("../../../../scenarios/smoke.toml")),
+];
+
+/// Tables that embedded scenarios name, by the path in the scenario.
+const EMBEDDED_TABLES: [(&str, &str); 2] = [
+    (
+        "../data/salt-lake-city/approaches.csv",
+        include_str!("../../../../data/salt-lake-city/approaches.csv"),
+    ),
+    ("smoke.csv", include_str!("../../../../scenarios/smoke.csv")),
+];
+
+/// A scenario with its family and what the family was derived from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadedScenario {
+    /// The settings.
+    pub scenario: Scenario,
+    /// The scenario file's text, of which the manifest keeps the hash.
+    pub text: String,
+    /// The table's text.
+    pub table: String,
+    /// The point MDPs.
+    pub family: MdpFamily,
+    /// Real intersections; empty for a table of point MDPs.
+    pub intersections: Vec<Intersection>,
+    /// Per point MDP the indices of its intersections.
+    pub members: Vec<Vec<usize>>,
+    /// What is doubtful in the table, and what of it is changed; nothing for a table that the program carries.
+    pub doubts: Vec<Doubt>,
+}
+
+/// Loads a scenario by path or embedded name.
+///
+/// # Errors
+///
+/// [`FamilyError`] naming the file and the place.
+pub fn load(name: &str) -> Result<LoadedScenario, FamilyError> {
+    load_with(name, &[])
+}
+
+/// Loads a scenario by path or embedded name, with some settings replaced; the last of several
+/// values of one setting counts.
+///
+/// # Errors
+///
+/// [`FamilyError`] naming the file and the place, or what replaces a setting.
+pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, FamilyError> {
+    if let Some((_, text)) = EMBEDDED.iter().find(|(n, _)| *n == name) {
+        let file = format!("{name}.toml (embedded)");
+        let table = |table: &str| match EMBEDDED_TABLES.iter().find(|(path, _)| *path == table) {
+            Some((_, text)) => Ok((*text).to_owned()),
+            // Only a table from the command line is not embedded.
+            None => read_text(Path::new(table)),
+        };
+        let mut loaded = with_detail(text, &file, overrides, &table, Detail::SixFeatures)?;
+        if EMBEDDED_TABLES.iter().any(|(_, text)| *text == loaded.table) {
+            loaded.doubts.clear();
+        }
+        return Ok(loaded);
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let embedded: Vec<_> = EMBEDDED.iter().map(|(n, _)| *n).collect();
+        let mut known: Vec<String> = embedded.iter().map(|n| (*n).to_owned()).collect();
+        known.extend(beside(path));
+        return Err(FamilyError::UnknownScenario {
+            name: name.to_owned(),
+            embedded: embedded.join(", "),
+            meant: did_you_mean(name, known.iter().map(String::as_str)),
+        });
+    }
+    let path = file_of(name);
+    let text = read_scenario(&path)?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let table = |table: &str| read_text(&folder.join(table));
+    from_text(&text, &path.display().to_string(), overrides, &table)
+}
+
+/// Returns the scenarios in the folder of a path.
+fn beside(path: &Path) -> Vec<String> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let read = std::fs::read_dir(if folder == Path::new("") { Path::new(".") } else { folder });
+    let paths = read.into_iter().flatten().flatten().map(|e| folder.join(e.file_name()));
+    let scenario = |p: &PathBuf| {
+        p.extension().is_some_and(|e| e == "toml") || p.join("scenario.toml").is_file()
+    };
+    paths.filter(scenario).map(|p| p.display().to_string()).collect()
+}
+
+/// Returns a scenario whose text stands on a preset's, with settings replaced.
+fn with_preset(
+    text: &str,
+    preset: Preset,
+    overrides: &[Override],
+    file: &str,
+) -> Result<Scenario, FamilyError> {
+    let table = |text: &str| -> Table { text.parse().expect("it has been read before") };
+    let mut settings = table(preset.text());
+    overlay(&mut settings, table(text));
+    settings.entry("name").or_insert_with(|| name_of(file).into());
+    let mut scenario: Scenario = settings.try_into().map_err(|e: toml::de::Error| {
+        let reason = wording::explain::<Scenario>(e.message(), "");
+        let message = format!("with the preset {}: {reason}", preset.name());
+        FamilyError::Toml { file: file.to_owned(), message }
+    })?;
+    for setting in overrides {
+        scenario = setting.apply(&scenario)?;
+    }
+    Ok(scenario)
+}
+
+/// Parses a scenario, replaces settings and derives the family; `table` resolves a table's path to
+/// its text.
+///
+/// # Errors
+///
+/// [`FamilyError`] naming the file and the place.
+pub fn from_text(
+    text: &str,
+    file: &str,
+    overrides: &[Override],
+    table: &dyn Fn(&str) -> Result<String, FamilyError>,
+) -> Result<LoadedScenario, FamilyError> {
+    with_detail(text, file, overrides, table, Detail::PerApproach)
+}
+
+/// Does what [`from_text`] does, with the detail of approaches where neither the scenario nor what replaces its
+/// settings says one.
+fn with_detail(
+    text: &str,
+    file: &str,
+    overrides: &[Override],
+    table: &dyn Fn(&str) -> Result<String, FamilyError>,
+    detail: Detail,
+) -> Result<LoadedScenario, FamilyError> {
+    let mut scenario: Scenario =
+        toml::from_str(text).map_err(|e| wording::file_error::<Scenario>(file, text, &e))?;
+    // A name that is written and empty is the user's mistake, one that is not written is the file's.
+    if !text.parse::<Table>().is_ok_and(|table| table.contains_key("name")) {
+        scenario.name = name_of(file);
+    }
+    // Which preset counts is the last word of the scenario and of what replaces its settings.
+    let mut preset = scenario.preset;
+    for setting in overrides {
+        scenario = setting.apply(&scenario)?;
+        preset = scenario.preset;
+    }
+    if preset != Preset::default() {
+        scenario = with_preset(text, preset, overrides, file)?;
+    }
+    // Real approaches stay what they are, unless somebody asks for the paper's six features.
+    let says = |key: &str| {
+        text.parse::<Table>().is_ok_and(|table| family_has(&table, key))
+            || overrides.iter().flat_map(Override::keys).any(|k| k == format!("family.{key}"))
+    };
+    let real = scenario.family.approaches.is_some() && scenario.family.points.is_none();
+    if real && !says("detail") {
+        scenario.family.detail = detail;
+    }
+    let without_effect = scenario.family.detail == Detail::PerApproach && says("bins");
+    let bins_without_effect = without_effect.then(|| {
+        Doubt::whole(
+            "family.bins has no effect on intersections that keep their own approaches; say detail = \"six-features\" \
+             in [family] for means over them",
+        )
+    });
+    let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
+    let file = &if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") };
+    check(&scenario, file)?;
+    let text = text.to_owned();
+    match (&scenario.family.approaches, &scenario.family.points) {
+        (Some(path), None) => {
+            let table = table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
+            let intersections = approaches::read(&table, path)?;
+            let (family, members) = derive(&scenario, &intersections, path)?;
+            let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
+            doubts.extend(bins_without_effect);
+            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
+        }
+        (None, Some(path)) => {
+            let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
+            let family = points::read(&scenario.name, &table, path)?;
+            let members = vec![Vec::new(); family.points.len()];
+            let (intersections, doubts) = (vec![], doubts::of_points(&family));
+            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
+        }
+        (approaches, _) => Err(FamilyError::Setting {
+            file: file.to_owned(),
+            field: "family".into(),
+            value: if approaches.is_some() { "approaches and points" } else { "no table" }.into(),
+            expected: "give exactly one of the two tables, such as points = \"points.csv\" or \
+                       approaches = \"approaches.csv\" in [family]"
+                .into(),
+        }),
+    }
+}
+
+/// Returns whether the text of a scenario sets something of its family.
+fn family_has(table: &Table, key: &str) -> bool {
+    table.get("family").and_then(|family| family.get(key)).is_some()
+}
+
+/// Derives the point MDPs of intersections, and per point MDP the intersections it stands for.
+fn derive(
+    scenario: &Scenario,
+    intersections: &[Intersection],
+    file: &str,
+) -> Result<(MdpFamily, Vec<Vec<usize>>), FamilyError> {
+    let total = intersections.len() as f64;
+    if scenario.family.detail == Detail::PerApproach {
+        for intersection in intersections {
+            check_arms(intersection)
+                .map_err(|message| at(file, Fault { line: intersection.line, message }))?;
+        }
+    }
+    let groups: Vec<(String, SixFeatures, Vec<usize>)> = match scenario.family.detail {
+        Detail::SixFeatures => group(intersections, &scenario.family)
+            .into_iter()
+            .map(|(features, members)| (point_id(&features), features, members))
+            .collect(),
+        Detail::PerApproach => intersections
+            .iter()
+            .enumerate()
+            .map(|(i, intersection)| {
+                let features = per_approach_features(intersection, &scenario.family);
+                (id_of_point(&intersection.id), features, vec![i])
+            })
+            .collect(),
+    };
+    let mut of_id: BTreeMap<&str, &[usize]> = BTreeMap::new();
+    for (id, _, members) in &groups {
+        if let Some(earlier) = of_id.insert(id, members) {
+            let name = |members: &[usize]| &intersections[members[0]].id;
+            return Err(FamilyError::Setting {
+                file: file.to_owned(),
+                field: "intersection".into(),
+                value: name(members).clone(),
+                expected: format!(
+                    "the point MDP would be called {id}, as that of intersection {}; rename one \
+                     of the two",
+                    name(earlier)
+                ),
+            });
+        }
+    }
+    let columns = SixFeatures::COLUMNS
+        .map(|(name, unit)| Feature { name: name.to_owned(), unit: unit.to_owned() })
+        .to_vec();
+    let points = groups
+        .iter()
+        .map(|(id, features, members)| PointMdp {
+            id: id.clone(),
+            title: match scenario.family.detail {
+                Detail::SixFeatures => id.clone(),
+                Detail::PerApproach => called(id, &intersections[members[0]].id),
+            },
+            features: features.to_array().to_vec(),
+            importance: members.len() as f64 / total,
+            instances: members.len() as u32,
+        })
+        .collect();
+    let mut family = MdpFamily::new(&scenario.name, columns, points, file)?;
+    let members: Vec<Vec<usize>> = family
+        .points
+        .iter()
+        .map(|p| of_id.get(&*p.id).expect("points are made from groups").to_vec())
+        .collect();
+    if scenario.family.detail == Detail::PerApproach {
+        let row = |members: &Vec<usize>| describing(&intersections[members[0]], &scenario.family);
+        family.describing = members.iter().map(row).collect();
+    }
+    Ok((family, members))
+}
+
+/// Returns the id of the point MDP of an intersection: a number gets a letter and leading zeros, so
+/// that names sort as numbers do. `007` is no number but a name, as `7` is another one.
+fn id_of_point(intersection: &str) -> String {
+    match intersection.parse::<u32>() {
+        Ok(number) if number.to_string() == intersection => format!("i{number:04}"),
+        _ => safe_id(intersection),
+    }
+}
+
+/// Returns what people call a point MDP: the name of its intersection where the id is made from it,
+/// else the id.
+fn called(id: &str, intersection: &str) -> String {
+    if check_id("", intersection).is_ok() { id.to_owned() } else { intersection.to_owned() }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,287 @@
+//! From what the command line says to a method: `NAME=exec:COMMAND`, `NAME=FILE.py:CLASS`, `NAME=SCORES.csv`.
+
+use std::collections::BTreeMap;
+use std::env;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::own::exec::Exec;
+use super::own::external::Scores;
+use super::own::{Host, Own, Play};
+use crate::control::Controller;
+use crate::domain::Traffic;
+use basics::files::FileError;
+use evaluation::run::domain::Domain;
+use evaluation::run::method::{Method, Training};
+use evaluation::store::own::{OwnKind, OwnMethod};
+
+/// What a command begins with.
+const EXEC: &str = "exec:";
+
+/// Most characters of a name.
+const MOST_NAME: usize = 40;
+
+/// Why a controller that was given cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OwnError {
+    /// It is not written as it has to be.
+    #[error("{given:?}: {reason}")]
+    Source {
+        /// What was given.
+        given: String,
+        /// What is wrong with it, and how it has to be.
+        reason: String,
+    },
+    /// What hosts controllers could not open it.
+    #[error("controller {name}: {reason}")]
+    Host {
+        /// Its name.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A table of scores that cannot be used.
+    #[error("{}: {reason}", .path.display())]
+    Scores {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with the line.
+        reason: String,
+    },
+    /// A file that cannot be read.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}
+
+/// Adds a controller to those of signals.
+///
+/// # Arguments
+///
+/// * `given` — `NAME=exec:COMMAND` or `NAME=FILE.py:CLASS`.
+/// * `host` — opens classes, where there is one.
+/// * `answer` — time that a command has for an answer.
+///
+/// # Errors
+///
+/// [`OwnError`] saying what is wrong with it.
+pub fn add(
+    traffic: Traffic,
+    given: &str,
+    host: Option<&dyn Host>,
+    answer: Duration,
+) -> Result<Traffic, OwnError> {
+    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
+    let form = "write NAME=exec:COMMAND or NAME=FILE.py:CLASS";
+    let (name, source) = named(given, form)?;
+    check_name(&traffic, &name).map_err(wrong)?;
+    if let Some(line) = source.strip_prefix(EXEC) {
+        let words = shlex::split(line).filter(|words| !words.is_empty());
+        let words = words.ok_or_else(|| wrong("no command can be read there".to_owned()))?;
+        let (words, files) = command(&words).map_err(wrong)?;
+        let label: Vec<String> = words.iter().map(|word| label(word)).collect();
+        let leaked: &'static str = name.clone().leak();
+        let create = move |setup: &_| {
+            Box::new(Exec::new(leaked, words.clone(), *setup, answer)) as Box<dyn Controller>
+        };
+        let about = OwnMethod::new(&name, OwnKind::Exec, format!("{EXEC}{}", label.join(" ")));
+        let method = Method::new(leaked, "a command of your own", Training::None);
+        let play = Play::Controller(Box::new(create));
+        return Ok(traffic.with_own(method, Own { about, files, play }));
+    }
+    if !source.contains(':') {
+        return Err(wrong(form.to_owned()));
+    }
+    let Some(host) = host else {
+        return Err(wrong(
+            "this program has no Python; classes are for the tsc-family of the Python package (pip install, \
+             docs/own-controller.md), commands for every one (NAME=exec:COMMAND)"
+                .to_owned(),
+        ));
+    };
+    let hosted = host.open(source);
+    let mut hosted = hosted.map_err(|reason| OwnError::Host { name: name.clone(), reason })?;
+    hosted.summary = hosted.summary.replace(char::is_control, " ");
+    // Where it lies is no part of what it is.
+    let (file, class) = source.split_once(".py:").unwrap_or((source, ""));
+    let file = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
+    let about = OwnMethod {
+        summary: hosted.summary.clone(),
+        versions: hosted.versions,
+        learns: hosted.training == Training::Learned,
+        ..OwnMethod::new(&name, OwnKind::Python, format!("{file}.py:{class}"))
+    };
+    let summary = match hosted.summary.as_str() {
+        "" => "a class of your own",
+        summary => summary.to_owned().leak(),
+    };
+    let method = Method::new(name.clone().leak(), summary, hosted.training);
+    let play = Play::Controller(hosted.create);
+    Ok(traffic.with_own(method, Own { about, files: hosted.files, play }))
+}
+
+/// Adds scores that were measured elsewhere.
+///
+/// # Arguments
+///
+/// * `given` — `NAME=FILE`.
+///
+/// # Errors
+///
+/// [`OwnError`] saying what is wrong with them.
+pub fn add_external(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
+    let (name, source) = named(given, "write NAME=SCORES.csv")?;
+    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
+    check_name(&traffic, &name).map_err(wrong)?;
+    let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
+    let scores = Scores::read(&path);
+    let scores = scores.map_err(|reason| OwnError::Scores { path: path.clone(), reason })?;
+    let file = label(source);
+    let about = OwnMethod::new(&name, OwnKind::External, file.clone());
+    let method = Method::new(name.leak(), OwnKind::External.in_words(), Training::None);
+    let play = Play::External(Arc::new(scores));
+    Ok(traffic.with_own(method, Own { about, files: BTreeMap::from([(file, path)]), play }))
+}
+
+/// Adds a method that records have and that nobody gave, so that they can be read; it cannot be played.
+pub fn add_named(traffic: Traffic, about: &OwnMethod) -> Traffic {
+    if check_name(&traffic, &about.name).is_err() {
+        return traffic;
+    }
+    let training = if about.learns { Training::Learned } else { Training::None };
+    let summary: &'static str = about.kind.in_words();
+    let method = Method::new(about.name.clone().leak(), summary, training);
+    let own = Own { about: about.clone(), files: BTreeMap::new(), play: Play::Absent };
+    traffic.with_own(method, own)
+}
+
+/// Returns name and source of `NAME=SOURCE`.
+fn named<'a>(given: &'a str, form: &str) -> Result<(String, &'a str), OwnError> {
+    let wrong = |reason: &str| {
+        Err(OwnError::Source { given: given.escape_debug().to_string(), reason: reason.to_owned() })
+    };
+    match given.split_once('=') {
+        // A manifest says it in a line.
+        Some((_, source)) if source.chars().any(char::is_control) => wrong(
+            "it has a line break or another control character; put such a command into a script",
+        ),
+        Some((name, source)) if !source.is_empty() => Ok((name.to_owned(), source)),
+        _ => wrong(form),
+    }
+}
+
+/// Checks that a method can be called so.
+fn check_name(traffic: &Traffic, name: &str) -> Result<(), String> {
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    let begins = name.starts_with(|c: char| c.is_ascii_lowercase());
+    if !begins || !name.chars().all(plain) || name.len() > MOST_NAME {
+        return Err(format!(
+            "a name is made of a to z, 0 to 9 and -, begins with a letter and has at most {MOST_NAME} of them"
+        ));
+    }
+    match traffic.methods().iter().any(|m| m.name == name) {
+        true => Err(format!("there is a method {name} already; take another name")),
+        false => Ok(()),
+    }
+}
+
+/// Returns a word of a command as manifests have it: of a file its name alone.
+fn label(word: &str) -> String {
+    let path = Path::new(word);
+    let name = path.file_name().filter(|_| path.is_file());
+    name.map_or_else(|| word.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// Returns a command whose program is named by an absolute path, and the files that it names: the program, and every
+/// argument that is one.
+fn command(words: &[String]) -> Result<(Vec<String>, BTreeMap<String, PathBuf>), String> {
+    let (first, rest) = words.split_first().expect("it has a word");
+    let program = program(first)?;
+    let mut files = BTreeMap::from([(label(first), program.clone())]);
+    for word in rest {
+        let path = Path::new(word);
+        if path.is_file() {
+            let path = std::path::absolute(path).map_err(|e| format!("{word}: {e}"))?;
+            let name = label(word);
+            let name = if files.contains_key(&name) { format!("{name} ({word})") } else { name };
+            files.insert(name, path);
+        }
+    }
+    let program = program.to_str().ok_or("the way to the program is no text in UTF-8")?.to_owned();
+    Ok((std::iter::once(program).chain(rest.iter().cloned()).collect(), files))
+}
+
+/// Returns the program that a word names, in this folder or on the path.
+fn program(word: &str) -> Result<PathBuf, String> {
+    let runs = |path: &Path| {
+        path.metadata().is_ok_and(|m| m.is_file() && m.permissions().mode() & 0o111 != 0)
+    };
+    if word.contains('/') {
+        let path = std::path::absolute(word).map_err(|e| format!("{word}: {e}"))?;
+        return match (runs(&path), path.exists()) {
+            (true, _) => Ok(path),
+            (false, true) => Err(format!("{word} cannot be executed (chmod +x)")),
+            (false, false) => Err(format!("there is no {word}")),
+        };
+    }
+    let path = env::var_os("PATH").unwrap_or_default();
+    let found = env::split_paths(&path).map(|folder| folder.join(word)).find(|path| runs(path));
+    found.ok_or_else(|| {
+        format!("there is no program {word} on the path; one in this folder is ./{word}")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn added(given: &str) -> Result<Traffic, String> {
+        add(Traffic::default(), given, None, Duration::from_secs(1)).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_controller_is_said() {
+        for (given, expected) in [
+            ("mine", "\"mine\": write NAME=exec:COMMAND or NAME=FILE.py:CLASS"),
+            ("mine=cmd", "write NAME=exec:COMMAND"),
+            ("idqn=exec:true", "there is a method idqn already"),
+            ("Mine!=exec:true", "a name is made of a to z"),
+            ("mine=exec:", "no command can be read there"),
+            ("mine=exec:'x", "no command can be read there"),
+            ("mine=exec:no-such-program", "no program no-such-program on the path"),
+            ("mine=exec:./nowhere", "there is no ./nowhere"),
+            ("mine=exec:/etc/passwd", "cannot be executed"),
+            ("mine=a.py:A", "this program has no Python"),
+        ] {
+            let e = added(given).err().unwrap_or_else(|| panic!("{given} is taken"));
+            assert!(e.contains(expected), "{given}: {e}");
+        }
+    }
+
+    #[test]
+    fn a_command_consists_of_its_program_and_the_files_that_it_names() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("weights.txt");
+        fs::write(&file, "1").unwrap();
+        let traffic = added(&format!("mine=exec:cat {} --fast", file.display())).unwrap();
+        let own = traffic.own("mine").unwrap().unwrap();
+        assert_eq!(own.source, "exec:cat weights.txt --fast");
+        let names: Vec<&String> = own.sha256.keys().collect();
+        assert_eq!(names, ["cat", "weights.txt"]);
+        fs::write(&file, "2").unwrap();
+        let now = traffic.own("mine").unwrap().unwrap();
+        assert_eq!(own.difference(&now).unwrap(), "controller mine: weights.txt has changed");
+    }
+
+    #[test]
+    fn a_method_that_only_records_have_can_be_read_and_not_played() {
+        let own = added("mine=exec:true").unwrap().own("mine").unwrap().unwrap();
+        let traffic = add_named(Traffic::default(), &own);
+        assert!(traffic.methods().iter().any(|m| m.name == "mine"));
+        assert_eq!(traffic.own("mine").unwrap(), None);
+    }
+}

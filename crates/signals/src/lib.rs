@@ -1,0 +1,33 @@
+//! Signalised intersections in SUMO: everything that knows of traffic.
+//!
+//! All geometry knows right-hand traffic only. What is left-hand is mirrored east to west where it comes in
+//! (extracts in [`osm_signals::mirror`], intersections to build in [`network::intersection`], SUMO's scenes in
+//! [`env::side`]) and back where it goes out.
+
+pub mod city;
+pub mod content;
+pub mod contest;
+pub mod control;
+pub mod controllers;
+pub mod domain;
+pub mod effort;
+pub mod env;
+pub mod environment;
+pub mod error;
+pub mod family;
+pub mod given;
+pub mod held;
+pub mod model;
+pub mod network;
+pub mod network_files;
+pub mod own;
+pub mod places;
+pub mod problem;
+pub mod program;
+pub mod settings;
+pub mod sim;
+pub mod simulator;
+pub mod timing;
+pub mod trial;
+pub mod vocabulary;
+mod write_places;

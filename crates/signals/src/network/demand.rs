@@ -1,0 +1,395 @@
+//! The vehicles of an intersection: Poisson streams, written as SUMO routes for any seed.
+//!
+//! Choices where implementations differ:
+//! - **Randomness** of a stream comes from three generators of its own, for arrivals, turns and
+//!   drivers. Changing one stream, or one of the three, leaves all others alone. A higher inflow only
+//!   squeezes the same arrivals together, and a peak hour factor only moves them within the horizon.
+//! - **Drivers** get SUMO's default spread of desired speeds, but drawn here and written into the
+//!   file, so that SUMO's own random numbers, which depend on what the signal does, do not decide
+//!   who the vehicles are.
+//! - **Insertion** is spelled out (`departLane`, `departPos`, `departSpeed`) and so is the vehicle
+//!   type, because SUMO 1.27 changed the defaults: delays differ by a quarter.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use osm_signals::Turn;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha12Rng;
+use rand_distr::{Distribution, Normal};
+use serde::{Deserialize, Serialize};
+
+use super::error::NetworkError;
+use super::intersection::IntersectionSpec;
+use super::movements::{ArmMovement, incoming_edge, movements};
+use super::peak::peaked_s;
+use crate::settings::{DemandSettings, TurnShares};
+use basics::files::FileError;
+use basics::seed;
+use basics::units::SECONDS_PER_HOUR;
+
+/// Lane on which vehicles start: of those that lead to their exit, that with the fewest vehicles.
+const DEPART_LANE: &str = "best";
+
+/// Speed with which vehicles start: what lane and driver allow, less if a vehicle ahead demands
+/// it, so that the entry does not hold them up. The same in all SUMO versions.
+const DEPART_SPEED: &str = "max";
+
+/// SUMO's default passenger car, spelled out so that every version simulates the same one.
+///
+/// `speedDev` is 0 because each vehicle brings its own `speedFactor`.
+const VEHICLE_TYPE: &str = "    <vType id=\"car\" vClass=\"passenger\" length=\"5\" minGap=\"2.5\" \
+    width=\"1.8\" height=\"1.5\" maxSpeed=\"55.56\" accel=\"2.6\" decel=\"4.5\" \
+    emergencyDecel=\"9\" apparentDecel=\"4.5\" sigma=\"0.5\" tau=\"1\" speedFactor=\"1\" \
+    speedDev=\"0\" carFollowModel=\"Krauss\" laneChangeModel=\"LC2013\"/>\n";
+
+/// Distribution of desired speeds relative to the limit: mean, deviation, lowest, highest
+/// (SUMO's default for passenger cars, `normc(1,0.1,0.2,2)`).
+const SPEED_FACTOR: [f64; 4] = [1.0, 0.1, 0.2, 2.0];
+
+/// Who arrives at an intersection, independent of any seed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DemandSpec {
+    /// Vehicles arrive from 0 to here, seconds.
+    pub horizon_s: f64,
+    /// Vehicles of the horizon divided by four times those of its second quarter; 1 is an even flow.
+    pub peak_hour_factor: f64,
+    /// Streams of vehicles, one per incoming edge.
+    pub streams: Vec<Stream>,
+}
+
+/// The vehicles of one incoming edge.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stream {
+    /// Edge on which they start.
+    pub from: String,
+    /// Rate of the Poisson process, vehicles per hour.
+    pub inflow_vph: f64,
+    /// SUMO's `departLane`.
+    pub depart_lane: String,
+    /// SUMO's `departSpeed`.
+    pub depart_speed: String,
+    /// Where they go.
+    pub routes: Vec<RouteShare>,
+}
+
+/// One destination of a stream.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RouteShare {
+    /// Edge on which the vehicles leave.
+    pub to: String,
+    /// Probability; the shares of a stream sum to 1.
+    pub share: f64,
+}
+
+/// One vehicle of one seed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vehicle {
+    /// Index of its stream.
+    pub stream: usize,
+    /// Running number in its stream.
+    pub number: u32,
+    /// Index of its route in the stream.
+    pub route: usize,
+    /// Departure, whole seconds: SUMO inserts at its 1 s steps only, and would count a fraction as
+    /// departure delay, half a second on average.
+    pub depart_s: u32,
+    /// Desired speed relative to the limit.
+    pub speed_factor: f64,
+}
+
+impl DemandSpec {
+    /// Returns the demand of an intersection: a stream per incoming arm.
+    ///
+    /// The turn shares are renormalised over the turns that the arm has; several exits of the same
+    /// turn share its part equally. Where all turns of an arm have the share 0, they are equally
+    /// likely. The shares are as on the ground.
+    ///
+    /// # Errors
+    ///
+    /// [`NetworkError::Intersection`] for an impossible intersection.
+    pub fn from_intersection(
+        spec: &IntersectionSpec,
+        settings: &DemandSettings,
+    ) -> Result<Self, NetworkError> {
+        let movements = movements(spec)?;
+        let shares = settings.turn_shares.as_right_hand(spec.side);
+        let stream = |(i, inflow_vph): (usize, f64)| {
+            let own: Vec<_> = movements.iter().filter(|m| m.from == i).copied().collect();
+            Stream {
+                from: incoming_edge(i),
+                inflow_vph,
+                depart_lane: DEPART_LANE.to_owned(),
+                depart_speed: DEPART_SPEED.to_owned(),
+                routes: routes(&own, &shares),
+            }
+        };
+        let inflows = spec.arms.iter().map(|a| a.inflow_vph).enumerate();
+        let streams = inflows.filter(|(i, _)| spec.arms[*i].lanes_in > 0).map(stream).collect();
+        let DemandSettings { horizon_s, peak_hour_factor, .. } = *settings;
+        Ok(Self { horizon_s, peak_hour_factor, streams })
+    }
+
+    /// Returns the text of a `.demand.json`, which reads back as the same demand.
+    pub fn to_json(&self) -> String {
+        let text = serde_json::to_string_pretty(self);
+        text.expect("strings and finite numbers are JSON") + "\n"
+    }
+
+    /// Draws the vehicles of a seed, by departure and then by stream.
+    pub fn vehicles(&self, seed: u64) -> Vec<Vehicle> {
+        let streams = self.streams.iter().enumerate();
+        let mut all: Vec<_> = streams.flat_map(|(i, s)| self.arrivals(i, s, seed)).collect();
+        all.sort_by_key(|v| (v.depart_s, v.stream, v.number));
+        all
+    }
+
+    /// Writes the vehicles of a seed as a SUMO route file and returns their number.
+    ///
+    /// The same seed gives the same bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] if the file cannot be written.
+    pub fn write_routes(&self, seed: u64, path: &Path) -> Result<u32, FileError> {
+        let (vehicles, text) = self.routes(seed);
+        std::fs::write(path, text).map_err(FileError::at("write", path))?;
+        Ok(vehicles)
+    }
+
+    /// Returns how many vehicles a seed has, and the text of their SUMO route file.
+    pub fn routes(&self, seed: u64) -> (u32, String) {
+        let vehicles = self.vehicles(seed);
+        (vehicles.len() as u32, self.routes_xml(&vehicles))
+    }
+
+    /// Draws the vehicles of one stream.
+    fn arrivals(&self, index: usize, stream: &Stream, seed: u64) -> Vec<Vehicle> {
+        let [mut arrivals, mut turns, mut drivers] = ["arrivals", "turns", "drivers"]
+            .map(|purpose| ChaCha12Rng::seed_from_u64(seed::vehicles(seed, purpose, &stream.from)));
+        let mut vehicles = Vec::new();
+        let mut time_s = 0.0;
+        loop {
+            // 1 - u lies in (0, 1], whose logarithm is finite.
+            let unit_gap = -(1.0 - arrivals.random::<f64>()).ln();
+            time_s += unit_gap * SECONDS_PER_HOUR / stream.inflow_vph;
+            if time_s.is_nan() || time_s >= self.horizon_s {
+                return vehicles;
+            }
+            vehicles.push(Vehicle {
+                stream: index,
+                number: vehicles.len() as u32,
+                route: stream.route(turns.random()),
+                depart_s: peaked_s(time_s, self.horizon_s, self.peak_hour_factor) as u32,
+                speed_factor: speed_factor(&mut drivers),
+            });
+        }
+    }
+
+    /// Returns vehicles as the text of a SUMO route file.
+    pub fn routes_xml(&self, vehicles: &[Vehicle]) -> String {
+        let mut text = format!("<routes>\n{VEHICLE_TYPE}");
+        for stream in &self.streams {
+            for RouteShare { to, .. } in &stream.routes {
+                let from = &stream.from;
+                push(&mut text, format_args!("<route id=\"{from}-{to}\" edges=\"{from} {to}\"/>"));
+            }
+        }
+        for v in vehicles {
+            let stream = &self.streams[v.stream];
+            let Stream { from, depart_lane, depart_speed, .. } = stream;
+            let (number, to, factor) = (v.number, &stream.routes[v.route].to, v.speed_factor);
+            let depart_s = v.depart_s;
+            push(
+                &mut text,
+                format_args!(
+                    "<vehicle id=\"{from}.{number}\" type=\"car\" route=\"{from}-{to}\" \
+                     depart=\"{depart_s}\" departLane=\"{depart_lane}\" departPos=\"base\" \
+                     departSpeed=\"{depart_speed}\" speedFactor=\"{factor:.4}\"/>"
+                ),
+            );
+        }
+        text.push_str("</routes>\n");
+        text
+    }
+}
+
+impl Stream {
+    /// Returns the route at a point of the cumulative distribution.
+    fn route(&self, mut point: f64) -> usize {
+        for (i, route) in self.routes.iter().enumerate() {
+            point -= route.share;
+            if point < 0.0 {
+                return i;
+            }
+        }
+        self.routes.len() - 1
+    }
+}
+
+fn routes(movements: &[ArmMovement], shares: &TurnShares) -> Vec<RouteShare> {
+    let weight = |m: &ArmMovement| {
+        let share = match m.turn {
+            Turn::Left => shares.left,
+            Turn::Through => shares.through,
+            Turn::Right => shares.right,
+        };
+        share / movements.iter().filter(|o| o.turn == m.turn).count() as f64
+    };
+    let mut weights: Vec<_> = movements.iter().map(weight).collect();
+    if weights.iter().sum::<f64>() <= 0.0 {
+        weights.fill(1.0);
+    }
+    let total: f64 = weights.iter().sum();
+    let weighted = movements.iter().zip(weights);
+    weighted.map(|(m, weight)| RouteShare { to: m.to_edge(), share: weight / total }).collect()
+}
+
+/// Draws a desired speed; like SUMO, draws again outside the bounds.
+fn speed_factor(rng: &mut ChaCha12Rng) -> f64 {
+    let [mean, deviation, low, high] = SPEED_FACTOR;
+    let normal = Normal::new(mean, deviation).expect("the deviation is positive");
+    loop {
+        let factor = normal.sample(rng);
+        if (low..=high).contains(&factor) {
+            return factor;
+        }
+    }
+}
+
+fn push(text: &mut String, line: std::fmt::Arguments<'_>) {
+    writeln!(text, "    {line}").expect("writing to a string cannot fail");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::movements::shapes::{cross, star, tee, wye};
+    use super::*;
+
+    fn demand(spec: &IntersectionSpec) -> DemandSpec {
+        DemandSpec::from_intersection(spec, &DemandSettings::default()).unwrap()
+    }
+
+    fn shares(spec: &IntersectionSpec, stream: usize) -> Vec<f64> {
+        demand(spec).streams[stream].routes.iter().map(|r| r.share).collect()
+    }
+
+    #[test]
+    fn turn_shares_are_renormalised_over_the_turns_that_exist() {
+        assert_eq!(shares(&cross(), 0), [0.1, 0.8, 0.1]);
+        assert_eq!(shares(&wye(), 0), [0.5, 0.5]);
+        assert_eq!(shares(&tee(), 2), [0.8 / 0.9, 0.1 / 0.9]);
+    }
+
+    #[test]
+    fn exits_of_the_same_turn_share_its_part() {
+        assert_eq!(shares(&star(5), 0), [0.05, 0.05, 0.8, 0.1]);
+    }
+
+    #[test]
+    fn turns_without_any_share_are_equally_likely() {
+        let turn_shares = TurnShares { left: 0.0, through: 1.0, right: 0.0 };
+        let settings = DemandSettings { turn_shares, ..DemandSettings::default() };
+        let demand = DemandSpec::from_intersection(&wye(), &settings).unwrap();
+        assert_eq!(demand.streams[0].routes[0].share, 0.5);
+    }
+
+    #[test]
+    fn an_arm_that_leads_away_has_no_stream() {
+        let mut s = cross();
+        s.arms[1].lanes_in = 0;
+        let from: Vec<_> = demand(&s).streams.into_iter().map(|s| s.from).collect();
+        assert_eq!(from, ["in0", "in2", "in3"]);
+    }
+
+    #[test]
+    fn json_keeps_every_digit() {
+        let mut demand = demand(&tee());
+        demand.streams[0].inflow_vph = 0.1 + 0.2;
+        let read: DemandSpec = serde_json::from_str(&demand.to_json()).unwrap();
+        assert_eq!(read, demand);
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_routes_and_another_seed_others() {
+        let demand = demand(&cross());
+        let text = |seed| demand.routes_xml(&demand.vehicles(seed));
+        assert_eq!(text(7), text(7));
+        assert_ne!(text(7), text(8));
+    }
+
+    #[test]
+    fn arrivals_come_at_the_rate_of_the_stream() {
+        let mut demand = demand(&cross());
+        demand.horizon_s = 360_000.0;
+        let count = demand.vehicles(1).iter().filter(|v| v.stream == 2).count() as f64;
+        // 400 per hour for 100 hours; the deviation is 200.
+        assert!((count - 40_000.0).abs() < 800.0, "{count}");
+    }
+
+    #[test]
+    fn changing_one_stream_leaves_the_others_alone() {
+        let demand = demand(&cross());
+        let mut other = demand.clone();
+        other.streams[1].inflow_vph = 900.0;
+        other.streams[1].routes.remove(0);
+        let rest = |d: &DemandSpec| -> Vec<_> {
+            d.vehicles(3).into_iter().filter(|v| v.stream != 1).collect()
+        };
+        assert_eq!(rest(&demand), rest(&other));
+    }
+
+    #[test]
+    fn a_higher_inflow_squeezes_the_same_arrivals_together() {
+        let demand = demand(&cross());
+        let mut other = demand.clone();
+        other.streams[0].inflow_vph *= 2.0;
+        let first = |d: &DemandSpec| d.vehicles(3).into_iter().find(|v| v.stream == 0).unwrap();
+        let (slow, fast) = (first(&demand), first(&other));
+        assert!(slow.depart_s.abs_diff(2 * fast.depart_s) <= 1);
+        assert_eq!((slow.route, slow.speed_factor), (fast.route, fast.speed_factor));
+    }
+
+    #[test]
+    fn a_peak_moves_the_same_vehicles_within_the_horizon() {
+        let identity = |v: &Vehicle| (v.stream, v.number, v.route, v.speed_factor.to_bits());
+        let of = [1.0, 0.92, 0.26].map(|peak_hour_factor| {
+            let vehicles = DemandSpec { peak_hour_factor, ..demand(&cross()) }.vehicles(3);
+            vehicles.iter().map(identity).collect::<std::collections::BTreeSet<_>>()
+        });
+        assert!(of[0] == of[1] && of[1] == of[2]);
+    }
+
+    #[test]
+    fn vehicles_are_sorted_and_depart_before_the_horizon() {
+        let vehicles = demand(&cross()).vehicles(5);
+        assert!(vehicles.is_sorted_by_key(|v| v.depart_s));
+        assert!(vehicles.iter().all(|v| v.depart_s < 3600));
+    }
+
+    #[test]
+    fn speed_factors_have_sumos_mean_and_deviation() {
+        let mut demand = demand(&cross());
+        demand.horizon_s = 360_000.0;
+        let factors: Vec<_> = demand.vehicles(1).iter().map(|v| v.speed_factor).collect();
+        let n = factors.len() as f64;
+        let mean = factors.iter().sum::<f64>() / n;
+        let deviation = (factors.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / n).sqrt();
+        assert!((mean - 1.0).abs() < 0.002 && (deviation - 0.1).abs() < 0.002);
+    }
+
+    #[test]
+    fn a_vehicle_spells_out_how_it_starts() {
+        let demand = demand(&cross());
+        let vehicle =
+            Vehicle { stream: 0, number: 12, route: 1, depart_s: 42, speed_factor: 1.0432 };
+        let text = demand.routes_xml(&[vehicle]);
+        let expected = "<vehicle id=\"in0.12\" type=\"car\" route=\"in0-out2\" depart=\"42\" \
+                        departLane=\"best\" departPos=\"base\" departSpeed=\"max\" \
+                        speedFactor=\"1.0432\"/>";
+        assert!(text.contains(expected), "{text}");
+    }
+}

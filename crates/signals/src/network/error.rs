@@ -1,0 +1,83 @@
+//! Why a network could not be built, checked or found.
+
+use std::path::PathBuf;
+
+use basics::files::FileError;
+
+/// Why a network could not be built, checked or found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum NetworkError {
+    /// No netconvert to build with.
+    #[error(
+        "netconvert was not found ({tried}); install SUMO (Debian: `apt-get install sumo`; anywhere: \
+         `pip install eclipse-sumo`) or set SUMO_HOME to the folder above its `bin`"
+    )]
+    NoNetconvert {
+        /// Places looked at.
+        tried: String,
+    },
+    /// netconvert rejected what it was given.
+    #[error("{point}: netconvert failed: {message}")]
+    Netconvert {
+        /// The point MDP.
+        point: String,
+        /// The last lines of its standard error.
+        message: String,
+    },
+    /// netconvert came to no end of its own.
+    #[error("{point}: {reason}; this says nothing of the intersection, run the same command again")]
+    Disturbed {
+        /// The point MDP.
+        point: String,
+        /// What happened.
+        reason: String,
+    },
+    /// An intersection that cannot exist.
+    #[error("{point}: {reason}")]
+    Intersection {
+        /// The point MDP.
+        point: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A built network that fails its checks.
+    #[error("{point}: the network is unsound: {reason}")]
+    Unsound {
+        /// The point MDP.
+        point: String,
+        /// The failed check.
+        reason: String,
+    },
+    /// A network file that differs from the index.
+    #[error(
+        "{}: {what} since INDEX.csv was written; repeat the `build-networks` command with --force to build \
+         it again",
+        .path.display()
+    )]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// `was deleted` or `was altered`.
+        what: &'static str,
+    },
+    /// The index itself is wrong.
+    #[error("{}: {reason}; delete it and repeat the command, which builds the networks again", .path.display())]
+    Index {
+        /// The index.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A network file that is not the XML that was expected.
+    #[error("{}: {reason}", .path.display())]
+    Xml {
+        /// The file.
+        path: PathBuf,
+        /// The parser's message.
+        reason: String,
+    },
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+}

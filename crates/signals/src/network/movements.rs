@@ -1,0 +1,282 @@
+//! The movements of an intersection and which of them conflict.
+//!
+//! A movement leads from one arm to another. Only geometry decides whether it is a left turn,
+//! goes through or is a right turn ([`osm_signals::turn`]).
+//!
+//! Choices where implementations differ:
+//! - **Named turns** ([`Arm::turns`]) only remove movements. Where they would remove all of an
+//!   arm, the data contradicts the geometry and geometry wins.
+//! - **Conflicts** are those of right-hand traffic on a circle: movements of different arms
+//!   conflict if they end in the same arm or if their chords cross.
+
+use osm_signals::turn::{self, Turn};
+
+use super::intersection::{Arm, IntersectionSpec};
+use crate::family::approaches::ARMS;
+use crate::network::error::NetworkError;
+
+/// A way across the intersection; arms are indices into [`IntersectionSpec::arms`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ArmMovement {
+    /// Arm that it comes from.
+    pub from: usize,
+    /// Arm that it leads to.
+    pub to: usize,
+    /// Its category.
+    pub turn: Turn,
+}
+
+impl ArmMovement {
+    /// Returns the id of the edge that it comes from.
+    pub fn from_edge(&self) -> String {
+        incoming_edge(self.from)
+    }
+
+    /// Returns the id of the edge that it leads to.
+    pub fn to_edge(&self) -> String {
+        outgoing_edge(self.to)
+    }
+
+    /// Returns whether two movements must not both be unconditionally green.
+    pub fn conflicts_with(&self, other: &Self) -> bool {
+        if self.from == other.from {
+            return false;
+        }
+        if self.to == other.to {
+            return true;
+        }
+        let (low, high) = sorted(self.chord());
+        let inside = |point: usize| low < point && point < high;
+        let (a, b) = other.chord();
+        inside(a) != inside(b)
+    }
+
+    /// Returns where it enters and leaves the circle; clockwise, every arm has its entry before
+    /// its exit, because traffic keeps to the right.
+    fn chord(&self) -> (usize, usize) {
+        (2 * self.from, 2 * self.to + 1)
+    }
+}
+
+/// Returns the id of the edge that leads from an arm to the signal.
+pub fn incoming_edge(arm: usize) -> String {
+    format!("in{arm}")
+}
+
+/// Returns the id of the edge that leads from the signal to an arm.
+pub fn outgoing_edge(arm: usize) -> String {
+    format!("out{arm}")
+}
+
+fn sorted((a, b): (usize, usize)) -> (usize, usize) {
+    (a.min(b), a.max(b))
+}
+
+/// Returns all movements, by arm and within an arm from the leftmost to the rightmost.
+///
+/// # Errors
+///
+/// [`NetworkError::Intersection`] if the arms are too few, too many or not sorted by bearing, or
+/// if an incoming arm has no exit.
+pub fn movements(spec: &IntersectionSpec) -> Result<Vec<ArmMovement>, NetworkError> {
+    let fail =
+        |reason: String| Err(NetworkError::Intersection { point: spec.point.clone(), reason });
+    let arms = &spec.arms;
+    if !ARMS.contains(&arms.len()) {
+        let (low, high) = (ARMS.start(), ARMS.end());
+        return fail(format!("{} arms; expected {low} to {high}", arms.len()));
+    }
+    if arms.windows(2).any(|w| w[0].bearing_deg >= w[1].bearing_deg) {
+        return fail("arms are not sorted by bearing, or two have the same".to_owned());
+    }
+    let mut all = Vec::new();
+    for from in (0..arms.len()).filter(|&i| arms[i].lanes_in > 0) {
+        let mut exits = exits(arms, from);
+        if exits.is_empty() {
+            return fail(format!(
+                "no way out for vehicles from arm {from}; give another arm an exit"
+            ));
+        }
+        let named = |turn: Turn| arms[from].turns.is_none_or(|turns| turns.has(turn));
+        if exits.iter().any(|m| named(m.turn)) {
+            exits.retain(|m| named(m.turn));
+        }
+        all.extend(exits);
+    }
+    if all.is_empty() {
+        return fail("no incoming lane; remove it".to_owned());
+    }
+    Ok(all)
+}
+
+/// Returns the movements that geometry allows from one arm, leftmost first.
+fn exits(arms: &[Arm], from: usize) -> Vec<ArmMovement> {
+    let others = arms.iter().enumerate().filter(|(to, arm)| *to != from && arm.lanes_out > 0);
+    let exits = turn::exits(arms[from].bearing_deg, others.map(|(to, arm)| (to, arm.bearing_deg)));
+    exits.into_iter().map(|(to, turn)| ArmMovement { from, to, turn }).collect()
+}
+
+/// Intersections for the tests of this folder.
+#[cfg(test)]
+pub(crate) mod shapes {
+    use super::super::intersection::{Arm, IntersectionSpec};
+    use osm_signals::DrivingSide;
+
+    /// Two-lane arms at these bearings.
+    pub(crate) fn spec(bearings_deg: &[f64]) -> IntersectionSpec {
+        let arm = |bearing_deg: &f64| Arm {
+            bearing_deg: *bearing_deg,
+            lanes_in: 2,
+            lanes_out: 2,
+            left_turn_lanes: 0,
+            right_turn_lanes: 0,
+            speed_mps: 13.41,
+            length_m: 200.0,
+            inflow_vph: 400.0,
+            turns: None,
+        };
+        let arms = bearings_deg.iter().map(arm).collect();
+        IntersectionSpec { point: "p".into(), arms, side: DrivingSide::Right }
+    }
+
+    pub(crate) fn cross() -> IntersectionSpec {
+        spec(&[0.0, 90.0, 180.0, 270.0])
+    }
+
+    pub(crate) fn tee() -> IntersectionSpec {
+        spec(&[0.0, 90.0, 180.0])
+    }
+
+    pub(crate) fn wye() -> IntersectionSpec {
+        spec(&[0.0, 120.0, 240.0])
+    }
+
+    pub(crate) fn star(arms: u32) -> IntersectionSpec {
+        let step = 360.0 / f64::from(arms);
+        spec(&(0..arms).map(|i| f64::from(i) * step).collect::<Vec<_>>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use osm_signals::Turns;
+
+    use super::shapes::{cross, spec, star, tee, wye};
+    use super::*;
+
+    /// Turns of one arm as letters with the arms that they lead to.
+    fn turns(spec: &IntersectionSpec, from: usize) -> String {
+        let letter = |m: &ArmMovement| match m.turn {
+            Turn::Left => 'l',
+            Turn::Through => 's',
+            Turn::Right => 'r',
+        };
+        let all = movements(spec).unwrap();
+        all.iter().filter(|m| m.from == from).map(|m| format!("{}{}", letter(m), m.to)).collect()
+    }
+
+    fn movement(from: usize, to: usize) -> ArmMovement {
+        *movements(&cross()).unwrap().iter().find(|m| (m.from, m.to) == (from, to)).unwrap()
+    }
+
+    #[test]
+    fn from_the_north_the_east_is_left_the_south_through_and_the_west_right() {
+        assert_eq!(turns(&cross(), 0), "l1s2r3");
+    }
+
+    #[test]
+    fn the_stem_of_a_t_has_only_left_and_right() {
+        assert_eq!(turns(&tee(), 1), "l2r0");
+        assert_eq!(turns(&tee(), 2), "s0r1");
+    }
+
+    #[test]
+    fn every_arm_of_a_y_has_left_and_right() {
+        assert!((0..3).all(|i| turns(&wye(), i) == format!("l{}r{}", (i + 1) % 3, (i + 2) % 3)));
+    }
+
+    #[test]
+    fn of_two_equally_straight_exits_the_right_one_is_through() {
+        assert_eq!(turns(&star(5), 0), "l1l2s3r4");
+        assert_eq!(turns(&star(5), 4), "l0l1s2r3");
+    }
+
+    #[test]
+    fn six_arms_have_two_lefts_and_two_rights() {
+        assert_eq!(turns(&star(6), 2), "l3l4s5r0r1");
+    }
+
+    #[test]
+    fn a_one_way_arm_that_leads_to_the_signal_is_no_exit() {
+        let mut s = cross();
+        s.arms[2].lanes_out = 0;
+        assert_eq!(turns(&s, 0), "l1r3");
+    }
+
+    #[test]
+    fn a_one_way_arm_that_leads_away_has_no_movement() {
+        let mut s = cross();
+        s.arms[1].lanes_in = 0;
+        assert_eq!(turns(&s, 1), "");
+    }
+
+    #[test]
+    fn named_turns_remove_the_others() {
+        let mut s = cross();
+        s.arms[0].turns = Some(Turns { left: false, ..Turns::ALL });
+        assert_eq!(turns(&s, 0), "s2r3");
+    }
+
+    #[test]
+    fn named_turns_that_geometry_lacks_are_ignored() {
+        let mut s = wye();
+        s.arms[0].turns = Some(Turns { left: false, through: true, right: false });
+        assert_eq!(turns(&s, 0), "l1r2");
+    }
+
+    #[test]
+    fn an_arm_without_an_exit_is_refused() {
+        let mut s = cross();
+        for arm in &mut s.arms[1..] {
+            arm.lanes_out = 0;
+        }
+        let e = movements(&s).unwrap_err().to_string();
+        assert_eq!(e, "p: no way out for vehicles from arm 0; give another arm an exit");
+    }
+
+    #[test]
+    fn arms_out_of_order_are_refused() {
+        assert!(movements(&spec(&[0.0, 180.0, 90.0])).is_err());
+    }
+
+    #[test]
+    fn opposite_through_movements_do_not_conflict() {
+        assert!(!movement(0, 2).conflicts_with(&movement(2, 0)));
+    }
+
+    #[test]
+    fn opposite_lefts_do_not_conflict() {
+        assert!(!movement(0, 1).conflicts_with(&movement(2, 3)));
+    }
+
+    #[test]
+    fn a_left_conflicts_with_the_opposite_through() {
+        assert!(movement(0, 1).conflicts_with(&movement(2, 0)));
+    }
+
+    #[test]
+    fn crossing_through_movements_conflict_either_way() {
+        assert!(movement(0, 2).conflicts_with(&movement(1, 3)));
+        assert!(movement(1, 3).conflicts_with(&movement(0, 2)));
+    }
+
+    #[test]
+    fn movements_into_the_same_arm_conflict() {
+        assert!(movement(0, 3).conflicts_with(&movement(1, 3)));
+    }
+
+    #[test]
+    fn a_right_turn_does_not_conflict_with_the_through_that_it_leaves_behind() {
+        assert!(!movement(0, 3).conflicts_with(&movement(2, 0)));
+    }
+}

@@ -1,0 +1,315 @@
+//! Runs netconvert: from an intersection to the text of its `.net.xml`.
+//!
+//! Two passes: the first gives netconvert's own program and the order of the signal's links, the
+//! second a network with both programs. Only a network that knows the permissive greens of both
+//! has room to wait for them within the junction.
+//!
+//! The default program has netconvert's greens in netconvert's order. Cycle and left green come from the
+//! settings, whose defaults are netconvert's; yellow, all-red and shortest greens are those that hold for
+//! every method, see [`retime`](super::retime). With 3 s of yellow the program is what any user of
+//! netconvert gets for streets of up to 30 mph, but for a second more of left-turn green; netconvert
+//! itself would give faster streets a longer yellow, and wide and slow ones an all-red.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use osm_signals::Turn;
+
+use super::intersection::IntersectionSpec;
+use super::lanes::{Connection, LaneLayout, layout};
+use super::movements::ArmMovement;
+use super::net_file::NetFile;
+use super::phases::{Conflicts, Lights, PHASES_PROGRAM, Relation, phases, program};
+use super::plain::{self, DEFAULT_PROGRAM};
+use super::retime::{retime, timing};
+use super::subprocess::{Ended, finish, last_lines};
+use crate::network::error::NetworkError;
+use crate::settings::{NetworkSettings, SignalSettings};
+use basics::files::FileError;
+
+/// Options of every run: no downloads of schemas, no U-turns.
+const OPTIONS: [&str; 6] = ["-X", "never", "--no-turnarounds", "true", "--precision", "2"];
+
+/// Id that netconvert gives to the program it makes.
+const FIRST_PROGRAM: &str = "0";
+
+/// Turning radii of the junction's corners to try, metres. The first is netconvert's default; where
+/// opposing left turns overlap in so narrow a junction, a wider one gives them room.
+const CORNERS_M: [f64; 5] = [4.0, 6.0, 8.0, 12.0, 16.0];
+
+/// Longest time that a netconvert may take; a network of one intersection takes a tenth of a second.
+const LIMIT: Duration = Duration::from_secs(300);
+
+/// A netconvert that runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Netconvert {
+    path: PathBuf,
+    version: String,
+}
+
+/// A network as text, and what it was made from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BuiltNet {
+    /// The `.net.xml`.
+    pub text: String,
+    /// Movements and lanes.
+    pub layout: LaneLayout,
+    /// Green phases of the program [`PHASES_PROGRAM`].
+    pub phases: Vec<Lights>,
+}
+
+impl Netconvert {
+    /// Finds netconvert in `SUMO_HOME/bin`, then on `PATH`.
+    ///
+    /// # Errors
+    ///
+    /// [`NetworkError::NoNetconvert`] naming the places looked at.
+    pub fn find() -> Result<Self, NetworkError> {
+        Self::find_in(env::var_os("SUMO_HOME").map(PathBuf::from), env::var_os("PATH"))
+    }
+
+    fn find_in(
+        sumo_home: Option<PathBuf>,
+        path: Option<std::ffi::OsString>,
+    ) -> Result<Self, NetworkError> {
+        let name = format!("netconvert{}", env::consts::EXE_SUFFIX);
+        let home = sumo_home.filter(|home| !home.as_os_str().is_empty());
+        let mut tried = match &home {
+            Some(home) => home.join("bin").join(&name).display().to_string(),
+            None => "SUMO_HOME is not set".to_owned(),
+        };
+        tried.push_str(", PATH");
+        let in_home = home.map(|home| home.join("bin"));
+        let on_path = path.iter().flat_map(env::split_paths);
+        for candidate in in_home.into_iter().chain(on_path).map(|folder| folder.join(&name)) {
+            if candidate.is_file() {
+                match version(&candidate) {
+                    Ok(version) => return Ok(Self { path: candidate, version }),
+                    Err(reason) => tried = format!("{tried}; {}: {reason}", candidate.display()),
+                }
+            }
+        }
+        Err(NetworkError::NoNetconvert { tried })
+    }
+
+    /// Returns the version, such as `1.15.0`.
+    pub fn version(&self) -> &str {
+        &self.version
+    }
+
+    /// Returns where it was found.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Builds the network of an intersection, with intermediate files in `folder`.
+    ///
+    /// The text depends only on the intersection, the settings and the version of netconvert.
+    ///
+    /// # Errors
+    ///
+    /// [`NetworkError::Intersection`] for an impossible intersection,
+    /// [`NetworkError::Netconvert`] if netconvert fails, [`NetworkError::Unsound`] if its output
+    /// lacks something, [`NetworkError::Io`] for files.
+    pub fn build(
+        &self,
+        spec: &IntersectionSpec,
+        settings: &NetworkSettings,
+        signal: &SignalSettings,
+        folder: &Path,
+    ) -> Result<BuiltNet, NetworkError> {
+        let unsound = |reason: String| NetworkError::Unsound { point: spec.point.clone(), reason };
+        let layout = layout(spec)?;
+        let exit_length_m = settings.exit_length_m;
+        write(folder, "p.edg.xml", &plain::edges(spec, &layout, exit_length_m))?;
+        write(folder, "p.con.xml", &plain::connections(&layout))?;
+
+        let attempt = |corner_m| -> Result<_, NetworkError> {
+            let nodes = plain::nodes(spec, &layout, exit_length_m, corner_m);
+            write(folder, "p.nod.xml", &nodes)?;
+            let text = self.run(spec, settings, folder, &[], "first.net.xml")?;
+            let net = NetFile::parse(&text).map_err(unsound)?;
+            let links = links(&layout, &net).map_err(unsound)?;
+            let mut conflicts = Conflicts::of(&layout.movements);
+            let overlap = refine(&mut conflicts, &layout, &net);
+            Ok((net, links, conflicts, overlap))
+        };
+        let mut first = attempt(CORNERS_M[0])?;
+        for corner_m in &CORNERS_M[1..] {
+            if !first.3 {
+                break;
+            }
+            first = attempt(*corner_m)?;
+        }
+        let (net, links, conflicts, _) = first;
+        let phases = phases(spec, &layout, &conflicts);
+        let own = net
+            .program(FIRST_PROGRAM)
+            .ok_or_else(|| unsound("netconvert made no program".to_owned()))?;
+        let mut movement_of_link = vec![0; links.len()];
+        for (c, link) in layout.connections.iter().zip(&links) {
+            let movement = layout.movements.iter().position(|m| *m == c.movement);
+            movement_of_link[*link] = movement.expect("connections belong to movements");
+        }
+        let ours = program(&phases, &movement_of_link, settings);
+        let timing = timing(spec, &layout, &movement_of_link, signal);
+        let own = retime(own, &timing, settings);
+        let programs = [(DEFAULT_PROGRAM, own.as_slice()), (PHASES_PROGRAM, ours.as_slice())];
+        write(folder, "p.tll.xml", &plain::signals(&layout, &links, programs))?;
+
+        let second = self.run(spec, settings, folder, &["-i", "p.tll.xml"], "second.net.xml")?;
+        let text = without_comment(&second);
+        let net = NetFile::parse(&text).map_err(unsound)?;
+        for (id, expected) in programs {
+            if net.program(id) != Some(expected) {
+                return Err(unsound(format!("netconvert changed the program {id:?}")));
+            }
+        }
+        Ok(BuiltNet { text, layout, phases })
+    }
+
+    fn run(
+        &self,
+        spec: &IntersectionSpec,
+        settings: &NetworkSettings,
+        folder: &Path,
+        extra: &[&str],
+        output: &str,
+    ) -> Result<String, NetworkError> {
+        let point = spec.point.clone();
+        let mut command = Command::new(&self.path);
+        command
+            .current_dir(folder)
+            .args(OPTIONS)
+            .args(["--lefthand", if spec.side.is_right() { "false" } else { "true" }])
+            .args(["-n", "p.nod.xml", "-e", "p.edg.xml", "-x", "p.con.xml", "-o", output])
+            .args(["--tls.cycle.time", &whole(settings.default_cycle_s)])
+            .args(["--tls.left-green.time", &whole(settings.default_left_green_s)])
+            .args(extra);
+        match finish(command, LIMIT).map_err(FileError::at("run", &self.path))? {
+            Ended::Well => {}
+            Ended::Refused(message) => return Err(NetworkError::Netconvert { point, message }),
+            Ended::Disturbed(reason) => return Err(NetworkError::Disturbed { point, reason }),
+        }
+        let path = folder.join(output);
+        let text = fs::read_to_string(&path).map_err(FileError::at("read", &path))?;
+        if !text.trim_end().ends_with("</net>") {
+            // It says nothing when it cannot write, and ends well.
+            let reason = "netconvert could not write all of the network; is the disk full?".into();
+            return Err(NetworkError::Disturbed { point, reason });
+        }
+        Ok(text)
+    }
+}
+
+/// Returns the version that a netconvert prints.
+fn version(path: &Path) -> Result<String, String> {
+    let output = Command::new(path).arg("--version").output().map_err(|e| e.to_string())?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    text.lines()
+        .find(|line| line.starts_with("Eclipse SUMO netconvert"))
+        .and_then(|line| line.split_whitespace().last())
+        .map(|version| version.trim_start_matches(['v', 'V']).replace('_', "."))
+        .ok_or_else(|| {
+            format!("does not run: {}", last_lines(&String::from_utf8_lossy(&output.stderr)))
+        })
+}
+
+/// Completes the conflicts that geometry implies by those that netconvert sees within the junction,
+/// and by who yields there; returns whether left turns overlap that should not.
+fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool {
+    let links = |m: &ArmMovement| {
+        let (from, to) = (m.from_edge(), m.to_edge());
+        net.links.iter().filter(move |l| l.from == from && l.to == to)
+    };
+    let mut overlap = false;
+    for (i, a) in layout.movements.iter().enumerate() {
+        for (j, b) in layout.movements.iter().enumerate().filter(|(_, b)| b.from != a.from) {
+            let pairs = || links(a).flat_map(|l| links(b).map(move |k| (l, k)));
+            let mut meeting = pairs().filter(|(l, k)| net.meet(l, k)).peekable();
+            if meeting.peek().is_none() {
+                continue;
+            }
+            overlap |= !a.conflicts_with(b) && a.turn == Turn::Left && b.turn == Turn::Left;
+            let yields = meeting.all(|(l, k)| net.yields(l, k));
+            conflicts.set(i, j, if yields { Relation::Yields } else { Relation::Blocks });
+        }
+    }
+    overlap
+}
+
+/// Returns the link of every connection.
+fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
+    let link = |c: &Connection| {
+        let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
+        net.links
+            .iter()
+            .find(|l| {
+                l.from == from && l.to == to && (l.from_lane, l.to_lane) == (c.from_lane, c.to_lane)
+            })
+            .map(|l| l.link)
+            .filter(|&link| link < layout.connections.len())
+            .ok_or_else(|| format!("netconvert gave no link from {from} to {to}"))
+    };
+    layout.connections.iter().map(link).collect()
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), FileError> {
+    let path = folder.join(name);
+    fs::write(&path, text).map_err(FileError::at("write", &path))
+}
+
+/// Returns a network without the comment that says when, where and how it was made.
+fn without_comment(net: &str) -> String {
+    let root = net.find("<net ").unwrap_or_default();
+    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\n{}", &net[root..])
+}
+
+/// netconvert takes whole seconds.
+fn whole(seconds: f64) -> String {
+    format!("{seconds:.0}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::movements::shapes::cross;
+    use super::*;
+
+    #[test]
+    fn a_missing_netconvert_names_the_places_looked_at() {
+        let home = Some(PathBuf::from("/nowhere"));
+        let e = Netconvert::find_in(home, Some("/also-nowhere".into())).unwrap_err().to_string();
+        assert!(e.starts_with("netconvert was not found (/nowhere/bin/netconvert, PATH)"), "{e}");
+    }
+
+    #[test]
+    fn a_file_that_is_not_netconvert_is_passed_over_with_its_reason() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("netconvert"), "").unwrap();
+        let e = Netconvert::find_in(None, Some(folder.path().into())).unwrap_err().to_string();
+        assert!(e.contains("SUMO_HOME is not set, PATH; "), "{e}");
+    }
+
+    #[test]
+    fn the_comment_with_date_and_paths_is_dropped() {
+        assert_eq!(
+            without_comment("<?xml?>\n<!-- when -->\n<net a=\"1\">\n</net>\n"),
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\n<net a=\"1\">\n</net>\n"
+        );
+    }
+
+    #[test]
+    fn what_netconvert_rejects_is_quoted() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut spec = cross();
+        spec.arms[0].speed_mps = -1.0;
+        let netconvert = Netconvert::find().unwrap();
+        let e = netconvert
+            .build(&spec, &NetworkSettings::default(), &SignalSettings::default(), folder.path())
+            .unwrap_err();
+        assert!(e.to_string().starts_with("p: netconvert failed: Error: "), "{e}");
+    }
+}

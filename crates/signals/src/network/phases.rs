@@ -1,0 +1,380 @@
+//! The phases that controllers choose from, for any number of arms.
+//!
+//! For every pair of opposing approaches, those whose through movements lead to each other: both
+//! through, both left if both have left-only lanes, then each of the two alone if it has a through
+//! and a left movement and no lane that both share. (Where they share lanes, through and left go
+//! together anyway, and a phase for one approach alone would waste half of the junction.) An approach
+//! without an opposite is always served alone. For four equal arms with left-only lanes this gives
+//! RESCO's eight pairs in RESCO's order, and two without.
+//!
+//! Choices where implementations differ:
+//! - **Left turns** are also green in their own through phase, and yield there where they conflict
+//!   with the opposing approach.
+//! - **Right turns** are green with their own through movement, and in every phase in which they
+//!   conflict with no green movement, as in netconvert's own programs. There is no turn on red.
+//! - **Pointless phases** that give no movement more than another phase does are left out.
+//! - **Yellow** depends on the next phase in the list: links that are green in both stay green.
+//!
+//! Source: RESCO (Ault and Sharon, NeurIPS 2021), eight phase pairs of its full four-way signals.
+
+use osm_signals::Turn;
+use osm_signals::angle::normalise_degrees;
+
+use super::intersection::IntersectionSpec;
+use super::lanes::{Connection, LaneLayout};
+use super::movements::ArmMovement;
+use crate::settings::NetworkSettings;
+use crate::vocabulary::Light;
+
+/// Program id of these phases in a network.
+pub const PHASES_PROGRAM: &str = "phases";
+
+/// Yellow in the listing of phases, seconds; controllers have their own.
+const YELLOW_S: f64 = 3.0;
+
+/// Bearing from which RESCO's order of single approaches counts clockwise, degrees.
+const WEST_DEG: f64 = 270.0;
+
+/// One green phase: a light per movement, in the order of [`LaneLayout::movements`].
+pub type Lights = Vec<Light>;
+
+/// How two movements stand to each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Relation {
+    /// Their paths never meet.
+    Free,
+    /// Their paths meet, and the first can yield when it is green permissively.
+    Yields,
+    /// Their paths meet, and the first does not know how to yield.
+    Blocks,
+}
+
+/// The relation of every movement to every other, by index.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Conflicts(Vec<Vec<Relation>>);
+
+impl Conflicts {
+    /// Returns the conflicts that the order of the arms implies; whoever is permissive yields.
+    pub fn of(movements: &[ArmMovement]) -> Self {
+        let relation = |a: &ArmMovement, b: &ArmMovement| match a.conflicts_with(b) {
+            true => Relation::Yields,
+            false => Relation::Free,
+        };
+        let row = |a| movements.iter().map(|b| relation(a, b)).collect();
+        Self(movements.iter().map(row).collect())
+    }
+
+    /// Corrects the relation of one movement to another.
+    pub fn set(&mut self, movement: usize, to: usize, relation: Relation) {
+        self.0[movement][to] = relation;
+    }
+
+    /// Returns the most that a movement may get beside those that have green.
+    fn best_light(&self, lights: &[Light], movement: usize) -> Light {
+        let best = |(light, relation): (&Light, &Relation)| match relation {
+            _ if *light == Light::Red => Light::Protected,
+            Relation::Free => Light::Protected,
+            Relation::Yields => Light::Permissive,
+            Relation::Blocks => Light::Red,
+        };
+        lights.iter().zip(&self.0[movement]).map(best).min().unwrap_or(Light::Protected)
+    }
+}
+
+/// A phase of a SUMO program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProgramPhase {
+    /// Duration, seconds.
+    pub duration_s: f64,
+    /// SUMO's state, one letter per link.
+    pub state: String,
+}
+
+/// Returns the green phases of an intersection; every movement is green in one of them.
+pub fn phases(spec: &IntersectionSpec, layout: &LaneLayout, conflicts: &Conflicts) -> Vec<Lights> {
+    let all = &layout.movements;
+    let mut phases: Vec<Lights> = Vec::new();
+    for arm in 0..spec.arms.len() {
+        match opposite(all, arm) {
+            Some(other) if other < arm => {}
+            Some(other) => {
+                phases.push(through_phase(all, conflicts, [arm, other]));
+                phases.extend(left_phase(layout, conflicts, [arm, other]));
+                let mut order = [arm, other];
+                order.sort_by(|a, b| {
+                    let from_west =
+                        |i: usize| normalise_degrees(spec.arms[i].bearing_deg - WEST_DEG);
+                    from_west(*a).total_cmp(&from_west(*b))
+                });
+                let apart = |i: &usize| turns_left_from_its_own_lanes(layout, *i);
+                phases.extend(order.into_iter().filter(apart).map(|i| alone(all, conflicts, i)));
+            }
+            None if all.iter().any(|m| m.from == arm) => phases.push(alone(all, conflicts, arm)),
+            None => {}
+        }
+    }
+    for i in 0..all.len() {
+        if phases.iter().all(|p| p[i] == Light::Red) {
+            phases.push(alone(all, conflicts, all[i].from));
+        }
+    }
+    let covers = |a: &Lights, b: &Lights| a.iter().zip(b).all(|(a, b)| a >= b);
+    let pointless = |i: usize| {
+        let better = |j: usize| covers(&phases[j], &phases[i]) && (j < i || phases[j] != phases[i]);
+        (0..phases.len()).filter(|&j| j != i).any(better)
+    };
+    (0..phases.len()).filter(|&i| !pointless(i)).map(|i| phases[i].clone()).collect()
+}
+
+/// Returns the arm whose through movement leads here, if ours leads there.
+fn opposite(all: &[ArmMovement], arm: usize) -> Option<usize> {
+    let ahead = |from: usize| of(all, from, Turn::Through).next().map(|m| all[m].to);
+    ahead(arm).filter(|&other| ahead(other) == Some(arm))
+}
+
+/// Whether an approach turns left, and from no lane that goes through as well.
+fn turns_left_from_its_own_lanes(layout: &LaneLayout, arm: usize) -> bool {
+    let lanes = |turn| {
+        let own = move |c: &&Connection| c.movement.from == arm && c.movement.turn == turn;
+        layout.connections.iter().filter(own).map(|c| c.from_lane)
+    };
+    let mut left = lanes(Turn::Left).peekable();
+    left.peek().is_some() && left.all(|lane| lanes(Turn::Through).all(|other| other != lane))
+}
+
+/// Returns the indices of one approach's movements of one category.
+fn of(all: &[ArmMovement], from: usize, turn: Turn) -> impl Iterator<Item = usize> {
+    all.iter().enumerate().filter(move |(_, m)| m.from == from && m.turn == turn).map(|(i, _)| i)
+}
+
+fn through_phase(all: &[ArmMovement], conflicts: &Conflicts, pair: [usize; 2]) -> Lights {
+    let mut lights = vec![Light::Red; all.len()];
+    for turn in [Turn::Through, Turn::Right, Turn::Left] {
+        for i in pair.into_iter().flat_map(|arm| of(all, arm, turn)) {
+            lights[i] = conflicts.best_light(&lights, i);
+        }
+    }
+    with_free_rights(all, conflicts, lights)
+}
+
+fn left_phase(layout: &LaneLayout, conflicts: &Conflicts, pair: [usize; 2]) -> Option<Lights> {
+    let all = &layout.movements;
+    let mut lights = vec![Light::Red; all.len()];
+    for arm in pair {
+        let mut lefts = of(all, arm, Turn::Left).peekable();
+        lefts.peek()?;
+        for i in lefts {
+            if layout.left_only_lanes[arm] == 0
+                || conflicts.best_light(&lights, i) != Light::Protected
+            {
+                return None;
+            }
+            lights[i] = Light::Protected;
+        }
+    }
+    Some(with_free_rights(all, conflicts, lights))
+}
+
+fn alone(all: &[ArmMovement], conflicts: &Conflicts, arm: usize) -> Lights {
+    let light = |m: &ArmMovement| if m.from == arm { Light::Protected } else { Light::Red };
+    with_free_rights(all, conflicts, all.iter().map(light).collect())
+}
+
+/// Adds the right turns that conflict with no green movement.
+fn with_free_rights(all: &[ArmMovement], conflicts: &Conflicts, mut lights: Lights) -> Lights {
+    for i in 0..all.len() {
+        let waits = all[i].turn == Turn::Right && lights[i] == Light::Red;
+        if waits && conflicts.best_light(&lights, i) == Light::Protected {
+            lights[i] = Light::Protected;
+        }
+    }
+    lights
+}
+
+/// Returns the program that serves the phases in turn, each followed by its yellow.
+///
+/// # Arguments
+///
+/// * `links` — shape `[L]`; per link of the signal the index of its movement.
+pub fn program(
+    phases: &[Lights],
+    links: &[usize],
+    settings: &NetworkSettings,
+) -> Vec<ProgramPhase> {
+    let mut program = Vec::new();
+    for (i, phase) in phases.iter().enumerate() {
+        let next = &phases[(i + 1) % phases.len()];
+        let green: String = links.iter().map(|&m| phase[m].letter()).collect();
+        let ends = |m: usize| phase[m] != Light::Red && next[m] == Light::Red;
+        let yellow: String =
+            links.iter().map(|&m| if ends(m) { 'y' } else { phase[m].letter() }).collect();
+        program.push(ProgramPhase { duration_s: settings.phase_green_s, state: green });
+        if yellow.contains('y') {
+            program.push(ProgramPhase { duration_s: YELLOW_S, state: yellow });
+        }
+    }
+    program
+}
+
+#[cfg(test)]
+mod tests {
+    use osm_signals::Turns;
+
+    use super::super::lanes::layout;
+    use super::super::movements::shapes::{cross, spec, star, tee, wye};
+    use super::*;
+
+    /// Per phase the state with one letter per movement: by arm, from left to right.
+    fn states(spec: &IntersectionSpec) -> Vec<String> {
+        phases_of(spec).iter().map(|p| p.iter().map(|l| l.letter()).collect()).collect()
+    }
+
+    fn phases_of(spec: &IntersectionSpec) -> Vec<Lights> {
+        let layout = layout(spec).unwrap();
+        phases(spec, &layout, &Conflicts::of(&layout.movements))
+    }
+
+    fn with_left_lanes() -> IntersectionSpec {
+        let mut s = cross();
+        for arm in &mut s.arms {
+            arm.left_turn_lanes = 1;
+        }
+        s
+    }
+
+    #[test]
+    fn four_arms_with_left_lanes_have_the_eight_phases_of_resco_in_order() {
+        let expected = [
+            "gGGrrrgGGrrr", // S-S, N-N
+            "GrrrrGGrrrrG", // S-E, N-W
+            "GGGrrGrrrrrr", // S-S, S-E
+            "rrrrrrGGGrrG", // N-N, N-W
+            "rrrgGGrrrgGG", // W-W, E-E
+            "rrGGrrrrGGrr", // W-S, E-N
+            "rrGrrrrrrGGG", // E-E, E-N
+            "rrrGGGrrGrrr", // W-W, W-S
+        ];
+        assert_eq!(states(&with_left_lanes()), expected);
+    }
+
+    #[test]
+    fn where_left_and_through_share_lanes_opposing_approaches_go_together() {
+        assert_eq!(states(&cross()), ["gGGrrrgGGrrr", "rrrgGGrrrgGG"]);
+    }
+
+    #[test]
+    fn left_turns_that_overlap_within_the_junction_make_no_left_phase() {
+        let s = with_left_lanes();
+        let layout = layout(&s).unwrap();
+        let mut conflicts = Conflicts::of(&layout.movements);
+        conflicts.set(0, 6, Relation::Yields);
+        conflicts.set(6, 0, Relation::Yields);
+        assert_eq!(phases(&s, &layout, &conflicts).len(), 7);
+    }
+
+    #[test]
+    fn a_left_that_would_not_yield_waits_for_its_own_phase() {
+        let s = cross();
+        let layout = layout(&s).unwrap();
+        let mut conflicts = Conflicts::of(&layout.movements);
+        conflicts.set(0, 7, Relation::Blocks);
+        let phases = phases(&s, &layout, &conflicts);
+        let lights: Vec<_> = phases.iter().map(|p| p[0]).collect();
+        assert_eq!(lights, [Light::Red, Light::Red, Light::Protected]);
+    }
+
+    #[test]
+    fn arms_that_only_turn_right_have_no_phase_of_their_own() {
+        let mut s = wye();
+        for arm in &mut s.arms[..2] {
+            arm.turns = Some(Turns { left: false, ..Turns::ALL });
+        }
+        assert_eq!(states(&s), ["GGrG", "GrGG"]);
+    }
+
+    #[test]
+    fn left_lanes_on_one_side_only_make_no_left_phase() {
+        let mut s = with_left_lanes();
+        s.arms[2].left_turn_lanes = 0;
+        // Nor does the arm without one have a phase alone.
+        assert_eq!(states(&s).len(), 6);
+    }
+
+    #[test]
+    fn an_approach_whose_opposite_does_not_come_through_is_served_alone() {
+        let mut s = cross();
+        s.arms[2].turns = Some(Turns { through: false, ..Turns::ALL });
+        assert_eq!(states(&s)[0], "GGGrrGrrrrr");
+    }
+
+    #[test]
+    fn a_t_serves_both_through_then_the_stem_and_between_them_a_left_that_has_its_own_lane() {
+        // From the north: left and through; the stem: left and right; from the south: through and
+        // right.
+        assert_eq!(states(&tee()), ["gGrrGG", "rrGGrG"]);
+        let mut s = tee();
+        s.arms[0].left_turn_lanes = 1;
+        assert_eq!(states(&s), ["gGrrGG", "GGrGrr", "rrGGrG"]);
+    }
+
+    #[test]
+    fn a_y_serves_one_approach_at_a_time() {
+        assert_eq!(states(&wye()), ["GGrGrr", "rrGGrG", "rGrrGG"]);
+    }
+
+    #[test]
+    fn five_equal_arms_are_served_one_at_a_time() {
+        assert_eq!(states(&star(5)).len(), 5);
+    }
+
+    #[test]
+    fn six_equal_arms_have_three_opposing_pairs() {
+        assert_eq!(states(&star(6)).len(), 3);
+    }
+
+    #[test]
+    fn an_arm_without_an_opposite_is_served_alone() {
+        let s = spec(&[0.0, 45.0, 90.0, 180.0, 270.0]);
+        assert_eq!(states(&s).len(), 3);
+    }
+
+    #[test]
+    fn one_way_arms_that_lead_away_have_no_phase() {
+        let mut s = cross();
+        s.arms[1].lanes_in = 0;
+        assert_eq!(states(&s).len(), 2);
+    }
+
+    #[test]
+    fn every_movement_is_green_somewhere_and_protected_greens_do_not_conflict() {
+        for s in [cross(), with_left_lanes(), tee(), wye(), star(5), star(6), spec(&[0.0, 180.0])] {
+            let layout = layout(&s).unwrap();
+            let (phases, all) = (phases_of(&s), &layout.movements);
+            for i in 0..all.len() {
+                assert!(phases.iter().any(|p| p[i] != Light::Red));
+                for p in phases.iter().filter(|p| p[i] == Light::Protected) {
+                    let clash =
+                        |j: &usize| p[*j] == Light::Protected && all[*j].conflicts_with(&all[i]);
+                    assert_eq!((0..all.len()).find(clash), None);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn yellow_is_for_the_links_that_turn_red_next() {
+        let phases = phases_of(&tee());
+        let links: Vec<_> = (0..6).collect();
+        let program = program(&phases, &links, &NetworkSettings::default());
+        let states: Vec<_> = program.iter().map(|p| p.state.as_str()).collect();
+        assert_eq!(states, ["gGrrGG", "yyrryG", "rrGGrG", "rryyrG"]);
+        assert_eq!((program[0].duration_s, program[1].duration_s), (30.0, 3.0));
+    }
+
+    #[test]
+    fn a_single_phase_needs_no_yellow() {
+        let s = spec(&[0.0, 180.0]);
+        let phases = phases_of(&s);
+        assert_eq!(program(&phases, &[0, 1], &NetworkSettings::default()).len(), 1);
+    }
+}

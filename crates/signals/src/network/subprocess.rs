@@ -1,0 +1,147 @@
+//! Runs netconvert as a process, and tells what it says of an intersection from what happened to it.
+
+use std::io::{self, Read};
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, Command, Stdio};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use basics::machine;
+
+/// Lines of its standard error that an error quotes.
+const QUOTED_LINES: usize = 3;
+
+/// Attempts to start it where a limit on processes refuses it, and the time between two.
+const ATTEMPTS: u32 = 50;
+const AGAIN: Duration = Duration::from_millis(100);
+
+/// How often it is looked after.
+const NAP: Duration = Duration::from_millis(2);
+
+/// How it ended.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Ended {
+    Well,
+    /// With an error of its own.
+    Refused(String),
+    /// By something from outside.
+    Disturbed(String),
+}
+
+/// Runs netconvert to its end, at most so long; time is counted in naps, so that it does not count when this process
+/// was stopped itself.
+///
+/// # Errors
+///
+/// When it cannot be started.
+pub(super) fn finish(mut command: Command, limit: Duration) -> io::Result<Ended> {
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let (mut child, said) = patiently(|| start(&mut command))?;
+    let mut waited = Duration::ZERO;
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if waited >= limit {
+            let _ = child.kill();
+            child.wait()?;
+            let limit = limit.as_secs_f64();
+            return Ok(Ended::Disturbed(format!("netconvert did not end within {limit} s")));
+        }
+        thread::sleep(NAP);
+        waited += NAP;
+    };
+    let said = said.join().expect("a thread here does not panic");
+    Ok(match (status.success(), status.signal()) {
+        (true, _) => Ended::Well,
+        (false, Some(signal)) if machine::is_from_outside(signal) => {
+            Ended::Disturbed(format!("netconvert was killed by signal {signal}"))
+        }
+        (false, _) if machine::is_at_fault(&said) => Ended::Disturbed(last_lines(&said)),
+        (false, Some(signal)) => Ended::Refused(format!(
+            "it crashed by signal {signal} ({}); run the same command again, and where it crashes again, take \
+             another version of SUMO",
+            last_lines(&said)
+        )),
+        (false, _) => Ended::Refused(last_lines(&said)),
+    })
+}
+
+/// Starts netconvert, and a thread that hears what it says.
+fn start(command: &mut Command) -> io::Result<(Child, JoinHandle<String>)> {
+    let mut child = command.spawn()?;
+    let mut stderr = child.stderr.take().expect("it is piped");
+    let listen = move || {
+        let mut said = Vec::new();
+        // What cannot be read is not quoted.
+        let _ = stderr.read_to_end(&mut said);
+        String::from_utf8_lossy(&said).into_owned()
+    };
+    match thread::Builder::new().spawn(listen) {
+        Ok(said) => Ok((child, said)),
+        Err(e) => {
+            // It may have ended by itself meanwhile.
+            let _ = child.kill();
+            child.wait()?;
+            Err(e)
+        }
+    }
+}
+
+/// Starts something, again for a while where a limit on processes refuses it: others may end.
+fn patiently<T>(mut start: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    for _ in 0..ATTEMPTS {
+        match start() {
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => thread::sleep(AGAIN),
+            result => return result,
+        }
+    }
+    start().map_err(machine::with_way_out)
+}
+
+/// Returns the end of what it said.
+pub(super) fn last_lines(stderr: &str) -> String {
+    let said: Vec<_> = stderr
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.contains("SUMO_HOME is not set"))
+        .collect();
+    match said.len() {
+        0 => "it said nothing".to_owned(),
+        n => said[n.saturating_sub(QUOTED_LINES)..].join("; "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ended(script: &str, limit_ms: u64) -> Ended {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        finish(command, Duration::from_millis(limit_ms)).unwrap()
+    }
+
+    #[test]
+    fn what_ends_netconvert_from_outside_says_nothing_of_the_intersection() {
+        let disturbed = |reason: &str| Ended::Disturbed(reason.to_owned());
+        assert_eq!(ended("exec sleep 60", 50), disturbed("netconvert did not end within 0.05 s"));
+        assert_eq!(ended("kill -9 $$", 60_000), disturbed("netconvert was killed by signal 9"));
+        let full = "Error: No space left on device";
+        assert_eq!(ended(&format!("echo '{full}' >&2; exit 1"), 60_000), disturbed(full));
+        let refused = Ended::Refused("Error: no".to_owned());
+        assert_eq!(ended("echo 'Error: no' >&2; exit 1", 60_000), refused);
+        let Ended::Refused(crash) = ended("kill -SEGV $$", 60_000) else { panic!("it crashed") };
+        assert!(
+            crash.starts_with("it crashed by signal 11 (it said nothing); run the same"),
+            "{crash}"
+        );
+        assert_eq!(ended("head -c 1000000 /dev/zero >&2", 60_000), Ended::Well);
+    }
+
+    #[test]
+    fn the_end_of_standard_error_is_quoted_without_the_remark_on_sumo_home() {
+        let stderr = "Warning: SUMO_HOME is not set\nError: a\n\nError: b\nQuitting.\n";
+        assert_eq!(last_lines(stderr), "Error: a; Error: b; Quitting.");
+    }
+}

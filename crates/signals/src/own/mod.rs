@@ -1,0 +1,110 @@
+//! Methods of somebody's own: compiled in, a command that is asked over pipes, a class in Python, or scores that were
+//! measured elsewhere. What one consists of is hashed, so that a run has the method that was planned.
+
+pub mod exec;
+pub mod external;
+pub mod host;
+mod pipes;
+pub mod protocol;
+
+pub use host::{Host, Hosted};
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::control::{Controller, Setup};
+use basics::files::FileError;
+use basics::hash::sha256_file;
+use evaluation::family::MdpFamily;
+use evaluation::store::own::{OwnKind, OwnMethod};
+
+/// Point MDPs that a sentence names.
+const MOST_NAMED: usize = 5;
+
+/// Makes a controller.
+pub type Create = Box<dyn Fn(&Setup) -> Box<dyn Controller> + Send + Sync>;
+
+/// How a method of somebody's own is played.
+pub enum Play {
+    /// By a controller.
+    Controller(Create),
+    /// Not at all: its scores are there.
+    External(Arc<external::Scores>),
+    /// It is known by name, as records have it, but nobody said where it is.
+    Absent,
+}
+
+/// A method of somebody's own.
+pub struct Own {
+    /// What it is; hashes are those of [`Self::files`].
+    pub about: OwnMethod,
+    /// What it consists of, by name.
+    pub files: BTreeMap<String, PathBuf>,
+    /// How it is played.
+    pub play: Play,
+}
+
+impl Own {
+    /// Returns a method that is compiled into this program.
+    pub fn compiled(name: &str, summary: &str, learns: bool, create: Create) -> Self {
+        let program = std::env::current_exe().ok();
+        let about = OwnMethod {
+            summary: summary.to_owned(),
+            learns,
+            ..OwnMethod::new(name, OwnKind::Program, "the program".to_owned())
+        };
+        let files = program.map(|path| ("program".to_owned(), path)).into_iter().collect();
+        Self { about, files, play: Play::Controller(create) }
+    }
+
+    /// Returns what it is, with the hashes that its files have now; `None` where nobody said where it is.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError`] when a file cannot be read.
+    pub fn described(&self) -> Result<Option<OwnMethod>, FileError> {
+        if matches!(self.play, Play::Absent) {
+            return Ok(None);
+        }
+        let hash = |(name, path): (&String, &PathBuf)| Ok((name.clone(), sha256_file(path)?));
+        let sha256 = self.files.iter().map(hash).collect::<Result<_, FileError>>()?;
+        Ok(Some(OwnMethod { sha256, ..self.about.clone() }))
+    }
+
+    /// Returns what it lacks for a sample, in words: rows of a table of scores; `None` where it lacks nothing.
+    ///
+    /// # Arguments
+    ///
+    /// * `episodes` — evaluation episodes of a task.
+    ///
+    /// # Errors
+    ///
+    /// What a table of scores has that is not of the family.
+    pub fn lacking(
+        &self,
+        family: &MdpFamily,
+        chosen: &BTreeSet<&str>,
+        episodes: u32,
+    ) -> Result<Option<String>, String> {
+        let Play::External(scores) = &self.play else { return Ok(None) };
+        let OwnMethod { name, source, .. } = &self.about;
+        let lacking = scores.lacking(family, chosen, episodes);
+        let lacking = lacking.map_err(|reason| format!("{source}: {reason}"))?;
+        let (of, some) = (lacking.len(), &lacking[..lacking.len().min(MOST_NAMED)]);
+        let rest =
+            if of > some.len() { format!(" and {} more", of - some.len()) } else { String::new() };
+        let tasks = if of == 1 { "the task there" } else { "the tasks there" };
+        let points = format!("{}{rest}", some.join(", "));
+        Ok((of > 0).then(|| {
+            format!("{name} ({source}) has no rows, or too few, of {points}; {tasks} will fail")
+        }))
+    }
+
+    /// Returns the files that a task reads. The program itself is none of them: what runs stays what it was when it was
+    /// started.
+    pub fn read(&self) -> impl Iterator<Item = &Path> {
+        let is_read = self.about.kind != OwnKind::Program;
+        self.files.values().filter(move |_| is_read).map(PathBuf::as_path)
+    }
+}

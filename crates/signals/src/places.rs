@@ -1,0 +1,187 @@
+//! Where a family's intersections are, all of them, and the streets around them: what maps and tables
+//! of a report show beside the records. It decides no record.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use basics::files::{self, limits};
+use basics::hash::sha256;
+use evaluation::store::error::StoreError;
+use evaluation::store::manifest::PointRow;
+
+/// Name of the file in a results directory.
+pub const FILE: &str = "places.json";
+
+/// An intersection of the family.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct MappedIntersection {
+    /// Its id in the table of approaches; empty when that is not known.
+    #[serde(default)]
+    pub id: String,
+    /// Names of its streets; empty when the map has none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub streets: Vec<String>,
+    /// Degrees.
+    pub latitude: f64,
+    /// Degrees.
+    pub longitude: f64,
+    /// Its point MDP, simulated or not.
+    pub point: String,
+    /// The simulated point MDP that stands for it: its own, or with k-means that of its cluster; `None`
+    /// where none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stands: Option<String>,
+}
+
+/// Streets of one rank, to be drawn under the intersections.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StreetsOfRank {
+    /// 0 for minor ones to 3 for primary ones.
+    pub rank: usize,
+    /// Lines of longitude and latitude, degrees, as in GeoJSON.
+    pub lines: Vec<Vec<[f64; 2]>>,
+}
+
+/// Where a family's intersections are.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Places {
+    /// All intersections, in the order of the table of approaches.
+    pub intersections: Vec<MappedIntersection>,
+    /// Streets, minor ones first; empty when there is no map.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub streets: Vec<StreetsOfRank>,
+}
+
+/// A file of places.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Kept {
+    intersections: Vec<MappedIntersection>,
+    #[serde(default)]
+    streets: Vec<StreetsOfRank>,
+    /// Of the rest; versions before had none.
+    #[serde(default)]
+    sha256: Option<String>,
+}
+
+impl Places {
+    /// Returns what a manifest says of places, for results from before they were kept: those of the
+    /// simulated point MDPs, without names.
+    pub fn of_points(points: &[PointRow]) -> Self {
+        let place = |point: &PointRow, [latitude, longitude]: [f64; 2]| MappedIntersection {
+            latitude,
+            longitude,
+            point: point.point.clone(),
+            stands: Some(point.point.clone()),
+            ..MappedIntersection::default()
+        };
+        let mut intersections = Vec::new();
+        for point in points {
+            let known =
+                point.places.iter().filter(|at| at.iter().all(|degrees| degrees.is_finite()));
+            intersections.extend(known.map(|at| place(point, *at)));
+        }
+        Self { intersections, streets: Vec::new() }
+    }
+
+    /// Reads a file of places; `None` when there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] when it cannot be read or is no such file.
+    pub fn read(path: &Path) -> Result<Option<Self>, StoreError> {
+        let bytes = files::if_present(files::read(path, limits::DOCUMENT))?;
+        let Some(bytes) = bytes else { return Ok(None) };
+        Self::parse(&bytes, path).map(Some)
+    }
+
+    /// Returns the places that bytes are; the path is for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Renewable`] when they are damaged.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
+        let malformed = |reason: String| StoreError::Renewable { path: path.to_path_buf(), reason };
+        let Kept { intersections, streets, sha256 } =
+            serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        let places = Self { intersections, streets };
+        if sha256.is_some_and(|expected| expected != places.sha256()) {
+            return Err(malformed("altered: the checksum does not match".to_owned()));
+        }
+        let on_earth =
+            |p: &MappedIntersection| p.latitude.abs() <= 90.0 && p.longitude.abs() <= 180.0;
+        if let Some(place) = places.intersections.iter().find(|place| !on_earth(place)) {
+            return Err(malformed(format!("intersection {} lies nowhere on earth", place.id)));
+        }
+        let all = places.streets.iter().flat_map(|streets| &streets.lines).flatten();
+        if all
+            .clone()
+            .any(|[longitude, latitude]| !(longitude.abs() <= 180.0 && latitude.abs() <= 90.0))
+        {
+            return Err(malformed("a street lies nowhere on earth".to_owned()));
+        }
+        Ok(places)
+    }
+
+    /// Returns the text of a file of places, an intersection per line, with its checksum at the end.
+    pub fn to_json(&self) -> String {
+        let content = self.content();
+        format!("{content},\n\"sha256\":\"{}\"}}\n", sha256(content.as_bytes()))
+    }
+
+    /// Returns the checksum of what is in it, however it was written.
+    fn sha256(&self) -> String {
+        sha256(self.content().as_bytes())
+    }
+
+    /// Returns the text of a file of places, but its end.
+    fn content(&self) -> String {
+        let line = |value: serde_json::Result<String>| value.expect("places are plain data");
+        let rows = |rows: Vec<String>| rows.join(",\n");
+        let intersections = self.intersections.iter().map(|p| line(serde_json::to_string(p)));
+        let streets = self.streets.iter().map(|s| line(serde_json::to_string(s)));
+        format!(
+            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]",
+            rows(intersections.collect()),
+            rows(streets.collect())
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn places_read_back() {
+        let place = MappedIntersection {
+            id: "n7".into(),
+            streets: vec!["Main Street".into()],
+            latitude: 40.5,
+            longitude: -111.5,
+            point: "p".into(),
+            stands: None,
+        };
+        let streets =
+            vec![StreetsOfRank { rank: 3, lines: vec![vec![[-111.5, 40.5], [-111.4, 40.5]]] }];
+        let places = Places { intersections: vec![place], streets };
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("places.json");
+        assert_eq!(Places::read(&path).unwrap(), None);
+        fs::write(&path, places.to_json()).unwrap();
+        assert_eq!(Places::read(&path).unwrap().as_ref(), Some(&places));
+        fs::write(&path, "{").unwrap();
+        let e = Places::read(&path).unwrap_err().to_string();
+        assert!(e.contains("places.json") && e.contains("delete it"), "{e}");
+        // One digit of where it is, and of versions without checksum.
+        let moved = places.to_json().replace("-111.5", "-111.4");
+        fs::write(&path, &moved).unwrap();
+        let e = Places::read(&path).unwrap_err().to_string();
+        assert!(e.contains("altered: the checksum does not match; delete it"), "{e}");
+        fs::write(&path, format!("{}}}", moved.split_once(",\n\"sha256").unwrap().0)).unwrap();
+        assert!(Places::read(&path).unwrap().is_some());
+    }
+}

@@ -1,0 +1,275 @@
+//! A scenario file: where the family comes from and every setting of networks, demand and signals.
+//!
+//! Every setting is declared once, with its default and range: here, or in the file of its method. The
+//! default of `name` is the file's, see `default_name.rs`. Unknown fields are errors.
+
+pub mod check;
+mod demand;
+pub mod failure;
+pub mod inflow;
+mod names;
+pub mod signal;
+pub mod table;
+
+use osm_signals::DrivingSide;
+use serde::{Deserialize, Serialize};
+
+use crate::control;
+use crate::control::registry::methods;
+use evaluation::run::selection::training_settings;
+use evaluation::settings::setting::{Section, settings};
+
+pub use demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
+use inflow::{EVEN_SPLIT, InflowSources, NORTH_EAST_DEG, is_even, is_north_east};
+pub use signal::{Actions, ChangeInterval, Preset, SignalSettings};
+
+/// Declares the scenario, with the section of every method that has settings.
+macro_rules! scenario {
+    ($(super::$first:ident $(::$first_config:ident)?),*; $(super::$then:ident $(::$then_config:ident)?),*) => {
+        /// A scenario as written in TOML.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct Scenario {
+            /// Which domain reads the file: `traffic`, which is not said in manifests.
+            #[serde(default, skip_serializing)]
+            pub domain: Domain,
+            /// Name of the family; also the default folder of its networks. By default that of the
+            /// file.
+            #[serde(default)]
+            pub name: String,
+            /// One sentence for people.
+            #[serde(default)]
+            pub title: String,
+            /// Number of the family's definition; a change of data or rules that moves results raises
+            /// it.
+            #[serde(default = "first_version")]
+            pub version: u32,
+            /// Limits of timing and demand that other defaults than the plain ones come from.
+            #[serde(default)]
+            pub preset: Preset,
+            /// Where the point MDPs come from.
+            #[serde(default)]
+            pub family: FamilySettings,
+            /// How intersections become road networks.
+            #[serde(default)]
+            pub network: NetworkSettings,
+            /// Which vehicles arrive.
+            #[serde(default)]
+            pub demand: DemandSettings,
+            /// How signals are timed and what controllers see.
+            #[serde(default)]
+            pub signal: SignalSettings,
+            /// How SUMO is run.
+            #[serde(default)]
+            pub simulation: SimulationSettings,
+            $($(
+                #[doc = concat!("Settings of the method in `control/", stringify!($first), ".rs`.")]
+                #[serde(default)]
+                pub $first: control::$first::$first_config,
+            )?)*
+            /// How long learners are trained.
+            #[serde(default)]
+            pub training: TrainingSettings,
+            $($(
+                #[doc = concat!("Settings of the method in `control/", stringify!($then), ".rs`.")]
+                #[serde(default)]
+                pub $then: control::$then::$then_config,
+            )?)*
+        }
+
+        impl Scenario {
+            /// Returns its sections by name.
+            pub fn sections(&self) -> Vec<(&'static str, &dyn Section)> {
+                let mut sections: Vec<(&'static str, &dyn Section)> = vec![
+                    ("family", &self.family),
+                    ("network", &self.network),
+                    ("demand", &self.demand),
+                    ("signal", &self.signal),
+                    ("simulation", &self.simulation),
+                    ("training", &self.training),
+                ];
+                $($({
+                    let section: &control::$first::$first_config = &self.$first;
+                    sections.push((stringify!($first), section));
+                })?)*
+                $($({
+                    let section: &control::$then::$then_config = &self.$then;
+                    sections.push((stringify!($then), section));
+                })?)*
+                sections
+            }
+        }
+    };
+}
+methods!(scenario);
+
+/// The domain of these scenarios.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Domain {
+    /// Traffic signals.
+    #[default]
+    Traffic,
+}
+
+/// Version of a scenario that says none.
+fn first_version() -> u32 {
+    1
+}
+
+settings! {
+    /// Where the point MDPs come from: exactly one of `approaches` and `points`.
+    pub struct FamilySettings, source "Jayawardana et al. (NeurIPS 2022), appendix" {
+        /// Table of real approaches, relative to the scenario file; the point MDPs are derived.
+        approaches: Option<String> = None;
+        /// Table of point MDPs, relative to the scenario file, as written by hand.
+        points: Option<String> = None;
+        /// Description of an intersection: `six-features`, or `per-approach`, its real arms. A scenario of your own
+        /// with `approaches` that does not say it has `per-approach`.
+        detail: Detail = Detail::SixFeatures;
+        /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
+        /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
+        hourly_share: f64 = 1.0 / 24.0, in 1e-6..=1.0;
+        /// Share of the hour's traffic of a two-way street that goes in its peak direction: 0.5 makes the
+        /// directions equal, 0.55 is a usual design hour. Left out of manifests where it is 0.5.
+        #[serde(skip_serializing_if = "is_even")]
+        directional_split: f64 = EVEN_SPLIT, in EVEN_SPLIT..=1.0;
+        /// Heading, clockwise from north. The peak direction of every street lies within 90 degrees of it. Left out of
+        /// manifests where it is 45.
+        #[serde(skip_serializing_if = "is_north_east")]
+        peak_heading_deg: f64 = NORTH_EAST_DEG, in 0.0..=360.0, unit "degrees";
+        /// Upper limit of the inflow.
+        inflow_cap_vph_per_lane: f64 = 900.0, in 1.0..=3600.0, unit "veh/h per lane", source "IntersectionZoo's cap";
+        /// Lower limit of a point MDP's inflow: without vehicles a score is undefined.
+        min_inflow_vph: f64 = 60.0, in 1.0..=3600.0, unit "veh/h per approach", source "our choice";
+        /// Factor on every length; 0.757 turns EPSG:3395 lengths at 40.76 degrees north into ground
+        /// distances.
+        length_scale: f64 = 1.0, in 0.01..=100.0;
+        /// Width of the bins in which intersections are one point MDP; only with `six-features`.
+        bins: SixFeatures = SixFeatures {
+            lanes: 1.0,
+            speed_mph: 5.0,
+            length_m: 100.0,
+            inflow_vph: 250.0,
+            left_turn_lanes: 1.0,
+            right_turn_lanes: 1.0,
+        };
+        /// Sources of the table's inflows, shown on the pages of results. They change no result.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        inflows: Option<InflowSources> = None;
+    }
+}
+
+/// How much of an intersection its network keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Detail {
+    /// Four equal arms from six features, as the paper describes a point MDP.
+    SixFeatures,
+    /// The real arms, each with its own features; every intersection is a point MDP of its own.
+    PerApproach,
+}
+
+/// One value per feature of an intersection.
+///
+/// Source: Jayawardana et al. (NeurIPS 2022), appendix, intersection features.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SixFeatures {
+    /// Lanes of an approach, both directions.
+    pub lanes: f64,
+    /// Speed limit, miles per hour.
+    pub speed_mph: f64,
+    /// Length of an approach, metres.
+    pub length_m: f64,
+    /// Arriving vehicles per hour and approach.
+    pub inflow_vph: f64,
+    /// Left-only lanes per approach.
+    pub left_turn_lanes: f64,
+    /// Right-only lanes per approach.
+    pub right_turn_lanes: f64,
+}
+
+impl SixFeatures {
+    /// Names and units, in the order of [`Self::to_array`].
+    pub const COLUMNS: [(&'static str, &'static str); 6] = [
+        ("lanes", "lanes, both directions"),
+        ("speed_mph", "mph"),
+        ("length_m", "m"),
+        ("inflow_vph", "veh/h per approach"),
+        ("left_turn_lanes", "lanes per approach"),
+        ("right_turn_lanes", "lanes per approach"),
+    ];
+
+    /// Returns the values in the order of [`Self::COLUMNS`].
+    pub fn to_array(self) -> [f64; 6] {
+        [
+            self.lanes,
+            self.speed_mph,
+            self.length_m,
+            self.inflow_vph,
+            self.left_turn_lanes,
+            self.right_turn_lanes,
+        ]
+    }
+
+    /// Returns the features from values in the order of [`Self::COLUMNS`].
+    pub fn from_array(values: [f64; 6]) -> Self {
+        let [lanes, speed_mph, length_m, inflow_vph, left_turn_lanes, right_turn_lanes] = values;
+        Self { lanes, speed_mph, length_m, inflow_vph, left_turn_lanes, right_turn_lanes }
+    }
+}
+
+settings! {
+    /// How intersections become road networks.
+    pub struct NetworkSettings, source "netconvert's defaults where it has one, else our choice" {
+        /// Length of outgoing edges. They cost simulation time and do not change results.
+        exit_length_m: f64 = 60.0, in 10.0..=10_000.0, unit "m";
+        /// Green of each phase in the networks' own eight-phase program; controllers choose their own
+        /// durations.
+        phase_green_s: f64 = 30.0, in 1.0..=300.0, unit "s";
+        /// Cycle that netconvert's default program gets.
+        default_cycle_s: f64 = 90.0, in 20.0..=600.0, unit "s";
+        /// Duration of left-turn phases in netconvert's default program, within the limits of
+        /// `[signal]`. In left-hand traffic these are the phases of right turns, which cross opposing
+        /// traffic there.
+        default_left_green_s: f64 = 6.0, in 1.0..=100.0, unit "s";
+        /// Side of the street that traffic keeps to, `right` or `left`. Tables and shares of turns are as on the ground;
+        /// networks of left-hand traffic are the mirror image of right-hand ones.
+        #[serde(skip_serializing_if = "DrivingSide::is_right")]
+        driving_side: DrivingSide = DrivingSide::Right;
+    }
+}
+
+settings! {
+    /// How SUMO is run.
+    pub struct SimulationSettings, source "RESCO" {
+        /// Waiting time after which SUMO teleports a vehicle; negative: never.
+        time_to_teleport_s: f64 = -1.0, in -1.0..=86_400.0, unit "s";
+    }
+}
+
+training_settings! {
+    {
+        /// How long learners are trained, and which of their policies is evaluated. A row of training is an episode.
+        pub struct TrainingSettings, source "RESCO, main.py"
+    }
+    /// Episodes of training per task, for every learner.
+    episodes: u32 = 100, in 1.0..=1e6, unit "episodes";
+}
+
+impl clap::ValueEnum for Detail {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::SixFeatures, Self::PerApproach]
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        Some(match self {
+            Self::SixFeatures => clap::builder::PossibleValue::new("six-features")
+                .help("Four equal arms from six features, as the paper describes a point MDP"),
+            Self::PerApproach => clap::builder::PossibleValue::new("per-approach").help(
+                "The real arms, each with its own features; every intersection is a point MDP of its own",
+            ),
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! How signals are timed, the same for every method, and the presets that decide it.
+//!
+//! The limits bind every method and the baseline of generated networks: whoever chooses a phase or a
+//! cycle does so within them. What they mean for a signal is computed in [`crate::timing`].
+
+use serde::{Deserialize, Serialize};
+
+use evaluation::settings::setting::settings;
+
+/// What the settings that a scenario does not name are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// The literature's limits: 3 s of yellow, no all-red, 7 s of least green, no pedestrians.
+    #[default]
+    Resco,
+    /// What a cabinet in the street would allow: change intervals by speed and width, greens that
+    /// let pedestrians cross, a shortest cycle, a longest green; unequal approaches with a peak.
+    Field,
+}
+
+impl Preset {
+    /// Returns the settings in which the preset differs from the defaults, as TOML.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Resco => "",
+            Self::Field => include_str!("../../../../scenarios/presets/field.toml"),
+        }
+    }
+
+    /// Returns the name that the preset has in a scenario.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Resco => "resco",
+            Self::Field => "field",
+        }
+    }
+}
+
+/// Which greens a controller chooses from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Actions {
+    /// The greens of the signal's own program, as in RESCO.
+    OwnGreens,
+    /// On generated networks every pair of movements that can be green together; imported networks
+    /// have no more than their own greens.
+    AllPairs,
+}
+
+/// How long yellow and all-red last between two greens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChangeInterval {
+    /// `yellow_time_s` and `all_red_s` everywhere.
+    Fixed,
+    /// By approach speed and crossing width, and no less than these two (ITE's kinematic formula).
+    Kinematic,
+}
+
+settings! {
+    /// How signals are timed and what controllers see.
+    pub struct SignalSettings, source "RESCO's settings for single intersections" {
+        /// Greens that a controller chooses from: `own-greens` are those of the signal's own program, as in RESCO, and
+        /// `all-pairs` are all pairs of movements that can be green together. Imported networks have only their own
+        /// greens.
+        actions: Actions = Actions::OwnGreens;
+        /// Time between decisions.
+        delta_time_s: u32 = 10, in 1.0..=300.0, unit "s";
+        /// Distance to the signal within which vehicles are detected.
+        detection_m: f64 = 200.0, in 1.0..=10_000.0, unit "m";
+        /// Length of yellow and all-red: `fixed` is as `yellow_time_s` and `all_red_s` say, `kinematic` depends on
+        /// approach speed and crossing width (ITE's formula).
+        change_interval: ChangeInterval = ChangeInterval::Fixed;
+        /// Yellow of links whose green ends; with `kinematic` the minimum.
+        yellow_time_s: u32 = 3, in 0.0..=10.0, unit "s";
+        /// All-red after yellow; with `kinematic` the minimum.
+        all_red_s: u32 = 0, in 0.0..=30.0, unit "s";
+        /// Shortest green.
+        min_green_s: u32 = 7, in 1.0..=100.0, unit "s";
+        /// Shortest green of a phase for left turns alone; in left-hand traffic for right turns alone,
+        /// which cross opposing traffic there.
+        min_left_green_s: u32 = 7, in 1.0..=100.0, unit "s";
+        /// Longest green; without it there is no limit.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        max_green_s: Option<u32> = None, in 1.0..=3600.0, unit "s";
+        /// Whether a phase beside a crosswalk lasts until pedestrians have crossed.
+        pedestrians: bool = false;
+        /// Shortest fixed cycle.
+        min_cycle_s: u32 = 20, in 1.0..=600.0, unit "s", source "our choice";
+        /// Longest fixed cycle, unless the shortest greens make it longer.
+        max_cycle_s: u32 = 150, in 10.0..=600.0, unit "s", source "our choice";
+    }
+}
+
+impl SignalSettings {
+    /// Checks what no range of a single number can say; the ranges themselves are elsewhere.
+    ///
+    /// # Errors
+    ///
+    /// Field, value and what was expected.
+    pub fn check(&self) -> Result<(), (&'static str, String, &'static str)> {
+        if self.min_cycle_s > self.max_cycle_s {
+            let value = self.min_cycle_s.to_string();
+            return Err(("signal.min_cycle_s", value, "expected at most signal.max_cycle_s"));
+        }
+        let least = self.min_green_s.max(self.min_left_green_s) + self.delta_time_s;
+        match self.max_green_s {
+            Some(max) if max < least => Err((
+                "signal.max_green_s",
+                max.to_string(),
+                "expected at least the shortest green and signal.delta_time_s together, so that \
+                 there is something to decide",
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl clap::ValueEnum for Preset {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Resco, Self::Field]
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        Some(clap::builder::PossibleValue::new(self.name()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_resco_s() {
+        let s = SignalSettings::default();
+        assert_eq!((s.delta_time_s, s.yellow_time_s, s.all_red_s, s.min_green_s), (10, 3, 0, 7));
+        assert_eq!(s.check(), Ok(()));
+    }
+
+    #[test]
+    fn a_longest_green_without_room_for_a_decision_is_refused() {
+        let s = SignalSettings { max_green_s: Some(16), ..SignalSettings::default() };
+        assert_eq!(s.check().unwrap_err().0, "signal.max_green_s");
+        let s = SignalSettings { max_green_s: Some(17), ..SignalSettings::default() };
+        assert_eq!(s.check(), Ok(()));
+    }
+
+    #[test]
+    fn a_preset_s_name_is_the_one_in_a_scenario() {
+        for preset in [Preset::Resco, Preset::Field] {
+            let name = toml::Value::try_from(preset).unwrap();
+            assert_eq!(name.as_str(), Some(preset.name()));
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! All files of a scenario: those that its configuration names, and those that they name in turn.
+//!
+//! What is found in each is in [`super::scan`].
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Read, Seek};
+use std::path::{Path, PathBuf};
+
+use flate2::read::MultiGzDecoder;
+
+use super::obstacle::{Accept, Obstacle, Way};
+use super::scan::{Scanned, scan};
+use super::sumocfg::SumoConfig;
+use basics::files::{self, FileError};
+
+/// First bytes of a compressed file.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// Most bytes that are read of a file once it is unpacked.
+const UNPACKED: u64 = 1 << 34;
+
+/// Most files of a scenario.
+const MOST: usize = 10_000;
+
+/// A file of a scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// Its name as seen from the folder of the configuration.
+    pub name: String,
+    /// Where it is.
+    pub path: PathBuf,
+    /// What was found in it.
+    pub scanned: Scanned,
+    /// Of the files that it names, in their order: positions in [`Sources::files`]; `None` where one is in the way.
+    pub names: Vec<Option<usize>>,
+}
+
+/// The files of a scenario besides its configuration.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sources {
+    /// First those that the configuration names, then those that they name.
+    pub files: Vec<Source>,
+    /// What stands in the way.
+    pub obstacles: Vec<Obstacle>,
+}
+
+impl Sources {
+    /// Reads the files of a configuration.
+    ///
+    /// # Arguments
+    ///
+    /// * `outside` — whether files may draw in others that lie in none of the folders that the configuration names.
+    pub fn of(config: &SumoConfig, outside: bool) -> Self {
+        let mut all = Self::default();
+        let mut known: BTreeMap<PathBuf, usize> = BTreeMap::new();
+        let mut folders = Vec::new();
+        for (name, path) in &config.files {
+            folders.extend(path.parent().map(real));
+            all.add(&mut known, name.clone(), path.clone());
+        }
+        folders.extend(config.folder.as_deref().map(real));
+        let mut next = 0;
+        while let Some(Source { name, path, .. }) = all.files.get(next).cloned() {
+            let scanned = match path.metadata() {
+                Err(_) => {
+                    Err(("the scenario names it, but it cannot be read".to_owned(), "add it"))
+                }
+                Ok(_) => {
+                    let scanned = scan(&path, &|| open(&path), config.has_routes(&path));
+                    scanned.map_err(|e| (e.reason.to_string(), ""))
+                }
+            };
+            let mut scanned = scanned.unwrap_or_else(|(reason, change)| {
+                let (place, way) = (path.display().to_string(), Way::Change(change));
+                all.obstacles.push(Obstacle { place, reason, way });
+                Scanned::default()
+            });
+            all.obstacles.append(&mut scanned.obstacles);
+            let mut names = Vec::new();
+            for named in &scanned.named {
+                let beside = |of: &Path| of.parent().unwrap_or(Path::new("")).join(&named.name);
+                let file = beside(&path);
+                // Of a pipe or device, what it is is said when it is opened.
+                let strange = file.metadata().is_ok_and(|about| !about.is_file());
+                let within = || folders.iter().any(|folder| real(&file).starts_with(folder));
+                let inside = outside || strange || within();
+                if !inside {
+                    all.obstacles.push(Obstacle {
+                        place: path.display().to_string(),
+                        reason: format!(
+                            "it draws in {}, which lies outside the scenario",
+                            file.display()
+                        ),
+                        way: Way::Accept(Accept::OutsideFiles),
+                    });
+                }
+                let name = beside(Path::new(&name)).display().to_string();
+                names.push(inside.then(|| all.add(&mut known, name, file)));
+            }
+            (all.files[next].scanned, all.files[next].names) = (scanned, names);
+            next += 1;
+            if all.files.len() > MOST {
+                let reason = format!("it draws in more than {MOST} files");
+                let place = path.display().to_string();
+                all.obstacles.push(Obstacle { place, reason, way: Way::Change("") });
+                break;
+            }
+        }
+        all
+    }
+
+    /// Adds a file that is not known yet, and returns its position.
+    fn add(&mut self, known: &mut BTreeMap<PathBuf, usize>, name: String, path: PathBuf) -> usize {
+        *known.entry(path).or_insert_with_key(|path| {
+            let (path, scanned) = (path.clone(), Scanned::default());
+            self.files.push(Source { name, path, scanned, names: Vec::new() });
+            self.files.len() - 1
+        })
+    }
+
+    /// Returns name and path of every file.
+    pub fn named(&self) -> impl Iterator<Item = (&str, &Path)> {
+        self.files.iter().map(|file| (file.name.as_str(), file.path.as_path()))
+    }
+
+    /// Whether programs change by the clock.
+    pub fn has_day_plan(&self) -> bool {
+        self.files.iter().any(|file| !file.scanned.day_plan.is_empty())
+    }
+
+    /// Returns the latest departure, seconds.
+    pub fn last_departure_s(&self) -> Option<f64> {
+        self.files.iter().filter_map(|file| file.scanned.last_s).reduce(f64::max)
+    }
+
+    /// Says what counts in place of what the files say.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let outputs = || self.files.iter().filter_map(|file| file.scanned.outputs.as_ref());
+        if let Some((_, first)) = outputs().next() {
+            let count: u32 = outputs().map(|(count, _)| count).sum();
+            notes.push(format!("outputs are not written: {count}, the first in {first}"));
+        }
+        for file in &self.files {
+            let Scanned { notes: own, left_out, .. } = &file.scanned;
+            notes.extend(own.iter().cloned());
+            notes.extend(left_out.as_ref().map(|(count, first)| {
+                format!(
+                    "SUMO leaves out {count} vehicles or flows that stand in their file behind later ones, the first in \
+                     {first}; sort the file by departure (SUMO has tools/route/sort_routes.py)"
+                )
+            }));
+        }
+        if self.has_day_plan() {
+            notes.push(
+                "signals change their programs by the clock (<WAUT>): so they do under `program`; the other methods take \
+                 the greens of the program that is active at the beginning"
+                    .to_owned(),
+            );
+        }
+        notes
+    }
+}
+
+/// Returns where a file or folder really is, or what is known of that.
+fn real(path: &Path) -> PathBuf {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    path.canonicalize().unwrap_or_else(|_| {
+        // Of what is not there, the folder decides.
+        let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let folder = folder.and_then(|parent| parent.canonicalize().ok());
+        match (folder, path.file_name()) {
+            (Some(folder), Some(name)) => folder.join(name),
+            _ => path.to_path_buf(),
+        }
+    })
+}
+
+/// Returns a file that may be compressed, opened; more than 16 GiB are not read of it.
+///
+/// # Errors
+///
+/// [`FileError`] when it cannot be read or is no regular file.
+pub fn open(path: &Path) -> Result<Box<dyn BufRead>, FileError> {
+    let mut start = Vec::new();
+    let mut file = files::open(path)?;
+    (&mut file)
+        .take(GZIP.len() as u64)
+        .read_to_end(&mut start)
+        .and_then(|_| file.rewind())
+        .map_err(FileError::at("read", path))?;
+    Ok(if start == GZIP {
+        Box::new(BufReader::new(MultiGzDecoder::new(file).take(UNPACKED)))
+    } else {
+        Box::new(BufReader::new(file.take(UNPACKED)))
+    })
+}
+
+#[cfg(test)]
+mod tests;

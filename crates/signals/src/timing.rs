@@ -1,0 +1,361 @@
+//! What the limits of `[signal]` mean for one signal: change intervals and shortest greens.
+//!
+//! Pure functions over SUMO's states, one letter per link, and a description of the approaches. The
+//! generator uses them for the program of a network, the environment for what controllers do, and so
+//! every method and the baseline obey the same limits.
+//!
+//! Choices where handbooks differ:
+//! - **Speed** is the speed limit of the approach. (ITE takes the 85th percentile, which nobody has
+//!   for a speed limit from a map; it is some 7 mph more.)
+//! - **Width** of a crossing street is that of its lanes in both directions, the widest of all streets
+//!   that cross the approach at 30 to 150 degrees.
+//! - **Whole seconds**, because SUMO's steps are: yellow is rounded up, all-red so that both together
+//!   are rounded up once.
+//! - **Crosswalks** lie beside every phase in which some approach has all it can have; a phase that
+//!   serves left turns alone while their through movements wait has none. Pedestrians cross the
+//!   approaches that wait. There are no pedestrians in the simulation: the phase lasts long enough
+//!   for them, and turning vehicles do not wait for any.
+//!
+//! Source: ITE, "Guidelines for Determining Traffic Signal Change and Clearance Intervals" (2020);
+//! MUTCD (2009), sections 4D.26 and 4E.06; HCM (6th ed.), chapter 19.
+
+mod program;
+
+use osm_signals::Turn;
+use osm_signals::angle::turn_degrees;
+
+use crate::settings::{ChangeInterval, SignalSettings};
+
+/// Perception and reaction of a driver, seconds (ITE).
+const REACTION_S: f64 = 1.0;
+
+/// Deceleration of a driver who stops at yellow, metres per second squared (ITE: 10 ft/s2).
+const DECELERATION_MPS2: f64 = 3.05;
+
+/// Length of a vehicle that clears the junction, metres (ITE: 20 ft).
+const VEHICLE_M: f64 = 6.1;
+
+/// Longest yellow, seconds (MUTCD).
+const MAX_YELLOW_S: u32 = 6;
+
+/// Time in which pedestrians begin to walk, seconds (HCM, MUTCD).
+const WALK_S: f64 = 7.0;
+
+/// Speed of pedestrians, metres per second (HCM, MUTCD: 3.5 ft/s).
+const WALKING_MPS: f64 = 1.067;
+
+/// Angles between which a street crosses an approach, degrees.
+const CROSSING_DEG: std::ops::RangeInclusive<f64> = 30.0..=150.0;
+
+/// An approach of a signal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Approach {
+    /// Direction of travel at the stop line, degrees clockwise from north.
+    pub heading_deg: f64,
+    /// Width of the street, both directions, metres.
+    pub width_m: f64,
+    /// Speed limit, metres per second.
+    pub speed_mps: f64,
+}
+
+/// A way through the signal: which approach it comes from, and where it turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Way {
+    /// Index of the approach.
+    pub approach: usize,
+    /// The turn.
+    pub turn: Turn,
+}
+
+/// Yellow and all-red between two greens, whole seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Change {
+    /// Yellow of the links that end.
+    pub yellow_s: u32,
+    /// Red of all links that end or begin, after it.
+    pub all_red_s: u32,
+}
+
+impl Change {
+    /// Returns both together, seconds.
+    pub fn total_s(self) -> u32 {
+        self.yellow_s + self.all_red_s
+    }
+}
+
+/// The limits of one signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timing {
+    settings: SignalSettings,
+    approaches: Vec<Approach>,
+    /// Ways by link index.
+    links: Vec<Vec<Way>>,
+}
+
+impl Timing {
+    /// Returns the limits of a signal.
+    ///
+    /// # Arguments
+    ///
+    /// * `links` — per link index the ways that it steers; none for pedestrians and trains.
+    pub fn new(settings: &SignalSettings, approaches: Vec<Approach>, links: Vec<Vec<Way>>) -> Self {
+        Self { settings: settings.clone(), approaches, links }
+    }
+
+    /// Returns yellow and all-red between two greens; `None` when no green ends.
+    pub fn change(&self, from: &str, to: &str) -> Option<Change> {
+        let letters = || from.chars().zip(to.chars()).enumerate();
+        let ending = || letters().filter(|(_, (a, b))| ends(*a, *b)).map(|(index, _)| index);
+        ending().next()?;
+        let s = &self.settings;
+        let least = Change { yellow_s: s.yellow_time_s, all_red_s: s.all_red_s };
+        if s.change_interval == ChangeInterval::Fixed {
+            return Some(least);
+        }
+        let approaches = ending().flat_map(|index| self.ways(index)).map(|way| way.approach);
+        Some(approaches.fold(least, |worst, approach| {
+            let own = self.kinematic(approach);
+            Change {
+                yellow_s: worst.yellow_s.max(own.yellow_s),
+                all_red_s: worst.all_red_s.max(own.all_red_s),
+            }
+        }))
+    }
+
+    /// Returns what is shown between two greens, and for how long, seconds: yellow, then all-red; nothing
+    /// when no light turns red.
+    pub fn between(&self, from: &str, to: &str) -> Vec<(String, u32)> {
+        let Some(change) = self.change(from, to) else { return Vec::new() };
+        let yellow = yellow(from, to);
+        let all_red = yellow.replace('y', "r");
+        [(yellow, change.yellow_s), (all_red, change.all_red_s)]
+            .into_iter()
+            .filter(|(_, seconds)| *seconds > 0)
+            .collect()
+    }
+
+    /// Returns the change interval of an approach by ITE's formula.
+    fn kinematic(&self, approach: usize) -> Change {
+        let speed_mps = self.approaches[approach].speed_mps;
+        let yellow_s = REACTION_S + speed_mps / (2.0 * DECELERATION_MPS2);
+        let red_s = (self.crossing_m(approach) + VEHICLE_M) / speed_mps;
+        let yellow = whole(yellow_s).min(MAX_YELLOW_S).max(self.settings.yellow_time_s);
+        let all_red = whole(yellow_s + red_s).saturating_sub(yellow);
+        Change { yellow_s: yellow, all_red_s: all_red.max(self.settings.all_red_s) }
+    }
+
+    /// Returns the width of the widest street that crosses an approach, metres; 0 where none does.
+    fn crossing_m(&self, approach: usize) -> f64 {
+        let heading = self.approaches[approach].heading_deg;
+        self.approaches
+            .iter()
+            .filter(|other| CROSSING_DEG.contains(&turn_degrees(heading, other.heading_deg).abs()))
+            .map(|other| other.width_m)
+            .fold(0.0, f64::max)
+    }
+
+    /// Returns the shortest time that a green may last, seconds.
+    pub fn min_green_s(&self, green: &str) -> u32 {
+        let s = &self.settings;
+        if self.is_left_only(green) {
+            return s.min_left_green_s;
+        }
+        if !s.pedestrians {
+            return s.min_green_s;
+        }
+        let waits =
+            |approach: &usize| !self.served(green, *approach).any(|turn| turn != Turn::Right);
+        let widest_m = (0..self.approaches.len())
+            .filter(waits)
+            .map(|approach| self.approaches[approach].width_m)
+            .fold(0.0, f64::max);
+        // Nobody crosses where nobody waits.
+        if widest_m <= 0.0 {
+            return s.min_green_s;
+        }
+        s.min_green_s.max(whole(WALK_S + widest_m / WALKING_MPS))
+    }
+
+    /// Returns the longest time that a green may last, seconds; a shortest green that is longer counts
+    /// more.
+    pub fn max_green_s(&self, green: &str) -> Option<u32> {
+        self.settings.max_green_s.map(|max| max.max(self.min_green_s(green)))
+    }
+
+    /// Whether a green serves left turns alone, while the vehicles beside them that go on wait; right
+    /// turns do not count.
+    pub fn is_left_only(&self, green: &str) -> bool {
+        let mut any = false;
+        for approach in 0..self.approaches.len() {
+            let has_through = self
+                .links
+                .iter()
+                .flatten()
+                .any(|way| way.approach == approach && way.turn == Turn::Through);
+            let (mut left, mut through) = (false, false);
+            for turn in self.served(green, approach) {
+                left |= turn == Turn::Left;
+                through |= turn == Turn::Through;
+            }
+            if through || (left && !has_through) {
+                return false;
+            }
+            any |= left;
+        }
+        any
+    }
+
+    /// Returns the turns of an approach that a green serves.
+    fn served<'a>(&'a self, green: &'a str, approach: usize) -> impl Iterator<Item = Turn> + 'a {
+        green
+            .chars()
+            .enumerate()
+            .filter(|(_, letter)| is_green(*letter))
+            .flat_map(|(index, _)| self.ways(index))
+            .filter(move |way| way.approach == approach)
+            .map(|way| way.turn)
+    }
+
+    fn ways(&self, index: usize) -> impl Iterator<Item = &Way> {
+        self.links.get(index).into_iter().flatten()
+    }
+
+    /// Returns shortest and longest fixed cycle, seconds.
+    pub fn cycle_s(&self) -> (u32, u32) {
+        (self.settings.min_cycle_s, self.settings.max_cycle_s)
+    }
+}
+
+fn is_green(letter: char) -> bool {
+    matches!(letter, 'G' | 'g')
+}
+
+/// Whether a link that shows `a` has to stop before it shows `b`.
+fn ends(a: char, b: char) -> bool {
+    is_green(a) && matches!(b, 'r' | 's')
+}
+
+/// Returns the yellow state between two greens: links that are green and will be red turn yellow, all
+/// others stay as they are.
+///
+/// Source: RESCO, traffic_signal.py, yellow phases.
+pub fn yellow(from: &str, to: &str) -> String {
+    from.chars().zip(to.chars()).map(|(a, b)| if ends(a, b) { 'y' } else { a }).collect()
+}
+
+/// Rounds up to whole seconds; what is a whole number but for rounding stays.
+fn whole(seconds: f64) -> u32 {
+    (seconds - 1e-9).ceil() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four arms of 30 mph and 12.8 m, links by arm from the north clockwise: right, through, left.
+    pub(super) fn cross(settings: &SignalSettings) -> Timing {
+        let approach = |k: usize| Approach {
+            heading_deg: (180.0 + 90.0 * k as f64) % 360.0,
+            width_m: 12.8,
+            speed_mps: 13.41,
+        };
+        let links = (0..12)
+            .map(|i| {
+                let turn = [Turn::Right, Turn::Through, Turn::Left][i % 3];
+                vec![Way { approach: i / 3, turn }]
+            })
+            .collect();
+        Timing::new(settings, (0..4).map(approach).collect(), links)
+    }
+
+    pub(super) fn field() -> SignalSettings {
+        SignalSettings {
+            change_interval: ChangeInterval::Kinematic,
+            all_red_s: 1,
+            min_left_green_s: 5,
+            max_green_s: Some(60),
+            pedestrians: true,
+            ..SignalSettings::default()
+        }
+    }
+
+    pub(super) const THROUGH: &str = "GGgrrrGGgrrr";
+    const LEFT: &str = "rrGrrrrrGrrr";
+    pub(super) const OTHER: &str = "rrrGGgrrrGGg";
+
+    #[test]
+    fn resco_has_three_seconds_of_yellow_no_all_red_and_seven_of_green() {
+        let timing = cross(&SignalSettings::default());
+        let change = timing.change(THROUGH, OTHER).unwrap();
+        assert_eq!((change.yellow_s, change.all_red_s), (3, 0));
+        assert_eq!([THROUGH, LEFT, OTHER].map(|s| timing.min_green_s(s)), [7, 7, 7]);
+        assert_eq!(timing.max_green_s(THROUGH), None);
+    }
+
+    #[test]
+    fn yellow_and_all_red_follow_from_speed_and_width() {
+        // Yellow 1 + 13.41 / 6.1 = 3.20, all-red (12.8 + 6.1) / 13.41 = 1.41, together 4.61 s.
+        let change = cross(&field()).change(THROUGH, OTHER).unwrap();
+        assert_eq!((change.yellow_s, change.all_red_s), (4, 1));
+        let mut fast = cross(&field());
+        fast.approaches[2].speed_mps = 22.35;
+        fast.approaches[1].width_m = 30.0;
+        // The slow approach: 3.20 + 2.69 s; the fast one: 4.66 + 1.62 s.
+        let change = fast.change(THROUGH, OTHER).unwrap();
+        assert_eq!((change.yellow_s, change.all_red_s), (5, 2));
+    }
+
+    #[test]
+    fn yellow_shows_only_where_green_ends_and_all_red_follows() {
+        let settings = SignalSettings { all_red_s: 2, ..SignalSettings::default() };
+        let timing = cross(&settings);
+        assert_eq!(
+            timing.between("GGgrr", "GrGrG"),
+            [("Gygrr".to_owned(), 3), ("Grgrr".to_owned(), 2)]
+        );
+        assert_eq!(timing.between("GGgrr", "GGGrr"), []);
+    }
+
+    #[test]
+    fn more_yellow_than_the_longest_is_given_where_it_is_asked_for() {
+        let settings = SignalSettings { yellow_time_s: 8, ..field() };
+        assert_eq!(cross(&settings).change(THROUGH, OTHER).unwrap().yellow_s, 8);
+    }
+
+    #[test]
+    fn where_no_green_ends_nothing_changes() {
+        let timing = cross(&field());
+        assert_eq!(timing.change("rGrrrrrrrrrr", THROUGH), None);
+        assert_eq!(timing.change(THROUGH, THROUGH), None);
+    }
+
+    #[test]
+    fn a_phase_beside_a_crosswalk_lasts_until_pedestrians_have_crossed() {
+        let timing = cross(&field());
+        // 7 s and 12.8 m at 1.067 m/s.
+        assert_eq!(timing.min_green_s(THROUGH), 19);
+        assert_eq!(timing.min_green_s(LEFT), 5);
+        // One approach alone: its own street and the opposite approach wait.
+        assert_eq!(timing.min_green_s("GGGrrrrrrrrr"), 19);
+        // Nobody waits, so nobody crosses.
+        assert_eq!(timing.min_green_s("GGgGGgGGgGGg"), 7);
+        assert_eq!(timing.max_green_s(THROUGH), Some(60));
+    }
+
+    #[test]
+    fn the_stem_of_a_t_is_no_left_phase() {
+        let mut timing = cross(&field());
+        timing.links[4] = vec![];
+        assert!(!timing.is_left_only("rrrGrGrrrrrr"));
+        assert!(timing.is_left_only(LEFT));
+        assert!(!timing.is_left_only("GrrGrrGrrGrr"), "right turns alone");
+    }
+
+    #[test]
+    fn links_without_vehicles_do_not_count() {
+        let mut timing = cross(&field());
+        timing.links.push(vec![]);
+        assert_eq!(timing.change("rrrrrrrrrrrrG", "Grrrrrrrrrrrr").unwrap().yellow_s, 3);
+        assert_eq!(timing.min_green_s("GGgrrrGGgrrrG"), 19);
+    }
+}

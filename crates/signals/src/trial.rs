@@ -1,0 +1,437 @@
+//! A controller on the signals of a world: what evaluation sees of the two is one object.
+
+use std::collections::BTreeMap;
+
+use super::control::{ControlError, Controller, EpisodeOutcome, Trainer};
+use super::env::SignalEnv;
+use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
+use super::env::signal_env::Running;
+use super::error::TrafficError;
+use super::held::Held;
+use super::network::error::NetworkError;
+use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
+use super::sim::{self, Sim, SimError};
+use basics::files::numbers::is_usable;
+use evaluation::run::domain::{Course, Next, Policy, Trial};
+use evaluation::run::fault::TrialError;
+use evaluation::store::opaque::Opaque;
+use evaluation::store::record::{Metrics, Row, RowKind};
+use learners::nn::archive::Archive;
+
+/// Name of the metric that scores compare.
+pub const DELAY: &str = "delay_s";
+
+/// Training episodes over which RESCO's users see a learner's last performance.
+const RESCO_LAST: usize = 10;
+
+/// A controller and the signals that it controls.
+pub struct SignalTrial<S> {
+    /// The signals.
+    pub env: SignalEnv<S>,
+    /// The method.
+    pub controller: Box<dyn Controller>,
+    /// What is read while it goes on.
+    pub held: Held,
+}
+
+impl<S: Sim> Trial for SignalTrial<S> {
+    fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
+        let mut school = School { env: &mut self.env, course, held: &self.held };
+        self.controller.train(&mut school).map_err(of_control)
+    }
+
+    fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        played(&mut self.env, self.controller.as_mut(), seed)
+    }
+
+    fn validate(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        self.controller.set_validation(true);
+        let metrics = self.episode(seed);
+        self.controller.set_validation(false);
+        metrics
+    }
+
+    fn model(&self) -> Option<Archive> {
+        self.controller.model()
+    }
+
+    fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
+        self.controller.load(model.clone()).map_err(of_control)
+    }
+
+    fn training_metrics(&self, rows: &[Row]) -> Metrics {
+        resco(rows)
+    }
+
+    /// What the controller says, and the phases of signals that run in two rings.
+    fn details(&self) -> BTreeMap<String, String> {
+        let mut details = self.controller.details();
+        let rings = self.env.dual_rings();
+        details.extend(rings.map(|(signal, phases)| (format!("{PHASES}{signal}"), phases)));
+        details
+    }
+
+    /// The programs that the signals ran; none where a controller decides.
+    fn programs(&self) -> Opaque {
+        let programs = self.env.programs().unwrap_or_default();
+        let programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
+        if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
+    }
+
+    fn simulator_s(&self) -> f64 {
+        self.env.simulator_time().as_secs_f64()
+    }
+
+    fn verify(&self) -> Result<(), TrialError> {
+        self.held.verify().map_err(of_files)
+    }
+}
+
+/// Plays the episode of a seed and returns its metrics by name.
+fn played<S: Sim>(
+    env: &mut SignalEnv<S>,
+    controller: &mut dyn Controller,
+    seed: u64,
+) -> Result<Metrics, TrialError> {
+    let metrics = run_episode(env, controller, seed).map_err(|e| match e {
+        EpisodeError::Sim(e) => of_sim(e),
+        EpisodeError::Control(e) => of_control(e),
+    })?;
+    named(&metrics, seed).map_err(of_sim)
+}
+
+/// What a controller has learned so far, on the signals on which it trains.
+struct Learned<'a, S> {
+    env: &'a mut SignalEnv<S>,
+    controller: &'a mut dyn Controller,
+}
+
+impl<S: Sim> Policy for Learned<'_, S> {
+    fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
+        self.controller.set_validation(true);
+        let metrics = played(self.env, self.controller, seed);
+        self.controller.set_validation(false);
+        metrics
+    }
+
+    fn model(&self) -> Option<Archive> {
+        self.controller.model()
+    }
+}
+
+/// Where a controller trains: the signals, and the task that keeps what comes of it.
+struct School<'a, S> {
+    env: &'a mut SignalEnv<S>,
+    course: &'a mut dyn Course,
+    held: &'a Held,
+}
+
+impl<S: Sim> Trainer for School<'_, S> {
+    fn episode(
+        &mut self,
+        controller: &mut dyn Controller,
+        seed: u32,
+    ) -> Result<EpisodeOutcome, ControlError> {
+        let seed = self.course.seed(seed);
+        let metrics = run_episode(self.env, controller, seed).map_err(|e| match e {
+            EpisodeError::Control(e) => e,
+            sim @ EpisodeError::Sim(_) => ControlError::Episode(Box::new(sim)),
+        })?;
+        let failed = |e: SimError| ControlError::Episode(Box::new(EpisodeError::Sim(e)));
+        let outcome = metrics.outcome().ok_or_else(|| failed(SimError::NoVehicles(seed)))?;
+        let mut metrics = named(&metrics, seed).map_err(failed)?;
+        // No file takes infinities; a figure that is no number to compute with is left out.
+        for (name, value) in controller.figures().into_iter().filter(|(_, v)| is_usable(*v)) {
+            if !metrics.contains_key(&name) {
+                metrics.insert(name, value);
+            }
+        }
+        self.course.episode(seed, metrics);
+        Ok(outcome)
+    }
+
+    fn decisions_per_episode(&self) -> u32 {
+        self.env.decisions_per_episode()
+    }
+
+    fn saved(&mut self) -> Option<Archive> {
+        self.course.saved()
+    }
+
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+        let mut learned = Learned { env: &mut *self.env, controller };
+        self.course.validate(&mut learned).map_err(|e| ControlError::Validation(Box::new(e)))
+    }
+
+    fn restarts(&self) -> u32 {
+        self.course.restarts()
+    }
+
+    fn starts_again(&mut self, is_alive: bool) -> bool {
+        self.course.starts_again(is_alive)
+    }
+
+    fn checkpoint(&mut self, state: &dyn Fn() -> Archive) -> Result<(), ControlError> {
+        // What was learned from files of something else is not kept.
+        self.held.verify().map_err(|e| ControlError::Episode(e.into()))?;
+        let simulator_s = self.env.simulator_time().as_secs_f64();
+        Ok(self.course.checkpoint(state, simulator_s)?)
+    }
+}
+
+/// Returns what follows from a controller's error.
+pub(super) fn of_control(error: ControlError) -> TrialError {
+    match error {
+        ControlError::Diverged { .. } => TrialError::Diverged(error.to_string()),
+        ControlError::Model(e) => TrialError::Model(e),
+        ControlError::Checkpoint(e) => e.into(),
+        ControlError::Validation(e) => *e,
+        ControlError::Own { .. } => TrialError::Own(error.into()),
+        // A training episode fails for reasons of the simulation, not of what was given.
+        ControlError::Episode(e) => match e.downcast::<TrafficError>() {
+            Ok(e) => of_files(*e),
+            Err(e) => {
+                let is_machine = matches!(
+                    e.downcast_ref(),
+                    Some(EpisodeError::Sim(SimError::Io(_) | SimError::CutOff(_)))
+                );
+                let error = ControlError::Episode(e).into();
+                if is_machine { TrialError::Machine(error) } else { TrialError::Failed(error) }
+            }
+        },
+        _ => TrialError::Input(error.into()),
+    }
+}
+
+/// Returns what follows from a simulation's error.
+pub(super) fn of_sim(error: SimError) -> TrialError {
+    match error {
+        SimError::Unavailable(_) | SimError::Absent(_) => TrialError::Simulator(error.into()),
+        SimError::Io(_) | SimError::CutOff(_) => TrialError::Machine(error.into()),
+        SimError::NoSignals(_)
+        | SimError::Signal { .. }
+        | SimError::NoVehicles(_)
+        | SimError::Config { .. }
+        | SimError::Obstacles(_)
+        | SimError::NoConfig(_)
+        | SimError::Missing(_) => TrialError::Input(error.into()),
+        _ => TrialError::Failed(error.into()),
+    }
+}
+
+/// Returns what follows from files that cannot be used: altered ones would spoil other tasks too.
+pub(super) fn of_files(error: TrafficError) -> TrialError {
+    match error {
+        TrafficError::Altered { .. } | TrafficError::Io(_) => TrialError::Machine(error.into()),
+        TrafficError::Disturbed(_) => TrialError::Disturbed(error.into()),
+        other => TrialError::Input(other.into()),
+    }
+}
+
+/// Returns what follows from a network that cannot be used.
+pub(super) fn of_network(error: NetworkError) -> TrialError {
+    match error {
+        NetworkError::Io(_) => TrialError::Machine(error.into()),
+        NetworkError::Intersection { .. }
+        | NetworkError::Altered { .. }
+        | NetworkError::Index { .. } => TrialError::Input(error.into()),
+        _ => TrialError::Failed(error.into()),
+    }
+}
+
+/// Returns what RESCO reports of a learner: the delay in its best training episode, and beside it the
+/// mean over its last ten. Both are of training, on training seeds and with exploration; the best of
+/// many episodes is optimistic, and worst for methods that are unstable. Scores do not use them.
+///
+/// Deviation: RESCO takes the best episode of the curve that is averaged over several trainings;
+/// here it is the best of each training.
+///
+/// Source: RESCO, utils/graph.py (the minimum of the curve for learners, the mean for others).
+fn resco(rows: &[Row]) -> Metrics {
+    let delays: Vec<f64> = (rows.iter())
+        .filter(|r| r.kind == RowKind::Training)
+        .filter_map(|r| r.metrics.get(DELAY).copied())
+        .collect();
+    if delays.is_empty() {
+        return Metrics::new();
+    }
+    let last = &delays[delays.len().saturating_sub(RESCO_LAST)..];
+    Metrics::from([
+        ("resco_best_delay_s".to_owned(), delays.iter().copied().fold(f64::INFINITY, f64::min)),
+        ("resco_last_ten_delay_s".to_owned(), last.iter().sum::<f64>() / last.len() as f64),
+    ])
+}
+
+/// Returns the metrics of the episode of a seed by name.
+///
+/// # Errors
+///
+/// [`SimError::NoVehicles`]: without vehicles there is nothing to judge, and a delay of 0 would be the
+/// best one.
+pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
+    let trips = &metrics.trips;
+    let (Some(delay_s), Some(waiting_s)) = (metrics.delay_s(), metrics.waiting_s()) else {
+        return Err(SimError::NoVehicles(seed));
+    };
+    let named = [
+        (DELAY, delay_s),
+        ("waiting_s", waiting_s),
+        ("queue_veh", metrics.queue_veh),
+        ("max_queue_veh", metrics.max_queue_veh),
+        ("vehicles_veh", f64::from(trips.vehicles)),
+        ("throughput_veh", f64::from(trips.arrived)),
+        ("unfinished_veh", f64::from(trips.running + trips.undeparted)),
+        ("undeparted_veh", f64::from(trips.undeparted)),
+        ("teleports", f64::from(metrics.counts.teleports)),
+        ("collisions", f64::from(metrics.counts.collisions)),
+    ];
+    Ok(named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+}
+
+/// Returns a program as records keep it.
+fn kept(running: Running) -> SignalProgram {
+    let kind = match running.program.kind {
+        sim::ProgramKind::Static => ProgramKind::Static,
+        sim::ProgramKind::Actuated => ProgramKind::Actuated,
+        sim::ProgramKind::Other => ProgramKind::Other,
+    };
+    let phase = |p: sim::ProgramPhase| {
+        let varies =
+            kind != ProgramKind::Static && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
+        // JSON has no infinities.
+        let bound = |s: f64| Some(s).filter(|s| varies && s.is_finite());
+        let (min_s, max_s) = (bound(p.min_s), bound(p.max_s));
+        ProgramPhase { state: p.state, duration_s: p.duration_s, min_s, max_s }
+    };
+    let phases = running.program.phases.into_iter().map(phase).collect();
+    SignalProgram { signal: running.signal, own: running.own, kind, phases }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::path::Path;
+    use std::rc::Rc;
+
+    use super::super::control::{Drive, GreenPhase, Observation, SignalSpec};
+    use super::super::env::testing::{env, env_of, minute};
+    use super::*;
+    use basics::files::FileError;
+    use evaluation::run::fault::CheckpointError;
+
+    /// Trains for two episodes and has figures, one of which is no number.
+    struct Learner;
+
+    impl Controller for Learner {
+        fn name(&self) -> &'static str {
+            "learner"
+        }
+        fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+            Ok(vec![Drive::Decisions; signals.len()])
+        }
+        fn act(
+            &mut self,
+            _: &[Observation],
+            phases: &mut [GreenPhase],
+        ) -> Result<(), ControlError> {
+            phases[0] = GreenPhase(0);
+            Ok(())
+        }
+        fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
+            (0..2).try_for_each(|seed| trainer.episode(self, seed).map(drop))
+        }
+        fn figures(&self) -> BTreeMap<String, f64> {
+            let figures = [("loss", 0.5), ("epsilon", f64::NAN), ("delay_s", -1.0)];
+            figures.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+        }
+    }
+
+    /// Keeps the rows of a training.
+    #[derive(Default)]
+    struct Rows(Vec<Row>);
+
+    impl Course for Rows {
+        fn seed(&self, index: u32) -> u64 {
+            100 + u64::from(index)
+        }
+        fn episode(&mut self, seed: u64, metrics: Metrics) {
+            let episode = self.0.len() as u32;
+            self.0.push(Row { kind: RowKind::Training, episode, seed, metrics });
+        }
+        fn saved(&mut self) -> Option<Archive> {
+            None
+        }
+        fn checkpoint(&mut self, _: &dyn Fn() -> Archive, _: f64) -> Result<(), CheckpointError> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_training_row_has_the_figures_of_the_learner_that_are_numbers() {
+        let dir = tempfile::tempdir().unwrap();
+        let env = env(vec![(0.0, 0), (1.0, 1)], dir.path());
+        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
+        let mut rows = Rows::default();
+        trial.train(&mut rows).unwrap();
+        let metrics = &rows.0[0].metrics;
+        assert_eq!(metrics["loss"], 0.5);
+        assert!(metrics[DELAY] > 0.0, "what was measured counts");
+        assert!(!metrics.contains_key("epsilon"));
+        assert!(!trial.episode(7).unwrap().contains_key("loss"));
+        let best = rows.0.iter().map(|r| r.metrics[DELAY]).fold(f64::INFINITY, f64::min);
+        let summary = trial.training_metrics(&rows.0);
+        assert_eq!(summary["resco_best_delay_s"], best);
+        let mean = (rows.0[0].metrics[DELAY] + rows.0[1].metrics[DELAY]) / 2.0;
+        assert_eq!(summary["resco_last_ten_delay_s"], mean);
+        assert_eq!(resco(&[]), Metrics::new());
+    }
+
+    #[test]
+    fn vehicles_have_the_seed_of_the_row() {
+        let dir = tempfile::tempdir().unwrap();
+        let got = Rc::new(RefCell::new(Vec::new()));
+        let writer = Rc::clone(&got);
+        let routes = Box::new(move |seed, _: &Path| {
+            writer.borrow_mut().push(seed);
+            Ok(())
+        });
+        let env = env_of(minute(Some(routes)), vec![(1.0, 0)], dir.path());
+        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
+        let mut rows = Rows::default();
+        trial.train(&mut rows).unwrap();
+        trial.episode(7).unwrap();
+        assert_eq!(rows.0.iter().map(|r| r.seed).collect::<Vec<_>>(), [100, 101]);
+        assert_eq!(*got.borrow(), [100, 101, 7]);
+    }
+
+    #[test]
+    fn an_episode_without_vehicles_is_an_error_and_no_delay_of_0() {
+        let dir = tempfile::tempdir().unwrap();
+        let env = env(vec![], dir.path());
+        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
+        let e = trial.episode(7).unwrap_err();
+        assert!(matches!(e, TrialError::Input(_)));
+        assert!(e.to_string().starts_with("no vehicle is to depart in the episode of seed 7, so"));
+    }
+
+    #[test]
+    fn a_disk_error_in_a_training_episode_is_the_machine_s_fault() {
+        let file = || FileError::at("write", Path::new("x"))(std::io::Error::other("full"));
+        let episode = |e| of_control(ControlError::Episode(Box::new(EpisodeError::Sim(e))));
+        assert!(matches!(episode(SimError::Io(file())), TrialError::Machine(_)));
+        assert!(matches!(episode(SimError::CutOff("t.xml".into())), TrialError::Machine(_)));
+        assert!(matches!(
+            of_control(ControlError::Checkpoint(file().into())),
+            TrialError::Machine(_)
+        ));
+        assert!(matches!(episode(SimError::NotRunning), TrialError::Failed(_)));
+    }
+
+    #[test]
+    fn a_training_that_diverges_says_when_and_what_to_do() {
+        let e = of_control(ControlError::Diverged { episode: 4, what: "the loss" });
+        let expected = "training diverged in episode 4: the loss is no number any more; try a \
+                        smaller learning rate";
+        assert!(matches!(&e, TrialError::Diverged(text) if text == expected), "{e}");
+    }
+}
