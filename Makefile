@@ -1,10 +1,11 @@
-# Two set-up commands: `make demo` and `make test`. The logic is in scripts/.
+# Two set-up commands: `make demo` and `make test`. The logic is in scripts/. `make nightly` is for maintainers,
+# before a release.
 CARGO ?= cargo
 
 # Not the Python package, which has its own tests (scripts/python.sh), nor the benchmark that needs criterion.
 tested = --workspace --exclude tsc-family-python --exclude tsc-family-benches
 
-.PHONY: demo test check doc bench setup
+.PHONY: demo test check doc bench nightly setup
 
 demo: setup
 	scripts/demo.sh
@@ -22,6 +23,9 @@ doc: setup
 
 bench: setup
 	scripts/bench.sh
+
+nightly: setup
+	scripts/nightly.sh
 
 setup:
 	scripts/setup.sh

@@ -4,10 +4,27 @@
 # logins. As root on Debian, where missing packages are installed; elsewhere it says that it was skipped.
 #
 #   scripts/cluster.sh PROGRAM
-#   scripts/cluster.sh --prepare   only installs what it needs
+#   scripts/cluster.sh PROGRAM --script   only the jobs of --executor script, which a loop starts
+#   scripts/cluster.sh --prepare          only installs what it needs
 set -euo pipefail
 binary=$(realpath -m -- "$1")
 scripts=$(realpath "$(dirname "$0")")
+
+if [ "${2:-}" = --script ]; then
+    folder=$(mktemp -d)
+    trap 'rm -rf "$folder"' EXIT
+    mkdir "$folder/my work"
+    cd "$folder/my work"
+    short=(smoke --methods max-pressure,idqn --episodes 4 --eval-seeds 2)
+    "$binary" run "${short[@]}" --out out/here --quiet
+    "$binary" run "${short[@]}" --out out/script --executor script --job-minutes 0.02
+    last=$(($(wc -l <out/script/jobs/000/packs.jsonl) - 1))
+    [ "$last" -gt 0 ] || { echo "FAILED: one job has all tasks" >&2; exit 1; }
+    seq 0 "$last" | xargs -P 2 -n 1 "$PWD/out/script/jobs/000/job.sh"
+    "$binary" status out/script
+    python3 "$scripts/same-records.py" out/here out/script
+    exit
+fi
 
 packages=(slurm-wlm munge parallel openssh-server)
 if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then

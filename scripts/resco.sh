@@ -3,7 +3,7 @@
 # configuration and plain sumo. The scenarios are in the wheel of sumo-rl on PyPI; their licences (CC BY-NC-SA, GPL) are
 # why none is in this repository.
 #
-#   scripts/resco.sh [PROGRAM]
+#   scripts/resco.sh [PROGRAM [SCENARIO...]]
 #   scripts/resco.sh --prepare   only fetches the scenarios
 set -euo pipefail
 program=$(realpath -m -- "${1:-${CARGO_TARGET_DIR:-$(dirname "$0")/../target}/release/tsc-family}")
@@ -21,4 +21,4 @@ fi
 [ "${1:-}" != --prepare ] || exit 0
 results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
-python3 scripts/resco_check.py "$program" "$folder/sumo_rl/nets/RESCO" "$results"
+python3 scripts/resco_check.py "$program" "$folder/sumo_rl/nets/RESCO" "$results" "${@:2}"

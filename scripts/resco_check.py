@@ -1,6 +1,6 @@
 """Compares RESCO's scenarios as this program sees and simulates them with RESCO's configuration and with plain sumo.
 
-    python3 scripts/resco_check.py PROGRAM FOLDER_OF_SCENARIOS RESULTS
+    python3 scripts/resco_check.py PROGRAM FOLDER_OF_SCENARIOS RESULTS [SCENARIO...]
 """
 
 import json
@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from pathlib import Path
 
-program, scenarios, results = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+program, scenarios, results, *names = sys.argv[1], *map(Path, sys.argv[2:4]), *sys.argv[4:]
 
 EIGHT = [[1, 7], [2, 8], [1, 2], [7, 8], [4, 10], [5, 11], [10, 11], [4, 5]]
 CROSS = [[4, 10], [5, 11], [1, 7], [2, 8]]
@@ -127,7 +127,7 @@ def plain(name, seed):
     return sum(delays) / len(delays)
 
 
-equal = {name: greens(name) for name in RESCO}
+equal = {name: greens(name) for name in names or RESCO}
 out = results / "runs"
 command = [program, "run", "--methods", "program,max-pressure,max-pressure-resco,actuated", "--eval-seeds", "1"]
 for name in equal:

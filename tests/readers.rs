@@ -2,6 +2,8 @@
 //! run. What the fuzzer does with hours and a nightly compiler (`fuzz/README.md`), this does in seconds.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "common/nightly.rs"]
+mod nightly;
 #[path = "../fuzz/readers/mod.rs"]
 mod readers;
 
@@ -10,14 +12,17 @@ use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use nightly::is_nightly;
 use rand::rngs::StdRng;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 use readers::{READERS, Reader};
 
-/// Mutations of all seeds of a reader together.
-const MUTATIONS: usize = 12_000;
+/// Returns the number of mutations of all seeds of a reader together.
+fn mutations() -> usize {
+    if is_nightly() { 12_000 } else { 1200 }
+}
 
 /// Most bytes of a mutation.
 const MOST_BYTES: usize = 1 << 17;
@@ -136,20 +141,21 @@ fn tried(name: &str, reader: Reader, bytes: &[u8]) -> Option<String> {
 #[test]
 fn no_reader_panics_hangs_or_reads_back_otherwise() {
     let words = dictionary();
+    let count = mutations();
     let wrong = READERS.par_iter().flat_map_iter(|(name, reader)| {
         let seeds = seeds(name);
         assert!(!seeds.is_empty(), "{name} has no seeds");
         let mut rng = StdRng::seed_from_u64(name.bytes().map(u64::from).sum());
         let start = Instant::now();
         let mutations: Vec<Vec<u8>> =
-            (0..MUTATIONS).map(|_| mutated(&seeds, &words, &mut rng)).collect();
+            (0..count).map(|_| mutated(&seeds, &words, &mut rng)).collect();
         let wrong: Vec<String> = seeds
             .iter()
             .chain(&mutations)
             .filter_map(|bytes| tried(name, *reader, bytes))
             .take(3)
             .collect();
-        eprintln!("{name}: {} seeds, {MUTATIONS} mutations, {:?}", seeds.len(), start.elapsed());
+        eprintln!("{name}: {} seeds, {count} mutations, {:?}", seeds.len(), start.elapsed());
         wrong
     });
     let wrong: Vec<String> = wrong.collect();

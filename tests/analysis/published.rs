@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::common::nightly::is_nightly;
 use crate::common::{run, stderr, stdout, succeed};
 
 /// The folders with packed records.
@@ -36,6 +37,11 @@ fn unpacked(run: &Path, to: &Path) {
 fn every_published_run_is_sound_and_reported() {
     let runs = published();
     assert!(runs.len() >= 9, "{runs:?}");
+    // A family, a sample of learners and a control task; the others do not change from one commit to the next.
+    let short = ["salt-lake-city/nema-resco", "salt-lake-city/learners-field", "cartpole/carl"];
+    let runs: Vec<_> =
+        runs.iter().filter(|r| is_nightly() || short.iter().any(|s| r.ends_with(s))).collect();
+    assert!(runs.len() >= short.len(), "{runs:?}");
     let folder = tempfile::tempdir().unwrap();
     for (number, path) in runs.iter().enumerate() {
         let to = folder.path().join(number.to_string());

@@ -34,9 +34,13 @@ fn is_whole(victim: &Path) {
 fn forge(folder: &Path, change: impl Fn(&mut Value)) {
     let path = folder.join("out/manifest.json");
     let mut value: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    let before = value.clone();
     change(&mut value);
+    assert_ne!(value, before, "nothing was forged");
     fs::write(&path, value.to_string()).unwrap();
+    // A manifest that does not parse is refused before any record is read.
     let Ok(manifest) = serde_json::from_value::<Manifest>(value) else { return };
+    let mut forged = 0;
     fs::write(folder.join("out/plan.jsonl"), plan_text(&manifest.identity.tasks())).unwrap();
     for task in manifest.identity.tasks() {
         let path = folder.join(format!("out/done/000/{}.jsonl", task.task));
@@ -49,7 +53,9 @@ fn forge(folder: &Path, change: impl Fn(&mut Value)) {
         };
         let record = Record::finished(&task, &manifest.sha256(), result);
         fs::write(&path, record.to_text()).unwrap();
+        forged += 1;
     }
+    assert!(forged > 0, "no record was forged");
 }
 
 /// The first lines of all records, where it stands why they failed.
