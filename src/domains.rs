@@ -1,9 +1,7 @@
 //! The domains that this program can evaluate on; a further one is a folder and a line here.
 
-use std::path::Path;
 use std::sync::OnceLock;
 
-use crate::analysis::{LOSS, RETURN};
 use crate::cartpole;
 use crate::family::FamilyError;
 use crate::report::{Look, Plain, Report, Sections};
@@ -12,11 +10,9 @@ use crate::run::entry::Entry;
 use crate::settings::source::{domain_of, file_of, read_scenario};
 use crate::store::Layout;
 use crate::store::error::StoreError;
-use crate::store::kept::Keep;
-use crate::store::manifest::{Identity, Manifest};
 use crate::store::results::Results;
 use crate::traffic::domain::Traffic;
-use crate::traffic::report::{OF_EPISODES, TrafficSections};
+use crate::traffic::report::TrafficSections;
 
 static TRAFFIC: OnceLock<Traffic> = OnceLock::new();
 
@@ -103,41 +99,6 @@ pub fn sections(layout: &Layout, results: &Results) -> Result<Box<dyn Sections>,
         looks: looks.collect(),
         failure: domain.failure(),
     }))
-}
-
-/// Returns what to keep of a run's records: those numbers of every episode of which something is computed.
-fn keep(manifest: &Manifest) -> Keep {
-    let Identity { domain, objective, .. } = &manifest.identity;
-    let own: &[&str] = if domain == Traffic::NAME { &OF_EPISODES } else { &[] };
-    let names = own.iter().copied().chain([objective, RETURN, LOSS]);
-    Keep::Only(names.map(str::to_owned).collect())
-}
-
-/// Reads everything in a results directory, with those numbers of every episode of which something is computed.
-///
-/// # Errors
-///
-/// Those of [`Results::load_all`].
-pub fn load_all(layout: &Layout) -> Result<Results, StoreError> {
-    Results::load_all(layout, keep)
-}
-
-/// Reads what counts in a results directory as [`load`] does, and sets aside in a folder what tables of all episodes need.
-///
-/// # Errors
-///
-/// Those of [`Results::load_all`].
-pub fn load_setting_aside(layout: &Layout, folder: &Path) -> Result<Results, StoreError> {
-    Results::load_setting_aside(layout, keep, folder).map(Results::so_far)
-}
-
-/// Reads what counts in a results directory, as [`Results::load`] does it, without what no report needs in memory.
-///
-/// # Errors
-///
-/// Those of [`Results::load`].
-pub fn load(layout: &Layout) -> Result<Results, StoreError> {
-    load_all(layout).map(Results::so_far)
 }
 
 /// Returns the report on results, with scores relative to their baseline, if they have one.

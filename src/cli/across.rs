@@ -12,6 +12,7 @@ use crate::domains;
 use crate::files::write_atomically;
 use crate::report::across::{csv, json, text};
 use crate::store::Layout;
+use crate::store::results::Results;
 
 /// `tsc-family across`.
 #[derive(Debug, clap::Args)]
@@ -62,8 +63,8 @@ pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {
     for path in &args.results {
         let name = path.display().to_string();
         let layout = Layout::new(path);
-        let results = domains::load(&layout)?;
-        if let Some(first) = seen.insert(results.origin.sha256.clone(), name.clone()) {
+        let results = Results::load(&layout)?;
+        if let Some(first) = seen.insert(results.sha256.clone(), name.clone()) {
             anyhow::bail!(Refused(format!(
                 "{first} and {name} hold the same run; give every family once"
             )));

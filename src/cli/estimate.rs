@@ -6,7 +6,6 @@ use super::forecast::{Forecast, Job, range};
 use crate::run::effort::Efforts;
 use crate::run::error::RunError;
 use crate::run::plan::{Draft, Request};
-use crate::store::Name;
 
 /// Returns the plan in words, for so many workers on so many processors.
 pub(super) fn estimate(
@@ -32,15 +31,13 @@ pub(super) fn estimate(
     );
     let mut episodes = 0;
     let mut all = Vec::with_capacity(tasks as usize);
-    let methods: Vec<Name> = draft.methods.iter().map(|m| m.as_str().into()).collect();
     let (efforts, family) = (Efforts::of_request(request)?, request.problem.family());
     for draw in &sample.draws {
-        let point: Name = draw.point.as_str().into();
-        for (name, method) in methods.iter().zip(&draft.methods) {
+        for method in &draft.methods {
             let effort = efforts.in_family(method, family, &draw.point)?;
             episodes += replicates(method) * u64::from(effort.episodes());
             for _ in 0..replicates(method) {
-                let (task, method, point) = (all.len(), name.clone(), point.clone());
+                let (task, method, point) = (all.len(), method.clone(), draw.point.clone());
                 all.push(Job { task, method, point, effort });
             }
         }

@@ -9,7 +9,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::time::Duration;
 
 use crate::run::effort::{Seen, TaskEffort};
-use crate::store::Name;
 
 /// Logarithm of the error of a forecast without any observation: a factor of 1.8.
 const ERROR: f64 = 0.6;
@@ -29,9 +28,9 @@ pub(super) struct Job {
     /// Row of the plan.
     pub(super) task: usize,
     /// Name of the method.
-    pub(super) method: Name,
+    pub(super) method: String,
     /// Id of the point MDP.
-    pub(super) point: Name,
+    pub(super) point: String,
     /// What it is expected to cost.
     pub(super) effort: TaskEffort,
 }
@@ -61,7 +60,7 @@ pub(super) struct Forecast {
     waiting: VecDeque<Job>,
     running: BTreeMap<usize, Running>,
     /// What finished tasks took, by method and point MDP.
-    finished: Vec<(Name, Name, Seen)>,
+    finished: Vec<(String, String, Seen)>,
     workers: usize,
     /// How much longer everything takes when workers share processors.
     crowding: f64,

@@ -146,10 +146,11 @@ impl Labour<'_> {
     /// Reports the finished run.
     pub(super) fn summarise(&self) -> anyhow::Result<u8> {
         let layout = &self.session.layout;
-        let results = domains::load(layout)?;
+        let results = Results::load(layout)?;
         let (failed, tasks) = (results.failed().count(), results.plan().len());
-        let first = results.failed().next().and_then(|(task, kept)| {
-            Some(format!("; the first, {} on {}: {}", task.method, task.point, kept.reason()?))
+        let first = results.failed().next().and_then(|(task, record)| {
+            let reason = record.summary.reason.as_ref()?;
+            Some(format!("; the first, {} on {}: {reason}", task.method, task.point))
         });
         let sections = || domains::sections(layout, &results);
         let own = sections()?;
@@ -158,7 +159,7 @@ impl Labour<'_> {
             // Where tasks failed, some results are missing: the run is no less complete for that.
             Some(method) => Report::against(&results, method, sections()?).map_err(note).ok(),
         };
-        for data in [Report::of_results(results, own)].iter().chain(&other) {
+        for data in [Report::new(&results, own)].iter().chain(&other) {
             if self.quiet {
                 report::write(layout, data)?;
             } else {

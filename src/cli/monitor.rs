@@ -12,9 +12,8 @@ use crate::run::domain::{Domain, Objective};
 use crate::run::effort::TaskEffort;
 use crate::run::executor::Event;
 use crate::run::method::{Training, find};
-use crate::store::kept::Kept;
 use crate::store::manifest::Task;
-use crate::store::record::{Metrics, Outcome, Record};
+use crate::store::record::{Outcome, Record, Summary};
 
 /// Episodes over which the objective of a task in progress is averaged: one alone says little of a
 /// training that explores.
@@ -94,7 +93,7 @@ impl<'d> Monitor<'d> {
     pub(super) fn new<'a>(
         todo: impl IntoIterator<Item = (Task, TaskEffort)>,
         domain: &'d dyn Domain,
-        done: impl IntoIterator<Item = (&'a Task, &'a Kept)>,
+        done: impl IntoIterator<Item = (&'a Task, &'a Record)>,
         jobs: usize,
         json: bool,
         quiet: bool,
@@ -128,8 +127,7 @@ impl<'d> Monitor<'d> {
             failed: 0,
             json,
         };
-        done.into_iter()
-            .for_each(|(t, r)| monitor.keep_baseline((&t.method, &t.point), r.outcome, &r.metrics));
+        done.into_iter().for_each(|(_, record)| monitor.keep_baseline(&record.summary));
         monitor
     }
 
@@ -242,8 +240,7 @@ impl<'d> Monitor<'d> {
         let summary = &record.summary;
         self.finished += 1;
         self.latest = self.latest.filter(|latest| *latest != summary.task);
-        let of = (summary.method.as_str(), summary.point.as_str());
-        self.keep_baseline(of, summary.outcome, &summary.metrics);
+        self.keep_baseline(summary);
         if let Some(work) = self.work.get_mut(&summary.task) {
             work.episodes = work.effort.episodes();
         }
@@ -283,16 +280,12 @@ impl<'d> Monitor<'d> {
         }
     }
 
-    fn keep_baseline(
-        &mut self,
-        (method, point): (&str, &str),
-        outcome: Outcome,
-        metrics: &Metrics,
-    ) {
-        let objective = metrics.get(self.domain.objective().metric);
-        let objective = objective.filter(|_| outcome == Outcome::Ok);
-        if let (true, Some(objective)) = (self.domain.baseline() == Some(method), objective) {
-            self.baselines.insert(point.to_owned(), *objective);
+    fn keep_baseline(&mut self, record: &Summary) {
+        let objective = record.metrics.get(self.domain.objective().metric);
+        let objective = objective.filter(|_| record.outcome == Outcome::Ok);
+        if let (true, Some(objective)) = (self.domain.baseline() == Some(&record.method), objective)
+        {
+            self.baselines.insert(record.point.clone(), *objective);
         }
     }
 
@@ -311,7 +304,6 @@ mod tests {
     use crate::cli::testing::effort;
     use crate::domains::domains;
     use crate::run::progress::Progress as Episodes;
-    use crate::store::kept::Keep;
     use crate::store::record::TaskResult;
     use crate::store::wall::Wall;
 
@@ -335,11 +327,8 @@ mod tests {
             _ => effort((0, 0.0), (5, 1.0)),
         };
         let todo: Vec<_> = tasks().into_iter().map(|t| (t.clone(), effort(&t))).collect();
-        let kept: Vec<(Task, Kept)> = records
-            .iter()
-            .map(|r| (tasks()[r.summary.task].clone(), Kept::of(r.clone(), &Keep::All)))
-            .collect();
-        let done = kept.iter().map(|(task, kept)| (task, kept));
+        let tasks = tasks();
+        let done = records.iter().map(|record| (&tasks[record.summary.task], record));
         Monitor::new(todo, domains()[0], done, 2, false, true)
     }
 

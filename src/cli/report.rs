@@ -11,6 +11,7 @@ use crate::domains;
 use crate::report::{self, Report, text};
 use crate::stats::Limit;
 use crate::store::Layout;
+use crate::store::results::Results;
 
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
@@ -45,11 +46,11 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let target = Target::new(layout.root(), layout.report(), args.out.as_ref());
     target.check(&REPORT)?;
-    let results = domains::load_setting_aside(&layout, target.there())?;
+    let results = Results::load(&layout)?;
     let sections = domains::sections(&layout, &results)?;
     let data = match &args.against {
         Some(method) => Report::against(&results, method, sections)?,
-        None => Report::of_results(results, sections),
+        None => Report::new(&results, sections),
     };
     let data = match &args.failure {
         Some(limit) => data.failing(limit.clone())?,

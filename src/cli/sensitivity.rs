@@ -18,6 +18,7 @@ use crate::files::quoted;
 use crate::report::sensitivity::{SensitivityReport, folder};
 use crate::stats::Limit;
 use crate::store::Layout;
+use crate::store::results::Results;
 use crate::study::{Case, CaseStudy, Kind, Recorded, StudyPlan, study_cases};
 
 /// Concentrations beyond which random distributions are no longer told apart from a single point MDP, or from equal
@@ -105,7 +106,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.results);
     let target = Target::new(layout.root(), folder(&layout), args.out.as_ref());
     target.check(&SENSITIVITY)?;
-    let results = domains::load(&layout)?;
+    let results = Results::load(&layout)?;
     let report = domains::report(&layout, &results)?;
     let identity = &results.manifest.identity;
     let domain = domains::domains().into_iter().find(|d| d.name() == identity.domain);
@@ -126,7 +127,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
     let mut elsewhere = Vec::new();
     for path in &args.reported_results {
         let layout = Layout::new(path);
-        let results = domains::load(&layout)?;
+        let results = Results::load(&layout)?;
         let sections = domains::sections(&layout, &results)?;
         let analysis = Analysis::new(&results, sections.measures());
         elsewhere.push((path.display().to_string(), analysis));

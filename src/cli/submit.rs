@@ -20,7 +20,6 @@ use crate::run::error::RunError;
 use crate::run::session::reopen;
 use crate::run::worker::check_own;
 use crate::store::Layout;
-use crate::store::kept::Keep;
 use crate::store::results::Results;
 
 /// `tsc-family submit` and `tsc-family resume`.
@@ -102,7 +101,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let asked = last.as_ref().map_or(Executes::Local, |(executor, _)| *executor);
     let executor = args.executor.unwrap_or(asked);
     let read = || -> anyhow::Result<Results> {
-        Ok(Results::load_known(&layout, &session.manifest, |_| Keep::nothing())?.under_way())
+        Ok(Results::load_known(&layout, &session.manifest)?.under_way())
     };
     let results = read()?;
     let jobs = args.workers.here(available_parallelism().map_or(1, |j| j.get()));

@@ -55,7 +55,7 @@ fn every_episode_of_every_record_is_a_row_with_what_the_record_says() {
     let path = dir.path().join("records.parquet");
     let exported = export(&layout, &path, Format::Parquet).unwrap();
     let results = Results::load(&layout).unwrap();
-    let sha256 = &results.origin.sha256;
+    let sha256 = &results.sha256;
     let lines = lines(&path);
     assert_eq!(exported, Exported { rows: lines.len(), tasks: (7, 8) });
     let mut left = lines.iter();

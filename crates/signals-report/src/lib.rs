@@ -19,7 +19,6 @@ mod remarks;
 mod sections;
 mod shown;
 
-pub use measures::OF_EPISODES;
 pub use measures::TrafficMeasures;
 pub use overloaded::Overloaded;
 pub use sections::TrafficSections;

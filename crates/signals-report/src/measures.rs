@@ -33,8 +33,6 @@ pub(super) const AT_F: usize = 1;
 
 const VEHICLES: &str = "vehicles_veh";
 const LEFT: &str = "unfinished_veh";
-/// Metrics of an episode that shares are computed of.
-pub const OF_EPISODES: [&str; 2] = [VEHICLES, LEFT];
 
 /// The regimes.
 const REGIMES: [Regime; 2] = [

@@ -10,7 +10,6 @@ use crate::domains;
 use crate::run::domain::Problem;
 use crate::run::plan::Draft;
 use crate::run::session::Session;
-use crate::store::kept::Keep;
 use crate::store::results::Results;
 
 /// Most pairs of methods that are named.
@@ -64,12 +63,10 @@ pub(super) fn next(
     if !grows && done.is_some() {
         return Ok(None);
     }
+    let all = Results::load_known(&session.layout, &session.manifest)?;
     if !grows {
-        return Ok(Some(Results::load_known(&session.layout, &session.manifest, |_| {
-            Keep::nothing()
-        })?));
+        return Ok(Some(all));
     }
-    let all = domains::load_all(&session.layout)?;
     // What was worked on and still lacks tasks is not tried again.
     let is_new = |results: &Results| done.is_none_or(|done| results.plan().len() > done);
     let now = all.clone().so_far();

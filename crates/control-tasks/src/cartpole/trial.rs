@@ -198,7 +198,7 @@ mod tests {
             for (seed, metrics) in &kept.rows {
                 assert!(*seed >= 1000 && metrics["episodes"] > 0.0);
                 assert_eq!(metrics[NORMALISED_RETURN], metrics["return"] / 500.0);
-                assert!(metrics.values().all(|v| v.is_finite()));
+                assert!(metrics.iter().all(|(_, v)| v.is_finite()));
             }
             let model = whole.model().unwrap();
             for (i, state) in kept.states.iter().enumerate() {

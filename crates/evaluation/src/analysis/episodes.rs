@@ -8,10 +8,9 @@ use rayon::prelude::*;
 use super::measures::Measures;
 use super::reference::Reference;
 use crate::stats::Direction;
-use crate::stats::score::{mean, weighted_mean};
+use crate::stats::score::weighted_mean;
 use crate::stats::summary::weighted_median;
-use crate::store::kept::Kept;
-use crate::store::record::Metrics;
+use crate::store::record::{Metrics, Record};
 use crate::store::results::Results;
 
 /// Point MDPs whose episodes are made at once.
@@ -144,47 +143,34 @@ impl Part<'_> {
         let (mut all, mut measured, mut counts) = (Vec::new(), Vec::new(), Vec::new());
         for at in self.tasks.clone() {
             let task = &self.results.plan()[at];
-            let method = identity.methods.iter().position(|m| *m == *task.method);
-            let rows = self.results.record(at).map(|record| &record.evaluations);
-            counts.push(rows.map_or(0, |rows| rows.len() as u32));
-            let (Some(rows), Some(method)) = (rows, method) else { continue };
-            let objectives = rows.values(objective).map(|value| value.unwrap_or(f64::NAN));
-            for (row, (seed, value)) in rows.seeds().iter().zip(objectives).enumerate() {
-                let unit = of_reference.get(seed).and_then(|m| m.get(objective));
+            let method = identity.methods.iter().position(|m| *m == task.method);
+            let method = method.expect("a plan follows from its manifest");
+            let before = all.len();
+            for row in self.results.record(at).into_iter().flat_map(Record::evaluations) {
+                let value = row.metrics.get(objective).copied().unwrap_or(f64::NAN);
+                let unit = of_reference.get(&row.seed).and_then(|m| m.get(objective));
                 let unit = unit.filter(|unit| **unit > 0.0);
                 let (method, point) = (method as u32, self.point as u32);
                 let relative = unit.map_or(f64::NAN, |unit| value / unit);
                 all.push(Episode { method, point, objective: value, relative });
-                let shares = self.measures.shares_of(&rows.metrics(row), of_baseline.get(seed));
+                let shares = self.measures.shares_of(&row.metrics, of_baseline.get(&row.seed));
                 measured.extend(shares.into_iter().map(|share| share.unwrap_or(f64::NAN)));
             }
+            counts.push((all.len() - before) as u32);
         }
         (all, measured, counts)
     }
 
     /// Returns the means of a method's evaluation episodes.
     fn by_seed(&self, method: &str) -> BySeed {
-        let mut found: BTreeMap<u64, Vec<Metrics>> = BTreeMap::new();
+        let mut found: BTreeMap<u64, Vec<&Metrics>> = BTreeMap::new();
         for at in self.tasks.clone().filter(|at| *self.results.plan()[*at].method == *method) {
-            let Some(Kept { evaluations, .. }) = self.results.record(at) else { continue };
-            for (row, seed) in evaluations.seeds().iter().enumerate() {
-                found.entry(*seed).or_default().push(evaluations.metrics(row));
+            for row in self.results.record(at).into_iter().flat_map(Record::evaluations) {
+                found.entry(row.seed).or_default().push(&row.metrics);
             }
         }
-        found.into_iter().map(|(seed, all)| (seed, mean_metrics(all))).collect()
+        found.into_iter().map(|(seed, all)| (seed, Metrics::means(all))).collect()
     }
-}
-
-/// Returns the mean of every metric over the episodes that have it.
-fn mean_metrics(mut episodes: Vec<Metrics>) -> Metrics {
-    if episodes.len() == 1 {
-        return episodes.swap_remove(0);
-    }
-    let mut values: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for (name, value) in episodes.iter().flatten() {
-        values.entry(name).or_default().push(*value);
-    }
-    values.into_iter().filter_map(|(name, v)| Some((name.to_owned(), mean(&v)?))).collect()
 }
 
 impl EpisodeSummary {

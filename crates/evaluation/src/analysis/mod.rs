@@ -44,7 +44,7 @@ pub use measures::{Measures, NoMeasures, Regime, Share};
 pub use method::{MethodSummary, TuningSummary};
 pub use naming::{noun, unit};
 pub use pairs::{Decided, Pair};
-pub use points::{PointResult, PointSummary, RowOf, TaskScore};
+pub use points::{PointResult, PointSummary, TaskScore};
 pub use profiles::Profile;
 pub use ranking::{Lead, OnCommonPoints};
 pub use reference::{Reference, check_name};

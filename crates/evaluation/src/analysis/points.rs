@@ -2,9 +2,6 @@
 //! what scores are divided by.
 
 use std::collections::HashMap;
-use std::fmt;
-use std::ops::Deref;
-use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -14,9 +11,8 @@ use super::reference::Reference;
 use crate::sample::Draw;
 use crate::stats::PointObjectives;
 use crate::stats::score::mean;
-use crate::store::kept::Kept;
-use crate::store::manifest::{Manifest, PointRow};
-use crate::store::record::{Metrics, Outcome};
+use crate::store::manifest::{PointRow, Task};
+use crate::store::record::{Metrics, Outcome, Record, Row};
 use crate::store::results::Results;
 
 /// Objective by evaluation seed, each once and in order.
@@ -28,7 +24,7 @@ pub struct PointSummary {
     /// Position among the chosen point MDPs.
     pub index: usize,
     /// The point MDP.
-    pub row: RowOf,
+    pub row: PointRow,
     /// Weight of its scores in the estimates.
     pub weight: f64,
     /// Position of its regime in [`Measures::regimes`], by what the baseline achieves there, whatever
@@ -36,33 +32,6 @@ pub struct PointSummary {
     pub regime: Option<usize>,
     /// What each method achieved, in the order of the manifest; `None` without a record.
     pub results: Vec<Option<PointResult>>,
-}
-
-/// A point MDP as its manifest keeps it, which nobody copies: of a large family that is a tenth of the memory.
-#[derive(Clone)]
-pub struct RowOf {
-    manifest: Arc<Manifest>,
-    index: usize,
-}
-
-impl Deref for RowOf {
-    type Target = PointRow;
-
-    fn deref(&self) -> &PointRow {
-        &self.manifest.identity.points[self.index]
-    }
-}
-
-impl fmt::Debug for RowOf {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        (**self).fmt(f)
-    }
-}
-
-impl PartialEq for RowOf {
-    fn eq(&self, other: &Self) -> bool {
-        **self == **other
-    }
 }
 
 /// What a method achieved on a point MDP: means over its replicates.
@@ -91,7 +60,7 @@ pub struct TaskScore {
     /// How the task ended; `None` when it has no record.
     pub outcome: Option<Outcome>,
     /// Why it failed.
-    pub reason: Option<Box<str>>,
+    pub reason: Option<String>,
     /// Means over the evaluation episodes.
     pub metrics: Metrics,
     /// The reference's objective on the same seeds.
@@ -110,22 +79,28 @@ pub(super) fn summarise_points(
     reference: &Reference,
     measures: &dyn Measures,
 ) -> (Vec<PointSummary>, Vec<TaskScore>) {
-    let manifest = &results.manifest;
-    let identity = &manifest.identity;
+    let identity = &results.manifest.identity;
     let position: HashMap<&str, usize> =
         identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
-    let cells = Cells::of(results, &position);
+    let place = |task: &Task| {
+        let method = identity.methods.iter().position(|m| *m == task.method);
+        let point = position.get(&*task.point).copied();
+        method.zip(point).expect("a plan follows from its manifest")
+    };
+    let places: Vec<(usize, usize)> = results.plan().iter().map(place).collect();
+    // By point MDP and method the successful records, replicates in order.
+    let mut cells = vec![vec![Vec::new(); identity.methods.len()]; identity.points.len()];
+    for ((method, point), (_, record)) in places.iter().zip(results.rows()) {
+        cells[*point][*method].extend(record.filter(|r| r.summary.outcome == Outcome::Ok));
+    }
     let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
     let objective = identity.objective.as_str();
     let estimator = estimator_of(&identity.sample);
-    let of_reference: Vec<BySeed> = (0..identity.points.len())
-        .into_par_iter()
-        .map(|point| match reference.is_none() {
-            true => ones(&cells, (identity.methods.len(), point), objective),
-            false => {
-                let cell = reference.index.map(|method| cells.records(method, point));
-                mean_by_seed(&cell.unwrap_or_default(), objective)
-            }
+    let of_reference: Vec<BySeed> = cells
+        .par_iter()
+        .map(|cells| match reference.is_none() {
+            true => ones(cells, objective),
+            false => mean_by_seed(reference.index.map_or(&[], |method| &cells[method]), objective),
         })
         .collect();
     let draws: HashMap<&str, &Draw> =
@@ -138,9 +113,9 @@ pub(super) fn summarise_points(
             let draw = draws.get(row.point.as_str());
             let achieved: Vec<Option<PointResult>> = (0..identity.methods.len())
                 .map(|method| {
-                    let cell = cells.records(method, point);
+                    let cell = &cells[point][method];
                     let own = Some(method) == reference.index;
-                    let mut result = summarise_cell(&cell, &of_reference[point], objective, own)?;
+                    let mut result = summarise_cell(cell, &of_reference[point], objective, own)?;
                     if let (Some(o), Some(draw)) = (&mut result.objectives, draw) {
                         (o.weight, o.draws) = (draw.weight, estimator.draws(draw.count));
                     }
@@ -150,26 +125,25 @@ pub(super) fn summarise_points(
             let of_baseline = baseline.and_then(|b| achieved[b].as_ref());
             let regime = of_baseline.and_then(|r| measures.regime(objective, &r.metrics));
             let weight = draw.map_or(0.0, |d| d.weight);
-            let row = RowOf { manifest: manifest.clone(), index: point };
-            PointSummary { index: point, row, weight, regime, results: achieved }
+            PointSummary { index: point, row: row.clone(), weight, regime, results: achieved }
         })
         .collect();
     let rows = (0..results.plan().len()).into_par_iter().map(|at| {
         let (task, record) = (&results.plan()[at], results.record(at));
-        let (method, point) = cells.place[at];
+        let (method, point) = places[at];
         let scored = record.and_then(|r| score_of(r, &of_reference[point], objective));
         TaskScore {
             method,
             point,
             replicate: task.replicate,
-            outcome: record.map(|r| r.outcome),
-            reason: record.and_then(|r| r.reason()).map(Box::from),
-            metrics: record.map_or_else(Metrics::new, |r| r.metrics.clone()),
+            outcome: record.map(|r| r.summary.outcome),
+            reason: record.and_then(|r| r.summary.reason.clone()),
+            metrics: record.map_or_else(Metrics::new, |r| r.summary.metrics.clone()),
             reference: scored.map(|s| s.0).filter(|_| !reference.is_none()),
             score: scored.map(|s| s.1),
-            wall_s: record.map(|r| r.wall_s),
-            kept_start: (record.filter(|r| r.outcome == Outcome::Ok))
-                .and_then(Kept::details)
+            wall_s: record.map(|r| r.summary.wall.wall_s),
+            kept_start: (record.filter(|r| r.summary.outcome == Outcome::Ok))
+                .map(|r| &r.summary.details)
                 .and_then(|details| measures.kept_start(details)),
         }
     });
@@ -177,64 +151,15 @@ pub(super) fn summarise_points(
     (points, rows)
 }
 
-/// Which tasks are of a method and a point MDP.
-struct Cells<'a> {
-    results: &'a Results,
-    methods: usize,
-    /// Method and point MDP of every task.
-    place: Vec<(usize, usize)>,
-    /// Where the tasks of every cell begin in [`Self::tasks`], point MDP by point MDP.
-    begin: Vec<u32>,
-    /// Positions of tasks in the plan, cell by cell.
-    tasks: Vec<u32>,
-}
-
-impl<'a> Cells<'a> {
-    fn of(results: &'a Results, position: &HashMap<&str, usize>) -> Self {
-        let identity = &results.manifest.identity;
-        let methods = identity.methods.len();
-        let of_method = |name: &str| identity.methods.iter().position(|m| *m == *name);
-        let place = results.plan().iter().map(|task| {
-            let point = position.get(&*task.point).copied();
-            of_method(&task.method).zip(point).expect("a plan follows from its manifest")
-        });
-        let place: Vec<(usize, usize)> = place.collect();
-        let mut begin = vec![0; identity.points.len() * methods + 1];
-        let cell = |(method, point): (usize, usize)| point * methods + method;
-        place.iter().for_each(|at| begin[cell(*at) + 1] += 1);
-        for i in 1..begin.len() {
-            begin[i] += begin[i - 1];
-        }
-        let mut next = begin.clone();
-        let mut tasks = vec![0; place.len()];
-        for (task, at) in place.iter().enumerate() {
-            let next = &mut next[cell(*at)];
-            tasks[*next as usize] = task as u32;
-            *next += 1;
-        }
-        Self { results, methods, place, begin, tasks }
-    }
-
-    /// Returns the successful records of a method on a point MDP, replicates in order.
-    fn records(&self, method: usize, point: usize) -> Vec<&'a Kept> {
-        let cell = point * self.methods + method;
-        let tasks = &self.tasks[self.begin[cell] as usize..self.begin[cell + 1] as usize];
-        let records = tasks.iter().filter_map(|task| self.results.record(*task as usize));
-        records.filter(|record| record.outcome == Outcome::Ok).collect()
-    }
-}
-
 /// Returns 1 for every seed that some method has on a point MDP: dividing by it leaves the objective.
-fn ones(cells: &Cells<'_>, (methods, point): (usize, usize), objective: &str) -> BySeed {
-    let here = (0..methods).flat_map(|method| cells.records(method, point));
-    let seeds = here.flat_map(|r| by_seed(r, objective)).map(|(seed, _)| seed);
+fn ones(cells: &[Vec<&Record>], objective: &str) -> BySeed {
+    let seeds = cells.iter().flatten().flat_map(|r| by_seed(r, objective)).map(|(seed, _)| seed);
     each_once(seeds.map(|seed| (seed, 1.0)).collect())
 }
 
-fn by_seed(record: &Kept, objective: &str) -> BySeed {
-    let rows = &record.evaluations;
-    let pairs = rows.seeds().iter().zip(rows.values(objective));
-    each_once(pairs.filter_map(|(seed, value)| Some((*seed, value?))).collect())
+fn by_seed(record: &Record, objective: &str) -> BySeed {
+    let of = |row: &Row| Some((row.seed, *row.metrics.get(objective)?));
+    each_once(record.evaluations().filter_map(of).collect())
 }
 
 /// Returns what is in no order by seed; of several of one seed the last.
@@ -253,7 +178,7 @@ fn value_of(values: &BySeed, seed: u64) -> Option<f64> {
 }
 
 /// Returns the objective per seed, averaged over the records that have the seed.
-fn mean_by_seed(records: &[&Kept], objective: &str) -> BySeed {
+fn mean_by_seed(records: &[&Record], objective: &str) -> BySeed {
     if let [record] = records {
         return by_seed(record, objective);
     }
@@ -267,7 +192,7 @@ fn mean_by_seed(records: &[&Kept], objective: &str) -> BySeed {
 }
 
 /// Returns the reference's mean and the score of one record on the seeds that both have.
-fn score_of(record: &Kept, reference: &BySeed, objective: &str) -> Option<(f64, f64)> {
+fn score_of(record: &Record, reference: &BySeed, objective: &str) -> Option<(f64, f64)> {
     let values = by_seed(record, objective);
     let (method, reference): (Vec<f64>, Vec<f64>) =
         values.iter().filter_map(|(seed, v)| Some((*v, value_of(reference, *seed)?))).unzip();
@@ -275,13 +200,13 @@ fn score_of(record: &Kept, reference: &BySeed, objective: &str) -> Option<(f64, 
 }
 
 fn summarise_cell(
-    records: &[&Kept],
+    records: &[&Record],
     reference: &BySeed,
     objective: &str,
     is_reference: bool,
 ) -> Option<PointResult> {
     let values: Vec<f64> =
-        records.iter().filter_map(|r| r.metrics.get(objective).copied()).collect();
+        records.iter().filter_map(|r| r.summary.metrics.get(objective).copied()).collect();
     let all: Vec<BySeed> = records.iter().map(|r| by_seed(r, objective)).collect();
     let seeds: Vec<u64> = reference
         .iter()
@@ -301,21 +226,8 @@ fn summarise_cell(
     let score = objectives.score().ok();
     Some(PointResult {
         objective: mean(&values)?,
-        metrics: mean_metrics(records),
+        metrics: Metrics::means(records.iter().map(|r| &r.summary.metrics)),
         score,
         objectives: score.map(|_| objectives),
     })
-}
-
-fn mean_metrics(records: &[&Kept]) -> Metrics {
-    let Some(first) = records.first() else { return Metrics::new() };
-    if records.len() == 1 {
-        return first.metrics.clone();
-    }
-    let value = |name: &String| {
-        let values: Option<Vec<f64>> =
-            records.iter().map(|r| r.metrics.get(name).copied()).collect();
-        Some((name.clone(), mean(&values?)?))
-    };
-    first.metrics.keys().filter_map(value).collect()
 }

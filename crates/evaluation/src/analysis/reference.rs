@@ -5,9 +5,8 @@ use std::collections::HashSet;
 
 use super::error::AnalysisError;
 use super::naming::noun;
-use crate::store::kept::Kept;
 use crate::store::manifest::{Identity, Task};
-use crate::store::record::Outcome;
+use crate::store::record::{Outcome, Record};
 use crate::store::results::Results;
 
 /// Point MDPs that a refusal names.
@@ -90,9 +89,9 @@ pub fn check_name(name: &str, methods: &[String]) -> Result<(), AnalysisError> {
 /// Returns the chosen point MDPs where the method has no record with an objective above 0.
 fn without_result<'a>(results: &'a Results, method: &str) -> Vec<&'a str> {
     let identity = &results.manifest.identity;
-    let measured = |(task, kept): &(&Task, &Kept)| {
-        let objective = kept.metrics.get(&identity.objective);
-        (&*task.method, kept.outcome) == (method, Outcome::Ok)
+    let measured = |(task, record): &(&Task, &Record)| {
+        let objective = record.summary.metrics.get(&identity.objective);
+        (&*task.method, record.summary.outcome) == (method, Outcome::Ok)
             && objective.is_some_and(|v| *v > 0.0)
     };
     let measured: HashSet<&str> =

@@ -14,8 +14,7 @@ use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
 use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS};
-use crate::store::kept::{Kept, Rows};
-use crate::store::record::Outcome;
+use crate::store::record::{Outcome, Record, Row};
 use crate::store::results::Results;
 
 /// Metric of a training episode that only learners have.
@@ -192,8 +191,11 @@ fn weighted<'a>(
 /// Returns the trainings, one per task of a learner.
 pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<TrainingSummary> {
     let identity = evidence.identity;
-    let learners: BTreeSet<&str> =
-        results.done().filter(|(_, kept)| learned(kept)).map(|(task, _)| &*task.method).collect();
+    let learners: BTreeSet<&str> = results
+        .done()
+        .filter(|(_, record)| learned(record))
+        .map(|(task, _)| &*task.method)
+        .collect();
     let objective = identity.objective.as_str();
     let tasks = results.rows().zip(evidence.tasks).enumerate();
     let of_learners = tasks.filter(|(_, ((task, _), _))| learners.contains(&*task.method));
@@ -207,16 +209,15 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 true => Some(1.0),
                 false => of_reference.map(|r| r.objective).filter(|unit| *unit > 0.0),
             };
-            let rows = record.and_then(Kept::training);
-            let in_training: Vec<f64> =
-                rows.into_iter().flat_map(|rows| rows.values(objective)).flatten().collect();
+            let rows: Vec<&Row> = record.into_iter().flat_map(Record::training).collect();
+            let figure = |name: &str| -> Vec<Option<f64>> {
+                rows.iter().map(|row| row.metrics.get(name).copied()).collect()
+            };
+            let in_training: Vec<f64> = figure(objective).into_iter().flatten().collect();
             let last = &in_training[in_training.len().saturating_sub(LAST_EPISODES)..];
             let best = identity.direction.best(in_training.iter().copied());
-            let of_record = |name: &str| record.and_then(|r| r.metrics.get(name).copied());
+            let of_record = |name: &str| record.and_then(|r| r.summary.metrics.get(name).copied());
             let last_policy = of_record(&format!("{LAST_PREFIX}{objective}"));
-            let figure = |name: &str| -> Vec<Option<f64>> {
-                rows.into_iter().flat_map(|rows| rows.values(name)).collect()
-            };
             let evaluations = EpisodeSummary::of(
                 evidence.episodes,
                 &evidence.episodes.of_task(at),
@@ -242,8 +243,8 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 }),
                 returns: figure(RETURN),
                 losses: figure(LOSS),
-                episodes: rows.map_or(0, Rows::len),
-                wall_s: record.map(|r| r.wall_s),
+                episodes: rows.len(),
+                wall_s: record.map(|r| r.summary.wall.wall_s),
             }
         })
         .collect()
@@ -251,14 +252,16 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
 
 /// Returns the methods that tune or learn: those with an episode of training, and those that diverged.
 pub(super) fn trained(results: &Results) -> BTreeSet<String> {
-    let trains = |kept: &Kept| learned(kept) || kept.training().is_some();
-    let methods: BTreeSet<&str> =
-        results.done().filter(|(_, kept)| trains(kept)).map(|(task, _)| &*task.method).collect();
+    let trains = |record: &Record| learned(record) || record.training().next().is_some();
+    let methods: BTreeSet<&str> = results
+        .done()
+        .filter(|(_, record)| trains(record))
+        .map(|(task, _)| &*task.method)
+        .collect();
     methods.into_iter().map(str::to_owned).collect()
 }
 
-fn learned(record: &Kept) -> bool {
-    let diverged = record.reason().is_some_and(|r| r.starts_with(DIVERGED));
-    let names = || record.training().into_iter().flat_map(Rows::all_names);
-    diverged || names().any(|name| name == RETURN)
+fn learned(record: &Record) -> bool {
+    let diverged = record.summary.reason.as_ref().is_some_and(|r| r.starts_with(DIVERGED));
+    diverged || record.training().any(|row| row.metrics.contains_key(RETURN))
 }

@@ -1,6 +1,5 @@
 //! All that records say, put together.
 
-use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -19,8 +18,6 @@ use super::training::{LearnerSummary, TrainingSummary, learner, trained, trainin
 use super::winners::{Winner, winners};
 use crate::sample::{Design, Sampling};
 use crate::stats::{Direction, Limit};
-use crate::store::Origin;
-use crate::store::kept::Rows;
 use crate::store::manifest::Manifest;
 use crate::store::record::Outcome;
 use crate::store::results::Results;
@@ -50,15 +47,14 @@ pub struct Analysis {
     pub common: Option<OnCommonPoints>,
     /// One entry per task of a learner, in the order of the plan.
     pub trainings: Vec<TrainingSummary>,
-    /// Where the records are that all this is of, for what is shown of every episode.
-    pub origin: Origin,
+    /// The records that all this is of, for what is shown of every episode.
+    pub results: Results,
     /// Methods that tune or learn.
     pub trained: BTreeSet<String>,
     /// The best method of every point MDP, in the order of [`Self::points`].
     pub winners: Vec<Option<Winner>>,
     /// What a failure is; `None` where the task does not say and nobody did.
     pub failure: Option<Limit>,
-    episode_metrics: BTreeSet<String>,
     positions: HashMap<String, usize>,
     /// What is known of the whole family; `None` where the run keeps no list of it.
     pub design: Option<Design>,
@@ -68,14 +64,7 @@ impl Analysis {
     /// Analyses results, with scores relative to the run's baseline.
     pub fn new(results: &Results, measures: &dyn Measures) -> Self {
         let reference = Reference::baseline(&results.manifest.identity);
-        Self::relative_to(Cow::Borrowed(results), reference, measures)
-    }
-
-    /// Analyses results as [`Self::new`] does, and lets go of their records as soon as it can: they are as large as all
-    /// that follows.
-    pub fn of(results: Results, measures: &dyn Measures) -> Self {
-        let reference = Reference::baseline(&results.manifest.identity);
-        Self::relative_to(Cow::Owned(results), reference, measures)
+        Self::relative_to(results, reference, measures)
     }
 
     /// Analyses results, with scores relative to another method.
@@ -89,18 +78,14 @@ impl Analysis {
         measures: &dyn Measures,
     ) -> Result<Self, AnalysisError> {
         let reference = Reference::against(results, method)?;
-        Ok(Self::relative_to(Cow::Borrowed(results), reference, measures))
+        Ok(Self::relative_to(results, reference, measures))
     }
 
-    fn relative_to(
-        results: Cow<'_, Results>,
-        reference: Reference,
-        measures: &dyn Measures,
-    ) -> Self {
+    fn relative_to(results: &Results, reference: Reference, measures: &dyn Measures) -> Self {
         let (manifest, design) = (results.manifest.clone(), results.design.clone());
         let identity = &manifest.identity;
-        let (points, tasks) = summarise_points(&results, &reference, measures);
-        let episodes = episodes(&results, &reference, measures);
+        let (points, tasks) = summarise_points(results, &reference, measures);
+        let episodes = episodes(results, &reference, measures);
         let chosen = choice(identity, design.as_ref(), &points);
         let evidence = Evidence {
             identity,
@@ -112,10 +97,7 @@ impl Analysis {
             episodes: &episodes,
             design: design.as_ref(),
         };
-        let trainings = trainings(&results, evidence);
-        let (trained, episode_metrics) = (trained(&results), episode_metrics(&results));
-        let origin = results.origin.clone();
-        drop(results);
+        let trainings = trainings(results, evidence);
         let ids = points.iter().map(|p| p.row.point.clone());
         let positions = ids.enumerate().map(|(i, id)| (id, i)).collect();
         let estimates = rank(evidence);
@@ -131,14 +113,13 @@ impl Analysis {
             methods: estimates.into_iter().map(|(summary, _)| summary).collect(),
             common,
             trainings,
-            trained,
+            trained: trained(results),
             failure: None,
             reference,
             tasks,
             points,
-            episode_metrics,
             positions,
-            origin,
+            results: results.clone(),
             manifest,
             design,
         }
@@ -156,7 +137,7 @@ impl Analysis {
 
     /// Returns the names of the metrics that some episode has besides the objective.
     pub fn episode_metrics(&self) -> Vec<String> {
-        self.without_objective(self.episode_metrics.iter())
+        self.without_objective(self.results.episode_metrics().into_iter())
     }
 
     fn without_objective<'a>(&self, names: impl Iterator<Item = &'a String>) -> Vec<String> {
@@ -251,20 +232,4 @@ impl Analysis {
             result.score.map(|_| (p, result))
         })
     }
-}
-
-/// Returns the names of the metrics that some episode has.
-fn episode_metrics(results: &Results) -> BTreeSet<String> {
-    let rows = results.done().flat_map(|(_, kept)| [Some(&kept.evaluations), kept.training()]);
-    let names = rows.flatten().map(Rows::all_names);
-    // Most have the names of those before them.
-    let mut last: &[String] = &[];
-    let mut all = BTreeSet::new();
-    for names in names {
-        if names != last {
-            all.extend(names);
-        }
-        last = names;
-    }
-    all.into_iter().cloned().collect()
 }

@@ -119,7 +119,7 @@ impl Columns {
     /// # Arguments
     ///
     /// * `metrics` — the names of those that some episode has.
-    pub fn of(identity: &Identity, metrics: &BTreeSet<String>) -> Self {
+    pub fn of(identity: &Identity, metrics: &BTreeSet<&String>) -> Self {
         let mut all: Vec<Column> = TASK
             .iter()
             .map(|(name, kind, part)| Column { name: (*name).to_owned(), kind: *kind, part: *part })
@@ -127,7 +127,8 @@ impl Columns {
         let mut taken: HashSet<String> = all.iter().map(|column| column.name.clone()).collect();
         let features = identity.features.iter().map(|feature| feature.name.as_str());
         let features = features.enumerate().map(|(i, name)| ("feature", name, Part::Feature(i)));
-        let own = metrics.iter().enumerate().map(|(i, name)| ("metric", &**name, Part::Metric(i)));
+        let own =
+            metrics.iter().enumerate().map(|(i, name)| ("metric", name.as_str(), Part::Metric(i)));
         for (prefix, name, part) in features.chain(own) {
             let mut name = name.to_owned();
             while !taken.insert(name.clone()) {
@@ -150,7 +151,7 @@ impl Columns {
         let ids = identity.points.iter().enumerate();
         Self {
             all,
-            metrics: metrics.iter().cloned().collect(),
+            metrics: metrics.iter().map(|name| (*name).clone()).collect(),
             points: identity.points.iter().map(point).collect(),
             positions: ids.map(|(i, row)| (row.point.clone(), i)).collect(),
             methods: identity.methods.iter().map(|m| m.as_str().into()).collect(),

@@ -1,6 +1,5 @@
 //! Writes a table, some rows at a time.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::columns::Columns;
@@ -8,8 +7,6 @@ use super::error::ExportError;
 use super::sink::Sink;
 use super::{csv, parquet};
 use crate::store::Layout;
-use crate::store::kept::{Keep, Rows};
-use crate::store::record::Record;
 use crate::store::results::Results;
 use basics::files::Streamed;
 
@@ -50,51 +47,26 @@ pub struct Exported {
 ///
 /// [`ExportError`] when a record is damaged or the file cannot be written.
 pub fn export(layout: &Layout, to: &Path, format: Format) -> Result<Exported, ExportError> {
-    let results = Results::load_all(layout, |_| Keep::nothing())?;
-    let columns = Columns::of(&results.manifest.identity, &metrics(&results));
-    let has_record: Vec<bool> = results.rows().map(|(_, kept)| kept.is_some()).collect();
-    let (origin, tasks) = (results.origin.clone(), has_record.len());
-    let done = has_record.iter().filter(|has| **has).count();
-    drop(results);
+    let results = Results::load_all(layout)?;
+    let columns = Columns::of(&results.manifest.identity, &results.episode_metrics());
     let file = Streamed::new(to)?;
     let mut sink: Box<dyn Sink> = match format {
         Format::Csv => Box::new(csv::Table::new(file, &columns)?),
         Format::Parquet => Box::new(parquet::Table::new(file, to, &columns)?),
     };
     let (mut rows, mut cells) = (0, Vec::new());
-    let of = |_: usize, record: Record| columns.cells(&record);
-    origin.each(
-        |position| has_record[position],
-        of,
-        |new| {
-            cells.extend(new);
-            if cells.len() >= AT_ONCE {
-                rows += cells.len();
-                sink.write(&columns, &cells)?;
-                cells.clear();
-            }
-            Ok::<_, ExportError>(())
-        },
-    )?;
+    for (_, record) in results.done() {
+        cells.extend(columns.cells(record));
+        if cells.len() >= AT_ONCE {
+            rows += cells.len();
+            sink.write(&columns, &cells)?;
+            cells.clear();
+        }
+    }
     if !cells.is_empty() {
         rows += cells.len();
         sink.write(&columns, &cells)?;
     }
     sink.finish()?;
-    Ok(Exported { rows, tasks: (done, tasks) })
-}
-
-/// Returns the names of all metrics that some episode has.
-fn metrics(results: &Results) -> BTreeSet<String> {
-    let rows = results.done().flat_map(|(_, kept)| [Some(&kept.evaluations), kept.training()]);
-    let mut last: &[String] = &[];
-    let mut all = BTreeSet::new();
-    for names in rows.flatten().map(Rows::all_names) {
-        // Most have the names of those before them.
-        if names != last {
-            all.extend(names.iter().cloned());
-        }
-        last = names;
-    }
-    all
+    Ok(Exported { rows, tasks: (results.done().count(), results.plan().len()) })
 }

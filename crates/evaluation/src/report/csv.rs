@@ -12,7 +12,7 @@ use crate::analysis::{
     EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary, TuningSummary,
 };
 use crate::store::record::{Metrics, Outcome, Row};
-use basics::files::{Lines, Streamed, lines};
+use basics::files::{Lines, Streamed};
 
 /// Name of the column of the score.
 const SCORE: &str = "score";
@@ -202,7 +202,7 @@ fn with_interval(summary: Option<Estimated>) -> [String; 3] {
 }
 
 /// Writes `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
-pub(super) fn episodes(data: &Report, mut file: Streamed) -> Result<(), ReportError> {
+pub(super) fn episodes(data: &Report, file: Streamed) -> Result<(), ReportError> {
     let names = names(data, Table::Episodes);
     let header = ["method", "point", "replicate", "kind", "episode", "seed"]
         .into_iter()
@@ -211,19 +211,16 @@ pub(super) fn episodes(data: &Report, mut file: Streamed) -> Result<(), ReportEr
         .chain(names.clone())
         .collect();
     let titled = Titled(data.titles());
-    file.write(&lines(&[titled.header(header)]))?;
-    let of = |position: usize, rows: Vec<Row>| {
-        let task = &data.tasks[position];
-        let mut lines = Lines::default();
-        for row in &rows {
-            episode_row(data, (task, row), &names, &mut lines);
-            titled.end(task.point, &mut lines);
-        }
-        lines.into_bytes()
+    let records = data.tasks.iter().zip(data.results.rows());
+    let rows = records.flat_map(|(task, (_, record))| {
+        record.into_iter().flat_map(move |record| record.rows.iter().map(move |row| (task, row)))
+    });
+    let rows: Vec<(&TaskScore, &Row)> = rows.collect();
+    let of = |(task, row): &(&TaskScore, &Row), lines: &mut Lines| {
+        episode_row(data, (task, row), &names, lines);
+        titled.end(task.point, lines);
     };
-    let has_record = |position: usize| data.tasks[position].outcome.is_some();
-    data.origin.each_rows(has_record, of, |text| Ok::<_, ReportError>(file.write(&text)?))?;
-    Ok(file.finish()?)
+    write_rows(file, &titled.header(header), &rows, of)
 }
 
 fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String], lines: &mut Lines) {

@@ -20,7 +20,7 @@ pub(super) fn provenance(data: &Report) -> Vec<Value> {
         ("base seed", i.base_seed.to_string()),
         ("evaluation seeds", seeds.join(", ")),
         ("sampling", format!("{}, seed {}", data.sampling(), i.sample.seed)),
-        ("manifest sha256", data.origin.sha256.clone()),
+        ("manifest sha256", data.results.sha256.clone()),
         ("schema version", i.schema_version.to_string()),
     ]
     .into_iter()

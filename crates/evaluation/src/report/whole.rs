@@ -35,11 +35,6 @@ impl Report {
         Self::of(Analysis::new(results, sections.measures()), sections)
     }
 
-    /// Returns a report as [`Self::new`] does, without keeping the results for longer than needed.
-    pub fn of_results(results: Results, sections: Box<dyn Sections>) -> Self {
-        Self::of(Analysis::of(results, sections.measures()), sections)
-    }
-
     /// Returns a report with scores relative to another method.
     ///
     /// # Errors

@@ -18,7 +18,6 @@ use super::plan::{Draft, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
-use crate::store::kept::Keep;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{GIT, Manifest, Provenance, Task};
 use crate::store::results::Results;
@@ -112,7 +111,7 @@ impl Session<'_> {
     ///
     /// [`RunError`] when the directory cannot be read or written.
     pub fn forget_failed(&self) -> Result<(), RunError> {
-        let all = Results::load_known(&self.layout, &self.manifest, |_| Keep::nothing())?;
+        let all = Results::load_known(&self.layout, &self.manifest)?;
         for (task, _) in all.failed() {
             let path = self.layout.record(task.task);
             beneath(self.layout.root(), &path)?;

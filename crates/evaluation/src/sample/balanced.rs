@@ -15,7 +15,6 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::order::Remaining;
 use super::tree::Dwindling;
 use basics::seed::derive;
 
@@ -65,10 +64,10 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
     let is_open = |p: f64| p > DECIDED && p < 1.0 - DECIDED;
     let undecided: Vec<usize> =
         (0..probabilities.len()).filter(|i| is_open(probabilities[*i])).collect();
-    let mut open = Remaining::of(&undecided, probabilities.len());
-    let mut neighbours = Dwindling::of(coordinates, undecided);
+    let mut neighbours = Dwindling::of(coordinates, undecided.clone());
+    let mut open = undecided;
     while open.len() > 1 {
-        let a = open.get(rng.random_range(0..open.len()));
+        let a = open[rng.random_range(0..open.len())];
         let near = neighbours.nearest_others(a);
         let b = near[rng.random_range(0..near.len())];
         let (pa, pb) = (probabilities[a], probabilities[b]);
@@ -81,12 +80,11 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
         let (high, low) = if both < 1.0 { (both, 0.0) } else { (1.0, both - 1.0) };
         (probabilities[a], probabilities[b]) = if takes { (high, low) } else { (low, high) };
         for decided in [a, b].into_iter().filter(|i| !is_open(probabilities[*i])) {
-            open.remove(decided);
+            open.retain(|other| *other != decided);
             neighbours.remove(decided);
         }
     }
-    if open.len() == 1 {
-        let last = open.get(0);
+    if let [last] = open[..] {
         let drawn = rng.random::<f64>() < probabilities[last];
         probabilities[last] = f64::from(u8::from(drawn));
     }

@@ -7,7 +7,6 @@ pub mod design;
 mod fit;
 pub mod kmeans;
 pub mod looks;
-mod order;
 mod plan;
 pub mod plan_file;
 mod process;

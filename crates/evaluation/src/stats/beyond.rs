@@ -1,78 +1,34 @@
 //! The share of the family beyond many thresholds at once, as performance profiles and their bands need it.
 
-use pulp::{Arch, Simd, WithSimd};
-
-use super::profile::key;
 use super::summary::Statistics;
 use super::{Direction, PointMeans};
 
-/// Registers of thresholds whose shares are summed at once.
-const AT_ONCE: usize = 8;
-
 /// The shares of the weight with a score better than each of some thresholds, as [`super::profile::share_beyond`] has them.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SharesBeyond {
-    /// The thresholds, in numbers that compare as they do; reversed where more is better.
-    keys: Vec<i64>,
+    thresholds: Vec<f64>,
     direction: Direction,
 }
 
 impl SharesBeyond {
     /// Returns the statistics of these thresholds, in their order.
     pub fn new(thresholds: &[f64], direction: Direction) -> Self {
-        let keys = thresholds.iter().map(|t| directed(*t, direction)).collect();
-        Self { keys, direction }
-    }
-}
-
-/// Returns a number that is less for better values.
-fn directed(value: f64, direction: Direction) -> i64 {
-    match direction {
-        Direction::Lower => key(value),
-        Direction::Higher => !key(value),
+        Self { thresholds: thresholds.to_vec(), direction }
     }
 }
 
 impl Statistics for SharesBeyond {
     fn values(&self, points: &[PointMeans], values: &mut Vec<Option<f64>>) {
-        let of = |p: &PointMeans| (directed(p.score, self.direction), p.weight);
-        let scores: Vec<(i64, f64)> = points.iter().map(of).collect();
-        let bottom = scores.iter().fold(0.0, |sum, (_, weight)| sum + weight);
-        let tops = Arch::new().dispatch(Shares { scores: &scores, keys: &self.keys });
-        values.extend(tops.into_iter().map(|top| (bottom > 0.0).then(|| top / bottom)));
-    }
-}
-
-/// The weight of the scores below each key, summed in their order.
-struct Shares<'a> {
-    scores: &'a [(i64, f64)],
-    keys: &'a [i64],
-}
-
-impl WithSimd for Shares<'_> {
-    type Output = Vec<f64>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
-        let mut keys = self.keys.to_vec();
-        // Nothing is below the least number.
-        keys.resize(keys.len().next_multiple_of(AT_ONCE * S::F64_LANES), i64::MIN);
-        let mut tops = vec![0.0; keys.len()];
-        let own = S::as_mut_simd_f64s(&mut tops).0.as_chunks_mut::<AT_ONCE>().0;
-        let none = simd.splat_f64s(0.0);
-        for (tops, keys) in own.iter_mut().zip(S::as_simd_i64s(&keys).0.as_chunks::<AT_ONCE>().0) {
-            let mut sums = [none; AT_ONCE];
-            for (score, weight) in self.scores {
-                let (score, weight) = (simd.splat_i64s(*score), simd.splat_f64s(*weight));
-                for (sum, key) in sums.iter_mut().zip(keys) {
-                    let is_below = simd.less_than_i64s(score, *key);
-                    *sum = simd.add_f64s(*sum, simd.select_f64s(is_below, weight, none));
-                }
+        let bottom = points.iter().fold(0.0, |sum, point| sum + point.weight);
+        let mut tops = vec![0.0; self.thresholds.len()];
+        let lower = self.direction.is_lower();
+        for PointMeans { weight, score, .. } in points {
+            for (top, threshold) in tops.iter_mut().zip(&self.thresholds) {
+                let is_better = if lower { score < threshold } else { score > threshold };
+                *top += if is_better { *weight } else { 0.0 };
             }
-            *tops = sums;
         }
-        tops.truncate(self.keys.len());
-        tops
+        values.extend(tops.into_iter().map(|top| (bottom > 0.0).then(|| top / bottom)));
     }
 }
 

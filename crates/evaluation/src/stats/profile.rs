@@ -34,12 +34,6 @@ pub fn share_beyond(
     weighted_mean(pairs.into_iter().map(|(w, value)| (w, better(value))))
 }
 
-/// Returns a number that compares as the value does under `f64::total_cmp`.
-pub(super) fn key(value: f64) -> i64 {
-    let bits = value.to_bits() as i64;
-    bits ^ (((bits >> 63) as u64) >> 1) as i64
-}
-
 /// By how much the shares of one summation may be off from those of another: far above what rounding makes of a million
 /// point MDPs, far below what one of them weighs.
 const SUMMATION: f64 = 1e-9;

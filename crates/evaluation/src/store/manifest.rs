@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::own::OwnMethod;
-use super::{Layout, Name, SCHEMA_VERSION, extent};
+use super::{Layout, SCHEMA_VERSION, extent};
 use crate::sample::{Draw, Look, SamplePlan};
 use crate::stats::Direction;
 use crate::store::error::StoreError;
@@ -20,16 +20,16 @@ pub const GIT: &str = env!("TSC_FAMILY_GIT");
 /// Compiler of this build.
 pub const RUSTC: &str = env!("TSC_FAMILY_RUSTC");
 
-/// One task of a plan: a method on a point MDP, once. Tasks share their names, since a plan has up to a million.
+/// One task of a plan: a method on a point MDP, once.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Task {
     /// Row of the plan.
     pub task: usize,
     /// Name of the method.
-    pub method: Name,
+    pub method: String,
     /// Id of the point MDP.
-    pub point: Name,
+    pub point: String,
     /// Which of several independent trainings.
     pub replicate: u32,
     /// Seed of everything random in the task but its evaluation episodes.
@@ -336,34 +336,32 @@ impl Identity {
     /// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
     /// point MDPs.
     pub fn tasks(&self) -> Vec<Task> {
-        let methods: Vec<Name> = self.methods.iter().map(|m| m.as_str().into()).collect();
         let mut tasks = Vec::with_capacity(self.points.len() * self.per_point());
-        (0..self.points.len()).for_each(|point| self.add_tasks(point, &methods, &mut tasks));
+        (0..self.points.len()).for_each(|point| self.add_tasks(point, &mut tasks));
         tasks
     }
 
     /// Returns one of [`Self::tasks`] with the others of its point MDP; those are known without what grows with a run.
     pub fn tasks_beside(&self, task: usize) -> Vec<Task> {
         let point = task.checked_div(self.per_point()).unwrap_or(usize::MAX);
-        let methods: Vec<Name> = self.methods.iter().map(|m| m.as_str().into()).collect();
         let mut tasks = Vec::new();
         if point < self.points.len() {
-            self.add_tasks(point, &methods, &mut tasks);
+            self.add_tasks(point, &mut tasks);
         }
         tasks
     }
 
     /// Adds the tasks of the point MDP at a position.
-    fn add_tasks(&self, point: usize, methods: &[Name], tasks: &mut Vec<Task>) {
+    fn add_tasks(&self, point: usize, tasks: &mut Vec<Task>) {
         let first = point * self.per_point();
         let begin = tasks.len();
-        let (row, id) = (&self.points[point], Name::from(self.points[point].point.as_str()));
-        for method in methods {
+        let row = &self.points[point];
+        for method in &self.methods {
             for replicate in 0..self.replicates_of(method) {
                 tasks.push(Task {
                     task: first + tasks.len() - begin,
                     method: method.clone(),
-                    point: id.clone(),
+                    point: row.point.clone(),
                     replicate,
                     seed: seed::task(self.base_seed, method, row.seed_label(), replicate),
                 });

@@ -1,20 +1,22 @@
-//! Named metrics, kept small: the names of a run are few and their sets fewer, so every set is kept once.
-//!
-//! A record of two episodes has 30 metrics; with a map of their own names, a million of them would take 4 GB.
+//! Named metrics. A run has few sets of names, so every set is kept once: a row of a record is then little more than its
+//! numbers.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt;
+use std::iter::Zip;
+use std::slice::Iter;
 use std::sync::Arc;
 
-use serde::de::{DeserializeSeed, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::stats::score::mean;
 
 /// Sets of names that a thread remembers; a run has about three.
 const REMEMBERED: usize = 16;
 
 /// Names in order.
-pub(super) type Names = Arc<Vec<String>>;
+type Names = Arc<Vec<String>>;
 
 thread_local! {
     /// The sets of names that were met, the last one first.
@@ -22,10 +24,11 @@ thread_local! {
 }
 
 /// Named metrics in the order of their names; the unit is the suffix of the name.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, Deserialize)]
+#[serde(from = "BTreeMap<String, f64>")]
 pub struct Metrics {
     names: Names,
-    values: Arc<[f64]>,
+    values: Box<[f64]>,
 }
 
 impl Metrics {
@@ -46,28 +49,13 @@ impl Metrics {
     }
 
     /// Returns the names, in order.
-    pub fn keys(&self) -> impl Iterator<Item = &String> {
+    pub fn keys(&self) -> Iter<'_, String> {
         self.names.iter()
     }
 
-    /// Returns the values, in the order of their names.
-    pub fn values(&self) -> impl Iterator<Item = &f64> {
-        self.values.iter()
-    }
-
     /// Returns names and values, in the order of the names.
-    pub fn iter(&self) -> std::iter::Zip<std::slice::Iter<'_, String>, std::slice::Iter<'_, f64>> {
+    pub fn iter(&self) -> Zip<Iter<'_, String>, Iter<'_, f64>> {
         self.names.iter().zip(self.values.iter())
-    }
-
-    /// Returns the names, shared with all that have the same.
-    pub(super) fn names(&self) -> &Names {
-        &self.names
-    }
-
-    /// Returns metrics of these names, in their order.
-    pub(super) fn of(names: Names, values: Arc<[f64]>) -> Self {
-        Self { names, values }
     }
 
     /// Returns the number of metrics.
@@ -84,10 +72,20 @@ impl Metrics {
     pub fn insert(&mut self, name: String, value: f64) {
         self.extend([(name, value)]);
     }
+
+    /// Returns the mean of every metric that all of some sets have.
+    pub fn means<'a>(all: impl IntoIterator<Item = &'a Self>) -> Self {
+        let all: Vec<&Self> = all.into_iter().collect();
+        let of = |name: &String| {
+            let values: Option<Vec<f64>> = all.iter().map(|own| own.get(name).copied()).collect();
+            Some((name.clone(), mean(&values?)?))
+        };
+        all.first().into_iter().flat_map(|first| first.keys()).filter_map(of).collect()
+    }
 }
 
 /// Returns a set of names that was met before, or else remembers this one.
-pub(super) fn shared(names: Vec<String>) -> Names {
+fn shared(names: Vec<String>) -> Names {
     KNOWN.with_borrow_mut(|known| {
         let at = known.iter().position(|other| **other == names);
         let found = at.map_or_else(|| Arc::new(names), |at| known.remove(at));
@@ -99,7 +97,7 @@ pub(super) fn shared(names: Vec<String>) -> Names {
 
 impl Default for Metrics {
     fn default() -> Self {
-        Self { names: shared(Vec::new()), values: Arc::default() }
+        BTreeMap::new().into()
     }
 }
 
@@ -147,7 +145,7 @@ impl IntoIterator for Metrics {
 
 impl<'a> IntoIterator for &'a Metrics {
     type Item = (&'a String, &'a f64);
-    type IntoIter = std::iter::Zip<std::slice::Iter<'a, String>, std::slice::Iter<'a, f64>>;
+    type IntoIter = Zip<Iter<'a, String>, Iter<'a, f64>>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.iter()
@@ -168,112 +166,18 @@ impl Serialize for Metrics {
     }
 }
 
-impl<'de> Deserialize<'de> for Metrics {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(MetricsVisitor)
-    }
-}
-
-/// Reads metrics; where they have the names of those before, no name is copied.
-struct MetricsVisitor;
-
-impl<'de> Visitor<'de> for MetricsVisitor {
-    type Value = Metrics;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a map of names and numbers")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Metrics, A::Error> {
-        let mut values: Vec<f64> = Vec::new();
-        let mut other: Option<String> = None;
-        let like = KNOWN.with_borrow(|known| -> Result<Option<Names>, A::Error> {
-            let mut like = 0;
-            loop {
-                match map.next_key_seed(Next { known, like, at: values.len() })? {
-                    Some(Key::Known(found)) => like = found,
-                    Some(Key::Other(name)) => break other = Some(name),
-                    None => break,
-                }
-                values.push(map.next_value()?);
-            }
-            Ok(known.get(like).cloned())
-        })?;
-        let like = like.unwrap_or_default();
-        if other.is_none() && like.len() == values.len() {
-            return Ok(Metrics { names: like, values: values.into() });
-        }
-        // What comes last counts, as in any map that is read.
-        let mut all: BTreeMap<String, f64> = like.iter().cloned().zip(values).collect();
-        if let Some(name) = other {
-            all.insert(name, map.next_value()?);
-            while let Some((name, value)) = map.next_entry()? {
-                all.insert(name, value);
-            }
-        }
-        Ok(all.into())
-    }
-}
-
-/// The name of the next metric.
-struct Next<'a> {
-    known: &'a [Names],
-    /// Position of a set of which the names so far are the first.
-    like: usize,
-    /// How many these are.
-    at: usize,
-}
-
-/// A name that was read.
-enum Key {
-    /// The next of the set at this position, which has the names so far, too.
-    Known(usize),
-    /// Any other.
-    Other(String),
-}
-
-impl<'de> DeserializeSeed<'de> for Next<'_> {
-    type Value = Key;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Key, D::Error> {
-        deserializer.deserialize_str(self)
-    }
-}
-
-impl Visitor<'_> for Next<'_> {
-    type Value = Key;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the name of a metric")
-    }
-
-    fn visit_str<E>(self, name: &str) -> Result<Key, E> {
-        let Self { known, like, at } = self;
-        let is_next = |set: usize| known[set].get(at).is_some_and(|next| next == name);
-        let continues = |set: usize| known[set].get(..at) == known[like].get(..at) && is_next(set);
-        let found = match like < known.len() && is_next(like) {
-            true => Some(like),
-            false => (0..known.len()).find(|set| continues(*set)),
-        };
-        Ok(found.map_or_else(|| Key::Other(name.to_owned()), Key::Known))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
     #[test]
-    fn sets_that_begin_alike_are_told_apart_and_kept_once() {
-        let texts =
-            [r#"{"a":1.0,"b":2.0}"#, r#"{"a":1.0,"b":2.0,"c":3.0}"#, r#"{"a":1.0,"c":2.0}"#, "{}"];
+    fn a_set_of_names_is_kept_once() {
         let read = |text: &str| serde_json::from_str::<Metrics>(text).unwrap();
-        for text in texts.iter().chain(texts.iter().rev()) {
-            assert_eq!(serde_json::to_string(&read(text)).unwrap(), *text);
-        }
-        assert!(Arc::ptr_eq(&read(texts[1]).names, &read(texts[1]).names));
-        assert!(!Arc::ptr_eq(&read(texts[0]).names, &read(texts[2]).names));
+        let [first, again, other] =
+            [r#"{"a":1.0,"b":2.0}"#, r#"{"b":3.0,"a":4.0}"#, r#"{"a":1.0,"c":2.0}"#].map(read);
+        assert!(Arc::ptr_eq(&first.names, &again.names));
+        assert!(!Arc::ptr_eq(&first.names, &other.names));
     }
 
     #[test]
@@ -281,6 +185,17 @@ mod tests {
         let e = serde_json::from_str::<Metrics>(r#"{"a":"1"}"#).unwrap_err().to_string();
         assert!(e.contains("expected f64"), "{e}");
         assert!(serde_json::from_str::<Metrics>("[1.0]").is_err());
+    }
+
+    #[test]
+    fn means_are_of_what_all_have() {
+        let of = |pairs: &[(&str, f64)]| -> Metrics {
+            pairs.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
+        };
+        let all = [of(&[("a", 1.0), ("b", 2.0)]), of(&[("a", 2.0)])];
+        assert_eq!(Metrics::means(&all), of(&[("a", 1.5)]));
+        assert_eq!(Metrics::means(&all[..1]), all[0]);
+        assert_eq!(Metrics::means([]), Metrics::new());
     }
 
     proptest! {

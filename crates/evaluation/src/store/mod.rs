@@ -17,21 +17,17 @@
 //!
 //! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
 
-mod aside;
 pub mod audit;
 mod commit;
 pub mod difference;
 pub mod error;
 pub mod extent;
 pub mod figures;
-pub mod kept;
 mod links;
 pub mod lock;
 pub mod manifest;
 pub mod metrics;
-mod name;
 pub mod opaque;
-mod origin;
 pub mod own;
 pub mod plan;
 pub mod reach;
@@ -45,8 +41,6 @@ use std::path::{Path, PathBuf};
 
 pub use commit::remove_checkpoint;
 pub use error::StoreError;
-pub use name::Name;
-pub use origin::Origin;
 
 /// Version of the files in a results directory; a change of their form raises it.
 pub const SCHEMA_VERSION: u32 = 1;

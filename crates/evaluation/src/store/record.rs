@@ -163,6 +163,11 @@ impl Record {
         self.rows.iter().filter(|r| r.kind == RowKind::Evaluation)
     }
 
+    /// Returns the episodes of training or tuning, in order.
+    pub fn training(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|r| r.kind == RowKind::Training)
+    }
+
     fn sealed(mut self) -> Self {
         self.summary.rows = self.rows.len();
         self.summary.checksum = self.checksum();
@@ -289,18 +294,7 @@ pub fn mean_metrics(rows: &[Row]) -> Metrics {
 
 /// Returns the means over the rows of a kind of every metric that all of them have.
 pub fn means_of(rows: &[Row], kind: RowKind) -> Metrics {
-    let evaluations: Vec<_> = rows.iter().filter(|r| r.kind == kind).collect();
-    let Some(first) = evaluations.first() else { return Metrics::new() };
-    first
-        .metrics
-        .keys()
-        .filter_map(|name| {
-            let values: Option<Vec<f64>> =
-                evaluations.iter().map(|r| r.metrics.get(name).copied()).collect();
-            let values = values?;
-            Some((name.clone(), values.iter().sum::<f64>() / values.len() as f64))
-        })
-        .collect()
+    Metrics::means(rows.iter().filter(|row| row.kind == kind).map(|row| &row.metrics))
 }
 
 #[cfg(test)]

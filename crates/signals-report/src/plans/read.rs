@@ -27,18 +27,17 @@ pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
         else {
             continue;
         };
+        let record = &record.summary;
         if record.outcome != Outcome::Ok {
             continue;
         }
         let always = ALWAYS_PROGRAMS.contains(&&*task.method) || *task.method == *identity.baseline;
         // The checksum of the record vouches for their form.
-        let recorded: Vec<SignalProgram> =
-            record.programs().and_then(|p| p.read().ok()).unwrap_or_default();
+        let recorded: Vec<SignalProgram> = record.programs.read().ok().unwrap_or_default();
         let (source, programs, cycles_s) = if !recorded.is_empty() {
             let cycles_s = vec![None; recorded.len()];
             (Source::Recorded, recorded, cycles_s)
-        } else if let Some(found) = record.details().and_then(|d| described::programs(d, &settings))
-        {
+        } else if let Some(found) = described::programs(&record.details, &settings) {
             found
         } else if always {
             (Source::NotKept, Vec::new(), Vec::new())
@@ -49,7 +48,7 @@ pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
         let replicate = task.replicate;
         let known = Programs { all: programs, cycles_s };
         let programs = (!known.all.is_empty()).then(|| Box::new(known));
-        let details = record.details().into_iter().flatten();
+        let details = record.details.iter();
         let phases = details
             .filter_map(|(name, text)| Some((name.strip_prefix(PHASES)?.to_owned(), text.clone())))
             .collect();

@@ -31,7 +31,7 @@ fn values(report: &StudyReport<'_>, figure: &Figure) -> Value {
         methods => methods(report),
         stopping => stopping::values(report),
         figure => figure.svg.clone(),
-        manifest => report.analysis.origin.sha256.clone(),
+        manifest => report.analysis.results.sha256.clone(),
         version => env!("CARGO_PKG_VERSION"),
     }
 }
