@@ -132,6 +132,7 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
             "prepared": beside.prepared,
             "unprepared": beside.unprepared,
             "strays": audit.strays,
+            "builds": audit.builds.several(),
         }))?;
         return Ok(());
     }
@@ -152,6 +153,7 @@ fn say(looked: &Looked, layout: &Layout, args: &CheckArgs) -> anyhow::Result<()>
     ];
     parts.extend(counted.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")));
     line(format!("{}: {}", layout.root().display(), parts.join(", ")))?;
+    audit.builds.warning().into_iter().for_each(note);
     if let Some(first) = audit.strays.first() {
         let others = audit.strays.len() - 1;
         let more = if others > 0 { format!(" and {others} more") } else { String::new() };

@@ -62,6 +62,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             RunError::Prepare(e) => code(e.as_ref()),
             RunError::Sample(_)
             | RunError::Extent(_)
+            | RunError::Place(_)
             | RunError::Plan(_)
             | RunError::Method { .. }
             | RunError::NoTask { .. }

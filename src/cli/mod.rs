@@ -23,7 +23,6 @@ mod monitor;
 mod osm;
 mod output;
 mod own;
-mod plain;
 mod plan;
 pub mod point;
 mod protocol;
@@ -56,7 +55,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 
-use plain::plain;
+use basics::plain::plain;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use own::ControllersArgs;

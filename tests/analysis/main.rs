@@ -5,6 +5,8 @@
 mod common;
 mod families;
 mod made_up;
+#[path = "../common/nightly.rs"]
+mod nightly;
 
 mod across;
 mod damaged;

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::common::nightly::is_nightly;
 use crate::common::{run, stderr, stdout, succeed};
+use crate::nightly::is_nightly;
 
 /// The folders with packed records.
 fn published() -> Vec<PathBuf> {

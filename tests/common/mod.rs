@@ -1,7 +1,5 @@
 //! What the tests of the command line share.
 
-pub(crate) mod nightly;
-
 use std::path::Path;
 use std::process::{Command, Output};
 

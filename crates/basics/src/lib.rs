@@ -1,9 +1,10 @@
 //! What every crate of tsc-family uses, and what knows of no crate: files that are written safely, hashes,
-//! streams of random numbers, units, what a machine has, and the name that was probably meant.
+//! streams of random numbers, units, what a machine has, text that is only text, and the name that was probably meant.
 
 pub mod files;
 pub mod hash;
 pub mod machine;
+pub mod plain;
 pub mod pulse;
 pub mod seed;
 pub mod suggest;

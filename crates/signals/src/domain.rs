@@ -195,6 +195,22 @@ impl Domain for Traffic {
         }
     }
 
+    /// SUMO takes a colon in the name of an output for a port to connect to, a comma in the name of an input for the end of
+    /// it, and other bytes than UTF-8 for other characters.
+    fn check_path(&self, path: &Path) -> Result<(), String> {
+        let shown = path.display();
+        let wrong = match path.to_str() {
+            None => "bytes that are no UTF-8",
+            Some(text) if text.contains(':') => "a colon",
+            Some(text) if text.contains(',') => "a comma",
+            Some(text) if text.chars().any(char::is_control) => "a control character",
+            Some(_) => return Ok(()),
+        };
+        Err(format!(
+            "{shown}: it has {wrong}, which SUMO takes for something else in a path; give another folder"
+        ))
+    }
+
     fn spoilt(&self, point: &PointRow, prepared: &Path) -> Vec<Spoilt> {
         let (is_made, folder) = (point.environment == GENERATED, folder_of(point, prepared));
         let as_planned =
@@ -247,6 +263,22 @@ pub fn scenario_of(settings: &Value) -> Result<Scenario, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_that_sumo_takes_for_something_else_is_refused() {
+        use std::os::unix::ffi::OsStrExt;
+
+        let traffic = Traffic::default();
+        let wrong = ["a:b", "results/a,b", "a\n"].map(Path::new);
+        let bytes = std::ffi::OsStr::from_bytes(b"a\xff");
+        for path in wrong.into_iter().chain([Path::new(bytes)]) {
+            let e = traffic.check_path(path).unwrap_err();
+            assert!(e.contains("give another folder"), "{e}");
+        }
+        for path in ["results/a b", "/r/\u{e9}t\u{e9}", ""] {
+            assert_eq!(traffic.check_path(Path::new(path)), Ok(()));
+        }
+    }
 
     #[test]
     #[should_panic(expected = "there is a method \"actuated\" already")]

@@ -20,6 +20,9 @@ use evaluation::store::own::{OwnKind, OwnMethod};
 /// What a command begins with.
 const EXEC: &str = "exec:";
 
+/// Names that mean something else: all methods, and in tables that no method is better or that this is open.
+const RESERVED: [&str; 4] = ["all", "none", "open", "tie"];
+
 /// Most characters of a name.
 const MOST_NAME: usize = 40;
 
@@ -179,6 +182,11 @@ fn check_name(traffic: &Traffic, name: &str) -> Result<(), String> {
     if !begins || !name.chars().all(plain) || name.len() > MOST_NAME {
         return Err(format!(
             "a name is made of a to z, 0 to 9 and -, begins with a letter and has at most {MOST_NAME} of them"
+        ));
+    }
+    if RESERVED.contains(&name) {
+        return Err(format!(
+            "{name} means something else in tables and options; take another name"
         ));
     }
     match traffic.methods().iter().any(|m| m.name == name) {

@@ -15,6 +15,10 @@ use crate::extract::{Nodes, Place};
 /// Units of coordinates per degree.
 const NANODEGREES: f64 = 1e9;
 
+/// Most bytes of a way or a relation. OpenStreetMap takes ways of 2,000 nodes and relations of 32,000 members, which are
+/// a tenth of it.
+const MOST_BYTES: usize = 1 << 20;
+
 /// Fields of a group.
 const NODE: u32 = 1;
 const DENSE_NODES: u32 = 2;
@@ -71,6 +75,11 @@ impl<'a> Block<'a> {
                 Some(strings) => strings,
                 None => strings.insert(self.strings()?),
             };
+            if bytes.len() > MOST_BYTES {
+                let size = bytes.len();
+                let reason = format!("a way or relation of {size} bytes, more than one can have");
+                return Err(Fault::Damaged(reason));
+            }
             if field == WAY {
                 way.clear();
                 way.merge_from_bytes(bytes)?;

@@ -17,6 +17,13 @@ const MAX_HEADER_BYTES: u32 = 64 * 1024;
 /// Most bytes of a blob, stored and inflated, by the specification.
 pub(super) const MAX_BLOB_BYTES: usize = 32 * 1024 * 1024;
 
+/// Most times its size that a larger blob inflates to. Of maps it is two to ten times; what inflates a thousand times is
+/// made to fill a memory.
+const MOST_INFLATED: usize = 64;
+
+/// Bytes of an inflated blob that are taken however small it was.
+const SMALL_BLOB_BYTES: usize = 1 << 20;
+
 /// What a blob is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
@@ -151,11 +158,22 @@ pub(super) fn content<'a>(blob: &'a [u8], buffer: &'a mut Vec<u8>) -> Result<&'a
             None => return Err("a blob that is to inflate to more than 32 MiB".into()),
         },
     };
+    let most = packed.len().saturating_mul(MOST_INFLATED).max(SMALL_BLOB_BYTES);
+    let made_to_fill = || {
+        Fault::Damaged(format!("a blob that inflates to more than {MOST_INFLATED} times its size"))
+    };
+    if declared.is_some() && limit > most {
+        return Err(made_to_fill());
+    }
+    let limit = limit.min(most);
     buffer.clear();
     let mut inflated = ZlibDecoder::new(packed).take(limit as u64 + 1);
     let size = inflated
         .read_to_end(buffer)
         .map_err(|e| Fault::Damaged(format!("the compressed data is garbled ({e})")))?;
+    if declared.is_none() && size > limit && limit == most {
+        return Err(made_to_fill());
+    }
     if size > limit || declared.is_some_and(|_| size != limit) {
         return Err("a blob inflates to another size than announced".into());
     }

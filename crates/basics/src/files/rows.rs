@@ -3,12 +3,14 @@
 use std::fmt::Display;
 use std::io::Write;
 
+use crate::plain::cell;
+
 /// Returns rows as they stand in a table of comma-separated text.
 pub fn lines<R: AsRef<[C]>, C: AsRef<str>>(rows: &[R]) -> Vec<u8> {
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
     let in_memory = "writing rows to memory cannot fail";
     for row in rows {
-        let cells = row.as_ref().iter().map(|cell| cell.as_ref().as_bytes());
+        let cells = row.as_ref().iter().map(|text| cell(text.as_ref()).into_owned());
         writer.write_record(cells).expect(in_memory);
     }
     writer.into_inner().expect(in_memory)
@@ -25,8 +27,9 @@ pub struct Lines {
 
 impl Lines {
     /// Adds a text.
-    pub fn text(&mut self, cell: &str) {
+    pub fn text(&mut self, text: &str) {
         self.next();
+        let cell = cell(text);
         let plain = !cell.bytes().any(|byte| b",\"\r\n".contains(&byte));
         if plain {
             return self.text.extend(cell.as_bytes());

@@ -13,6 +13,7 @@ use crate::analysis::{
 };
 use crate::store::record::{Metrics, Outcome, Row};
 use basics::files::{Lines, Streamed};
+use basics::plain::cell;
 
 /// Name of the column of the score.
 const SCORE: &str = "score";
@@ -327,7 +328,7 @@ pub fn table<H: AsRef<[u8]>>(header: &[H], rows: impl Iterator<Item = Vec<String
     let in_memory = "writing rows of equal length to memory cannot fail";
     writer.write_record(header).expect(in_memory);
     for row in rows {
-        writer.write_record(&row).expect(in_memory);
+        writer.write_record(row.iter().map(|text| cell(text).into_owned())).expect(in_memory);
     }
     String::from_utf8(writer.into_inner().expect(in_memory)).expect("strings are UTF-8")
 }

@@ -84,6 +84,7 @@ pub fn notes(data: &Report) -> Vec<String> {
         let count = format::count(evaluated, "warning");
         notes.push(format!("{count} on what was evaluated: the page has them beside the ranking."));
     }
+    notes.extend(data.results.builds().warning());
     notes.extend(further::disagreements(data));
     notes.extend(rests::sentence(data));
     notes.extend(policies::sentences(data));

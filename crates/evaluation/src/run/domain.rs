@@ -111,6 +111,16 @@ pub trait Domain: Sync {
     fn trial(&self, site: &Site<'_>, method: &str, seed: u64)
     -> Result<Box<dyn Trial>, TrialError>;
 
+    /// Says why trials cannot work in a results directory or with prepared files of this path; `Ok` where they can.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the path, and the way out.
+    fn check_path(&self, path: &Path) -> Result<(), String> {
+        let _ = path;
+        Ok(())
+    }
+
     /// Returns the prepared files of a point MDP that are not as planned.
     ///
     /// # Arguments

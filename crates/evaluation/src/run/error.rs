@@ -25,6 +25,9 @@ pub enum RunError {
     /// More tasks or episodes than are taken.
     #[error("{0}")]
     Extent(String),
+    /// A results directory where tasks cannot run.
+    #[error("{0}")]
+    Place(String),
     /// The results directory cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),

@@ -54,6 +54,7 @@ pub fn open<'a>(
     out: &Path,
     done: &(dyn Fn(&str) + Sync),
 ) -> Result<Session<'a>, RunError> {
+    request.domain.check_path(out).map_err(RunError::Place)?;
     let prepared = request.problem.prepare(&draft.chosen(), done).map_err(RunError::Prepare)?;
     let folder = PathBuf::from(&prepared.folder);
     let mut provenance = provenance(&prepared.folder, draft.memory_per_worker_mb);
@@ -89,6 +90,9 @@ pub fn reopen<'a>(
     prepared: PathBuf,
 ) -> Result<Session<'a>, RunError> {
     let domain = domain_of(domains, layout, &manifest.identity)?;
+    for path in [layout.root(), &prepared] {
+        domain.check_path(path).map_err(RunError::Place)?;
+    }
     let lock = lock(layout, now())?;
     Ok(Session { domain, layout: layout.clone(), manifest, prepared, _lock: lock })
 }

@@ -1,17 +1,18 @@
 //! Reads everything in a results directory and says what is damaged, all at once.
 
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Layout;
+use super::builds::Builds;
 use super::manifest::{Manifest, Task};
 use super::plan::read_plan;
 use super::reach::Reach;
 use super::record::{Outcome, Record};
 use super::results::{Damaged, all_of_another, read_design, read_records};
+use super::tally::number;
 use crate::store::error::StoreError;
 use basics::files::FileError;
 
@@ -60,6 +61,8 @@ pub struct Audit {
     pub failed: usize,
     /// What is damaged.
     pub damage: Vec<Damage>,
+    /// Which builds made the records.
+    pub builds: Builds,
     /// Files that belong to no task.
     pub strays: Vec<PathBuf>,
 }
@@ -134,11 +137,13 @@ impl Audit {
     }
 
     fn records(&mut self, layout: &Layout, sha256: &str) -> Result<(), StoreError> {
-        let (done, failed) = (&mut self.done, &mut self.failed);
-        let of = |record: Record| record.summary.outcome;
-        let damaged = read_records(layout, &self.tasks, sha256, &of, &mut |task, outcome| {
-            done.extend(outcome.map(|_| task));
-            *failed += usize::from(outcome == Some(Outcome::Failed));
+        let (done, failed, builds) = (&mut self.done, &mut self.failed, &mut self.builds);
+        let of = |record: Record| record.summary;
+        let damaged = read_records(layout, &self.tasks, sha256, &of, &mut |task, summary| {
+            let Some(summary) = summary else { return };
+            done.insert(task);
+            *failed += usize::from(summary.outcome == Outcome::Failed);
+            builds.add(&summary.wall);
         })?;
         if let Some(of_another) = all_of_another(self.done.len(), &damaged) {
             let reason = format!(
@@ -161,7 +166,7 @@ impl Audit {
                 continue;
             }
             for path in entries(&part)? {
-                let task = path.file_stem().and_then(OsStr::to_str).and_then(|s| s.parse().ok());
+                let task = path.file_stem().and_then(number);
                 if task.is_none_or(|task: usize| task >= self.tasks.len()) {
                     self.strays.push(path);
                 }

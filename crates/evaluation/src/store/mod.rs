@@ -18,6 +18,7 @@
 //! KKK is K / 1000. The truth is `done/`; everything else follows from it and the manifest.
 
 pub mod audit;
+pub mod builds;
 mod commit;
 pub mod difference;
 pub mod error;

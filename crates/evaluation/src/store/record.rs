@@ -197,6 +197,13 @@ impl Record {
             Err(e) if e.reason.kind() == ErrorKind::InvalidData => {
                 return Err(StoreError::Record { path, reason: "not UTF-8 text".into() });
             }
+            // A folder, a pipe or a device in its place.
+            Err(e)
+                if [ErrorKind::InvalidInput, ErrorKind::IsADirectory]
+                    .contains(&e.reason.kind()) =>
+            {
+                return Err(StoreError::Record { path, reason: e.reason.to_string() });
+            }
             Err(e) => return Err(e.into()),
         };
         let fail = |reason: String| StoreError::Record { path: path.clone(), reason };

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::Layout;
+use super::builds::Builds;
 use super::manifest::{Manifest, Task};
 use super::plan::read_plan;
 use super::record::{OTHER_MANIFEST, Outcome, Record, RowKind};
@@ -131,6 +132,13 @@ impl Results {
     /// Returns the tasks without a record.
     pub fn missing(&self) -> impl Iterator<Item = &Task> {
         self.rows().filter(|(_, record)| record.is_none()).map(|(task, _)| task)
+    }
+
+    /// Returns the builds that did the tasks.
+    pub fn builds(&self) -> Builds {
+        let mut builds = Builds::default();
+        self.done().for_each(|(_, record)| builds.add(&record.summary.wall));
+        builds
     }
 
     /// Returns the tasks that failed.

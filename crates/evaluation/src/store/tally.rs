@@ -1,13 +1,14 @@
 //! How far a run is, told from the names of files: what takes seconds for a million tasks.
 
-use std::fs::{self, File};
+use std::ffi::OsStr;
+use std::fs;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use rayon::prelude::*;
 
 use super::Layout;
-use basics::files::FileError;
+use basics::files::{self, FileError};
 
 /// Bytes of a record in which its outcome stands, unless names are very long.
 const HEAD: usize = 1024;
@@ -68,7 +69,7 @@ fn numbers(first: &Path, tasks: usize, found: &mut dyn FnMut(usize)) -> Result<(
         for entry in entries {
             let name = entry.map_err(FileError::at("read", &folder))?.file_name();
             let name = Path::new(&name);
-            let number = name.file_stem().and_then(|stem| stem.to_str()?.parse::<usize>().ok());
+            let number = name.file_stem().and_then(number);
             if let Some(number) = number.filter(|n| *n < tasks && name.extension() == extension) {
                 found(number);
             }
@@ -77,11 +78,20 @@ fn numbers(first: &Path, tasks: usize, found: &mut dyn FnMut(usize)) -> Result<(
     Ok(())
 }
 
+/// Returns the number that a file is called by; `01` is none, as no task's file is called so.
+pub(super) fn number(stem: &OsStr) -> Option<usize> {
+    let text = stem.to_str()?;
+    text.parse().ok().filter(|number: &usize| number.to_string() == text)
+}
+
 /// Whether a record says that its task failed; one that is damaged is for others to name.
 fn has_failed(path: &Path) -> Result<bool, FileError> {
     let read = |most: usize| -> Result<Vec<u8>, FileError> {
         let mut head = Vec::with_capacity(HEAD);
-        let file = File::open(path).map_err(FileError::at("read", path))?;
+        let file = match files::open(path) {
+            Err(e) if e.reason.kind() == ErrorKind::InvalidInput => return Ok(head),
+            file => file?,
+        };
         file.take(most as u64).read_to_end(&mut head).map_err(FileError::at("read", path))?;
         Ok(head)
     };

@@ -25,7 +25,7 @@ use super::net_file::NetFile;
 use super::phases::{Conflicts, Lights, PHASES_PROGRAM, Relation, phases, program};
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
-use super::subprocess::{Ended, finish, last_lines};
+use super::subprocess::{Ended, finish, last_lines, output_of};
 use crate::network::error::NetworkError;
 use crate::settings::{NetworkSettings, SignalSettings};
 use basics::files::FileError;
@@ -42,6 +42,9 @@ const CORNERS_M: [f64; 5] = [4.0, 6.0, 8.0, 12.0, 16.0];
 
 /// Longest time that a netconvert may take; a network of one intersection takes a tenth of a second.
 const LIMIT: Duration = Duration::from_secs(300);
+
+/// Longest time in which it says its version; that takes a hundredth of a second.
+const VERSION_LIMIT: Duration = Duration::from_secs(20);
 
 /// A netconvert that runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -207,15 +210,14 @@ impl Netconvert {
 
 /// Returns the version that a netconvert prints.
 fn version(path: &Path) -> Result<String, String> {
-    let output = Command::new(path).arg("--version").output().map_err(|e| e.to_string())?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let mut command = Command::new(path);
+    command.arg("--version");
+    let (text, said) = output_of(command, VERSION_LIMIT).map_err(|e| e.to_string())?;
     text.lines()
         .find(|line| line.starts_with("Eclipse SUMO netconvert"))
         .and_then(|line| line.split_whitespace().last())
         .map(|version| version.trim_start_matches(['v', 'V']).replace('_', "."))
-        .ok_or_else(|| {
-            format!("does not run: {}", last_lines(&String::from_utf8_lossy(&output.stderr)))
-        })
+        .ok_or_else(|| format!("does not run: {}", last_lines(&said)))
 }
 
 /// Completes the conflicts that geometry implies by those that netconvert sees within the junction,

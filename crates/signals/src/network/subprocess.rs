@@ -3,6 +3,7 @@
 use std::io::{self, Read};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -64,6 +65,35 @@ pub(super) fn finish(mut command: Command, limit: Duration) -> io::Result<Ended>
             last_lines(&said)
         )),
         (false, _) => Ended::Refused(last_lines(&said)),
+    })
+}
+
+/// Returns what a command writes to standard output and standard error.
+///
+/// # Errors
+///
+/// When it cannot be started, or does not end within the limit.
+pub(super) fn output_of(mut command: Command, limit: Duration) -> io::Result<(String, String)> {
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn()?;
+    let (sender, ended) = mpsc::channel();
+    let pid = child.id();
+    let mut streams = (child.stdout.take().expect("piped"), child.stderr.take().expect("piped"));
+    thread::spawn(move || {
+        let (mut text, mut said) = (Vec::new(), Vec::new());
+        let read = streams.0.read_to_end(&mut text).and_then(|_| streams.1.read_to_end(&mut said));
+        let as_text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        // Whoever waited too long has gone.
+        let _ = sender.send(read.map(|_| (as_text(text), as_text(said))));
+    });
+    let output = ended.recv_timeout(limit);
+    if output.is_err() {
+        child.kill()?;
+    }
+    child.wait()?;
+    output.unwrap_or_else(|_| {
+        let limit = limit.as_secs();
+        Err(io::Error::other(format!("process {pid} did not end within {limit} s")))
     })
 }
 

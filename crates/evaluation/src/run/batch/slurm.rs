@@ -39,6 +39,9 @@ const OWN_MB: u64 = 100;
 const OURS: [&str; 12] =
     ["array", "a", "output", "o", "error", "e", "signal", "wrap", "chdir", "D", "job-name", "J"];
 
+/// Letters of options of `sbatch` without a value.
+const FLAGS: &str = "HhkOQsuvVW";
+
 /// The Slurm of this machine.
 #[derive(Debug, Clone, Copy)]
 pub struct Slurm;
@@ -167,17 +170,36 @@ pub fn lines(path: &Path) -> Result<Vec<String>, BatchError> {
             let reason = format!("{line:?} is no #SBATCH line, and nothing else is taken");
             return Err(refused(reason));
         };
-        let name = option.trim_start().trim_start_matches('-');
-        let name = name.split(['=', ' ', '\t']).next().unwrap_or_default();
-        if name.is_empty() || !option.trim_start().starts_with('-') {
+        if !option.trim_start().starts_with('-') {
             return Err(refused(format!("{line:?} has no option")));
         }
-        if OURS.contains(&name) {
-            return Err(refused(format!("tsc-family sets {name} itself; leave it out")));
+        // A line may have several.
+        for word in option.split_whitespace().filter(|word| word.starts_with('-')) {
+            if let Some(name) = ours(word) {
+                return Err(refused(format!("tsc-family sets {name} itself; leave {word} out")));
+            }
         }
         lines.push(line.to_owned());
     }
     Ok(lines)
+}
+
+/// Returns the option of ours that a word is: its name, what Slurm takes for it when it is cut off, or its letter, also
+/// behind letters of options without a value.
+fn ours(word: &str) -> Option<&'static str> {
+    let known = |matches: &dyn Fn(&str) -> bool| OURS.into_iter().find(|name| matches(name));
+    match word.strip_prefix("--") {
+        Some(long) => {
+            let name = long.split('=').next().unwrap_or_default();
+            known(&|own| own.len() > 1 && !name.is_empty() && own.starts_with(name))
+        }
+        None => {
+            let letters = word.trim_start_matches('-').chars();
+            let mut valued = letters.skip_while(|letter| FLAGS.contains(*letter));
+            let letter = valued.next()?.to_string();
+            known(&|own| own == letter)
+        }
+    }
 }
 
 /// Reads `squeue`'s words: the array's id, the index in it, the state and the reason.
