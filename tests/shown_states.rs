@@ -9,7 +9,7 @@ use std::process::Command;
 use std::{env, fs};
 
 use osm_signals::DrivingSide;
-use shown::{Limits, Way, foes, states, violations, violations_by_link};
+use shown::{Limits, Way, foes, hurried, states, violations, violations_by_link};
 use tsc_family::settings::overrides::Override;
 use tsc_family::traffic::control::nema;
 use tsc_family::traffic::control::registry::METHODS;
@@ -25,22 +25,29 @@ use tsc_family::traffic::network::intersection::IntersectionSpec;
 use tsc_family::traffic::settings::{Scenario, SixFeatures};
 use tsc_family::traffic::sim::libsumo::SumoSim;
 
-const RESCO: Limits =
-    Limits { yellow: 3, all_red: 0, min_through: 7, min_left: 7, max_green: usize::MAX };
+const RESCO: Limits = Limits {
+    yellow: 3,
+    all_red: 0,
+    min_through: 7,
+    min_left: 7,
+    min_state: 7,
+    walk: 0,
+    max_green: usize::MAX,
+};
 
 /// Point MDPs with their limits under `field`, computed by hand:
-/// yellow 1 + v / 6.1, all-red (w + 6.1) / v, together rounded up; walk 7 + w / 1.067.
+/// yellow 1 + v / 6.1, all-red (w + 6.1) / v, together rounded up; walk 7 + w / 1.067 with lanes of 12 ft.
 const POINTS: [(&str, [f64; 6], Limits); 3] = [
-    // 8.94 m/s, 6.4 m: 2.47 + 1.40 s; 13.0 s.
-    ("slow", [2.0, 20.0, 200.0, 200.0, 0.0, 0.0], field(3, 1, 13)),
-    // 13.41 m/s, 12.8 m: 3.20 + 1.41 s; 19.0 s.
-    ("narrow", [4.0, 30.0, 300.0, 400.0, 0.0, 0.0], field(4, 1, 19)),
-    // 20.12 m/s, 19.2 m: 4.30 + 1.26 s; 25.0 s.
-    ("wide", [6.0, 45.0, 400.0, 700.0, 1.0, 1.0], field(5, 1, 25)),
+    // 8.94 m/s, 6.4 m: 2.47 + 1.40 s; 7.3 m: 13.9 s.
+    ("slow", [2.0, 20.0, 200.0, 200.0, 0.0, 0.0], field(3, 1, 14)),
+    // 13.41 m/s, 12.8 m: 3.20 + 1.41 s; 14.6 m: 20.7 s.
+    ("narrow", [4.0, 30.0, 300.0, 400.0, 0.0, 0.0], field(4, 1, 21)),
+    // 20.12 m/s, 19.2 m: 4.30 + 1.26 s; 22.0 m: 27.6 s.
+    ("wide", [6.0, 45.0, 400.0, 700.0, 1.0, 1.0], field(5, 1, 28)),
 ];
 
-const fn field(yellow: usize, all_red: usize, min_through: usize) -> Limits {
-    Limits { yellow, all_red, min_through, min_left: 5, max_green: 60 }
+const fn field(yellow: usize, all_red: usize, walk: usize) -> Limits {
+    Limits { yellow, all_red, min_through: walk, min_left: 5, min_state: 5, walk, max_green: 60 }
 }
 
 /// Runs episodes and checks the states of each.
@@ -50,6 +57,8 @@ struct Watch {
     limits: Limits,
     /// Whether the lights are those of two rings.
     by_link: bool,
+    /// Whether vehicles may turn right on red.
+    turn_on_red: bool,
     /// Which links meet, as the network says.
     foes: Vec<Vec<bool>>,
     seconds: usize,
@@ -85,13 +94,37 @@ impl Watch {
         fs::write(&world.config, config).unwrap();
         let env = environment(SumoSim::new().unwrap(), world, scenario, folder);
         let foes = foes(&built.files["p"].net);
-        Self { env, states, limits, by_link: false, foes, seconds: 0, wrong: Vec::new() }
+        let turn_on_red = signal.turn_on_red;
+        Self {
+            env,
+            states,
+            limits,
+            by_link: false,
+            turn_on_red,
+            foes,
+            seconds: 0,
+            wrong: Vec::new(),
+        }
     }
 
     fn check(&mut self) {
         let states = states(&self.states);
         assert!(states.len() >= 599, "only {} states were saved", states.len());
         self.seconds += states.len();
+        // Four equal arms count from the right turn; wherever it has no green and no yellow, it may go on red, but
+        // beside a green that yields to it.
+        let per_arm = states[0].len() / 4;
+        for (second, state) in states.iter().enumerate() {
+            for (link, letter) in state.chars().enumerate() {
+                let yields = |(other, l): (usize, char)| l == 'g' && self.foes[link][other];
+                let on_red = self.turn_on_red
+                    && link % per_arm == 0
+                    && !state.chars().enumerate().any(yields);
+                if letter == (if on_red { 'r' } else { 's' }) {
+                    self.wrong.push(format!("{second} s: link {link} shows {letter}"));
+                }
+            }
+        }
         self.wrong.extend(match self.by_link {
             true => {
                 assert_eq!(self.foes.len(), states[0].len());
@@ -100,6 +133,9 @@ impl Watch {
             }
             false => violations(&states, &through_links(states[0].len()), &self.limits),
         });
+        if !self.by_link {
+            self.wrong.extend(hurried(&states, &ways(states[0].len()), &self.limits));
+        }
     }
 }
 
@@ -171,8 +207,11 @@ impl Controller for Stubborn {
 }
 
 fn scenario(preset: &str, actions: &str) -> Scenario {
+    let (preset, more) =
+        preset.split_once(' ').unwrap_or((preset, "simulation.time_to_teleport_s=-1"));
     let settings = [
         format!("preset={preset}"),
+        more.to_owned(),
         format!("signal.actions={actions}"),
         "fixed_time.simulations=12".to_owned(),
         "training.episodes=2".to_owned(),
@@ -184,15 +223,18 @@ fn scenario(preset: &str, actions: &str) -> Scenario {
 /// Says to a copy of this program which preset it tries.
 const PRESET: &str = "TSC_FAMILY_SHOWN_PRESET";
 
+/// What the third copy tries.
+const LEFTS: &str = "left turns and push buttons";
+
 /// One test, because there is one simulation per process; a process per preset, because two are as fast as one.
 #[test]
 fn every_method_keeps_to_the_limits() {
     if let Ok(preset) = env::var(PRESET) {
-        let seconds = checked_seconds(&preset);
-        println!("{preset}: {} methods, {seconds} s checked, 0 violations", METHODS.len() + 2);
+        let seconds = if preset == LEFTS { checked_lefts() } else { checked_seconds(&preset) };
+        println!("{preset}: {seconds} s checked, 0 violations");
         return;
     }
-    let children = ["resco", "field"].map(|preset| {
+    let children = ["resco", "field", LEFTS].map(|preset| {
         Command::new(env::current_exe().unwrap())
             .args(["--exact", "every_method_keeps_to_the_limits", "--nocapture"])
             .env(PRESET, preset)
@@ -233,6 +275,52 @@ fn checked_seconds(preset: &str) -> usize {
     seconds
 }
 
+/// Checks what methods of every kind show where left turns are signalled as they are set, and where people push
+/// buttons, and returns how long that was, seconds.
+fn checked_lefts() -> usize {
+    let (_, features, field) = POINTS[2];
+    let pressed = Limits { min_through: 7, walk: 0, ..field };
+    let mut seconds = 0;
+    for (setting, limits) in [
+        ("signal.left_turns=permissive", field),
+        ("signal.left_turns=protected", field),
+        ("signal.left_turns=protected-permissive", field),
+        ("signal.left_turns=by-rule", field),
+        ("signal.pedestrian_calls_per_h=60", pressed),
+    ] {
+        for actions in ["own-greens", "all-pairs"] {
+            let scenario = scenario(&format!("field {setting}"), actions);
+            let folder = tempfile::tempdir().unwrap();
+            let mut watch = Watch::new(&scenario, features, limits, folder.path());
+            for name in ["restless", "baseline", "actuated", "max-pressure", "nema"] {
+                let mut controller: Box<dyn Controller> = match name {
+                    "restless" => Box::new(Restless(0)),
+                    name => create(name, &scenario, false, 1).unwrap(),
+                };
+                watch.by_link = name == nema::METHOD.name;
+                watch.episode(controller.as_mut(), 99).unwrap();
+                let states = states(&watch.states);
+                let lefts = |letter: char| {
+                    let per_arm = states[0].len() / 4;
+                    let left = |link: usize| link % per_arm == per_arm - 1;
+                    states
+                        .iter()
+                        .any(|s| s.chars().enumerate().any(|(i, c)| left(i) && c == letter))
+                };
+                match setting {
+                    "signal.left_turns=permissive" => assert!(!lefts('G'), "{name}, {actions}"),
+                    "signal.left_turns=protected" => assert!(!lefts('g'), "{name}, {actions}"),
+                    _ => {}
+                }
+                let wrong = std::mem::take(&mut watch.wrong);
+                assert!(wrong.is_empty(), "{name}, {setting}, {actions}: {wrong:#?}");
+            }
+            seconds += watch.seconds;
+        }
+    }
+    seconds
+}
+
 /// Lights that keep to `resco` do not keep to `field`, and the check says so.
 fn lights_of_other_limits_are_found_out() {
     let scenario = scenario("resco", "own-greens");
@@ -242,7 +330,7 @@ fn lights_of_other_limits_are_found_out() {
         watch.episode(&mut Restless(0), 1).unwrap();
         let wrong = watch.wrong.join("\n");
         assert!(wrong.contains("after the last yellow"), "{wrong}");
-        assert!(wrong.contains(" lasts 7 s, not "), "{wrong}");
+        assert!(wrong.contains(" can be crossed for 7 s, not "), "{wrong}");
         watch.wrong.clear();
         watch.by_link = true;
         watch.episode(create("nema", &scenario, false, 1).unwrap().as_mut(), 1).unwrap();
@@ -257,7 +345,15 @@ fn lights_of_other_limits_are_found_out() {
 
 #[test]
 fn planted_violations_of_two_rings_are_found() {
-    let limits = Limits { yellow: 3, all_red: 1, min_through: 7, min_left: 5, max_green: 20 };
+    let limits = Limits {
+        yellow: 3,
+        all_red: 1,
+        min_through: 7,
+        min_left: 5,
+        min_state: 7,
+        walk: 0,
+        max_green: 20,
+    };
     let play = |script: &[(&str, usize)]| -> Vec<String> {
         let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
         let states: Vec<String> = script.iter().flat_map(second).collect();
@@ -287,7 +383,15 @@ fn planted_violations_of_two_rings_are_found() {
 
 #[test]
 fn planted_violations_are_found() {
-    let limits = Limits { yellow: 3, all_red: 1, min_through: 7, min_left: 5, max_green: 20 };
+    let limits = Limits {
+        yellow: 3,
+        all_red: 1,
+        min_through: 7,
+        min_left: 5,
+        min_state: 7,
+        walk: 0,
+        max_green: 20,
+    };
     let play = |script: &[(&str, usize)]| -> Vec<String> {
         let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
         violations(&script.iter().flat_map(second).collect::<Vec<_>>(), &[0], &limits)
@@ -304,4 +408,19 @@ fn planted_violations_are_found() {
     found(&[first, ("yr", 3), ("rr", 1), ("rG", 4), ("ry", 3), ("rr", 1)], "lasts 4 s, not 5");
     found(&[("Gr", 21), ("yr", 3), ("rr", 1), ("rG", 9)], "lasts 21 s");
     found(&[first, ("yr", 3), ("Gr", 9)], "from yellow to green");
+}
+
+#[test]
+fn planted_haste_is_found() {
+    let limits = field(3, 1, 19);
+    let play = |script: &[(&str, usize)]| -> Vec<String> {
+        let second = |(state, count): &(&str, usize)| vec![(*state).to_owned(); *count];
+        hurried(&script.iter().flat_map(second).collect::<Vec<_>>(), &ways(12), &limits)
+    };
+    let red = ("rrrrrrrrrrrr", 2);
+    assert_eq!(play(&[red, ("GGgrrrGGgrrr", 19), red]), [""; 0]);
+    assert_eq!(play(&[red, ("GGgrrrGGgrrr", 18), red]).len(), 2);
+    // The second green has an arrow over arm 1; arm 3 can be crossed in both.
+    let wrong = play(&[red, ("GGgrrrGGgrrr", 12), ("GGgrrryyyrrr", 3), ("GGGrrrrrrrrr", 9), red]);
+    assert_eq!(wrong, ["2 s: arm 1 can be crossed for 15 s, not 19"]);
 }

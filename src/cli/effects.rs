@@ -86,6 +86,9 @@ impl Use<'_> {
                 false => plain("no vehicle is simulated here"),
             };
         }
+        if key == "signal.left_turns" && imported && self.signals {
+            return plain("the SUMO scenarios bring the programs of their signals");
+        }
         if is("signal.") && !self.signals {
             return plain("this command reads no signal");
         }

@@ -10,10 +10,14 @@ use std::path::Path;
 pub(crate) struct Limits {
     pub(crate) yellow: usize,
     pub(crate) all_red: usize,
-    /// Shortest green of a state in which some through link is green.
+    /// Shortest green of a through link under two rings.
     pub(crate) min_through: usize,
-    /// Shortest green of any other state.
+    /// The same of other links.
     pub(crate) min_left: usize,
+    /// Shortest green of a state in which some through link is green; of any other state it is that of other links.
+    pub(crate) min_state: usize,
+    /// Walk and clearance of every crosswalk; 0 where nobody walks.
+    pub(crate) walk: usize,
     pub(crate) max_green: usize,
 }
 
@@ -86,13 +90,61 @@ pub(crate) fn violations(states: &[String], through: &[usize], limits: &Limits) 
             continue;
         }
         let serves_through = through.iter().any(|link| is_green(state.as_bytes()[*link]));
-        let least = if serves_through { limits.min_through } else { limits.min_left };
+        let least = if serves_through { limits.min_state } else { limits.min_left };
         // The first phase of an episode began before it.
         if length < least && begin > 0 {
             wrong.push(format!("{begin} s: {state} lasts {length} s, not {least}"));
         }
         if length > limits.max_green {
             wrong.push(format!("{begin} s: {state} lasts {length} s"));
+        }
+    }
+    wrong
+}
+
+/// Returns which crosswalks people could not cross in time, in words: from the second in which one can be crossed to
+/// that in which it cannot. Nobody crosses beside somebody who comes from there and does not turn right, who goes
+/// there straight on, or who turns left there with right of way, until the end of their yellow. They cross beside
+/// somebody who does not turn right. The first and the last time do not count, nor does what is no longer than an all-red: a change in
+/// which somebody keeps his green.
+pub(crate) fn hurried(states: &[String], ways: &[Way], limits: &Limits) -> Vec<String> {
+    let mut wrong = Vec::new();
+    // What links show, with the green before it for a yellow.
+    let mut shown: Vec<Vec<u8>> = states.iter().map(|s| s.as_bytes().to_vec()).collect();
+    for second in 1..shown.len() {
+        for link in 0..ways.len() {
+            if shown[second][link] == b'y' {
+                shown[second][link] = shown[second - 1][link];
+            }
+        }
+    }
+    let is_right = |way: Way| !way.is_through() && !way.is_left();
+    for arm in 0..4 {
+        let blocks = |(link, letter): (usize, &u8)| {
+            let way = ways[link];
+            match letter {
+                b'r' => false,
+                _ if way.from == arm => !is_right(way),
+                _ if way.to == arm && way.is_through() => true,
+                _ => way.to == arm && way.is_left() && *letter == b'G',
+            }
+        };
+        let serves = |state: &String| {
+            state.bytes().enumerate().any(|(i, c)| is_green(c) && !is_right(ways[i]))
+        };
+        let open: Vec<bool> = (states.iter().zip(&shown))
+            .map(|(state, shown)| serves(state) && !shown.iter().enumerate().any(blocks))
+            .collect();
+        let mut second = open.iter().position(|open| !open).unwrap_or(open.len());
+        while second < open.len() {
+            let begin = (second..open.len()).find(|s| open[*s]).unwrap_or(open.len());
+            let end = (begin..open.len()).find(|s| !open[*s]).unwrap_or(open.len());
+            if end < open.len() && (limits.all_red + 1..limits.walk).contains(&(end - begin)) {
+                let (lasts, walk) = (end - begin, limits.walk);
+                wrong
+                    .push(format!("{begin} s: arm {arm} can be crossed for {lasts} s, not {walk}"));
+            }
+            second = end;
         }
     }
     wrong

@@ -72,6 +72,11 @@ pub fn vehicles(seed: u64, purpose: &str, edge: &str) -> u64 {
     derive(seed, &["vehicles", purpose, edge])
 }
 
+/// Returns the seed of the pedestrians who cross an edge at a signal, in the episode of a seed.
+pub fn pedestrians(seed: u64, signal: &str, edge: &str) -> u64 {
+    derive(seed, &["pedestrians", signal, edge])
+}
+
 /// Returns the seed of a task; it does not depend on the order of tasks or on the other methods.
 ///
 /// # Arguments

@@ -4,6 +4,7 @@
 //! (extracts in [`osm_signals::mirror`], intersections to build in [`network::intersection`], SUMO's scenes in
 //! [`env::side`]) and back where it goes out.
 
+pub mod calibration;
 pub mod city;
 pub mod content;
 pub mod contest;
@@ -18,6 +19,7 @@ pub mod family;
 pub mod given;
 pub mod held;
 pub mod model;
+pub mod needs;
 pub mod network;
 pub mod network_files;
 pub mod own;

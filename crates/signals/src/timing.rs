@@ -11,18 +11,27 @@
 //!   that cross the approach at 30 to 150 degrees.
 //! - **Whole seconds**, because SUMO's steps are: yellow is rounded up, all-red so that both together
 //!   are rounded up once.
-//! - **Crosswalks** lie beside every phase in which some approach has all it can have; a phase that
-//!   serves left turns alone while their through movements wait has none. Pedestrians cross the
-//!   approaches that wait. There are no pedestrians in the simulation: the phase lasts long enough
-//!   for them, and turning vehicles do not wait for any.
+//! - **Crosswalks** lie across every approach. A green serves that of an approach if the approach waits (right
+//!   turns do not count), nothing goes straight on into its street, and no left turn with an arrow of its
+//!   own, one that is protected from an opposing approach, goes there. A phase for left turns alone serves
+//!   none. There are no pedestrians in the simulation: greens last long enough for them, and turning vehicles
+//!   do not wait for any. The crosswalk of an arm that only leads away is not counted.
+//! - **Consecutive greens** that serve a crosswalk or a movement carry its time together; see
+//!   [`needs`](super::needs). This holds with `pedestrians`; without them every green lasts its own shortest time.
+//! - **Lanes of a crosswalk** are as wide as the network says. Those of which it says nothing have SUMO's 3.2 m, in
+//!   place of which a crosswalk takes `lane_width_m`.
 //!
 //! Source: ITE, "Guidelines for Determining Traffic Signal Change and Clearance Intervals" (2020);
-//! MUTCD (2009), sections 4D.26 and 4E.06; HCM (6th ed.), chapter 19.
+//! MUTCD (2009), sections 4D.26 and 4E.06; HCM (6th ed.), chapter 19; FHWA, "Signal Timing Manual" (2nd ed.),
+//! chapter 6.
 
+mod crosswalks;
 mod program;
 
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
+
+pub use crosswalks::WALK_S;
 
 use crate::settings::{ChangeInterval, SignalSettings};
 
@@ -38,12 +47,6 @@ const VEHICLE_M: f64 = 6.1;
 /// Longest yellow, seconds (MUTCD).
 const MAX_YELLOW_S: u32 = 6;
 
-/// Time in which pedestrians begin to walk, seconds (HCM, MUTCD).
-const WALK_S: f64 = 7.0;
-
-/// Speed of pedestrians, metres per second (HCM, MUTCD: 3.5 ft/s).
-const WALKING_MPS: f64 = 1.067;
-
 /// Angles between which a street crosses an approach, degrees.
 const CROSSING_DEG: std::ops::RangeInclusive<f64> = 30.0..=150.0;
 
@@ -54,6 +57,8 @@ pub struct Approach {
     pub heading_deg: f64,
     /// Width of the street, both directions, metres.
     pub width_m: f64,
+    /// Lanes in it whose width nobody said, so that they have SUMO's.
+    pub plain_lanes: u32,
     /// Speed limit, metres per second.
     pub speed_mps: f64,
 }
@@ -100,6 +105,11 @@ impl Timing {
     /// * `links` — per link index the ways that it steers; none for pedestrians and trains.
     pub fn new(settings: &SignalSettings, approaches: Vec<Approach>, links: Vec<Vec<Way>>) -> Self {
         Self { settings: settings.clone(), approaches, links }
+    }
+
+    /// Whether the settings say how left turns are signalled.
+    pub fn says_left_turns(&self) -> bool {
+        !self.settings.left_turns.is_network()
     }
 
     /// Returns yellow and all-red between two greens; `None` when no green ends.
@@ -152,34 +162,6 @@ impl Timing {
             .filter(|other| CROSSING_DEG.contains(&turn_degrees(heading, other.heading_deg).abs()))
             .map(|other| other.width_m)
             .fold(0.0, f64::max)
-    }
-
-    /// Returns the shortest time that a green may last, seconds.
-    pub fn min_green_s(&self, green: &str) -> u32 {
-        let s = &self.settings;
-        if self.is_left_only(green) {
-            return s.min_left_green_s;
-        }
-        if !s.pedestrians {
-            return s.min_green_s;
-        }
-        let waits =
-            |approach: &usize| !self.served(green, *approach).any(|turn| turn != Turn::Right);
-        let widest_m = (0..self.approaches.len())
-            .filter(waits)
-            .map(|approach| self.approaches[approach].width_m)
-            .fold(0.0, f64::max);
-        // Nobody crosses where nobody waits.
-        if widest_m <= 0.0 {
-            return s.min_green_s;
-        }
-        s.min_green_s.max(whole(WALK_S + widest_m / WALKING_MPS))
-    }
-
-    /// Returns the longest time that a green may last, seconds; a shortest green that is longer counts
-    /// more.
-    pub fn max_green_s(&self, green: &str) -> Option<u32> {
-        self.settings.max_green_s.map(|max| max.max(self.min_green_s(green)))
     }
 
     /// Whether a green serves left turns alone, while the vehicles beside them that go on wait; right
@@ -257,6 +239,7 @@ mod tests {
         let approach = |k: usize| Approach {
             heading_deg: (180.0 + 90.0 * k as f64) % 360.0,
             width_m: 12.8,
+            plain_lanes: 4,
             speed_mps: 13.41,
         };
         let links = (0..12)
@@ -280,7 +263,7 @@ mod tests {
     }
 
     pub(super) const THROUGH: &str = "GGgrrrGGgrrr";
-    const LEFT: &str = "rrGrrrrrGrrr";
+    pub(super) const LEFT: &str = "rrGrrrrrGrrr";
     pub(super) const OTHER: &str = "rrrGGgrrrGGg";
 
     #[test]

@@ -285,7 +285,13 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
         ("teleports", f64::from(metrics.counts.teleports)),
         ("collisions", f64::from(metrics.counts.collisions)),
     ];
-    Ok(named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+    // Only where they push buttons; without anybody nobody waits.
+    let pedestrians = metrics.pedestrians.iter().flat_map(|p| {
+        let wait_s = if p.count > 0 { p.wait_s / f64::from(p.count) } else { 0.0 };
+        [("pedestrians", f64::from(p.count)), ("pedestrian_wait_s", wait_s)]
+    });
+    let all = named.into_iter().chain(pedestrians);
+    Ok(all.map(|(name, value)| (name.to_owned(), value)).collect())
 }
 
 /// Returns a program as records keep it.

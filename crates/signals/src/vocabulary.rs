@@ -1,6 +1,9 @@
 //! Words that whoever builds, simulates and controls signals shares; those of the ground, such as
 //! [`Turn`](osm_signals::Turn), are in `osm_signals`.
 
+/// Width of a lane of which a network says nothing, metres (SUMO's default).
+pub const DEFAULT_LANE_WIDTH_M: f64 = 3.2;
+
 /// What a movement sees in a phase, from worst to best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Light {

@@ -157,7 +157,10 @@ fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
         return phases.iter().map(green).collect();
     }
     let timing = Timing::new(&SignalSettings::default(), Vec::new(), Vec::new());
-    let pairs: Vec<(&str, f64)> = phases.iter().map(|p| (p.state.as_str(), p.duration_s)).collect();
+    // Where vehicles may turn on red, it is red.
+    let states: Vec<String> = phases.iter().map(|p| p.state.replace('s', "r")).collect();
+    let durations = phases.iter().map(|p| p.duration_s);
+    let pairs: Vec<(&str, f64)> = states.iter().map(String::as_str).zip(durations).collect();
     let starts = timing.greens(&pairs);
     let mut greens: Vec<Green> = starts.iter().map(|i| green(&phases[*i])).collect();
     for (k, start) in starts.iter().enumerate() {

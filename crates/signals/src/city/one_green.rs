@@ -10,7 +10,7 @@ use basics::units::mph_to_mps;
 /// Returns whether all streams of an intersection can have green at the same time.
 pub(super) fn has_one_green(intersection: &Intersection, side: DrivingSide) -> bool {
     let spec = spec(intersection, side);
-    let greens = layout(&spec).map(|l| phases(&spec, &l, &Conflicts::of(&l.movements)).len());
+    let greens = layout(&spec).map(|l| phases(&spec, &l, &Conflicts::of(&l.movements), None).len());
     greens.is_ok_and(|greens| greens == 1)
 }
 

@@ -34,6 +34,7 @@ use osm_signals::Turn;
 use evaluation::run::domain::Next;
 use learners::nn::archive::{Archive, ArchiveError};
 
+use crate::needs::{Need, least_greens_s};
 pub use crate::vocabulary::Light;
 
 /// Index into [`SignalSpec::phases`].
@@ -99,8 +100,10 @@ pub struct SignalSpec {
 /// How long the phases of a signal may and must be shown, seconds; whole numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Limits {
-    /// Shortest green, per phase.
+    /// Shortest green, per phase, if what follows serves nothing of it.
     pub min_green_s: Vec<f64>,
+    /// What greens must be long enough for, over greens in a row; by phase as the others.
+    pub needs: Vec<Need>,
     /// Longest green, per phase; infinite where there is no limit.
     pub max_green_s: Vec<f64>,
     /// Yellow and all-red from one phase (row) to another (column); 0 where no green ends.
@@ -114,6 +117,12 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Returns the shortest greens of a cycle of phases, seconds.
+    pub fn least_s(&self, phases: &[usize]) -> Vec<f64> {
+        let change_s = |from: usize, to: usize| self.change_s[from][to] as u32;
+        least_greens_s(&self.needs, phases, &change_s).into_iter().map(f64::from).collect()
+    }
+
     /// Returns the yellow and all-red of a cycle of phases, each followed by the next, seconds.
     pub fn lost_s(&self, phases: &[usize]) -> f64 {
         (0..phases.len()).map(|i| self.change_s[phases[i]][phases[(i + 1) % phases.len()]]).sum()

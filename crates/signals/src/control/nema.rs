@@ -13,8 +13,8 @@
 //! - **It decides every second**, as a cabinet does; `signal.delta_time_s` is for the others.
 //! - **Detection is presence at the stop line**, without memory: a call ends when the vehicle has left. A lane calls
 //!   the phase of its through movement; a lane for left turns alone calls the phase of its own if there is one.
-//! - **The least green of a through phase** is that beside its crosswalks, in every cycle: there are no push
-//!   buttons.
+//! - **The least green of a through phase** is that of the crosswalk to its right: in every cycle, or when
+//!   somebody has pushed the button, which calls the phase, too.
 //!
 //! Source: NEMA TS 2; FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapters 5 and 6.
 

@@ -42,6 +42,7 @@ pub(crate) fn limits(phases: usize) -> Limits {
     let change = |i, j| if i == j { 0.0 } else { 3.0 };
     Limits {
         min_green_s: vec![7.0; phases],
+        needs: (0..phases).map(|i| Need::of_green(i, phases, 7)).collect(),
         max_green_s: vec![f64::INFINITY; phases],
         change_s: (0..phases).map(|i| (0..phases).map(|j| change(i, j)).collect()).collect(),
         min_cycle_s: 20.0,

@@ -76,7 +76,7 @@ pub fn greens(
 /// cycle neither too short nor too long, as far as the greens allow. Their ratios stay where they can.
 pub fn within(signal: &SignalSpec, phases: &[usize], greens: &[f64]) -> Vec<f64> {
     let limits = &signal.limits;
-    let low: Vec<f64> = phases.iter().map(|p| limits.min_green_s[*p]).collect();
+    let low: Vec<f64> = limits.least_s(phases);
     let high: Vec<f64> = phases.iter().map(|p| limits.max_green_s[*p]).collect();
     let (least, most) = (low.iter().sum::<f64>(), high.iter().sum::<f64>());
     let lost_s = limits.lost_s(phases);
@@ -143,6 +143,7 @@ fn lane_shares(signal: &SignalSpec, phases: &[usize], lane: usize) -> Vec<f64> {
 mod tests {
     use super::super::testing::two_phase_signal;
     use super::*;
+    use crate::needs::Need;
 
     const CONSTANTS: Constants = Constants { lost_time_s: 4.0, saturation_flow_vph: 1800.0 };
 
@@ -167,7 +168,7 @@ mod tests {
 
     fn limited(low: [f64; 2], high: [f64; 2], cycle: [f64; 2]) -> SignalSpec {
         let mut signal = two_phase_signal();
-        signal.limits.min_green_s = low.to_vec();
+        signal.limits.needs = (0..2).map(|i| Need::of_green(i, 2, low[i] as u32)).collect();
         signal.limits.max_green_s = high.to_vec();
         [signal.limits.min_cycle_s, signal.limits.max_cycle_s] = cycle;
         signal

@@ -9,6 +9,18 @@ use crate::timing::{Approach, Timing, Way};
 use super::movements::turn_of;
 use super::world::TurnShare;
 
+/// Returns the incoming edges of a signal in the order of its approaches: that in which its links name them.
+pub(super) fn approach_edges<'a>(scene: &'a Scene, signal: &SignalInfo) -> Vec<&'a str> {
+    let mut edges = Vec::new();
+    for link in signal.links.iter().flatten() {
+        let edge = edge(&scene.lanes[link.from_lane].id);
+        if !edges.contains(&edge) {
+            edges.push(edge);
+        }
+    }
+    edges
+}
+
 /// Returns the limits of a signal: its approaches are its incoming edges.
 pub(super) fn timing(scene: &Scene, signal: &SignalInfo, settings: &SignalSettings) -> Timing {
     let mut edges: Vec<&str> = Vec::new();
@@ -20,6 +32,7 @@ pub(super) fn timing(scene: &Scene, signal: &SignalInfo, settings: &SignalSettin
             approaches.push(Approach {
                 heading_deg: lane.heading_deg,
                 width_m: lane.street_width_m,
+                plain_lanes: lane.plain_lanes,
                 speed_mps: lane.speed_mps,
             });
             edges.len() - 1
@@ -39,6 +52,7 @@ pub(super) fn limits(timing: &Timing, greens: &[String], own: &Program) -> Limit
     let (min_cycle_s, max_cycle_s) = timing.cycle_s();
     Limits {
         min_green_s: greens.iter().map(|g| seconds(timing.min_green_s(g))).collect(),
+        needs: timing.needs(&greens.iter().map(String::as_str).collect::<Vec<_>>()),
         max_green_s: (greens.iter())
             .map(|g| timing.max_green_s(g).map_or(f64::INFINITY, seconds))
             .collect(),

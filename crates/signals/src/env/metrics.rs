@@ -1,5 +1,6 @@
 //! What an episode is judged by.
 
+use super::pedestrians::PedestrianTotals;
 use crate::control::EpisodeOutcome;
 use crate::sim::StepCounts;
 use crate::sim::tripinfo::TripTotals;
@@ -11,6 +12,8 @@ pub struct EpisodeMetrics {
     pub trips: TripTotals,
     /// Events during the episode.
     pub counts: StepCounts,
+    /// Those who crossed, where they push buttons.
+    pub pedestrians: Option<PedestrianTotals>,
     /// Mean over decisions of the halting vehicles on all incoming lanes.
     pub queue_veh: f64,
     /// Largest number of halting vehicles at a decision.

@@ -63,12 +63,13 @@ impl DecisionProgram {
 pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>, SimError> {
     let timing = &signal.timing;
     let own = |green: &dyn Fn(&str, f64, f64) -> ProgramPhase| {
-        let green = |state: &String| {
-            let least_s = f64::from(timing.min_green_s(state));
+        let states: Vec<&str> = signal.own_greens.iter().map(String::as_str).collect();
+        let green = |(state, least_s): (&&str, u32)| {
             let most_s = timing.max_green_s(state).map_or(f64::INFINITY, f64::from);
-            green(state, least_s, most_s)
+            green(state, f64::from(least_s), most_s)
         };
-        cycle(&signal.own_greens.iter().map(green).collect::<Vec<_>>(), timing)
+        let least_s = timing.least_greens_s(&states);
+        cycle(&states.iter().zip(least_s).map(green).collect::<Vec<_>>(), timing)
     };
     let make = |kind, phases| Some(Program { id: INSTALLED.into(), kind, phases });
     Ok(match drive {
@@ -152,7 +153,8 @@ pub(super) mod testing {
     pub(in crate::env) fn signal(settings: &SignalSettings) -> DerivedSignal {
         let spec = two_phase_signal();
         let own_greens = vec!["Gr".to_owned(), "rG".to_owned()];
-        let approach = |heading_deg| Approach { heading_deg, width_m: 12.8, speed_mps: 13.4 };
+        let approach =
+            |heading_deg| Approach { heading_deg, width_m: 12.8, plain_lanes: 4, speed_mps: 13.4 };
         let way = |approach| vec![Way { approach, turn: Turn::Through }];
         let approaches = vec![approach(180.0), approach(270.0)];
         let timing = Timing::new(settings, approaches, vec![way(0), way(1)]);

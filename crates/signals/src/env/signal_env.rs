@@ -13,9 +13,11 @@ use basics::units::SECONDS_PER_HOUR;
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
 use super::dual_ring::DualRing;
-use super::limits::share_turns;
+use super::limits::{approach_edges, share_turns};
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
+use super::on_red::OnRed;
+use super::pedestrians::{PedestrianTotals, Pedestrians};
 use super::side::as_right_hand;
 use super::signal::{aligned, program};
 use super::world::World;
@@ -49,12 +51,17 @@ pub struct SignalEnv<S> {
     simulation_settings: SimulationSettings,
     scratch: PathBuf,
     scene: Scene,
+    /// By signal, which links may be used on red.
+    on_red: Vec<OnRed>,
     signals: Vec<DerivedSignal>,
     specs: Vec<SignalSpec>,
     /// Of the signals that a controller decides.
     cabinets: Vec<Option<Cabinet>>,
     /// Of the signals that run in two rings.
     rings: Vec<Option<DualRing>>,
+    /// Who wants to cross at each signal, where they push buttons.
+    pedestrians: Vec<Option<Pedestrians>>,
+    seed: u64,
     /// What the others run.
     programs: Vec<Option<Running>>,
     /// Arguments that have SUMO read private copies; `None` before the first episode.
@@ -92,10 +99,13 @@ impl<S: Sim> SignalEnv<S> {
             simulation_settings,
             scratch,
             scene: Scene::default(),
+            on_red: Vec::new(),
             signals: Vec::new(),
             specs: Vec::new(),
             cabinets: Vec::new(),
             rings: Vec::new(),
+            pedestrians: Vec::new(),
+            seed: 0,
             programs: Vec::new(),
             copies: None,
             at_begin: BTreeMap::new(),
@@ -148,11 +158,33 @@ impl<S: Sim> SignalEnv<S> {
         );
         self.cabinets = vec![None; self.signals.len()];
         self.rings = vec![None; self.signals.len()];
+        self.seed = seed;
+        self.pedestrians = self.draw_pedestrians();
         self.programs = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
         Ok(())
+    }
+
+    /// Returns who wants to cross at each signal; none where they push no buttons.
+    fn draw_pedestrians(&self) -> Vec<Option<Pedestrians>> {
+        let per_hour = self.signal_settings.pedestrian_calls_per_h;
+        let span_s = (self.world.begin_s, self.world.end_s);
+        let of = |(info, signal): (&SignalInfo, &DerivedSignal)| {
+            let per_hour = per_hour.filter(|_| signal.timing.crossings() > 0)?;
+            let is_served = |crossing: usize| {
+                let phases = signal.spec.phases.iter().map(|phase| &phase.state);
+                let mut greens = phases.chain(&signal.own_greens);
+                let serves = |green: &String| signal.timing.serves_crossing(green, crossing);
+                greens.any(serves) && !signal.own_greens.iter().all(serves)
+            };
+            let edges = approach_edges(&self.scene, info);
+            let edges = edges.into_iter().enumerate().map(|(i, edge)| is_served(i).then_some(edge));
+            let edges: Vec<Option<&str>> = edges.collect();
+            Some(Pedestrians::new(&edges, &info.id, per_hour, self.seed, span_s))
+        };
+        self.scene.signals.iter().zip(&self.signals).map(of).collect()
     }
 
     /// Starts the simulator.
@@ -162,7 +194,12 @@ impl<S: Sim> SignalEnv<S> {
         let start = Instant::now();
         let scene = self.sim.start(&StartOptions { config, args, trace_m, tripinfo })?;
         self.simulator += start.elapsed();
-        Ok(as_right_hand(scene, self.world.side))
+        let mut scene = as_right_hand(scene, self.world.side);
+        self.on_red = match self.signal_settings.turn_on_red {
+            true => scene.signals.iter_mut().map(OnRed::take).collect(),
+            false => vec![OnRed::default(); scene.signals.len()],
+        };
+        Ok(scene)
     }
 
     /// Writes private copies of the scenario's files where they are needed. Where they have no programs that change by
@@ -261,6 +298,7 @@ impl<S: Sim> SignalEnv<S> {
                 Some(cabinet) => Some(cabinet.program().clone()),
                 None => program(signal, drive)?,
             };
+            let installed = installed.map(|program| self.on_red[i].program(program));
             match &installed {
                 Some(installed) => {
                     self.sim.install(i, installed)?;
@@ -272,10 +310,10 @@ impl<S: Sim> SignalEnv<S> {
             }
             if let Drive::DualRing(config) = drive {
                 let rings = DualRing::new(&self.scene, &self.scene.signals[i], signal, config);
-                self.sim.show(i, rings.shown())?;
+                self.sim.show(i, &self.on_red[i].shown(rings.shown()))?;
                 self.rings[i] = Some(rings);
             } else if self.cabinets[i].is_none() {
-                self.programs[i] = running(&self.scene.signals[i], installed);
+                self.programs[i] = running(&self.scene.signals[i], installed, &self.on_red[i]);
             }
         }
         self.observe()
@@ -302,9 +340,11 @@ impl<S: Sim> SignalEnv<S> {
     /// [`SimError`] when the simulation fails or a phase does not exist.
     pub fn step(&mut self, actions: &[GreenPhase]) -> Result<Step, SimError> {
         let mut left_s = self.signal_settings.delta_time_s;
-        for (cabinet, action) in self.cabinets.iter_mut().zip(actions) {
+        for ((cabinet, action), pedestrians) in
+            self.cabinets.iter_mut().zip(actions).zip(&self.pedestrians)
+        {
             if let Some(cabinet) = cabinet {
-                cabinet.decide(*action, left_s)?;
+                cabinet.decide(*action, left_s, pedestrians.as_ref())?;
             }
         }
         while left_s > 0 {
@@ -314,9 +354,12 @@ impl<S: Sim> SignalEnv<S> {
             self.set_phases()?;
             let next = self.cabinets.iter().flatten().filter_map(Cabinet::next_s).min();
             let mut seconds = next.map_or(left_s, |next| next.min(left_s));
-            if self.rings.iter().any(Option::is_some) {
+            if self.rings.iter().any(Option::is_some)
+                || self.pedestrians.iter().any(Option::is_some)
+            {
                 seconds = seconds.min(1);
             }
+            self.let_pedestrians_go()?;
             self.run(seconds)?;
             self.advance_rings(seconds)?;
             self.cabinets.iter_mut().flatten().for_each(|cabinet| cabinet.elapse(seconds));
@@ -328,6 +371,30 @@ impl<S: Sim> SignalEnv<S> {
         self.queue_sum += queue;
         self.queue_max = self.queue_max.max(queue);
         Ok(Step { terminated: false, truncated: self.time_s >= self.world.end_s })
+    }
+
+    /// Lets pedestrians come, and those go who see WALK; those of two rings go with these.
+    fn let_pedestrians_go(&mut self) -> Result<(), SimError> {
+        if self.pedestrians.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        if self.programs.iter().any(Option::is_some) {
+            self.sim.observe(&mut self.snapshot)?;
+        }
+        for (i, pedestrians) in self.pedestrians.iter_mut().enumerate() {
+            let Some(pedestrians) = pedestrians else { continue };
+            if let Some(cabinet) = &mut self.cabinets[i] {
+                cabinet.second(self.time_s, pedestrians);
+            } else if let Some(running) = &self.programs[i] {
+                pedestrians.arrive(self.time_s);
+                let phase = self.snapshot.phases[i] as usize;
+                if let Some(phase) = running.program.phases.get(phase) {
+                    let timing = &self.signals[i].timing;
+                    pedestrians.second_of_program(&phase.state, timing, self.time_s);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Lets the dual rings see what is on their detectors, and shows what they make of it.
@@ -342,9 +409,12 @@ impl<S: Sim> SignalEnv<S> {
             let nearest_m = &mut self.nearest_m[vehicle.lane as usize];
             *nearest_m = nearest_m.min(vehicle.distance_m);
         }
+        let time_s = self.time_s;
         for (i, rings) in self.rings.iter_mut().enumerate() {
-            if let Some(state) = rings.as_mut().and_then(|r| r.second(&self.nearest_m)) {
-                self.sim.show(i, state)?;
+            let pedestrians = self.pedestrians[i].as_mut().map(|p| (time_s, p));
+            if let Some(state) = rings.as_mut().and_then(|r| r.second(&self.nearest_m, pedestrians))
+            {
+                self.sim.show(i, &self.on_red[i].shown(state))?;
             }
         }
         Ok(())
@@ -392,12 +462,20 @@ impl<S: Sim> SignalEnv<S> {
         let start = Instant::now();
         self.sim.close()?;
         self.simulator += start.elapsed();
+        let mut pedestrians = None;
+        for of_signal in self.pedestrians.iter_mut().flatten() {
+            let totals: &mut PedestrianTotals = pedestrians.get_or_insert_default();
+            let own = of_signal.finish(self.time_s);
+            totals.count += own.count;
+            totals.wait_s += own.wait_s;
+        }
         let trips = tripinfo::read(&self.scratch.join("tripinfo.xml"))?;
         let hours = (self.time_s - self.world.begin_s) / SECONDS_PER_HOUR;
         let flow = |lane: &usize| f64::from(self.observer.counts()[*lane]) / hours;
         Ok(EpisodeMetrics {
             trips,
             counts: self.counts,
+            pedestrians,
             queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),
             max_queue_veh: self.queue_max,
             lane_flow_vph: self
@@ -410,12 +488,12 @@ impl<S: Sim> SignalEnv<S> {
 }
 
 /// Returns what a signal runs: what was installed, or its own program.
-fn running(signal: &SignalInfo, installed: Option<Program>) -> Option<Running> {
+fn running(signal: &SignalInfo, installed: Option<Program>, on_red: &OnRed) -> Option<Running> {
     let own = || signal.programs.iter().find(|p| p.id == signal.active_program).cloned();
     let id = signal.id.clone();
     let made = |program, own| Running { signal: id, own, program };
     match installed {
         Some(program) => Some(made(program, false)),
-        None => own().map(|program| made(program, true)),
+        None => own().map(|program| made(on_red.program(program), true)),
     }
 }

@@ -205,7 +205,7 @@ fn build_one(
         .tempdir_in(out)
         .map_err(FileError::at("create a folder in", out))?;
     let point = &spec.point;
-    let built = netconvert.build(spec, network, signal, temporary.path())?;
+    let built = netconvert.build(spec, network, signal, demand, temporary.path())?;
     let net = NetFile::parse(&built.text)
         .map_err(|reason| NetworkError::Unsound { point: point.clone(), reason })?;
     validate(spec, &net, network.exit_length_m)?;
@@ -298,6 +298,8 @@ fn spec_hash(
     demand: &DemandSettings,
     signal: &SignalSettings,
 ) -> String {
+    // Networks without pedestrians are timed as before consecutive greens counted together.
+    let generator = if signal.pedestrians { GENERATOR + 1 } else { GENERATOR };
     #[derive(Serialize)]
     struct Inputs<'a> {
         generator: u32,
@@ -311,9 +313,11 @@ fn spec_hash(
         actions: Actions::OwnGreens,
         delta_time_s: 0,
         detection_m: 0.0,
+        // Fixed cycles let pedestrians cross every time.
+        pedestrian_calls_per_h: None,
         ..signal.clone()
     };
-    let inputs = Inputs { generator: GENERATOR, spec, network, demand, signal };
+    let inputs = Inputs { generator, spec, network, demand, signal };
     sha256(&serde_json::to_vec(&inputs).expect("a spec is plain data"))
 }
 

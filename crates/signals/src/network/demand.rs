@@ -1,14 +1,16 @@
 //! The vehicles of an intersection: Poisson streams, written as SUMO routes for any seed.
 //!
 //! Choices where implementations differ:
-//! - **Randomness** of a stream comes from three generators of its own, for arrivals, turns and
-//!   drivers. Changing one stream, or one of the three, leaves all others alone. A higher inflow only
+//! - **Randomness** of a stream comes from four generators of its own, for arrivals, turns, drivers
+//!   and kinds of vehicles. Changing one stream, or one of the four, leaves all others alone. A higher inflow only
 //!   squeezes the same arrivals together, and a peak hour factor only moves them within the horizon.
 //! - **Drivers** get SUMO's default spread of desired speeds, but drawn here and written into the
 //!   file, so that SUMO's own random numbers, which depend on what the signal does, do not decide
 //!   who the vehicles are.
 //! - **Insertion** is spelled out (`departLane`, `departPos`, `departSpeed`) and so is the vehicle
 //!   type, because SUMO 1.27 changed the defaults: delays differ by a quarter.
+//! - **Heavy vehicles** are one type, a single-unit truck, instead of the classes of a count. Those of a
+//!   smaller share are heavy with a larger one too.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -23,7 +25,7 @@ use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
 use super::movements::{ArmMovement, incoming_edge, movements};
 use super::peak::peaked_s;
-use crate::settings::{DemandSettings, TurnShares};
+use crate::settings::{DemandSettings, SUMO_SIGMA, TurnShares, is_sumo_sigma, is_zero};
 use basics::files::FileError;
 use basics::seed;
 use basics::units::SECONDS_PER_HOUR;
@@ -35,13 +37,33 @@ const DEPART_LANE: &str = "best";
 /// it, so that the entry does not hold them up. The same in all SUMO versions.
 const DEPART_SPEED: &str = "max";
 
-/// SUMO's default passenger car, spelled out so that every version simulates the same one.
+/// A type of vehicle, spelled out so that every version of SUMO simulates the same one.
 ///
 /// `speedDev` is 0 because each vehicle brings its own `speedFactor`.
-const VEHICLE_TYPE: &str = "    <vType id=\"car\" vClass=\"passenger\" length=\"5\" minGap=\"2.5\" \
-    width=\"1.8\" height=\"1.5\" maxSpeed=\"55.56\" accel=\"2.6\" decel=\"4.5\" \
-    emergencyDecel=\"9\" apparentDecel=\"4.5\" sigma=\"0.5\" tau=\"1\" speedFactor=\"1\" \
-    speedDev=\"0\" carFollowModel=\"Krauss\" laneChangeModel=\"LC2013\"/>\n";
+struct VehicleType {
+    id: &'static str,
+    /// Size, speed and acceleration.
+    attributes: &'static str,
+}
+
+/// SUMO's default passenger car.
+const CAR: VehicleType = VehicleType {
+    id: "car",
+    attributes: "vClass=\"passenger\" length=\"5\" minGap=\"2.5\" width=\"1.8\" height=\"1.5\" \
+        maxSpeed=\"55.56\" accel=\"2.6\" decel=\"4.5\" emergencyDecel=\"9\" apparentDecel=\"4.5\"",
+};
+
+/// A single-unit truck: 30 ft long and 8 ft wide (AASHTO, A Policy on Geometric Design of Highways and
+/// Streets, design vehicle SU-30); speed, acceleration and braking of SUMO's default truck.
+const HEAVY: VehicleType = VehicleType {
+    id: "heavy",
+    attributes: "vClass=\"truck\" length=\"9.1\" minGap=\"2.5\" width=\"2.4\" height=\"2.4\" \
+        maxSpeed=\"36.11\" accel=\"1.3\" decel=\"4\" emergencyDecel=\"7\" apparentDecel=\"4\"",
+};
+
+/// How every vehicle follows and changes lanes, but for its dawdling: SUMO's defaults for its default models.
+const MODELS: &str = "tau=\"1\" speedFactor=\"1\" speedDev=\"0\" \
+    carFollowModel=\"Krauss\" laneChangeModel=\"LC2013\"";
 
 /// Distribution of desired speeds relative to the limit: mean, deviation, lowest, highest
 /// (SUMO's default for passenger cars, `normc(1,0.1,0.2,2)`).
@@ -55,8 +77,21 @@ pub struct DemandSpec {
     pub horizon_s: f64,
     /// Vehicles of the horizon divided by four times those of its second quarter; 1 is an even flow.
     pub peak_hour_factor: f64,
+    /// Share of heavy vehicles.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub heavy_vehicles: f64,
+    /// SUMO's `sigma` of every vehicle.
+    #[serde(default = "sumo_sigma", skip_serializing_if = "is_sumo_sigma")]
+    pub sigma: f64,
+    /// SUMO's `impatience` of every vehicle.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub impatience: f64,
     /// Streams of vehicles, one per incoming edge.
     pub streams: Vec<Stream>,
+}
+
+fn sumo_sigma() -> f64 {
+    SUMO_SIGMA
 }
 
 /// The vehicles of one incoming edge.
@@ -99,6 +134,8 @@ pub struct Vehicle {
     pub depart_s: u32,
     /// Desired speed relative to the limit.
     pub speed_factor: f64,
+    /// Whether it is a heavy vehicle.
+    pub is_heavy: bool,
 }
 
 impl DemandSpec {
@@ -129,8 +166,15 @@ impl DemandSpec {
         };
         let inflows = spec.arms.iter().map(|a| a.inflow_vph).enumerate();
         let streams = inflows.filter(|(i, _)| spec.arms[*i].lanes_in > 0).map(stream).collect();
-        let DemandSettings { horizon_s, peak_hour_factor, .. } = *settings;
-        Ok(Self { horizon_s, peak_hour_factor, streams })
+        Ok(Self::new(settings, streams))
+    }
+
+    /// Returns the demand of streams, with the vehicles of the settings.
+    pub fn new(settings: &DemandSettings, streams: Vec<Stream>) -> Self {
+        let DemandSettings {
+            horizon_s, peak_hour_factor, heavy_vehicles, sigma, impatience, ..
+        } = *settings;
+        Self { horizon_s, peak_hour_factor, heavy_vehicles, sigma, impatience, streams }
     }
 
     /// Returns the text of a `.demand.json`, which reads back as the same demand.
@@ -168,8 +212,10 @@ impl DemandSpec {
 
     /// Draws the vehicles of one stream.
     fn arrivals(&self, index: usize, stream: &Stream, seed: u64) -> Vec<Vehicle> {
-        let [mut arrivals, mut turns, mut drivers] = ["arrivals", "turns", "drivers"]
-            .map(|purpose| ChaCha12Rng::seed_from_u64(seed::vehicles(seed, purpose, &stream.from)));
+        let [mut arrivals, mut turns, mut drivers, mut kinds] =
+            ["arrivals", "turns", "drivers", "kinds"].map(|purpose| {
+                ChaCha12Rng::seed_from_u64(seed::vehicles(seed, purpose, &stream.from))
+            });
         let mut vehicles = Vec::new();
         let mut time_s = 0.0;
         loop {
@@ -185,13 +231,18 @@ impl DemandSpec {
                 route: stream.route(turns.random()),
                 depart_s: peaked_s(time_s, self.horizon_s, self.peak_hour_factor) as u32,
                 speed_factor: speed_factor(&mut drivers),
+                is_heavy: kinds.random::<f64>() < self.heavy_vehicles,
             });
         }
     }
 
     /// Returns vehicles as the text of a SUMO route file.
     pub fn routes_xml(&self, vehicles: &[Vehicle]) -> String {
-        let mut text = format!("<routes>\n{VEHICLE_TYPE}");
+        let mut text = "<routes>\n".to_owned();
+        self.push_type(&mut text, &CAR);
+        if self.heavy_vehicles > 0.0 {
+            self.push_type(&mut text, &HEAVY);
+        }
         for stream in &self.streams {
             for RouteShare { to, .. } in &stream.routes {
                 let from = &stream.from;
@@ -203,10 +254,11 @@ impl DemandSpec {
             let Stream { from, depart_lane, depart_speed, .. } = stream;
             let (number, to, factor) = (v.number, &stream.routes[v.route].to, v.speed_factor);
             let depart_s = v.depart_s;
+            let VehicleType { id, .. } = if v.is_heavy { HEAVY } else { CAR };
             push(
                 &mut text,
                 format_args!(
-                    "<vehicle id=\"{from}.{number}\" type=\"car\" route=\"{from}-{to}\" \
+                    "<vehicle id=\"{from}.{number}\" type=\"{id}\" route=\"{from}-{to}\" \
                      depart=\"{depart_s}\" departLane=\"{depart_lane}\" departPos=\"base\" \
                      departSpeed=\"{depart_speed}\" speedFactor=\"{factor:.4}\"/>"
                 ),
@@ -214,6 +266,19 @@ impl DemandSpec {
         }
         text.push_str("</routes>\n");
         text
+    }
+
+    /// Adds a type of vehicle, with what the settings say of its drivers.
+    fn push_type(&self, text: &mut String, vehicle: &VehicleType) {
+        let (VehicleType { id, attributes }, sigma) = (vehicle, self.sigma);
+        let drivers = match self.impatience {
+            0.0 => String::new(),
+            impatience => format!(" impatience=\"{impatience}\""),
+        };
+        push(
+            text,
+            format_args!("<vType id=\"{id}\" {attributes} sigma=\"{sigma}\" {MODELS}{drivers}/>"),
+        );
     }
 }
 
@@ -382,10 +447,54 @@ mod tests {
     }
 
     #[test]
+    fn a_car_is_sumos_default_and_nothing_is_said_of_heavy_vehicles_without_any() {
+        let text = demand(&cross()).routes_xml(&[]);
+        let car = "<routes>\n    <vType id=\"car\" vClass=\"passenger\" length=\"5\" minGap=\"2.5\" width=\"1.8\" \
+                   height=\"1.5\" maxSpeed=\"55.56\" accel=\"2.6\" decel=\"4.5\" emergencyDecel=\"9\" \
+                   apparentDecel=\"4.5\" sigma=\"0.5\" tau=\"1\" speedFactor=\"1\" speedDev=\"0\" \
+                   carFollowModel=\"Krauss\" laneChangeModel=\"LC2013\"/>\n    <route ";
+        assert!(text.starts_with(car), "{text}");
+        let json = demand(&cross()).to_json();
+        assert!(!json.contains("heavy") && !json.contains("impatience"), "{json}");
+    }
+
+    #[test]
+    fn a_share_of_the_same_vehicles_is_heavy_and_more_with_a_larger_share() {
+        let of =
+            |heavy_vehicles| DemandSpec { heavy_vehicles, horizon_s: 36_000.0, ..demand(&cross()) };
+        let [none, some, more] = [0.0, 0.03, 0.5].map(|share| of(share).vehicles(3));
+        let light = |all: &[Vehicle]| -> Vec<Vehicle> {
+            all.iter().map(|v| Vehicle { is_heavy: false, ..v.clone() }).collect()
+        };
+        assert!(none == light(&some) && none == light(&more));
+        assert!(some.iter().zip(&more).all(|(a, b)| !a.is_heavy || b.is_heavy));
+        let heavy = some.iter().filter(|v| v.is_heavy).count() as f64;
+        // 3% of 16,000; the deviation is 22.
+        assert!((heavy - 0.03 * some.len() as f64).abs() < 90.0, "{heavy} of {}", some.len());
+        let text = of(0.03).routes_xml(&some);
+        assert!(text.contains("<vType id=\"heavy\" vClass=\"truck\" length=\"9.1\""), "{text}");
+        assert_eq!(text.matches("type=\"heavy\"").count() as f64, heavy);
+    }
+
+    #[test]
+    fn drivers_are_said_to_accept_gaps_where_the_settings_do() {
+        let spec = DemandSpec { sigma: 0.3, impatience: 0.7, ..demand(&cross()) };
+        let text = spec.routes_xml(&[]);
+        assert!(text.contains(" sigma=\"0.3\" tau=\"1\""), "{text}");
+        assert!(text.contains(" impatience=\"0.7\"/>"), "{text}");
+    }
+
+    #[test]
     fn a_vehicle_spells_out_how_it_starts() {
         let demand = demand(&cross());
-        let vehicle =
-            Vehicle { stream: 0, number: 12, route: 1, depart_s: 42, speed_factor: 1.0432 };
+        let vehicle = Vehicle {
+            stream: 0,
+            number: 12,
+            route: 1,
+            depart_s: 42,
+            speed_factor: 1.0432,
+            is_heavy: false,
+        };
         let text = demand.routes_xml(&[vehicle]);
         let expected = "<vehicle id=\"in0.12\" type=\"car\" route=\"in0-out2\" depart=\"42\" \
                         departLane=\"best\" departPos=\"base\" departSpeed=\"max\" \

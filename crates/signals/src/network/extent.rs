@@ -48,6 +48,15 @@ impl DemandSpec {
         if !(LEAST_PEAK_HOUR_FACTOR..=1.0).contains(&self.peak_hour_factor) {
             return Err(format!("a peak hour factor of {}", self.peak_hour_factor));
         }
+        if !(0.0..=1.0).contains(&self.heavy_vehicles) || !(0.0..=1.0).contains(&self.impatience) {
+            let (heavy, impatience) = (self.heavy_vehicles, self.impatience);
+            return Err(format!(
+                "a share of {heavy} of heavy vehicles and an impatience of {impatience}"
+            ));
+        }
+        if !(0.0..=1.0).contains(&self.sigma) {
+            return Err(format!("drivers with a sigma of {}", self.sigma));
+        }
         for Stream { from, inflow_vph, depart_lane, depart_speed, routes } in &self.streams {
             let names = routes.iter().map(|route| &route.to);
             let plain = |c: char| c.is_ascii_alphanumeric() || "_-.#:".contains(c);
@@ -103,6 +112,8 @@ mod tests {
             (r#""share":1.0"#, r#""share":-1.0"#, "no inflow or no shares"),
             ("_vph\":60.0", "_vph\":-1.0", "no inflow or no shares"),
             ("factor\":1.0", "factor\":0.0", "a peak hour factor of 0"),
+            ("factor\":1.0", "factor\":1.0,\"heavy_vehicles\":2.0", "a share of 2 of heavy"),
+            ("factor\":1.0", "factor\":1.0,\"sigma\":-1.0", "drivers with a sigma of -1"),
         ] {
             let e = parse(&text.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(e.starts_with("cannot use d.json: ") && e.contains(expected), "{e}");

@@ -103,6 +103,16 @@ pub fn layout(spec: &IntersectionSpec) -> Result<LaneLayout, NetworkError> {
     Ok(LaneLayout { movements, connections, exit_lanes, left_only_lanes })
 }
 
+/// Whether an approach turns left, and from no lane that goes through as well.
+pub fn turns_left_from_its_own_lanes(layout: &LaneLayout, arm: usize) -> bool {
+    let lanes = |turn| {
+        let own = move |c: &&Connection| c.movement.from == arm && c.movement.turn == turn;
+        layout.connections.iter().filter(own).map(|c| c.from_lane)
+    };
+    let mut left = lanes(Turn::Left).peekable();
+    left.peek().is_some() && left.all(|lane| lanes(Turn::Through).all(|other| other != lane))
+}
+
 /// Distributes the lanes of an approach over the turns that exist.
 fn lane_use(arm: &Arm, left: bool, through: bool, right: bool) -> LaneUse {
     let lanes = arm.lanes_in;

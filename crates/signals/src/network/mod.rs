@@ -12,6 +12,7 @@ mod extent;
 pub mod index;
 pub mod intersection;
 pub mod lanes;
+pub mod left_turns;
 mod link;
 pub mod movements;
 pub mod net_file;

@@ -109,6 +109,13 @@ pub fn movements(spec: &IntersectionSpec) -> Result<Vec<ArmMovement>, NetworkErr
     Ok(all)
 }
 
+/// Returns the arm whose through movement leads here, if ours leads there.
+pub fn opposite(all: &[ArmMovement], arm: usize) -> Option<usize> {
+    let is_ahead = |m: &&ArmMovement, from: usize| m.from == from && m.turn == Turn::Through;
+    let ahead = |from: usize| all.iter().find(|m| is_ahead(m, from)).map(|m| m.to);
+    ahead(arm).filter(|&other| ahead(other) == Some(arm))
+}
+
 /// Returns the movements that geometry allows from one arm, leftmost first.
 fn exits(arms: &[Arm], from: usize) -> Vec<ArmMovement> {
     let others = arms.iter().enumerate().filter(|(to, arm)| *to != from && arm.lanes_out > 0);

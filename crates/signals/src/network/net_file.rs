@@ -6,6 +6,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::phases::ProgramPhase;
+use super::plain::{PLAIN, TURN_ON_RED};
 
 /// A lane of an edge that is not within a junction.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +97,8 @@ impl NetFile {
                     speed_mps: tag.number("speed")?,
                 }),
                 "junction" => {
-                    at_signal = tag.attributes.get("type").is_some_and(|t| t == "traffic_light");
+                    let kind = tag.attributes.get("type").map(String::as_str);
+                    at_signal = kind.is_some_and(|kind| [PLAIN, TURN_ON_RED].contains(&kind));
                     if at_signal {
                         let lanes = tag.text("intLanes")?;
                         net.inner_lanes = lanes.split_whitespace().map(str::to_owned).collect();

@@ -18,16 +18,21 @@ use std::time::Duration;
 
 use osm_signals::Turn;
 
+use super::demand::DemandSpec;
 use super::intersection::IntersectionSpec;
 use super::lanes::{Connection, LaneLayout, layout};
+use super::left_turns::treatments;
 use super::movements::ArmMovement;
 use super::net_file::NetFile;
-use super::phases::{Conflicts, Lights, PHASES_PROGRAM, Relation, phases, program};
+use super::phases::{
+    Conflicts, Lights, PHASES_PROGRAM, ProgramPhase, Relation, on_red, phases, program, stages,
+};
 use super::plain::{self, DEFAULT_PROGRAM};
 use super::retime::{retime, timing};
 use super::subprocess::{Ended, finish, last_lines, output_of};
 use crate::network::error::NetworkError;
-use crate::settings::{NetworkSettings, SignalSettings};
+use crate::settings::{DemandSettings, NetworkSettings, SignalSettings};
+use crate::vocabulary::Light;
 use basics::files::FileError;
 
 /// Options of every run: no downloads of schemas, no U-turns.
@@ -122,6 +127,7 @@ impl Netconvert {
         spec: &IntersectionSpec,
         settings: &NetworkSettings,
         signal: &SignalSettings,
+        demand: &DemandSettings,
         folder: &Path,
     ) -> Result<BuiltNet, NetworkError> {
         let unsound = |reason: String| NetworkError::Unsound { point: spec.point.clone(), reason };
@@ -131,14 +137,14 @@ impl Netconvert {
         write(folder, "p.con.xml", &plain::connections(&layout))?;
 
         let attempt = |corner_m| -> Result<_, NetworkError> {
-            let nodes = plain::nodes(spec, &layout, exit_length_m, corner_m);
+            let nodes = plain::nodes(spec, &layout, exit_length_m, corner_m, plain::PLAIN);
             write(folder, "p.nod.xml", &nodes)?;
             let text = self.run(spec, settings, folder, &[], "first.net.xml")?;
             let net = NetFile::parse(&text).map_err(unsound)?;
             let links = links(&layout, &net).map_err(unsound)?;
             let mut conflicts = Conflicts::of(&layout.movements);
             let overlap = refine(&mut conflicts, &layout, &net);
-            Ok((net, links, conflicts, overlap))
+            Ok((net, links, conflicts, overlap, corner_m))
         };
         let mut first = attempt(CORNERS_M[0])?;
         for corner_m in &CORNERS_M[1..] {
@@ -147,8 +153,10 @@ impl Netconvert {
             }
             first = attempt(*corner_m)?;
         }
-        let (net, links, conflicts, _) = first;
-        let phases = phases(spec, &layout, &conflicts);
+        let (net, links, conflicts, _, corner_m) = first;
+        let vehicles = DemandSpec::from_intersection(spec, demand)?;
+        let lefts = treatments(spec, &layout, &vehicles, settings, signal.left_turns);
+        let phases = phases(spec, &layout, &conflicts, lefts.as_deref());
         let own = net
             .program(FIRST_PROGRAM)
             .ok_or_else(|| unsound("netconvert made no program".to_owned()))?;
@@ -157,9 +165,33 @@ impl Netconvert {
             let movement = layout.movements.iter().position(|m| *m == c.movement);
             movement_of_link[*link] = movement.expect("connections belong to movements");
         }
-        let ours = program(&phases, &movement_of_link, settings);
+        let mut ours = program(&phases, &movement_of_link, settings);
         let timing = timing(spec, &layout, &movement_of_link, signal);
-        let own = retime(own, &timing, settings);
+        let mut own = match &lefts {
+            None => retime(own, &timing, settings),
+            Some(lefts) => {
+                let states: Vec<_> = own.iter().map(|p| (p.state.as_str(), p.duration_s)).collect();
+                let greens_of_own: Vec<Lights> = (timing.greens(&states).into_iter())
+                    .map(|i| lights(states[i].0, &movement_of_link))
+                    .collect();
+                let stages = stages(&greens_of_own, &layout, &conflicts, lefts);
+                retime(&greens(&stages, &movement_of_link, settings), &timing, settings)
+            }
+        };
+        if signal.turn_on_red {
+            // Greens are as without it; the second network knows whom to yield to on red.
+            let of = |link: usize| net.links.iter().find(|l| l.link == link);
+            let meet = |a, b| a != b && of(a).zip(of(b)).is_some_and(|(a, b)| net.meet(a, b));
+            let mut may = turns_on_red(&layout, &links);
+            // Of two that meet, as at five arms, only one may.
+            for link in 0..may.len() {
+                may[link] &= !(0..link).any(|other| may[other] && meet(link, other));
+            }
+            [ours, own] = [ours, own].map(|program| on_red(program, &may, &meet));
+            let kind = plain::TURN_ON_RED;
+            let nodes = plain::nodes(spec, &layout, exit_length_m, corner_m, kind);
+            write(folder, "p.nod.xml", &nodes)?;
+        }
         let programs = [(DEFAULT_PROGRAM, own.as_slice()), (PHASES_PROGRAM, ours.as_slice())];
         write(folder, "p.tll.xml", &plain::signals(&layout, &links, programs))?;
 
@@ -243,6 +275,38 @@ fn refine(conflicts: &mut Conflicts, layout: &LaneLayout, net: &NetFile) -> bool
     overlap
 }
 
+/// Returns of every link of the signal whether it turns right from the rightmost lane.
+fn turns_on_red(layout: &LaneLayout, links: &[usize]) -> Vec<bool> {
+    let mut may = vec![false; links.len()];
+    for (c, link) in layout.connections.iter().zip(links) {
+        may[*link] = c.movement.turn == Turn::Right && c.from_lane == 0;
+    }
+    may
+}
+
+/// Returns what a state shows movements.
+fn lights(state: &str, movement_of_link: &[usize]) -> Lights {
+    let movements = movement_of_link.iter().max().map_or(0, |last| last + 1);
+    let mut lights = vec![Light::Red; movements];
+    for (letter, movement) in state.chars().zip(movement_of_link) {
+        lights[*movement] = lights[*movement].max(Light::of_letter(letter));
+    }
+    lights
+}
+
+/// Returns greens as a program without changes; how long they last compares the through movements of the streets.
+fn greens(
+    stages: &[(Lights, bool)],
+    movement_of_link: &[usize],
+    settings: &NetworkSettings,
+) -> Vec<ProgramPhase> {
+    let green = |(lights, is_left): &(Lights, bool)| ProgramPhase {
+        duration_s: if *is_left { settings.default_left_green_s } else { settings.phase_green_s },
+        state: movement_of_link.iter().map(|m| lights[*m].letter()).collect(),
+    };
+    stages.iter().map(green).collect()
+}
+
 /// Returns the link of every connection.
 fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
     let link = |c: &Connection| {
@@ -310,7 +374,13 @@ mod tests {
         spec.arms[0].speed_mps = -1.0;
         let netconvert = Netconvert::find().unwrap();
         let e = netconvert
-            .build(&spec, &NetworkSettings::default(), &SignalSettings::default(), folder.path())
+            .build(
+                &spec,
+                &NetworkSettings::default(),
+                &SignalSettings::default(),
+                &DemandSettings::default(),
+                folder.path(),
+            )
             .unwrap_err();
         assert!(e.to_string().starts_with("p: netconvert failed: Error: "), "{e}");
     }

@@ -10,8 +10,11 @@
 //! Choices where implementations differ:
 //! - **Left turns** are also green in their own through phase, and yield there where they conflict
 //!   with the opposing approach.
+//!   With `signal.left_turns` they are green there if they may yield, and alone or together if they have an arrow;
+//!   see [`left_turns`](super::left_turns).
 //! - **Right turns** are green with their own through movement, and in every phase in which they
-//!   conflict with no green movement, as in netconvert's own programs. There is no turn on red.
+//!   conflict with no green movement, as in netconvert's own programs. Whether they may go on red
+//!   does not change what is green, see [`on_red`].
 //! - **Pointless phases** that give no movement more than another phase does are left out.
 //! - **Yellow** depends on the next phase in the list: links that are green in both stay green.
 //!
@@ -21,8 +24,9 @@ use osm_signals::Turn;
 use osm_signals::angle::normalise_degrees;
 
 use super::intersection::IntersectionSpec;
-use super::lanes::{Connection, LaneLayout};
-use super::movements::ArmMovement;
+use super::lanes::{LaneLayout, turns_left_from_its_own_lanes};
+use super::left_turns::Treatment;
+use super::movements::{ArmMovement, opposite};
 use crate::settings::NetworkSettings;
 use crate::vocabulary::Light;
 
@@ -91,33 +95,41 @@ pub struct ProgramPhase {
 }
 
 /// Returns the green phases of an intersection; every movement is green in one of them.
-pub fn phases(spec: &IntersectionSpec, layout: &LaneLayout, conflicts: &Conflicts) -> Vec<Lights> {
+///
+/// # Arguments
+///
+/// * `lefts` — how the left turns of every arm are signalled, where that is set.
+pub fn phases(
+    spec: &IntersectionSpec,
+    layout: &LaneLayout,
+    conflicts: &Conflicts,
+    lefts: Option<&[Treatment]>,
+) -> Vec<Lights> {
+    let has_arrow = |arm: &usize| lefts.is_none_or(|lefts| lefts[*arm].has_arrow());
     let all = &layout.movements;
     let mut phases: Vec<Lights> = Vec::new();
     for arm in 0..spec.arms.len() {
         match opposite(all, arm) {
             Some(other) if other < arm => {}
             Some(other) => {
-                phases.push(through_phase(all, conflicts, [arm, other]));
-                phases.extend(left_phase(layout, conflicts, [arm, other]));
+                phases.push(through_phase(all, conflicts, [arm, other], lefts));
+                if [arm, other].iter().all(has_arrow) {
+                    phases.extend(left_phase(layout, conflicts, [arm, other]));
+                }
                 let mut order = [arm, other];
                 order.sort_by(|a, b| {
                     let from_west =
                         |i: usize| normalise_degrees(spec.arms[i].bearing_deg - WEST_DEG);
                     from_west(*a).total_cmp(&from_west(*b))
                 });
-                let apart = |i: &usize| turns_left_from_its_own_lanes(layout, *i);
+                let apart = |i: &usize| turns_left_from_its_own_lanes(layout, *i) && has_arrow(i);
                 phases.extend(order.into_iter().filter(apart).map(|i| alone(all, conflicts, i)));
             }
             None if all.iter().any(|m| m.from == arm) => phases.push(alone(all, conflicts, arm)),
             None => {}
         }
     }
-    for i in 0..all.len() {
-        if phases.iter().all(|p| p[i] == Light::Red) {
-            phases.push(alone(all, conflicts, all[i].from));
-        }
-    }
+    serve_all(&mut phases, all, conflicts);
     let covers = |a: &Lights, b: &Lights| a.iter().zip(b).all(|(a, b)| a >= b);
     let pointless = |i: usize| {
         let better = |j: usize| covers(&phases[j], &phases[i]) && (j < i || phases[j] != phases[i]);
@@ -126,20 +138,72 @@ pub fn phases(spec: &IntersectionSpec, layout: &LaneLayout, conflicts: &Conflict
     (0..phases.len()).filter(|&i| !pointless(i)).map(|i| phases[i].clone()).collect()
 }
 
-/// Returns the arm whose through movement leads here, if ours leads there.
-fn opposite(all: &[ArmMovement], arm: usize) -> Option<usize> {
-    let ahead = |from: usize| of(all, from, Turn::Through).next().map(|m| all[m].to);
-    ahead(arm).filter(|&other| ahead(other) == Some(arm))
+/// Adds the approaches alone of which a movement has no green.
+fn serve_all(phases: &mut Vec<Lights>, all: &[ArmMovement], conflicts: &Conflicts) {
+    for i in 0..all.len() {
+        if phases.iter().all(|p| p[i] == Light::Red) {
+            phases.push(alone(all, conflicts, all[i].from));
+        }
+    }
 }
 
-/// Whether an approach turns left, and from no lane that goes through as well.
-fn turns_left_from_its_own_lanes(layout: &LaneLayout, arm: usize) -> bool {
-    let lanes = |turn| {
-        let own = move |c: &&Connection| c.movement.from == arm && c.movement.turn == turn;
-        layout.connections.iter().filter(own).map(|c| c.from_lane)
+/// Returns greens of a program in which left turns are signalled as it is set, each with whether it is a stage for left
+/// turns. Nothing changes but the streets of which both approaches lead to each other. There the left turns yield or
+/// wait beside the through movements, and those of both approaches that have an arrow come after, as netconvert has
+/// them. The arrow of one approach alone comes before, with its through movement, because after it the left turns of
+/// the other one would have yellow beside the green of those to whom they yield.
+///
+/// # Arguments
+///
+/// * `own` — netconvert's greens.
+pub fn stages(
+    own: &[Lights],
+    layout: &LaneLayout,
+    conflicts: &Conflicts,
+    lefts: &[Treatment],
+) -> Vec<(Lights, bool)> {
+    let all = &layout.movements;
+    let is_green = |lights: &Lights, arm: usize, turn: Turn| {
+        of(all, arm, turn).any(|i| lights[i] != Light::Red)
     };
-    let mut left = lanes(Turn::Left).peekable();
-    left.peek().is_some() && left.all(|lane| lanes(Turn::Through).all(|other| other != lane))
+    let mut stages: Vec<(Lights, bool)> = own.iter().map(|own| (own.clone(), false)).collect();
+    for arm in 0..lefts.len() {
+        let Some(other) = opposite(all, arm).filter(|other| *other > arm) else { continue };
+        let pair = [arm, other];
+        let serves_both =
+            |(lights, _): &(Lights, bool)| pair.iter().all(|a| is_green(lights, *a, Turn::Through));
+        if !stages.iter().any(serves_both) {
+            continue;
+        }
+        let is_arrow = |stage: &(Lights, bool)| {
+            let own = |i: usize| all[i].turn == Turn::Right || pair.contains(&all[i].from);
+            let alone = (0..all.len()).all(|i| stage.0[i] == Light::Red || own(i));
+            alone && !serves_both(stage) && pair.iter().any(|a| is_green(&stage.0, *a, Turn::Left))
+        };
+        stages.retain(|stage| !is_arrow(stage));
+        let place = stages.iter().position(serves_both).expect("that stage is no arrow's");
+        for i in pair.into_iter().flat_map(|arm| of(all, arm, Turn::Left)) {
+            let lights = &mut stages[place].0;
+            lights[i] = Light::Red;
+            if lefts[all[i].from] != Treatment::Protected {
+                lights[i] = conflicts.best_light(lights, i);
+            }
+        }
+        let has_arrow = |arm: &usize| lefts[*arm].has_arrow();
+        match left_phase(layout, conflicts, pair).filter(|_| pair.iter().all(has_arrow)) {
+            Some(left) => stages.insert(place + 1, (left, true)),
+            None => {
+                let arrows = pair.into_iter().filter(has_arrow);
+                let arrows = arrows.map(|arm| (alone(all, conflicts, arm), true));
+                drop(stages.splice(place..place, arrows.collect::<Vec<_>>()));
+            }
+        }
+    }
+    let mut greens = stages.iter().map(|(lights, _)| lights.clone()).collect::<Vec<_>>();
+    serve_all(&mut greens, all, conflicts);
+    let left_over = greens.split_off(stages.len());
+    stages.extend(left_over.into_iter().map(|lights| (lights, false)));
+    stages
 }
 
 /// Returns the indices of one approach's movements of one category.
@@ -147,10 +211,17 @@ fn of(all: &[ArmMovement], from: usize, turn: Turn) -> impl Iterator<Item = usiz
     all.iter().enumerate().filter(move |(_, m)| m.from == from && m.turn == turn).map(|(i, _)| i)
 }
 
-fn through_phase(all: &[ArmMovement], conflicts: &Conflicts, pair: [usize; 2]) -> Lights {
+fn through_phase(
+    all: &[ArmMovement],
+    conflicts: &Conflicts,
+    pair: [usize; 2],
+    lefts: Option<&[Treatment]>,
+) -> Lights {
     let mut lights = vec![Light::Red; all.len()];
+    let waits = |arm: usize| lefts.is_some_and(|lefts| lefts[arm] == Treatment::Protected);
     for turn in [Turn::Through, Turn::Right, Turn::Left] {
-        for i in pair.into_iter().flat_map(|arm| of(all, arm, turn)) {
+        let arms = pair.into_iter().filter(|arm| turn != Turn::Left || !waits(*arm));
+        for i in arms.flat_map(|arm| of(all, arm, turn)) {
             lights[i] = conflicts.best_light(&lights, i);
         }
     }
@@ -216,6 +287,34 @@ pub fn program(
     program
 }
 
+/// Returns a program in which vehicles may turn on red.
+///
+/// Source: MUTCD (2009), section 4D.04, steady circular red: a right turn after stopping, unless a sign
+/// forbids it. Deviation: the left turn from a one-way street into another one, which most states allow
+/// too, is left out; and of several lanes or links that turn right and meet, only the rightmost and the first may.
+///
+/// Beside a green link that yields and meets it, a link stays red: SUMO refuses two that yield to each other.
+///
+/// # Arguments
+///
+/// * `may` — shape `[L]`; whether vehicles of a link may.
+/// * `meet` — whether the paths of two links meet.
+pub fn on_red(
+    program: Vec<ProgramPhase>,
+    may: &[bool],
+    meet: &dyn Fn(usize, usize) -> bool,
+) -> Vec<ProgramPhase> {
+    let state = |state: &str| -> String {
+        let yields = |link| state.chars().enumerate().any(|(o, l)| l == 'g' && meet(link, o));
+        let letter = |(link, letter)| match letter {
+            'r' if may[link] && !yields(link) => 's',
+            _ => letter,
+        };
+        state.chars().enumerate().map(letter).collect()
+    };
+    program.into_iter().map(|p| ProgramPhase { state: state(&p.state), ..p }).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use osm_signals::Turns;
@@ -231,7 +330,7 @@ mod tests {
 
     fn phases_of(spec: &IntersectionSpec) -> Vec<Lights> {
         let layout = layout(spec).unwrap();
-        phases(spec, &layout, &Conflicts::of(&layout.movements))
+        phases(spec, &layout, &Conflicts::of(&layout.movements), None)
     }
 
     fn with_left_lanes() -> IntersectionSpec {
@@ -240,6 +339,124 @@ mod tests {
             arm.left_turn_lanes = 1;
         }
         s
+    }
+
+    /// What netconvert makes of four arms or a T: every street, and the left turns of those that have lanes for them.
+    fn netconvert_s(spec: &IntersectionSpec) -> Vec<Lights> {
+        let layout = layout(spec).unwrap();
+        let conflicts = Conflicts::of(&layout.movements);
+        let pairs = phases(spec, &layout, &conflicts, None);
+        let lefts = [Treatment::ProtectedPermissive; 4];
+        let opposed = |arm: usize| opposite(&layout.movements, arm).is_some();
+        let street = |arm: usize| match opposite(&layout.movements, arm) {
+            Some(other) => through_phase(&layout.movements, &conflicts, [arm, other], Some(&lefts)),
+            None => alone(&layout.movements, &conflicts, arm),
+        };
+        let arms = [0, 1];
+        let arrows = pairs.into_iter().filter(|lights| {
+            let through = |i: usize| layout.movements[i].turn == Turn::Through;
+            (0..lights.len()).all(|i| !through(i) || lights[i] == Light::Red) && opposed(1)
+        });
+        arms.map(street).into_iter().chain(arrows).collect()
+    }
+
+    /// What is wrong with greens, in words: movements of right of way that meet, and left turns that are signalled
+    /// otherwise than they should be.
+    fn wrong(all: &[ArmMovement], greens: &[Lights], lefts: &[Treatment]) -> Vec<String> {
+        let mut wrong = Vec::new();
+        for lights in greens {
+            for (i, a) in all.iter().enumerate() {
+                let beside = |j: usize| lights[j] != Light::Red && a.conflicts_with(&all[j]);
+                let met: Vec<usize> = (0..all.len()).filter(|j| beside(*j)).collect();
+                if lights[i] == Light::Protected
+                    && met.iter().any(|j| lights[*j] == Light::Protected)
+                {
+                    wrong.push(format!("{i} has right of way beside {met:?}"));
+                }
+                if lights[i] == Light::Permissive && a.turn == Turn::Through {
+                    wrong.push(format!("{i} goes straight on and yields"));
+                }
+                if a.turn == Turn::Left && opposite(all, a.from).is_some() {
+                    let is_wrong = match lefts[a.from] {
+                        Treatment::Permissive => lights[i] == Light::Protected,
+                        Treatment::Protected => lights[i] == Light::Permissive,
+                        Treatment::ProtectedPermissive => false,
+                    };
+                    if is_wrong {
+                        wrong.push(format!("{i} is {:?} under {:?}", lights[i], lefts[a.from]));
+                    }
+                }
+            }
+        }
+        let dark = |i: &usize| greens.iter().all(|lights| lights[*i] == Light::Red);
+        wrong.extend((0..all.len()).filter(dark).map(|i| format!("{i} is never green")));
+        wrong
+    }
+
+    #[test]
+    fn left_turns_are_signalled_as_they_are_set_and_nobody_meets() {
+        use Treatment::{Permissive, Protected, ProtectedPermissive};
+        let mut tee = tee();
+        tee.arms.iter_mut().for_each(|arm| arm.left_turn_lanes = 1);
+        for spec in [with_left_lanes(), tee] {
+            let layout = layout(&spec).unwrap();
+            let (all, conflicts) = (&layout.movements, Conflicts::of(&layout.movements));
+            for first in [Permissive, Protected, ProtectedPermissive] {
+                for other in [Permissive, Protected, ProtectedPermissive] {
+                    // Of a T the stem has no opposing approach, and the arm beside it no left turn.
+                    let lefts = [first, Permissive, other, Permissive];
+                    let program = stages(&netconvert_s(&spec), &layout, &conflicts, &lefts);
+                    let program: Vec<Lights> = program.into_iter().map(|s| s.0).collect();
+                    let pairs = phases(&spec, &layout, &conflicts, Some(&lefts));
+                    for greens in [&program, &pairs] {
+                        let wrong = wrong(all, greens, &lefts);
+                        assert_eq!(wrong, [""; 0], "{first:?}, {other:?}: {greens:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_planted_conflict_is_found() {
+        let spec = with_left_lanes();
+        let layout = layout(&spec).unwrap();
+        let conflicts = Conflicts::of(&layout.movements);
+        let lefts = [Treatment::Protected; 4];
+        let mut greens: Vec<Lights> = stages(&netconvert_s(&spec), &layout, &conflicts, &lefts)
+            .into_iter()
+            .map(|s| s.0)
+            .collect();
+        assert_eq!(greens.len(), 4);
+        assert_eq!(wrong(&layout.movements, &greens, &lefts), [""; 0]);
+        // The left turn of the first arm beside the opposing through movement, and one that yields.
+        greens[0][0] = Light::Protected;
+        let found = wrong(&layout.movements, &greens, &lefts).join(", ");
+        assert!(found.contains("0 has right of way beside"), "{found}");
+        greens[0][0] = Light::Permissive;
+        let found = wrong(&layout.movements, &greens, &lefts).join(", ");
+        assert!(found.contains("0 is Permissive under Protected"), "{found}");
+    }
+
+    #[test]
+    fn an_arrow_for_one_approach_comes_before_its_street() {
+        let spec = with_left_lanes();
+        let layout = layout(&spec).unwrap();
+        let lefts = [
+            Treatment::ProtectedPermissive,
+            Treatment::Permissive,
+            Treatment::Permissive,
+            Treatment::Permissive,
+        ];
+        let stages =
+            stages(&netconvert_s(&spec), &layout, &Conflicts::of(&layout.movements), &lefts);
+        let letters = |lights: &Lights| lights.iter().map(|l| l.letter()).collect::<String>();
+        let shown: Vec<(String, bool)> =
+            stages.iter().map(|(l, left)| (letters(l), *left)).collect();
+        let of = |state: &str, left| (state.to_owned(), left);
+        let expected =
+            [of("GGGrrGrrrrrr", true), of("gGGrrrgGGrrr", false), of("rrrgGGrrrgGG", false)];
+        assert_eq!(shown, expected);
     }
 
     #[test]
@@ -269,7 +486,7 @@ mod tests {
         let mut conflicts = Conflicts::of(&layout.movements);
         conflicts.set(0, 6, Relation::Yields);
         conflicts.set(6, 0, Relation::Yields);
-        assert_eq!(phases(&s, &layout, &conflicts).len(), 7);
+        assert_eq!(phases(&s, &layout, &conflicts, None).len(), 7);
     }
 
     #[test]
@@ -278,7 +495,7 @@ mod tests {
         let layout = layout(&s).unwrap();
         let mut conflicts = Conflicts::of(&layout.movements);
         conflicts.set(0, 7, Relation::Blocks);
-        let phases = phases(&s, &layout, &conflicts);
+        let phases = phases(&s, &layout, &conflicts, None);
         let lights: Vec<_> = phases.iter().map(|p| p[0]).collect();
         assert_eq!(lights, [Light::Red, Light::Red, Light::Protected]);
     }

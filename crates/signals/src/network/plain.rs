@@ -16,6 +16,7 @@ use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
 use super::movements::{incoming_edge, outgoing_edge};
 use super::phases::ProgramPhase;
+use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 
 /// Id of the signal and of its node.
 pub const SIGNAL: &str = "c";
@@ -29,18 +30,26 @@ pub const SIGNAL: &str = "c";
 pub const DEFAULT_PROGRAM: &str = "program";
 
 /// Width of a lane, metres (SUMO's default).
-pub const LANE_WIDTH_M: f64 = 3.2;
+pub const LANE_WIDTH_M: f64 = DEFAULT_LANE_WIDTH_M;
+
+/// SUMO's type of a node with a signal.
+pub const PLAIN: &str = "traffic_light";
+
+/// SUMO's type of a node with a signal whose right turns know how to yield to crossing traffic.
+pub const TURN_ON_RED: &str = "traffic_light_right_on_red";
 
 /// Returns the nodes file.
 ///
 /// # Arguments
 ///
 /// * `corner_m` — turning radius at the corners of the junction, metres.
+/// * `kind` — type of the node with the signal.
 pub fn nodes(
     spec: &IntersectionSpec,
     layout: &LaneLayout,
     exit_length_m: f64,
     corner_m: f64,
+    kind: &str,
 ) -> String {
     let width = |(i, arm): (usize, &Arm)| arm.lanes_in + layout.exit_lanes[i];
     let widest = spec.arms.iter().enumerate().map(width).max().unwrap_or_default();
@@ -49,7 +58,7 @@ pub fn nodes(
     line(
         &mut nodes,
         format_args!(
-            "<node id=\"{SIGNAL}\" x=\"0\" y=\"0\" type=\"traffic_light\" radius=\"{corner_m}\"/>"
+            "<node id=\"{SIGNAL}\" x=\"0\" y=\"0\" type=\"{kind}\" radius=\"{corner_m}\"/>"
         ),
     );
     for (i, arm) in spec.arms.iter().enumerate() {
@@ -164,7 +173,7 @@ mod tests {
     #[test]
     fn an_arm_to_the_east_lies_at_its_length_plus_the_junction() {
         let s = cross();
-        let nodes = nodes(&s, &layout(&s).unwrap(), 60.0, 4.0);
+        let nodes = nodes(&s, &layout(&s).unwrap(), 60.0, 4.0, PLAIN);
         assert!(nodes.contains(r#"<node id="n1" x="210.40" y="0.00"/>"#), "{nodes}");
         assert!(nodes.contains(r#"<node id="x1" x="70.40" y="0.00"/>"#), "{nodes}");
     }

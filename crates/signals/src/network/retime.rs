@@ -29,6 +29,7 @@ pub fn timing(
     let approach = |i: &usize| Approach {
         heading_deg: spec.arms[*i].bearing_deg + 180.0,
         width_m: LANE_WIDTH_M * f64::from(spec.arms[*i].lanes_in + layout.exit_lanes[*i]),
+        plain_lanes: spec.arms[*i].lanes_in + layout.exit_lanes[*i],
         speed_mps: spec.arms[*i].speed_mps,
     };
     let way = |m: &usize| {
@@ -97,8 +98,9 @@ fn durations(
     let left_s = settings.default_left_green_s.round();
     let mut least = Vec::new();
     let mut most = Vec::new();
-    for green in greens {
-        let low = f64::from(timing.min_green_s(&green.state));
+    let states: Vec<&str> = greens.iter().map(|green| green.state.as_str()).collect();
+    for (green, low) in greens.iter().zip(timing.least_greens_s(&states)) {
+        let low = f64::from(low);
         let high = timing.max_green_s(&green.state).map_or(f64::INFINITY, f64::from);
         let is_left = timing.is_left_only(&green.state);
         let left_s = left_s.clamp(low, high);

@@ -27,7 +27,34 @@ settings! {
         /// have their own features, because these have their own inflows. 0.4 is the variation within the intersections
         /// of Salt Lake City.
         approach_spread: f64 = 0.0, in 0.0..=MAX_APPROACH_SPREAD;
+        /// Share of vehicles that are heavy: single-unit trucks and buses of 9.1 m. Who arrives, turns and how fast he
+        /// wants to drive is the same with any share. The default of the Highway Capacity Manual is 0.03.
+        #[serde(skip_serializing_if = "is_zero")]
+        heavy_vehicles: f64 = 0.0, in 0.0..=1.0;
+        /// How much drivers dawdle: 0 not at all, 1 as much as SUMO's model of following allows (SUMO's `sigma`). Less of it
+        /// raises saturation flow.
+        #[serde(skip_serializing_if = "is_sumo_sigma")]
+        sigma: f64 = SUMO_SIGMA, in 0.0..=1.0, source "SUMO";
+        /// Drivers that yield accept gaps in which those with priority have to brake: 0 never, 1 as hard as they can
+        /// (SUMO's `impatience`, which grows with the time that a driver waits).
+        #[serde(skip_serializing_if = "is_zero")]
+        impatience: f64 = 0.0, in 0.0..=1.0, source "SUMO";
     }
+}
+
+/// SUMO's default of [`DemandSettings::sigma`].
+pub(crate) const SUMO_SIGMA: f64 = 0.5;
+
+/// Returns whether drivers dawdle as in SUMO by default, which manifests and files of demand do not say.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+pub(crate) fn is_sumo_sigma(sigma: &f64) -> bool {
+    *sigma == SUMO_SIGMA
+}
+
+/// Returns whether a number is 0, which manifests and files of demand do not say.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+pub(crate) fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 /// Shares of the vehicles of an approach.

@@ -8,9 +8,12 @@ use super::Scenario;
 use evaluation::settings::named::{Named, names_of};
 
 /// A scenario with all settings that can be given.
-const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nfamily.points = \"p\"\n\
+const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nsignal.lane_width_m = 3.0\n\
+    signal.left_turns = \"permissive\"\n\
+    signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\n\
                      family.approaches = \"a\"\nfamily.directional_split = 0.55\n\
-                     family.peak_heading_deg = 90";
+                     family.peak_heading_deg = 90\nsignal.turn_on_red = true\n\
+                     demand.heavy_vehicles = 0.03\ndemand.sigma = 0.2\ndemand.impatience = 0.5";
 
 static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
     let scenario: Scenario = toml::from_str(WHOLE).expect("the text is a scenario");
@@ -29,7 +32,7 @@ mod tests {
 
     #[test]
     fn every_setting_is_named() {
-        for table in ["", "family.", "signal.", "demand.turn_shares.", "family.bins."] {
+        for table in ["", "family.", "signal.", "demand.", "demand.turn_shares.", "family.bins."] {
             let text = format!("{table}zzz = 1\n{WHOLE}");
             let error = toml::from_str::<Scenario>(&text).unwrap_err();
             let (_, expected) = error.message().split_once("expected").unwrap();

@@ -58,6 +58,29 @@ pub enum ChangeInterval {
     Kinematic,
 }
 
+/// How left turns that cross opposing traffic are signalled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeftTurns {
+    /// As netconvert does it, and as the eight phases of RESCO have it.
+    Network,
+    /// They yield.
+    Permissive,
+    /// They have an arrow, and red otherwise.
+    Protected,
+    /// They have an arrow, and yield otherwise.
+    ProtectedPermissive,
+    /// One of these for each approach, by lanes, volumes and speed.
+    ByRule,
+}
+
+impl LeftTurns {
+    /// Whether it is left to the network.
+    pub fn is_network(&self) -> bool {
+        *self == Self::Network
+    }
+}
+
 settings! {
     /// How signals are timed and what controllers see.
     pub struct SignalSettings, source "RESCO's settings for single intersections" {
@@ -84,13 +107,41 @@ settings! {
         /// Longest green; without it there is no limit.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         max_green_s: Option<u32> = None, in 1.0..=3600.0, unit "s";
-        /// Whether a phase beside a crosswalk lasts until pedestrians have crossed.
+        /// Whether greens beside a crosswalk last until pedestrians have crossed. Greens in a row that serve a crosswalk
+        /// or a movement then carry its time together.
         pedestrians: bool = false;
+        /// Whether vehicles may turn on red to the near side (right, in left-hand traffic left) from the lane beside the
+        /// kerb, after they stopped and where nobody with priority comes. It holds for every method on generated networks,
+        /// and for the links of imported ones whose own programs show `s` wherever others have red.
+        #[serde(skip_serializing_if = "is_off")]
+        turn_on_red: bool = false;
+        /// Pedestrians who push the button of each crossing, with `pedestrians`. Without it every green beside a
+        /// crosswalk lasts until they have crossed (recall). With it that time is given when somebody waits, except in
+        /// fixed cycles and `actuated`, whose cycles let pedestrians cross every time.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pedestrian_calls_per_h: Option<f64> = None, in 0.0..=3600.0, unit "pedestrians/h", source "our choice";
+        /// Width of lanes that a crosswalk leads over, with `pedestrians`, where the network says none; without it SUMO's
+        /// 3.2 m.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lane_width_m: Option<f64> = None, in 2.0..=6.0, unit "m", source "SUMO";
+        /// How left turns are signalled in generated networks: `permissive`, `protected`, `protected-permissive`, or
+        /// `by-rule`, one of these for each approach from lanes, volumes and speed. It decides the greens of the program and
+        /// of all pairs. Left turns without a lane of their own stay permissive. `network` is as before: netconvert's
+        /// program, in which lefts yield and those with lanes of their own get a stage. In left-hand traffic these are right
+        /// turns.
+        #[serde(skip_serializing_if = "LeftTurns::is_network")]
+        left_turns: LeftTurns = LeftTurns::Network, source "FHWA, Signal Timing Manual (2nd ed.), chapter 4; HCM";
         /// Shortest fixed cycle.
         min_cycle_s: u32 = 20, in 1.0..=600.0, unit "s", source "our choice";
         /// Longest fixed cycle, unless the shortest greens make it longer.
         max_cycle_s: u32 = 150, in 10.0..=600.0, unit "s", source "our choice";
     }
+}
+
+/// Returns whether a switch is off, which manifests do not say.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_off(switch: &bool) -> bool {
+    !*switch
 }
 
 impl SignalSettings {
@@ -103,6 +154,15 @@ impl SignalSettings {
         if self.min_cycle_s > self.max_cycle_s {
             let value = self.min_cycle_s.to_string();
             return Err(("signal.min_cycle_s", value, "expected at most signal.max_cycle_s"));
+        }
+        for (field, value) in [
+            ("signal.pedestrian_calls_per_h", self.pedestrian_calls_per_h),
+            ("signal.lane_width_m", self.lane_width_m),
+        ] {
+            if let Some(value) = value.filter(|_| !self.pedestrians) {
+                let expected = "expected signal.pedestrians = true (preset field), without which nobody crosses";
+                return Err((field, value.to_string(), expected));
+            }
         }
         let least = self.min_green_s.max(self.min_left_green_s) + self.delta_time_s;
         match self.max_green_s {
@@ -144,6 +204,14 @@ mod tests {
         assert_eq!(s.check().unwrap_err().0, "signal.max_green_s");
         let s = SignalSettings { max_green_s: Some(17), ..SignalSettings::default() };
         assert_eq!(s.check(), Ok(()));
+    }
+
+    #[test]
+    fn push_buttons_without_pedestrians_are_refused() {
+        let pressed =
+            SignalSettings { pedestrian_calls_per_h: Some(10.0), ..SignalSettings::default() };
+        assert_eq!(pressed.check().unwrap_err().0, "signal.pedestrian_calls_per_h");
+        assert_eq!(SignalSettings { pedestrians: true, ..pressed }.check(), Ok(()));
     }
 
     #[test]

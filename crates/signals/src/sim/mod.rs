@@ -98,6 +98,8 @@ pub struct Lane {
     /// Width of the street at the stop line, both directions together, metres; see
     /// [`topology::Topology::street_width_m`].
     pub street_width_m: f64,
+    /// Lanes in that width which have SUMO's, because nobody said another.
+    pub plain_lanes: u32,
     /// Lanes upstream that belong to it, the nearest first; see [`topology`].
     pub pieces: Vec<Piece>,
 }

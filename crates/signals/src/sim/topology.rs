@@ -14,10 +14,14 @@ use std::collections::{BTreeMap, HashMap};
 use osm_signals::angle::{normalise_degrees, turn_degrees};
 
 use super::Direction;
+use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 
 /// Largest angle between the way into a junction and the opposite of the way out of it for which the
 /// two are one street, degrees.
 const SAME_ARM_DEG: f64 = 30.0;
+
+/// Narrowest median; what is less is how a network was drawn, metres.
+const LEAST_MEDIAN_M: f64 = 0.5;
 
 /// A lane of the network.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -172,18 +176,19 @@ impl Topology {
     }
 
     /// Returns the width of the street at a stop line, metres: all lanes of the edge but those for
-    /// pedestrians alone, and those of the edge that leaves the junction beside it, if there is one.
-    /// That is the edge that leads back within 30 degrees; of several the one that begins nearest.
+    /// pedestrians alone, and those of the edge that leaves the junction beside it, if there is one, with the
+    /// median between the two. That is the edge that leads back within 30 degrees; of several the one that begins
+    /// nearest. Beside it: how many of these lanes have SUMO's width.
     ///
     /// # Arguments
     ///
     /// * `stop_lane` — a lane at the stop line.
     /// * `exits` — lanes that leave the junction.
-    pub fn street_width_m(&self, stop_lane: usize, exits: &[usize]) -> f64 {
+    pub fn street_width_m(&self, stop_lane: usize, exits: &[usize]) -> (f64, u32) {
         let lane = &self.lanes[stop_lane];
-        let mut width_m = self.edge_width_m(&lane.id);
+        let (mut width_m, mut plain) = self.edge_width_m(&lane.id);
         let (Some(end), Some(heading)) = (lane.shape.last(), lane.end_heading_deg()) else {
-            return width_m;
+            return (width_m, plain);
         };
         let beside = exits
             .iter()
@@ -194,14 +199,42 @@ impl Topology {
             })
             .min_by(|a, b| distance(a.shape[0], *end).total_cmp(&distance(b.shape[0], *end)));
         if let Some(exit) = beside {
-            width_m += self.edge_width_m(&exit.id);
+            let (exit_m, exit_plain) = self.edge_width_m(&exit.id);
+            width_m += exit_m + self.median_m(&lane.id, &exit.id, heading);
+            plain += exit_plain;
         }
-        width_m
+        (width_m, plain)
     }
 
-    fn edge_width_m(&self, lane_id: &str) -> f64 {
+    fn edge_width_m(&self, lane_id: &str) -> (f64, u32) {
+        let is_plain = |lane: &&StreetLane| (lane.width_m - DEFAULT_LANE_WIDTH_M).abs() < 1e-6;
+        let plain = self.carriageway(lane_id).filter(is_plain).count();
+        (self.carriageway(lane_id).map(|lane| lane.width_m).sum(), plain as u32)
+    }
+
+    /// Returns the lanes of the edge of a lane but those for pedestrians alone.
+    fn carriageway(&self, lane_id: &str) -> impl Iterator<Item = &StreetLane> {
         let lanes = self.edge(edge(lane_id)).iter().map(|lane| &self.lanes[*lane]);
-        lanes.filter(|lane| !lane.foot).map(|lane| lane.width_m).sum()
+        lanes.filter(|lane| !lane.foot)
+    }
+
+    /// Returns what lies between the nearest lanes of two directions at a junction, metres; 0 for less than a
+    /// kerb.
+    fn median_m(&self, lane_in: &str, lane_out: &str, heading_deg: f64) -> f64 {
+        let (sin, cos) = heading_deg.to_radians().sin_cos();
+        let to_the_right = |point: &[f64; 2]| point[0] * cos - point[1] * sin;
+        let ends =
+            self.carriageway(lane_in).filter_map(|l| Some((l, to_the_right(l.shape.last()?))));
+        let mut gap_m = f64::INFINITY;
+        for (a, at) in ends {
+            for b in self.carriageway(lane_out) {
+                if let Some(start) = b.shape.first() {
+                    let middles_m = (at - to_the_right(start)).abs();
+                    gap_m = gap_m.min(middles_m - (a.width_m + b.width_m) / 2.0);
+                }
+            }
+        }
+        if gap_m.is_finite() && gap_m >= LEAST_MEDIAN_M { gap_m } else { 0.0 }
     }
 }
 
@@ -368,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn a_street_is_as_wide_as_its_lanes_in_both_directions_without_pavements() {
+    fn a_street_is_as_wide_as_its_lanes_in_both_directions_and_its_median_without_pavements() {
         let lane = |id: &str, foot: bool, shape: [[f64; 2]; 2]| StreetLane {
             id: id.into(),
             width_m: 3.0,
@@ -386,7 +419,8 @@ mod tests {
             lane("on_0", false, [[10.0, -3.0], [100.0, -3.0]]),
         ];
         let topology = Topology::new(lanes);
-        assert_eq!(topology.street_width_m(1, &[5, 4, 3]), 9.0);
-        assert_eq!(topology.street_width_m(1, &[5]), 6.0);
+        // Between the lanes whose middles are 6 m apart lie 3 m.
+        assert_eq!(topology.street_width_m(1, &[5, 4, 3]), (12.0, 0));
+        assert_eq!(topology.street_width_m(1, &[5]), (6.0, 0));
     }
 }

@@ -132,7 +132,8 @@ fn describe_widths(scene: &mut Scene, topology: &Topology, place: &[Option<usize
         let exits: Vec<usize> = ways.map(|way| way.to).collect();
         for lane in incoming {
             if let Some(place) = place[lane] {
-                scene.lanes[lane].street_width_m = topology.street_width_m(place, &exits);
+                (scene.lanes[lane].street_width_m, scene.lanes[lane].plain_lanes) =
+                    topology.street_width_m(place, &exits);
             }
         }
     }

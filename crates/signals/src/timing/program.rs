@@ -1,6 +1,7 @@
 //! Programs as SUMO runs them: which of their phases are greens, and whether they keep to the limits.
 
 use super::Timing;
+use crate::needs::Need;
 
 /// Longest time that a state after yellow is taken for all-red although some link stays green in it,
 /// seconds; a lagging green lasts longer.
@@ -48,10 +49,28 @@ impl Timing {
         if greens.len() < 2 {
             return true;
         }
+        let states: Vec<&str> = greens.iter().map(|i| phases[*i].0).collect();
+        let needs = self.needs(&states);
         let lasts = |i: usize| {
             let (state, seconds) = phases[i];
-            let longest_s = self.max_green_s(state).map_or(f64::INFINITY, f64::from);
-            (f64::from(self.min_green_s(state))..=longest_s).contains(&seconds)
+            seconds <= self.max_green_s(state).map_or(f64::INFINITY, f64::from)
+        };
+        // From the green at `start` to the last one in a row that serves a need, changes included.
+        let carries = |need: &Need, start: usize| {
+            let count = greens.len();
+            let row = (start..start + count).take_while(|k| need.served[k % count]);
+            let last = greens[row.last().unwrap_or(start) % count];
+            let (mut i, mut lasts_s) = (greens[start], phases[greens[start]].1);
+            while i != last {
+                i = (i + 1) % phases.len();
+                lasts_s += phases[i].1;
+            }
+            lasts_s >= f64::from(need.least_s)
+        };
+        let serves = |need: &Need| {
+            let begins =
+                |k: &usize| need.served[*k] && !need.served[(k + greens.len() - 1) % greens.len()];
+            (0..greens.len()).filter(begins).all(|start| carries(need, start))
         };
         let changes = |k: usize| {
             let (from, to) = (greens[k], greens[(k + 1) % greens.len()]);
@@ -67,7 +86,9 @@ impl Timing {
                 yellow_s >= f64::from(least.yellow_s) && rest_s >= f64::from(least.all_red_s)
             })
         };
-        greens.iter().all(|i| lasts(*i)) && (0..greens.len()).all(changes)
+        greens.iter().all(|i| lasts(*i))
+            && needs.iter().all(serves)
+            && (0..greens.len()).all(changes)
     }
 }
 

@@ -33,6 +33,8 @@ pub(super) struct Links {
     pub(super) headings: Vec<f64>,
     /// Whether some index steers cars from several approaches.
     pub(super) mixed: bool,
+    /// Whether left turns have a phase of their own only where some program shows them an arrow.
+    pub(super) arrows_only: bool,
     /// Greens that the programs have.
     pub(super) states: Vec<String>,
     together: Vec<Vec<bool>>,
@@ -115,7 +117,7 @@ impl Links {
         let minor = (0..count)
             .map(|a| bytes.iter().any(|s| s[a] == b'g') && !bytes.iter().any(|s| s[a] == b'G'))
             .collect();
-        Self { cars, headings, mixed, states, together, free, yields, minor }
+        Self { cars, headings, mixed, arrows_only: false, states, together, free, yields, minor }
     }
 
     /// Returns how many there are.
@@ -141,6 +143,11 @@ impl Links {
     /// Whether a link yields to another.
     pub(super) fn yields(&self, link: usize, to: usize) -> bool {
         self.yields[link][to]
+    }
+
+    /// Whether no green gives a link right of way.
+    pub(super) fn always_yields(&self, link: usize) -> bool {
+        self.minor[link]
     }
 
     /// Returns the links of an approach.

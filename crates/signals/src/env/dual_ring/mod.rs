@@ -19,6 +19,7 @@ use self::links::Links;
 use self::plan::Plan;
 use self::rings::{Rings, Seen};
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
+use super::pedestrians::Pedestrians;
 
 /// Dual-ring control of one signal.
 #[derive(Debug, Clone)]
@@ -45,13 +46,16 @@ impl DualRing {
             let phases = program.phases();
             timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect()
         };
-        let links = Links::new(scene, signal, witnesses.flat_map(greens).collect());
+        let mut links = Links::new(scene, signal, witnesses.flat_map(greens).collect());
+        // Only programs that were made with the setting say by their arrows who has one.
+        let is_generated = signal.programs.iter().any(|program| program.id == PHASES_PROGRAM);
+        links.arrows_only = timing.says_left_turns() && is_generated;
         let plan = Plan::new(&links, &derived.own_greens, timing, config);
         let none = vec![false; plan.phases.len()];
         Self {
             rings: Rings::new(links, plan, timing.clone(), config.passage_s),
             passage_s: config.passage_s,
-            seen: Seen { calls: none.clone(), extends: none },
+            seen: Seen { calls: none.clone(), extends: none, walk_s: Vec::new() },
         }
     }
 
@@ -66,7 +70,12 @@ impl DualRing {
     ///
     /// * `nearest_m` — shape `[lanes of the scene]`; distance of the first vehicle of each lane to the stop line,
     ///   metres, infinite without one.
-    pub fn second(&mut self, nearest_m: &[f64]) -> Option<&str> {
+    /// * `pedestrians` — the time, seconds, and who wants to cross, where they push buttons.
+    pub fn second(
+        &mut self,
+        nearest_m: &[f64],
+        pedestrians: Option<(f64, &mut Pedestrians)>,
+    ) -> Option<&str> {
         for (index, phase) in self.rings.plan().phases.iter().enumerate() {
             let mut on =
                 phase.detectors.iter().filter(|d| nearest_m[d.lane] <= d.reach_m).peekable();
@@ -76,7 +85,25 @@ impl DualRing {
                 d.calls && !served
             });
         }
-        self.rings.second(&self.seen)
+        let Some((now_s, pedestrians)) = pedestrians else {
+            return self.rings.second(&self.seen);
+        };
+        pedestrians.arrive(now_s);
+        let phases = &self.rings.plan().phases;
+        let waiting = |c: &&(usize, u32)| pedestrians.waits(c.0);
+        self.seen.walk_s =
+            phases.iter().map(|p| p.crossings.iter().filter(waiting).map(|c| c.1).max()).collect();
+        for (call, walk_s) in self.seen.calls.iter_mut().zip(&self.seen.walk_s) {
+            *call |= walk_s.is_some();
+        }
+        let before = self.rings.shown().to_owned();
+        self.rings.second(&self.seen);
+        for phase in self.rings.walking() {
+            for (crossing, _) in &self.rings.plan().phases[phase].crossings {
+                pedestrians.go(*crossing, now_s);
+            }
+        }
+        (self.rings.shown() != before).then(|| self.rings.shown())
     }
 
     /// Returns the phases in words, as records keep them.

@@ -15,15 +15,22 @@
 //! Where this leaves a link without green, or an index steers cars of several approaches, each green of the
 //! signal's own program is a phase alone (*stages*); they keep their order and are skipped like any other phase.
 //!
+//! Crosswalks belong to the through phase of another street that they lie to the right of, as usual; where there is
+//! none, to the nearest. A stage has those that it serves; of several stages the one with most greens.
+//!
 //! Phases are numbered as usual: 2 and 6 are the through phases of the main street, 4 and 8 those of the next one,
 //! 1, 5, 3 and 7 the left turns that oppose them; further ones count on from 9.
 
 use osm_signals::Turn;
+use osm_signals::angle::turn_degrees;
 
 use super::links::Links;
 use super::streets::{Street, is_green, streets};
 use crate::control::dual_ring::{Config, Recall};
 use crate::timing::Timing;
+
+/// How traffic that comes from the right turns, seen by whoever it crosses, degrees.
+const TO_THE_LEFT_DEG: f64 = -90.0;
 
 /// A detector of a phase.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +56,9 @@ pub(super) struct Phase {
     pub(super) links: Vec<usize>,
     /// Its detectors.
     pub(super) detectors: Vec<Detector>,
-    /// Shortest green, seconds.
+    /// Its crosswalks, each with walk and clearance, seconds.
+    pub(super) crossings: Vec<(usize, u32)>,
+    /// Shortest green, seconds; that of its crosswalks where they are served in every cycle.
     pub(super) min_s: u32,
     /// Longest green while another phase is called, seconds.
     pub(super) max_s: u32,
@@ -139,6 +148,7 @@ impl Builder<'_> {
             stages: false,
         };
         let mut next_number = 9;
+        let crossings = self.crossings(streets);
         for (place, street) in streets.iter().enumerate() {
             let numbers: [u32; 4] = match place {
                 0 => [1, 2, 5, 6],
@@ -148,12 +158,42 @@ impl Builder<'_> {
                     std::array::from_fn(|i| next_number - 4 + i as u32)
                 }
             };
-            self.add(&mut plan, street, numbers, place == 0);
+            self.add(&mut plan, street, numbers, place == 0, &crossings);
         }
         plan
     }
 
-    fn add(&self, plan: &mut Plan, street: &Street, numbers: [u32; 4], is_main: bool) {
+    /// Returns per crosswalk the approach whose through phase it belongs to.
+    fn crossings(&self, streets: &[Street]) -> Vec<Option<usize>> {
+        let headings = &self.links.headings;
+        let of = |crossing: usize| {
+            let others = streets.iter().filter(|s| !s.approaches.contains(&crossing));
+            let beside = |a: &usize| {
+                let turn = turn_degrees(headings[*a], headings[crossing]);
+                // Whoever comes from the right goes the other way: a quarter to the left.
+                turn_degrees(TO_THE_LEFT_DEG, turn).abs()
+            };
+            let approaches = others.flat_map(|s| s.approaches.iter().copied());
+            approaches.min_by(|a, b| beside(a).total_cmp(&beside(b)))
+        };
+        (0..self.timing.crossings()).map(of).collect()
+    }
+
+    /// Returns the shortest green of a phase, seconds: that of a state, and of crosswalks in every cycle.
+    fn min_s(&self, state: &str, crossings: &[(usize, u32)]) -> u32 {
+        let recalls = self.timing.recalls_pedestrians();
+        let walk_s = crossings.iter().filter(|_| recalls).map(|c| c.1).max().unwrap_or(0);
+        self.timing.vehicle_green_s(state).max(walk_s)
+    }
+
+    fn add(
+        &self,
+        plan: &mut Plan,
+        street: &Street,
+        numbers: [u32; 4],
+        is_main: bool,
+        crossings: &[Option<usize>],
+    ) {
         let links = self.links;
         let state = &links.states[street.state];
         let through = |approach: usize| -> Vec<usize> {
@@ -166,9 +206,18 @@ impl Builder<'_> {
         };
         let all: Vec<usize> = street.approaches.iter().flat_map(|a| through(*a)).collect();
         let together = self.state(&all);
-        let min_s = self.timing.min_green_s(&together);
-        let limit_s = self.timing.max_green_s(&together);
-        let max_s = self.max_s(self.config.max_green_s, min_s, limit_s);
+        let of = |approach: usize| -> Vec<(usize, u32)> {
+            let own = crossings.iter().enumerate().filter(|(_, a)| **a == Some(approach));
+            own.map(|(crossing, _)| (crossing, self.timing.crossing_s(crossing))).collect()
+        };
+        let longest_walk_s = street.approaches.iter().flat_map(|a| of(*a)).map(|c| c.1).max();
+        let limit_s =
+            self.timing.max_green_s(&together).map(|max| max.max(longest_walk_s.unwrap_or(0)));
+        let max_s = self.max_s(
+            self.config.max_green_s,
+            self.min_s(&together, &[]).max(longest_walk_s.unwrap_or(0)),
+            limit_s,
+        );
         let mut side: Side = [Vec::new(), Vec::new()];
         for (ring, &approach) in street.approaches.iter().enumerate() {
             let own_lefts = street.lefts[ring];
@@ -178,8 +227,20 @@ impl Builder<'_> {
             let number = numbers[2 * ring + 1];
             let serves = if street.approaches.len() == 1 { "approach" } else { "through" };
             let links = own;
-            let phase =
-                Phase { number, serves, links, detectors, min_s, max_s, limit_s, change_s, recall };
+            let crossings = of(approach);
+            let min_s = self.min_s(&together, &crossings);
+            let phase = Phase {
+                number,
+                serves,
+                links,
+                detectors,
+                crossings,
+                min_s,
+                max_s,
+                limit_s,
+                change_s,
+                recall,
+            };
             plan.phases.push(phase);
             side[ring].push(plan.phases.len() - 1);
         }
@@ -189,7 +250,7 @@ impl Builder<'_> {
             let ring = 1 - k;
             let is_left = |link: &usize| links.turn(*link) == Some(Turn::Left);
             let own: Vec<usize> = links.of_approach(approach).filter(is_left).collect();
-            let min_s = self.timing.min_green_s(&self.state(&own));
+            let min_s = self.timing.vehicle_green_s(&self.state(&own));
             let change_s = self.change_s(&own);
             let left_room_s = max_s.saturating_sub(change_s.0 + change_s.1 + plan_min(plan, &side));
             let max_s = self.config.left_max_green_s.min(left_room_s).max(min_s);
@@ -198,6 +259,7 @@ impl Builder<'_> {
                 serves: "left",
                 detectors: self.left_detectors(&own),
                 links: own,
+                crossings: Vec::new(),
                 min_s,
                 max_s,
                 limit_s,
@@ -223,7 +285,17 @@ impl Builder<'_> {
         for (place, state) in states.iter().enumerate() {
             let links: Vec<usize> =
                 (0..self.links.count()).filter(|l| is_green(state, *l)).collect();
-            let min_s = self.timing.min_green_s(state);
+            let best = |crossing: usize| {
+                let serves = |s: &&&String| self.timing.serves_crossing(s, crossing);
+                let greens = |s: &&&String| s.matches(['G', 'g']).count();
+                states.iter().filter(serves).rev().max_by_key(greens).copied()
+            };
+            let crossings: Vec<(usize, u32)> = (0..self.timing.crossings())
+                .filter(|crossing| best(*crossing) == Some(state))
+                .map(|crossing| (crossing, self.timing.crossing_s(crossing)))
+                .collect();
+            let min_s = self.min_s(state, &crossings);
+            let walk_s = crossings.iter().map(|c| c.1).max().unwrap_or(0);
             let limit_s = self.timing.max_green_s(state);
             let recall = match self.config.recall {
                 Recall::None => false,
@@ -237,7 +309,8 @@ impl Builder<'_> {
                 change_s: self.change_s(&links),
                 links,
                 min_s,
-                max_s: self.max_s(self.config.max_green_s, min_s, limit_s),
+                max_s: self.max_s(self.config.max_green_s, min_s.max(walk_s), limit_s),
+                crossings,
                 limit_s,
                 recall,
             });
@@ -330,10 +403,12 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the shortest green of a side's through phases.
+/// Returns the shortest green of a side's through phases, with pedestrians.
 fn plan_min(plan: &Plan, side: &Side) -> u32 {
     let last = side.iter().filter_map(|ring| ring.last());
-    last.map(|phase| plan.phases[*phase].min_s).max().unwrap_or(0)
+    let walk_s = |phase: &Phase| phase.crossings.iter().map(|c| c.1).max().unwrap_or(0);
+    let least_s = |phase: &Phase| phase.min_s.max(walk_s(phase));
+    last.map(|phase| least_s(&plan.phases[*phase])).max().unwrap_or(0)
 }
 
 /// Returns the lanes of some links, ascending.

@@ -20,7 +20,7 @@ use osm_signals::Turn;
 
 use super::links::Links;
 use super::plan::Plan;
-use crate::timing::Timing;
+use crate::timing::{Timing, WALK_S};
 
 /// What the detectors of every phase say in a second.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -29,6 +29,15 @@ pub(super) struct Seen {
     pub(super) calls: Vec<bool>,
     /// Whether a vehicle prolongs it.
     pub(super) extends: Vec<bool>,
+    /// How long those take who wait at its crosswalks, seconds; empty without push buttons.
+    pub(super) walk_s: Vec<Option<u32>>,
+}
+
+impl Seen {
+    /// Returns how long those take who wait at the crosswalks of a phase, seconds; none if nobody does.
+    fn walk_s(&self, phase: usize) -> Option<u32> {
+        self.walk_s.get(phase).copied().flatten()
+    }
 }
 
 /// What a ring does.
@@ -41,6 +50,8 @@ enum Stage {
         for_s: u32,
         /// Time since a vehicle was last seen.
         gap_s: u32,
+        /// Since when and until when pedestrians cross, in its own time, seconds.
+        walk: Option<(u32, u32)>,
     },
     Change {
         next: Option<usize>,
@@ -72,7 +83,7 @@ impl Rings {
     pub(super) fn new(links: Links, plan: Plan, timing: Timing, passage_s: u32) -> Self {
         let count = links.count();
         let stage = |ring: &Vec<usize>| match ring.last() {
-            Some(&phase) => Stage::Green { phase, for_s: 0, gap_s: 0 },
+            Some(&phase) => Stage::Green { phase, for_s: 0, gap_s: 0, walk: None },
             None => Stage::Idle,
         };
         let [first, second] = &plan.sides[0];
@@ -115,12 +126,14 @@ impl Rings {
         let mut moves = self.clearing_s.iter().any(|s| *s > 0);
         self.elapse(seen);
         moves |= self.begin();
+        self.walk(seen);
         // A change that takes no time may lead to a next one.
         while self.advance(seen) || self.cross(seen) {
             moves = true;
             if !self.begin() {
                 break;
             }
+            self.walk(seen);
         }
         if !moves {
             return None;
@@ -138,7 +151,7 @@ impl Rings {
         for stage in &mut self.stages {
             match stage {
                 Stage::Idle => {}
-                Stage::Green { phase, for_s, gap_s } => {
+                Stage::Green { phase, for_s, gap_s, .. } => {
                     *for_s += 1;
                     *gap_s = if seen.extends[*phase] { 0 } else { *gap_s + 1 };
                 }
@@ -163,7 +176,7 @@ impl Rings {
             match next {
                 None => self.stages[ring] = Stage::Idle,
                 Some(phase) if self.plan.phases[phase].links.iter().all(clear) => {
-                    self.stages[ring] = Stage::Green { phase, for_s: 0, gap_s: 0 };
+                    self.stages[ring] = Stage::Green { phase, for_s: 0, gap_s: 0, walk: None };
                 }
                 Some(_) => continue,
             }
@@ -172,14 +185,52 @@ impl Rings {
         any
     }
 
+    /// Lets those begin to walk who wait at the crosswalks of what is green, if it may still last as long as they
+    /// take.
+    fn walk(&mut self, seen: &Seen) {
+        for ring in 0..2 {
+            let Stage::Green { phase, for_s, walk, .. } = self.stages[ring] else { continue };
+            let is_over = walk.is_none_or(|(_, end_s)| for_s >= end_s);
+            let room = |takes_s: u32| {
+                let other = match self.stages[1 - ring] {
+                    Stage::Green { phase: other, for_s, .. } => {
+                        for_s + takes_s <= self.plan.phases[other].max_s
+                    }
+                    _ => true,
+                };
+                for_s == 0 || (for_s + takes_s <= self.plan.phases[phase].max_s && other)
+            };
+            if let Some(takes_s) = seen.walk_s(phase).filter(|s| is_over && room(*s))
+                && let Stage::Green { walk, .. } = &mut self.stages[ring]
+            {
+                *walk = Some((for_s, for_s + takes_s));
+            }
+        }
+    }
+
+    /// Returns the phases whose crosswalks show WALK.
+    pub(super) fn walking(&self) -> impl Iterator<Item = usize> + '_ {
+        self.stages.iter().filter_map(|stage| match stage {
+            Stage::Green { phase, for_s, walk: Some((began_s, _)), .. } => {
+                (for_s - began_s < WALK_S).then_some(*phase)
+            }
+            _ => None,
+        })
+    }
+
+    /// Returns the shortest time that the phase of a green lasts, pedestrians included, seconds.
+    fn least_s(&self, phase: usize, walk: Option<(u32, u32)>) -> u32 {
+        self.plan.phases[phase].min_s.max(walk.map_or(0, |(_, end_s)| end_s))
+    }
+
     /// Whether the phase of a ring may end; a ring without one may.
     fn may_end(&self, ring: usize) -> bool {
         match self.stages[ring] {
             Stage::Idle => true,
             Stage::Change { .. } => false,
-            Stage::Green { phase, for_s, gap_s } => {
+            Stage::Green { phase, for_s, gap_s, walk } => {
                 let p = &self.plan.phases[phase];
-                for_s >= p.min_s && (gap_s >= self.passage_s || for_s >= p.max_s)
+                for_s >= self.least_s(phase, walk) && (gap_s >= self.passage_s || for_s >= p.max_s)
             }
         }
     }
@@ -199,18 +250,19 @@ impl Rings {
         let order = &self.plan.sides[self.side][ring];
         let place = order.iter().position(|p| *p == phase)?;
         let next = *order[place + 1..].iter().find(|next| self.waits(**next, seen))?;
-        self.has_room(ring, phase, next).then_some(next)
+        self.has_room(ring, phase, next, seen).then_some(next)
     }
 
     /// Whether a phase of a ring can begin after another one, and last its least, before the other ring's last phase
     /// has been green for its longest.
-    fn has_room(&self, ring: usize, phase: usize, next: usize) -> bool {
+    fn has_room(&self, ring: usize, phase: usize, next: usize, seen: &Seen) -> bool {
         let Stage::Green { phase: other, for_s, .. } = self.stages[1 - ring] else { return true };
         if self.plan.sides[self.side][1 - ring].last() != Some(&other) {
             return true;
         }
         let (yellow_s, red_s) = self.plan.phases[phase].change_s;
-        let needed_s = yellow_s + red_s + self.plan.phases[next].min_s;
+        let walk_s = seen.walk_s(next).unwrap_or(0);
+        let needed_s = yellow_s + red_s + self.plan.phases[next].min_s.max(walk_s);
         for_s + needed_s <= self.plan.phases[other].max_s
     }
 
@@ -261,9 +313,9 @@ impl Rings {
             match self.stages[ring] {
                 Stage::Idle => {}
                 Stage::Change { .. } => least = false,
-                Stage::Green { phase, for_s, .. } => {
+                Stage::Green { phase, for_s, walk, .. } => {
                     let p = &self.plan.phases[phase];
-                    least &= for_s >= p.min_s;
+                    least &= for_s >= self.least_s(phase, walk);
                     forced |= for_s >= p.max_s && order.last() == Some(&phase);
                 }
             }

@@ -69,8 +69,12 @@ pub(super) fn settings() -> SignalSettings {
 }
 
 pub(super) fn timing(links: &Links, settings: &SignalSettings) -> Timing {
-    let approach =
-        |heading_deg: &f64| Approach { heading_deg: *heading_deg, width_m: 10.0, speed_mps: 14.0 };
+    let approach = |heading_deg: &f64| Approach {
+        heading_deg: *heading_deg,
+        width_m: 10.0,
+        plain_lanes: 3,
+        speed_mps: 14.0,
+    };
     let ways = |car: &Option<Car>| {
         car.iter().map(|c| Way { approach: c.approach, turn: c.turn }).collect()
     };

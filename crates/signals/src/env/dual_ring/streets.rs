@@ -76,7 +76,8 @@ fn street(links: &Links, a: usize, b: usize) -> Option<Street> {
             let lanes = links.cars[*l].iter().flat_map(|car| &car.lanes);
             lanes.clone().all(|lane| links.is_lane_for(*lane, Turn::Left))
         };
-        lefts.iter().any(opposed) && lefts.iter().any(has_lane)
+        let has_arrow = |l: &usize| !links.arrows_only || !links.always_yields(*l);
+        lefts.iter().any(opposed) && lefts.iter().any(has_lane) && lefts.iter().any(has_arrow)
     };
     let mut lefts = vec![own(a, b), own(b, a)];
     // Two left turns that are only ever permissive together may meet each other.

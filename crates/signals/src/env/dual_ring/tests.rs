@@ -22,7 +22,7 @@ fn play(rings: &mut Rings, vehicles: &[On], seconds: usize) -> Vec<(String, usiz
         }
         let on = |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
         let seen: Vec<bool> = rings.plan().phases.iter().map(|p| on(p.number)).collect();
-        rings.second(&Seen { calls: seen.clone(), extends: seen });
+        rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
     }
     shown
 }
@@ -278,7 +278,7 @@ fn random(links: &Links, config: &Config, seconds: usize) -> Vec<String> {
             let (comes, goes) = if second / 500 % 2 == 0 { (3, 30) } else { (30, 10) };
             *vehicle = if *vehicle { draw >= goes } else { draw < comes };
         }
-        rings.second(&Seen { calls: on.clone(), extends: on.clone() });
+        rings.second(&Seen { calls: on.clone(), extends: on.clone(), walk_s: Vec::new() });
     }
     states
 }
@@ -330,4 +330,51 @@ fn planted_violations_are_found() {
     found(&[(MAIN, 9), ("yyyrrrGGgrrr", 3), (RED, 5)], "trap");
     let fair = [(MAIN, 9), (MAIN_ENDS, 3), (RED, 1), (SIDE, 9)];
     assert!(violations(&states(&fair), &cross(), |_| 5).is_empty());
+}
+
+#[test]
+fn a_call_at_a_crosswalk_holds_the_through_phase_beside_it() {
+    let pressed =
+        SignalSettings { pedestrians: true, pedestrian_calls_per_h: Some(10.0), ..settings() };
+    let recalled = SignalSettings { pedestrian_calls_per_h: None, ..pressed.clone() };
+    let phases = |settings: &SignalSettings| rings(&cross(), &config(), settings).plan().clone();
+    let phase =
+        |plan: &Plan, number| plan.phases.iter().find(|p| p.number == number).unwrap().clone();
+    // 7 + 10 / 1.067 s. To the right of whoever comes from the north lies the west.
+    let north = phase(&phases(&pressed), 2);
+    assert_eq!((north.crossings.as_slice(), north.min_s), ([(3, 17)].as_slice(), 10));
+    assert_eq!(phase(&phases(&recalled), 2).min_s, 17);
+    assert_eq!(phase(&phases(&recalled), 1).min_s, 5);
+
+    let mut rings = rings(&cross(), &config(), &pressed);
+    let place = rings.plan().phases.iter().position(|p| p.number == 4).unwrap();
+    let mut green_s = 0;
+    for second in 0..60 {
+        let mut seen = Seen::default();
+        let count = rings.plan().phases.len();
+        (seen.calls, seen.extends, seen.walk_s) =
+            (vec![false; count], vec![false; count], vec![None; count]);
+        // Somebody waits until WALK begins.
+        if second < 20 && rings.shown() != SIDE {
+            (seen.calls[place], seen.walk_s[place]) = (true, Some(17));
+        }
+        rings.second(&seen);
+        green_s += usize::from(rings.shown() == SIDE);
+    }
+    assert_eq!(green_s, 17, "nobody else holds it, and the main street is recalled");
+}
+
+#[test]
+fn where_arrows_are_said_a_left_turn_without_one_has_no_phase() {
+    let arms: [(f64, &[&str]); 3] = [(180.0, &["s", "l"]), (270.0, &["rl"]), (0.0, &["rs"])];
+    let mut yielding = links(&arms, &["GgrrGG", "rrGGrr"]);
+    assert_eq!(numbers(&plan(&yielding)), [[vec![2], vec![5, 6]], [vec![4], vec![]]]);
+    yielding.arrows_only = true;
+    assert_eq!(numbers(&plan(&yielding)), [[vec![2], vec![6]], [vec![4], vec![]]]);
+    // Protected only: red beside the opposing approach.
+    let mut protected = links(&arms, &["GrrrGG", "GGrrrr", "rrGGrr"]);
+    protected.arrows_only = true;
+    let plan = plan(&protected);
+    assert_eq!(numbers(&plan), [[vec![2], vec![5, 6]], [vec![4], vec![]]]);
+    assert_eq!(plan.phases.iter().find(|p| p.number == 2).unwrap().links, [0]);
 }

@@ -1,0 +1,194 @@
+//! Who wants to cross at one signal, when, and how long they wait.
+//!
+//! Pedestrians of each crosswalk are a Poisson process from a random stream of its own, so that every method meets
+//! the same ones. Whoever comes while others begin to walk (WALK, 7 s) goes with them; everybody else pushes the
+//! button and waits for the next WALK. Those who still wait at the end count with their wait until then.
+//!
+//! When WALK begins is up to what drives the signal:
+//! - **the cabinet**, which a controller's decisions drive, and **two rings**: when a green that serves a waiting
+//!   crosswalk begins, or at once if it is green and may still last as long as it takes;
+//! - **a program**: whenever greens that serve the crosswalk begin, since its cycle lets pedestrians cross every time.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha12Rng;
+
+use crate::timing::{Timing, WALK_S};
+use basics::seed;
+use basics::units::SECONDS_PER_HOUR;
+
+/// Wait after which the cabinet itself serves whoever waits, whatever the controller asks for, seconds: the
+/// cycle that the Signal Timing Manual (2nd ed., chapter 6) does not want exceeded where people walk. Our choice.
+pub const LONGEST_WAIT_S: f64 = 120.0;
+
+/// Those of one crosswalk.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Crossing {
+    /// When they come, latest first, seconds.
+    to_come: Vec<f64>,
+    /// When those came who wait, in their order.
+    waiting: Vec<f64>,
+    /// Time since WALK began under a program; none while nobody can cross.
+    walk_s: Option<u32>,
+}
+
+/// Those of one signal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Pedestrians {
+    crossings: Vec<Crossing>,
+    totals: PedestrianTotals,
+}
+
+/// How many there were, and how long they waited.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PedestrianTotals {
+    /// Pedestrians.
+    pub count: u32,
+    /// Sum of their waits, seconds.
+    pub wait_s: f64,
+}
+
+impl Pedestrians {
+    /// Draws the pedestrians of an episode.
+    ///
+    /// # Arguments
+    ///
+    /// * `edges` — of every crosswalk the edge that it leads over; none where no green ever lets anybody cross, or each of the
+    ///   signal's own program does.
+    pub fn new(
+        edges: &[Option<&str>],
+        signal: &str,
+        per_hour: f64,
+        seed: u64,
+        (begin_s, end_s): (f64, f64),
+    ) -> Self {
+        let crossing = |edge: &Option<&str>| {
+            let Some(edge) = edge else { return Crossing::default() };
+            let mut rng = ChaCha12Rng::seed_from_u64(seed::pedestrians(seed, signal, edge));
+            let (mut time_s, mut to_come) = (begin_s, Vec::new());
+            loop {
+                // 1 - u lies in (0, 1], whose logarithm is finite.
+                time_s -= (1.0 - rng.random::<f64>()).ln() * SECONDS_PER_HOUR / per_hour;
+                if time_s.is_nan() || time_s >= end_s {
+                    break;
+                }
+                to_come.push(time_s);
+            }
+            to_come.reverse();
+            Crossing { to_come, ..Crossing::default() }
+        };
+        Self {
+            crossings: edges.iter().map(crossing).collect(),
+            totals: PedestrianTotals::default(),
+        }
+    }
+
+    /// Returns those who come to each crosswalk at these times.
+    #[cfg(test)]
+    pub(super) fn of(come_s: &[&[f64]]) -> Self {
+        let crossing = |times: &&[f64]| Crossing {
+            to_come: times.iter().rev().copied().collect(),
+            ..Crossing::default()
+        };
+        Self { crossings: come_s.iter().map(crossing).collect(), ..Self::default() }
+    }
+
+    /// Lets those come who come until now.
+    pub fn arrive(&mut self, now_s: f64) {
+        for crossing in &mut self.crossings {
+            while crossing.to_come.last().is_some_and(|at_s| *at_s <= now_s) {
+                crossing.waiting.extend(crossing.to_come.pop());
+            }
+        }
+    }
+
+    /// Whether somebody waits at a crosswalk.
+    pub fn waits(&self, crossing: usize) -> bool {
+        !self.crossings[crossing].waiting.is_empty()
+    }
+
+    /// Returns the crosswalk at which somebody has waited for too long, of several for the longest.
+    pub fn overdue(&self, now_s: f64) -> Option<usize> {
+        let first = |c: usize| self.crossings[c].waiting.first().copied();
+        let all = (0..self.crossings.len()).filter_map(|c| Some((c, first(c)?)));
+        let oldest = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (now_s - oldest.1 > LONGEST_WAIT_S).then_some(oldest.0)
+    }
+
+    /// Lets those go who wait at a crosswalk.
+    pub fn go(&mut self, crossing: usize, now_s: f64) {
+        for came_s in self.crossings[crossing].waiting.drain(..) {
+            self.totals.count += 1;
+            self.totals.wait_s += now_s - came_s;
+        }
+    }
+
+    /// Takes in what a program shows for the next second.
+    pub fn second_of_program(&mut self, shown: &str, timing: &Timing, now_s: f64) {
+        for crossing in 0..self.crossings.len() {
+            let serves = timing.serves_crossing(shown, crossing);
+            let walk_s = &mut self.crossings[crossing].walk_s;
+            *walk_s = serves.then(|| walk_s.map_or(0, |s| s + 1));
+            if walk_s.is_some_and(|s| s < WALK_S) {
+                self.go(crossing, now_s);
+            }
+        }
+    }
+
+    /// Returns the totals at the end of the episode.
+    pub fn finish(&mut self, now_s: f64) -> PedestrianTotals {
+        self.arrive(now_s);
+        (0..self.crossings.len()).for_each(|crossing| self.go(crossing, now_s));
+        self.totals
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::env::signal::testing::signal;
+    use crate::settings::SignalSettings;
+
+    fn hours(hours: f64, seed: u64, per_hour: f64) -> Pedestrians {
+        let edges = [Some("a"), None, Some("b")];
+        Pedestrians::new(&edges, "c", per_hour, seed, (0.0, 3600.0 * hours))
+    }
+
+    #[test]
+    fn pedestrians_come_at_their_rate_and_the_same_for_a_seed() {
+        let of = |p: &Pedestrians| p.crossings.iter().map(|c| c.to_come.len()).collect::<Vec<_>>();
+        let counts = of(&hours(1000.0, 7, 10.0));
+        assert!((counts[0] as f64 - 10_000.0).abs() < 400.0 && counts[1] == 0, "{counts:?}");
+        assert_ne!(hours(1.0, 7, 10.0).crossings[0], hours(1.0, 7, 10.0).crossings[2]);
+        assert_eq!(hours(1.0, 7, 10.0), hours(1.0, 7, 10.0));
+        assert_ne!(hours(1.0, 7, 10.0), hours(1.0, 8, 10.0));
+        assert_eq!(of(&hours(1.0, 7, 0.0)), [0; 3]);
+    }
+
+    #[test]
+    fn a_program_lets_those_go_who_come_before_walk_is_over() {
+        let settings = SignalSettings { pedestrians: true, ..SignalSettings::default() };
+        let timing = signal(&settings).timing;
+        let mut pedestrians = Pedestrians::of(&[&[3.0, 15.0, 25.0], &[]]);
+        // The first approach waits from 10 s on: 7 s of walk.
+        for second in 0..30 {
+            let now_s = f64::from(second);
+            pedestrians.arrive(now_s);
+            let shown = if second < 10 { "Gr" } else { "rG" };
+            pedestrians.second_of_program(shown, &timing, now_s);
+        }
+        // From 3 to 10 s, not at all, and from 25 s to the end.
+        assert_eq!(pedestrians.finish(30.0), PedestrianTotals { count: 3, wait_s: 12.0 });
+    }
+
+    #[test]
+    fn who_has_waited_longest_is_overdue_first() {
+        let mut pedestrians = hours(1.0, 7, 60.0);
+        pedestrians.arrive(600.0);
+        let first = |c: usize| pedestrians.crossings[c].waiting[0];
+        let expected = if first(0) < first(2) { 0 } else { 2 };
+        assert_eq!(pedestrians.overdue(600.0), Some(expected));
+        assert_eq!(pedestrians.overdue(first(expected) + LONGEST_WAIT_S), None);
+        pedestrians.go(0, 600.0);
+        assert!(!pedestrians.waits(0) && pedestrians.waits(2));
+    }
+}

@@ -1,0 +1,239 @@
+//! Who crosses beside a green, and what greens must be long enough for.
+
+use osm_signals::Turn;
+use osm_signals::angle::turn_degrees;
+
+use super::{CROSSING_DEG, Timing, is_green, whole};
+use crate::needs::{Need, least_greens_s};
+use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
+
+/// Time in which pedestrians begin to walk, seconds (HCM, MUTCD).
+pub const WALK_S: u32 = 7;
+
+/// Speed of pedestrians, metres per second (HCM, MUTCD: 3.5 ft/s).
+const WALKING_MPS: f64 = 1.067;
+
+/// Angle from which approaches are opposite, degrees: beyond [`CROSSING_DEG`].
+const OPPOSITE_DEG: f64 = 150.0;
+
+impl Timing {
+    /// Returns how many crosswalks there are: one across each approach; none where pedestrians do not count.
+    pub fn crossings(&self) -> usize {
+        if self.settings.pedestrians { self.approaches.len() } else { 0 }
+    }
+
+    /// Whether every green beside a crosswalk lasts until pedestrians have crossed.
+    pub fn recalls_pedestrians(&self) -> bool {
+        self.settings.pedestrian_calls_per_h.is_none()
+    }
+
+    /// Returns the walk and clearance of the crosswalk of an approach, seconds.
+    pub fn crossing_s(&self, approach: usize) -> u32 {
+        let approach = &self.approaches[approach];
+        let wider_m =
+            self.settings.lane_width_m.map_or(0.0, |lane_m| lane_m - DEFAULT_LANE_WIDTH_M);
+        let width_m = approach.width_m + wider_m * f64::from(approach.plain_lanes);
+        whole(f64::from(WALK_S) + width_m / WALKING_MPS)
+    }
+
+    /// Whether pedestrians can cross an approach beside what is shown: somebody who does not turn right has green, and
+    /// nobody who has green or yellow is in their way.
+    pub fn serves_crossing(&self, shown: &str, approach: usize) -> bool {
+        let ways = |moves: fn(char) -> bool| {
+            let letters = shown.chars().enumerate().filter(move |(_, letter)| moves(*letter));
+            letters.flat_map(|(index, letter)| self.ways(index).map(move |way| (way, letter)))
+        };
+        // Right turns alone stay green while a street changes.
+        let serves = ways(is_green).any(|(way, _)| way.turn != Turn::Right);
+        let moves = |letter| is_green(letter) || matches!(letter, 'y' | 'Y' | 'u');
+        serves
+            && !ways(moves)
+                .any(|(way, letter)| self.is_in_the_way(way.approach, way.turn, letter, approach))
+            && !self.is_left_only(shown)
+    }
+
+    /// Whether vehicles of an approach that turn like this are in the way of those who cross another one.
+    fn is_in_the_way(&self, from: usize, turn: Turn, letter: char, crossed: usize) -> bool {
+        if from == crossed {
+            return turn != Turn::Right;
+        }
+        let angle = |a: usize, b: usize| {
+            turn_degrees(self.approaches[a].heading_deg, self.approaches[b].heading_deg)
+        };
+        match turn {
+            Turn::Right => false,
+            Turn::Through => angle(from, crossed).abs() >= OPPOSITE_DEG,
+            Turn::Left => {
+                let opposed =
+                    (0..self.approaches.len()).any(|o| angle(from, o).abs() >= OPPOSITE_DEG);
+                // Yellow tells nothing of the green before it.
+                letter != 'g' && opposed && CROSSING_DEG.contains(&angle(from, crossed))
+            }
+        }
+    }
+
+    /// Returns the shortest time that a green may last, seconds, if what follows serves nothing of it;
+    /// crosswalks count that are served in every cycle.
+    pub fn min_green_s(&self, green: &str) -> u32 {
+        self.alone_s(green, self.recalls_pedestrians())
+    }
+
+    /// Returns the longest time that a green may last, seconds; a shortest green that is longer counts
+    /// more, also one that a push button asks for.
+    pub fn max_green_s(&self, green: &str) -> Option<u32> {
+        self.settings.max_green_s.map(|max| max.max(self.alone_s(green, true)))
+    }
+
+    /// Returns the shortest time of a green without pedestrians, seconds, if what follows serves nothing of it.
+    pub fn vehicle_green_s(&self, green: &str) -> u32 {
+        self.alone_s(green, false)
+    }
+
+    /// Returns the shortest time of a green if what follows serves nothing of it, seconds.
+    fn alone_s(&self, green: &str, pedestrians: bool) -> u32 {
+        let s = &self.settings;
+        if !s.pedestrians {
+            return if self.is_left_only(green) { s.min_left_green_s } else { s.min_green_s };
+        }
+        let needs = self.needs(&[green]);
+        let counts = |need: &&Need| need.served[0] && (pedestrians || need.crossing.is_none());
+        needs.iter().filter(counts).map(|need| need.least_s).max().unwrap_or(s.min_green_s)
+    }
+
+    /// Returns what greens must be long enough for. Without pedestrians that is a time for each; with them it is
+    /// a time for each movement and each crosswalk, over greens in a row that serve it, and a floor for each
+    /// green.
+    pub fn needs(&self, greens: &[&str]) -> Vec<Need> {
+        let s = &self.settings;
+        let alone = |(i, least_s)| Need::of_green(i, greens.len(), least_s);
+        if !s.pedestrians {
+            let own = greens.iter().map(|green| self.alone_s(green, false));
+            return own.enumerate().map(alone).collect();
+        }
+        let serves = |green: &str, approach: usize, turn: Turn| {
+            self.served(green, approach).any(|t| t == turn)
+        };
+        let approaches = 0..self.approaches.len();
+        let floor = |green: &&str| {
+            let turns_right_only =
+                approaches.clone().all(|a| self.served(green, a).all(|turn| turn == Turn::Right));
+            if turns_right_only { s.min_green_s } else { s.min_green_s.min(s.min_left_green_s) }
+        };
+        let mut needs: Vec<Need> = greens.iter().map(floor).enumerate().map(alone).collect();
+        let mut add = |served: Vec<bool>, least_s: u32, crossing: Option<usize>| {
+            if served.contains(&true) {
+                needs.push(Need { served, least_s, crossing });
+            }
+        };
+        let of =
+            |serves: &dyn Fn(&str) -> bool| greens.iter().map(|g| serves(g)).collect::<Vec<_>>();
+        for approach in approaches.clone() {
+            let ways = || self.links.iter().flatten().filter(|way| way.approach == approach);
+            let has_through = ways().any(|way| way.turn == Turn::Through);
+            // A stem's left turns are what its green is for.
+            let left_s = if has_through { s.min_left_green_s } else { s.min_green_s };
+            add(of(&|green| serves(green, approach, Turn::Through)), s.min_green_s, None);
+            add(of(&|green| serves(green, approach, Turn::Left)), left_s, None);
+        }
+        for approach in approaches {
+            let served = of(&|green| self.serves_crossing(green, approach));
+            add(served, self.crossing_s(approach), Some(approach));
+        }
+        needs
+    }
+
+    /// Returns the shortest greens of a cycle, seconds, which lets pedestrians cross every time.
+    pub fn least_greens_s(&self, greens: &[&str]) -> Vec<u32> {
+        let change_s =
+            |a: usize, b: usize| self.change(greens[a], greens[b]).map_or(0, |c| c.total_s());
+        let cycle: Vec<usize> = (0..greens.len()).collect();
+        least_greens_s(&self.needs(greens), &cycle, &change_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{LEFT, OTHER, THROUGH, cross, field};
+    use super::super::{Approach, Timing, Way};
+    use super::*;
+    use crate::settings::SignalSettings;
+
+    /// From the north through and left, the stem in the east right and left, from the south right and through.
+    fn tee(settings: &SignalSettings) -> Timing {
+        let approach =
+            |heading_deg| Approach { heading_deg, width_m: 12.8, plain_lanes: 4, speed_mps: 13.41 };
+        let way = |approach, turn| vec![Way { approach, turn }];
+        let links = vec![
+            way(0, Turn::Through),
+            way(0, Turn::Left),
+            way(1, Turn::Right),
+            way(1, Turn::Left),
+            way(2, Turn::Right),
+            way(2, Turn::Through),
+        ];
+        Timing::new(settings, [180.0, 270.0, 0.0].map(approach).to_vec(), links)
+    }
+
+    const TEE: [&str; 3] = ["GgrrGG", "GGGrrr", "rrGGrr"];
+
+    #[test]
+    fn the_left_stage_of_a_t_lasts_as_a_left_turn_does() {
+        let timing = tee(&field());
+        // Walk and clearance of 12.8 m are 19 s. The left turn's arrow leads over the stem's crosswalk.
+        assert_eq!(timing.least_greens_s(&TEE), [19, 5, 19]);
+        assert_eq!(timing.needs(&TEE).iter().filter(|need| need.crossing.is_some()).count(), 3);
+        // Without an arrow both stages serve that crosswalk: 10 + 4 + 1 + 5 s are enough.
+        let permissive = ["GgrrGG", "GgGrrr", "rrGGrr"];
+        assert_eq!(timing.least_greens_s(&permissive), [9, 5, 19]);
+        assert_eq!(tee(&SignalSettings::default()).least_greens_s(&TEE), [7, 7, 7]);
+    }
+
+    #[test]
+    fn a_through_movement_that_stays_green_need_not_begin_anew() {
+        let timing = cross(&SignalSettings { pedestrians: false, ..field() });
+        assert_eq!(timing.least_greens_s(&[THROUGH, LEFT, OTHER]), [7, 5, 7]);
+        let timing = cross(&field());
+        let north = "GGGrrrrrrrrr";
+        // The crosswalk in the west is served in both, that in the east beside the first one alone.
+        assert_eq!(timing.least_greens_s(&[THROUGH, north, OTHER]), [19, 5, 19]);
+        assert!(!timing.serves_crossing(north, 1) && timing.serves_crossing(north, 3));
+    }
+
+    #[test]
+    fn nobody_crosses_before_an_arrow_or_into_traffic() {
+        let timing = cross(&field());
+        let served =
+            |shown: &str| (0..4).filter(|a| timing.serves_crossing(shown, *a)).collect::<Vec<_>>();
+        assert_eq!(served(THROUGH), [1, 3]);
+        assert_eq!(served(OTHER), [0, 2]);
+        assert_eq!(served(LEFT), [0; 0]);
+        assert_eq!(served("rrrrrrrrrrrr"), [0; 0]);
+        assert_eq!(served("GrrrrrGrrrrr"), [0; 0], "right turns that stay green");
+        assert_eq!(served("rrrrrrGGgrrr"), [1, 3]);
+        assert_eq!(served("rrryyyGGgrrr"), [0; 0], "before the east has red");
+    }
+
+    #[test]
+    fn lanes_of_unknown_width_are_as_wide_as_the_settings_say() {
+        let settings = SignalSettings { lane_width_m: Some(3.66), ..field() };
+        // 7 + 14.64 / 1.067.
+        assert_eq!(cross(&settings).crossing_s(0), 21);
+        assert_eq!(cross(&field()).crossing_s(0), 19);
+        let mut known = cross(&settings);
+        known.approaches[0].plain_lanes = 0;
+        assert_eq!(known.crossing_s(0), 19);
+    }
+
+    #[test]
+    fn without_a_call_vehicles_decide_and_the_longest_green_has_room_for_one() {
+        let settings = SignalSettings { pedestrian_calls_per_h: Some(10.0), ..field() };
+        let timing = cross(&SignalSettings { max_green_s: Some(18), ..settings });
+        assert_eq!((timing.min_green_s(THROUGH), timing.min_green_s(LEFT)), (7, 5));
+        assert_eq!(timing.max_green_s(THROUGH), Some(19));
+        assert_eq!(
+            timing.least_greens_s(&[THROUGH, OTHER]),
+            [19, 19],
+            "a fixed cycle lets all cross"
+        );
+    }
+}
