@@ -33,6 +33,8 @@ runs=(
     "nema-field --preset field --methods baseline,nema"
     "nema-intersections-resco --preset resco --set family.detail=per-approach --methods baseline,nema"
     "nema-intersections-field --preset field --set family.detail=per-approach --methods baseline,nema"
+    "intersections-field-40 --preset field --set family.detail=per-approach --budget 40 --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
+    "learners-validated-20 --preset resco --budget 20 --assist results/salt-lake-city/resco --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
     "learners-validated --preset resco --methods baseline,idqn,mplight,mplight-star"
     "ippo-validated-20 --preset resco --budget 20 --sampling balanced --episodes 400 --methods baseline,ippo"
 )

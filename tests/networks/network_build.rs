@@ -198,6 +198,9 @@ fn the_whole_city_builds_under_both_presets_with_the_same_greens() {
 fn program_greens(spec: &IntersectionSpec, program: &[ProgramPhase], preset: &str) -> Vec<String> {
     let point = &spec.point;
     let mut greens = Vec::new();
+    // A right turn on red has red, with leave to go.
+    let red = |p: &ProgramPhase| ProgramPhase { state: p.state.replace('s', "r"), ..p.clone() };
+    let program: Vec<ProgramPhase> = program.iter().map(red).collect();
     for (i, phase) in program.iter().enumerate() {
         let before = &program[(i + program.len() - 1) % program.len()];
         let after_yellow = before.state.contains('y');

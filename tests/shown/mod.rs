@@ -112,9 +112,10 @@ pub(crate) fn hurried(states: &[String], ways: &[Way], limits: &Limits) -> Vec<S
     // What links show, with the green before it for a yellow.
     let mut shown: Vec<Vec<u8>> = states.iter().map(|s| s.as_bytes().to_vec()).collect();
     for second in 1..shown.len() {
-        for link in 0..ways.len() {
-            if shown[second][link] == b'y' {
-                shown[second][link] = shown[second - 1][link];
+        let before = shown[second - 1].clone();
+        for (letter, before) in shown[second].iter_mut().zip(before) {
+            if *letter == b'y' {
+                *letter = before;
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Summaries of a family beside the mean of scores, which is one number of a heavy tail.
 //!
 //! Definition 1 of Jayawardana et al. weighs every point MDP by how often it occurs, whatever its
-//! delay: halving 10 s counts as much as halving 500 s. No other summary is right instead; they
-//! answer other questions, and where they disagree on a method, few point MDPs decide:
+//! delay: halving 10 s counts as much as halving 500 s. The others are not better
+//! summaries: they answer other questions. Where they disagree on a method, few point MDPs decide:
 //!
 //! - [`ratio_of_means`]: how much less delay there is in total. Long delays dominate.
 //! - [`weighted_median`]: what happens at the typical intersection. Extreme ones do not count.

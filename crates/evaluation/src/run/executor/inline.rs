@@ -1,7 +1,8 @@
 //! Tasks one after the other in this process: for tests, debugging, and methods that exist only here.
 //!
 //! A simulator that ends the process takes the run with it, and nothing is tried twice; workers are
-//! safer. An interruption is noticed between two tasks, and nothing is noticed that hangs.
+//! safer. This executor notices an interruption only between two tasks, and never notices a task that
+//! hangs.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
