@@ -15,7 +15,7 @@ pub fn score(value: f64) -> String {
 }
 
 /// Returns a score with as many decimals as its interval allows: two, or three when the interval is
-/// narrower than [`NARROW`].
+/// narrower than `NARROW`.
 pub fn score_within(value: f64, interval: Option<(f64, f64)>) -> String {
     match interval {
         Some((low, high)) if high - low < NARROW && high < 10.0 && high > low => {

@@ -1,7 +1,7 @@
 //! Bayesian quadrature: the point MDPs that say most of the family's score, and the weights that follow.
 //!
 //! [`Process`] says how alike scores are. From it follows what is left unknown of the overall performance when some
-//! point MDPs are evaluated, before any is. The first [`FIRST`] are drawn at random, spread over what is known; then the
+//! point MDPs are evaluated, before any is. The first `FIRST` are drawn at random, spread over what is known; then the
 //! one that leaves least unknown is added, one after the other. So there is one order: every budget has the first of it.
 //!
 //! The family is finite. What is evaluated is known, so that it keeps its own score, and what is not has its nugget,
