@@ -115,16 +115,13 @@ fn measure(scenario: &Scenario) -> anyhow::Result<Vec<Quantity>> {
     use anyhow::Context as _;
 
     use super::output::note;
-    use crate::traffic::calibration::calibrate;
+    use crate::traffic::calibration::{SIMULATIONS, calibrate};
     use crate::traffic::sim::libsumo::SumoSim;
 
     let folder = tempfile::tempdir().context("cannot create a folder for the simulations")?;
-    let progress = |done, of| {
-        if done == 1 {
-            note(format!("calibrating: {of} simulations"));
-        }
-    };
-    Ok(calibrate(&mut SumoSim::new()?, scenario, folder.path(), &progress)?)
+    let mut sim = SumoSim::new()?;
+    note(format!("calibrating: {SIMULATIONS} simulations"));
+    Ok(calibrate(&mut sim, scenario, folder.path())?)
 }
 
 #[cfg(not(feature = "libsumo"))]

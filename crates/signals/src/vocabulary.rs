@@ -35,6 +35,26 @@ impl Light {
     }
 }
 
+/// Whether a green link that yields (`g`) meets another link in a state.
+pub fn is_met_by_yielding(state: &str, link: usize, meet: &dyn Fn(usize, usize) -> bool) -> bool {
+    state.chars().enumerate().any(|(other, letter)| letter == 'g' && meet(link, other))
+}
+
+/// Returns a state with SUMO's `s` in place of red for the links that may be used on red. Beside a green link that yields
+/// and meets it, such a link stays red: SUMO refuses two links that yield to each other.
+///
+/// # Arguments
+///
+/// * `may` — shape `[L]`; links beyond it may not.
+/// * `meet` — whether the paths of two links meet.
+pub fn on_red(state: &str, may: &[bool], meet: &dyn Fn(usize, usize) -> bool) -> String {
+    let letter = |(link, letter): (usize, char)| match letter {
+        'r' if may.get(link) == Some(&true) && !is_met_by_yielding(state, link, meet) => 's',
+        _ => letter,
+    };
+    state.chars().enumerate().map(letter).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

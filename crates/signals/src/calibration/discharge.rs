@@ -78,7 +78,6 @@ pub(super) fn discharge(
             reason: "no green of the calibration had a queue of eight vehicles".to_owned(),
         });
     }
-    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
     let headway_s = mean(&headways_s);
     Ok(Discharge {
         headway_s,
@@ -87,6 +86,11 @@ pub(super) fn discharge(
         lost_s: served.until_s - begin_s - mean(&all) * headway_s,
         vehicles: mean(&all),
     })
+}
+
+/// Returns the mean of some values.
+pub(super) fn mean(of: &[f64]) -> f64 {
+    of.iter().sum::<f64>() / of.len() as f64
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use self::discharge::{Discharge, discharge};
+use self::discharge::{Discharge, discharge, mean};
 use self::street::{GREENS_S, Street};
 use super::error::TrafficError;
 use super::settings::Scenario;
@@ -39,6 +39,9 @@ pub const SEEDS: u32 = 5;
 
 /// Opposing flows of the permissive left turns, vehicles per hour.
 const OPPOSING_VPH: [f64; 4] = [300.0, 600.0, 900.0, 1200.0];
+
+/// Simulations of a calibration: queues once, and permissive left turns against each flow, with every seed.
+pub const SIMULATIONS: u32 = SEEDS * (1 + OPPOSING_VPH.len() as u32);
 
 /// Base saturation flow of a metropolitan area, passenger cars per hour and lane (HCM, chapter 19).
 const BASE_SATURATION_VPH: f64 = 1900.0;
@@ -81,7 +84,7 @@ pub struct Quantity {
 
 impl Quantity {
     fn new(quantity: impl Into<String>, unit: &'static str, of: &[f64], hcm: f64) -> Self {
-        let measured = of.iter().sum::<f64>() / of.len() as f64;
+        let measured = mean(of);
         Self {
             quantity: quantity.into(),
             unit,
@@ -94,12 +97,11 @@ impl Quantity {
     }
 }
 
-/// Measures everything with a simulator and the settings of a scenario; takes about half a minute with SUMO.
+/// Measures everything with a simulator and the settings of a scenario; takes about a minute with SUMO.
 ///
 /// # Arguments
 ///
 /// * `folder` — for files of the simulations.
-/// * `progress` — called after each simulation with how many are done, and of how many.
 ///
 /// # Errors
 ///
@@ -108,21 +110,13 @@ pub fn calibrate(
     sim: &mut dyn Sim,
     scenario: &Scenario,
     folder: &Path,
-    progress: &dyn Fn(u32, u32),
 ) -> Result<Vec<Quantity>, TrafficError> {
     let street = Street::build(scenario, folder)?;
-    let simulations = SEEDS * (1 + OPPOSING_VPH.len() as u32);
-    let mut done = 0;
-    let mut next = || {
-        done += 1;
-        progress(done, simulations);
-    };
     let (mut through, mut left) = (Vec::new(), Vec::new());
     for k in 0..SEEDS {
         let (plan, crossings) = street.queues(sim, k)?;
         through.push(discharge(&crossings.through, plan.cycle_s, plan.through)?);
         left.push(discharge(&crossings.left, plan.cycle_s, plan.left)?);
-        next();
     }
     let change_s = f64::from(street.change_s());
     let heavy = 1.0 - PER_HEAVY_PERCENT * 100.0 * scenario.demand.heavy_vehicles;
@@ -171,7 +165,6 @@ pub fn calibrate(
         let mut measured = Vec::new();
         for k in 0..SEEDS {
             measured.push(street.permissive_vph(sim, opposing_vph, k)?);
-            next();
         }
         table.push(Quantity::new(
             format!("permissive left against {opposing_vph} veh/h"),

@@ -11,13 +11,13 @@ use crate::network::demand::{DemandSpec, RouteShare, Stream};
 use crate::network::error::NetworkError;
 use crate::network::intersection::{Arm, IntersectionSpec};
 use crate::network::lanes::Connection;
-use crate::network::net_file::{NetFile, NetLink};
-use crate::network::netconvert::{BuiltNet, Netconvert};
+use crate::network::net_file::NetFile;
+use crate::network::netconvert::{BuiltNet, Netconvert, links, movement_of_link, write};
 use crate::network::retime::timing;
 use crate::settings::{DemandSettings, Scenario};
 use crate::sim::{Program, ProgramKind, ProgramPhase, Sim, StartOptions};
 use crate::timing::Timing;
-use basics::files::{self, FileError, limits};
+use basics::files::{self, limits};
 use basics::seed;
 use basics::units::{SECONDS_PER_HOUR, mph_to_mps};
 
@@ -97,18 +97,8 @@ impl Street {
         let built = Netconvert::find()?.build(&spec, network, signal, demand, folder)?;
         let unsound = |reason| NetworkError::Unsound { point: NAME.to_owned(), reason };
         let net = NetFile::parse(&built.text).map_err(unsound)?;
-        let link = |c: &Connection| {
-            let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
-            let is = |l: &&NetLink| (&l.from, &l.to, l.from_lane) == (&from, &to, c.from_lane);
-            net.links.iter().find(is).map(|l| l.link)
-        };
-        let links: Option<Vec<usize>> = built.layout.connections.iter().map(link).collect();
-        let links = links.ok_or_else(|| unsound("a connection has no link".to_owned()))?;
-        let mut movement_of_link = vec![0; links.len()];
-        for (c, link) in built.layout.connections.iter().zip(&links) {
-            let same = built.layout.movements.iter().position(|m| *m == c.movement);
-            movement_of_link[*link] = same.unwrap_or_default();
-        }
+        let links = links(&built.layout, &net).map_err(unsound)?;
+        let movement_of_link = movement_of_link(&built.layout, &links);
         let timing = timing(&spec, &built.layout, &movement_of_link, &scenario.signal);
         let street = Self {
             folder: folder.to_owned(),
@@ -117,11 +107,11 @@ impl Street {
             links,
             timing,
         };
-        street.write("n.net.xml", &street.built.text)?;
+        write(folder, "n.net.xml", &street.built.text)?;
         let config =
             "<configuration><input><net-file value=\"n.net.xml\"/></input></configuration>\n";
-        street.write("n.sumocfg", config)?;
-        street.write("loops.add.xml", &street.loops())?;
+        write(folder, "n.sumocfg", config)?;
+        write(folder, "loops.add.xml", &loops())?;
         Ok(street)
     }
 
@@ -205,23 +195,6 @@ impl Street {
         state.into_iter().collect()
     }
 
-    /// Returns a loop before the stop line of every lane of the street.
-    fn loops(&self) -> String {
-        let mut text = "<additional>\n".to_owned();
-        for lane in [0, 2].iter().flat_map(|arm| (0..3).map(move |lane| format!("in{arm}_{lane}")))
-        {
-            text += &format!(
-                "    <instantInductionLoop id=\"{lane}\" lane=\"{lane}\" pos=\"-0.1\" file=\"loops.xml\"/>\n"
-            );
-        }
-        text + "</additional>\n"
-    }
-
-    fn write(&self, name: &str, text: &str) -> Result<(), FileError> {
-        let path = self.folder.join(name);
-        std::fs::write(&path, text).map_err(FileError::at("write", &path))
-    }
-
     /// Simulates a program and returns when vehicles crossed, by lane.
     fn simulate(
         &self,
@@ -255,6 +228,17 @@ impl Street {
         let path = self.folder.join("loops.xml");
         Ok(crossings(&String::from_utf8_lossy(&files::read(&path, limits::NETWORK)?)))
     }
+}
+
+/// Returns a loop before the stop line of every lane of the street.
+fn loops() -> String {
+    let mut text = "<additional>\n".to_owned();
+    for lane in [0, 2].iter().flat_map(|arm| (0..3).map(move |lane| format!("in{arm}_{lane}"))) {
+        text += &format!(
+            "    <instantInductionLoop id=\"{lane}\" lane=\"{lane}\" pos=\"-0.1\" file=\"loops.xml\"/>\n"
+        );
+    }
+    text + "</additional>\n"
 }
 
 /// Returns vehicles from one arm to another.

@@ -6,11 +6,10 @@
 //!   is asked again at the next decision;
 //! - it **ends a green at its longest**, in favour of the phase that has not been green for the longest
 //!   time, if the controller has not. The limit is one of phases: a link that several phases serve in
-//!   turn may stay green for longer.
-//!
-//! - counts a **shortest green** over all greens in a row that serve a movement or a crosswalk
+//!   turn may stay green for longer;
+//! - it **counts a shortest green** over all greens in a row that serve a movement or a crosswalk
 //!   ([`needs`](crate::needs)), where pedestrians count;
-//! - **serves push buttons**: WALK begins with a green that serves a crosswalk at which somebody waits, or at
+//! - it **serves push buttons**: WALK begins with a green that serves a crosswalk at which somebody waits, or at
 //!   once if that is green and may still last as long as it takes; then the change waits until they have
 //!   crossed. Who has waited for [`LONGEST_WAIT_S`](super::pedestrians::LONGEST_WAIT_S) is served next, whatever
 //!   the controller asks for.

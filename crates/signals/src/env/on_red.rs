@@ -7,32 +7,30 @@
 //! what SUMO is told has the `s`, in whatever state the link is red: in greens of others, in their yellow and in all-red.
 
 use crate::sim::{Program, SignalInfo};
+use crate::vocabulary::{is_met_by_yielding, on_red};
 
 /// The links of a signal that may be used on red.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct OnRed {
     /// By link index.
     may: Vec<bool>,
-    /// Per link index those that meet it; empty where it may not be used.
-    meets: Vec<Vec<usize>>,
+    /// Shape `[links, links]`; whether the first may be used on red and the second meets it.
+    meets: Vec<Vec<bool>>,
 }
 
 impl OnRed {
     /// Finds the links and turns their letter into red in all programs of the signal.
     pub(super) fn take(signal: &mut SignalInfo) -> Self {
         let count = signal.links.len();
-        let states = || signal.programs.iter().flat_map(|p| &p.phases).map(|p| p.state.as_bytes());
-        let meets = |link: usize| -> Vec<usize> {
-            (0..count).filter(|other| *other != link && signal.may_meet(link, *other)).collect()
-        };
+        let states = || signal.programs.iter().flat_map(|p| &p.phases).map(|p| p.state.as_str());
+        let meet = |link: usize, other: usize| other != link && signal.may_meet(link, other);
         let may = |link: usize| {
-            let meets = meets(link);
-            let is = |letter: u8| move |s: &&[u8]| s.get(link) == Some(&letter);
+            let is = |letter: u8| move |s: &&str| s.as_bytes().get(link) == Some(&letter);
             states().any(|s| is(b's')(&s))
-                && states().filter(is(b'r')).all(|s| yields_beside(s, &meets))
+                && states().filter(is(b'r')).all(|s| is_met_by_yielding(s, link, &meet))
         };
         let may: Vec<bool> = (0..count).map(may).collect();
-        let of = |link: usize| if may[link] { meets(link) } else { Vec::new() };
+        let of = |link: usize| (0..count).map(|other| may[link] && meet(link, other)).collect();
         let meets = (0..count).map(of).collect();
         for phase in signal.programs.iter_mut().flat_map(|p| &mut p.phases) {
             let letters = phase.state.chars().enumerate();
@@ -47,13 +45,7 @@ impl OnRed {
 
     /// Returns what SUMO is told to show for a state.
     pub(super) fn shown(&self, state: &str) -> String {
-        let letter = |(link, letter): (usize, char)| match self.may.get(link) {
-            Some(true) if letter == 'r' && !yields_beside(state.as_bytes(), &self.meets[link]) => {
-                's'
-            }
-            _ => letter,
-        };
-        state.chars().enumerate().map(letter).collect()
+        on_red(state, &self.may, &|link, other| self.meets[link].get(other) == Some(&true))
     }
 
     /// Returns what SUMO is told to run for a program.
@@ -63,11 +55,6 @@ impl OnRed {
         }
         program
     }
-}
-
-/// Whether one of some links is green and yields.
-fn yields_beside(state: &[u8], links: &[usize]) -> bool {
-    links.iter().any(|link| state.get(*link) == Some(&b'g'))
 }
 
 #[cfg(test)]

@@ -160,11 +160,7 @@ impl Netconvert {
         let own = net
             .program(FIRST_PROGRAM)
             .ok_or_else(|| unsound("netconvert made no program".to_owned()))?;
-        let mut movement_of_link = vec![0; links.len()];
-        for (c, link) in layout.connections.iter().zip(&links) {
-            let movement = layout.movements.iter().position(|m| *m == c.movement);
-            movement_of_link[*link] = movement.expect("connections belong to movements");
-        }
+        let movement_of_link = movement_of_link(&layout, &links);
         let mut ours = program(&phases, &movement_of_link, settings);
         let timing = timing(spec, &layout, &movement_of_link, signal);
         let mut own = match &lefts {
@@ -307,8 +303,22 @@ fn greens(
     stages.iter().map(green).collect()
 }
 
+/// Returns the movement of every link.
+pub fn movement_of_link(layout: &LaneLayout, links: &[usize]) -> Vec<usize> {
+    let mut movement_of_link = vec![0; links.len()];
+    for (c, link) in layout.connections.iter().zip(links) {
+        let movement = layout.movements.iter().position(|m| *m == c.movement);
+        movement_of_link[*link] = movement.expect("connections belong to movements");
+    }
+    movement_of_link
+}
+
 /// Returns the link of every connection.
-fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
+///
+/// # Errors
+///
+/// The connection that the network lacks.
+pub fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
     let link = |c: &Connection| {
         let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
         net.links
@@ -323,7 +333,12 @@ fn links(layout: &LaneLayout, net: &NetFile) -> Result<Vec<usize>, String> {
     layout.connections.iter().map(link).collect()
 }
 
-fn write(folder: &Path, name: &str, text: &str) -> Result<(), FileError> {
+/// Writes a file in a folder of files for SUMO.
+///
+/// # Errors
+///
+/// [`FileError`] when it cannot be written.
+pub fn write(folder: &Path, name: &str, text: &str) -> Result<(), FileError> {
     let path = folder.join(name);
     fs::write(&path, text).map_err(FileError::at("write", &path))
 }

@@ -28,7 +28,7 @@ use super::lanes::{LaneLayout, turns_left_from_its_own_lanes};
 use super::left_turns::Treatment;
 use super::movements::{ArmMovement, opposite};
 use crate::settings::NetworkSettings;
-use crate::vocabulary::Light;
+use crate::vocabulary::{self, Light};
 
 /// Program id of these phases in a network.
 pub const PHASES_PROGRAM: &str = "phases";
@@ -293,8 +293,6 @@ pub fn program(
 /// forbids it. Deviation: the left turn from a one-way street into another one, which most states allow
 /// too, is left out; and of several lanes or links that turn right and meet, only the rightmost and the first may.
 ///
-/// Beside a green link that yields and meets it, a link stays red: SUMO refuses two that yield to each other.
-///
 /// # Arguments
 ///
 /// * `may` — shape `[L]`; whether vehicles of a link may.
@@ -304,14 +302,7 @@ pub fn on_red(
     may: &[bool],
     meet: &dyn Fn(usize, usize) -> bool,
 ) -> Vec<ProgramPhase> {
-    let state = |state: &str| -> String {
-        let yields = |link| state.chars().enumerate().any(|(o, l)| l == 'g' && meet(link, o));
-        let letter = |(link, letter)| match letter {
-            'r' if may[link] && !yields(link) => 's',
-            _ => letter,
-        };
-        state.chars().enumerate().map(letter).collect()
-    };
+    let state = |state: &str| vocabulary::on_red(state, may, meet);
     program.into_iter().map(|p| ProgramPhase { state: state(&p.state), ..p }).collect()
 }
 
