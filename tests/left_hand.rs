@@ -46,6 +46,7 @@ fn spec(arms: &[(f64, [u32; 4])], side: DrivingSide) -> IntersectionSpec {
         length_m: 200.0 + 20.0 * i as f64,
         inflow_vph: 350.0 + 60.0 * i as f64,
         turns: Some(Turns::ALL),
+        counted: None,
     };
     let arms = arms.iter().enumerate().map(arm).collect();
     IntersectionSpec { point: "p".into(), arms, side }

@@ -69,7 +69,7 @@ pub mod settings;
 pub mod side;
 pub mod signals;
 pub mod sites;
-mod sources;
+pub mod sources;
 pub mod spread;
 pub mod streets;
 pub mod survey;

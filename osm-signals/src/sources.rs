@@ -32,20 +32,29 @@ const EXPECTED: &str =
     "a CSV, a workbook, GeoJSON points, a shapefile of points, or a zipped one of these";
 
 /// A list as the text of a table.
-pub(super) struct Source<'a> {
+pub struct Source<'a> {
     /// The text; of CSV the bytes of the file.
-    pub(super) bytes: Cow<'a, [u8]>,
+    pub bytes: Cow<'a, [u8]>,
     /// What a row is called, and what its number in the file is more than its line in the text.
-    pub(super) rows: (&'static str, i64),
+    pub rows: (&'static str, i64),
 }
 
 impl<'a> Source<'a> {
-    /// Returns the list in the bytes of a file.
+    /// Returns the list in the bytes of a file; of a workbook the first sheet that holds anything.
     ///
     /// # Errors
     ///
     /// [`OsmError`] naming the file: it is damaged, projected, has no points, or holds no list or several.
-    pub(super) fn of(bytes: &'a [u8], path: &Path) -> Result<Self, OsmError> {
+    pub fn of(bytes: &'a [u8], path: &Path) -> Result<Self, OsmError> {
+        Ok(Self::sheets(bytes, path)?.swap_remove(0))
+    }
+
+    /// Returns every sheet of a workbook that holds anything, or the one list of another file; at least one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Source::of`].
+    pub fn sheets(bytes: &'a [u8], path: &Path) -> Result<Vec<Self>, OsmError> {
         if bytes.starts_with(ARCHIVE) {
             return archive(bytes, path);
         }
@@ -57,13 +66,14 @@ impl<'a> Source<'a> {
                 let other = path.with_extension(end);
                 other.is_file().then(|| file::bytes(&other)).transpose()
             };
-            return shapes(bytes, beside("dbf")?.as_deref(), beside("prj")?.as_deref(), path);
+            let (records, projection) = (beside("dbf")?, beside("prj")?);
+            return Ok(vec![shapes(bytes, records.as_deref(), projection.as_deref(), path)?]);
         }
         let is_json = bytes.iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'{');
         if is_json || bytes.starts_with(b"\xEF\xBB\xBF{") {
-            return points(bytes, path);
+            return Ok(vec![points(bytes, path)?]);
         }
-        Ok(Self { bytes: Cow::Borrowed(bytes), rows: ("line", 0) })
+        Ok(vec![Self { bytes: Cow::Borrowed(bytes), rows: ("line", 0) }])
     }
 
     fn owned(self) -> Source<'static> {
@@ -76,7 +86,7 @@ fn nothing(path: &Path, reason: impl Into<String>) -> OsmError {
 }
 
 /// Reads what an archive holds.
-fn archive(bytes: &[u8], path: &Path) -> Result<Source<'static>, OsmError> {
+fn archive(bytes: &[u8], path: &Path) -> Result<Vec<Source<'static>>, OsmError> {
     let damaged = |e: &dyn std::fmt::Display| {
         nothing(path, format!("a damaged archive ({e}); fetch it again"))
     };
@@ -118,7 +128,8 @@ fn archive(bytes: &[u8], path: &Path) -> Result<Source<'static>, OsmError> {
     };
     let inner = part(list)?;
     if end(list) != "shp" {
-        return Source::of(&inner, &path.join(list)).map(Source::owned);
+        let sheets = Source::sheets(&inner, &path.join(list))?;
+        return Ok(sheets.into_iter().map(Source::owned).collect());
     }
     let stem = &list[..list.len() - "shp".len()];
     let mut beside = |end: &str| {
@@ -126,27 +137,34 @@ fn archive(bytes: &[u8], path: &Path) -> Result<Source<'static>, OsmError> {
         name.map(|name| part(name)).transpose()
     };
     let (records, projection) = (beside("dbf")?, beside("prj")?);
-    shapes(&inner, records.as_deref(), projection.as_deref(), path)
+    Ok(vec![shapes(&inner, records.as_deref(), projection.as_deref(), path)?])
 }
 
-/// Reads the first sheet of a workbook that holds anything.
-fn workbook<'b, R>(workbook: Result<R, R::Error>, path: &Path) -> Result<Source<'static>, OsmError>
+/// Reads the sheets of a workbook that hold anything.
+fn workbook<'b, R>(
+    workbook: Result<R, R::Error>,
+    path: &Path,
+) -> Result<Vec<Source<'static>>, OsmError>
 where
     R: Reader<Cursor<&'b [u8]>>,
     R::Error: std::fmt::Display,
 {
     let damaged = |e: R::Error| nothing(path, format!("a workbook that cannot be read ({e})"));
     let mut workbook = workbook.map_err(damaged)?;
+    let mut sheets = Vec::new();
     for name in workbook.sheet_names() {
         let range = workbook.worksheet_range(&name).map_err(damaged)?;
         let Some((first, _)) = range.start() else { continue };
         let rows = range.rows().map(|row| row.iter().map(cell).collect::<Vec<String>>());
-        return Ok(Source {
+        sheets.push(Source {
             bytes: Cow::Owned(csv(rows).into_bytes()),
             rows: ("row", i64::from(first)),
         });
     }
-    Err(nothing(path, "a workbook without any cell"))
+    if sheets.is_empty() {
+        return Err(nothing(path, "a workbook without any cell"));
+    }
+    Ok(sheets)
 }
 
 fn cell(data: &Data) -> String {

@@ -22,6 +22,7 @@ mod dialect;
 mod encoding;
 mod fault;
 pub mod file;
+pub mod uneven;
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -132,6 +133,10 @@ impl<'a> Sheet<'a> {
     /// As [`Sheet::open`].
     pub fn of(text: impl Into<Cow<'a, str>>) -> Result<Self, Fault> {
         let mut text: Cow<'a, str> = text.into();
+        if text.trim_start().starts_with('[') && uneven::is_utdf(text.as_bytes()) {
+            let message = "a network in UTDF, not a table; give it with `build-networks --utdf`";
+            return Err(Fault::new(1, message));
+        }
         if text.trim_start().starts_with(['{', '[', '<']) {
             return Err(Fault::new(1, "holds JSON or XML, not a table; give a CSV file"));
         }

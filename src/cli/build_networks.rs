@@ -5,13 +5,16 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use super::effects::Use;
-use super::folder::NETWORKS;
+use super::folder::{CITY, NETWORKS};
 use super::osm;
 use super::osm::OsmArgs;
 use super::output::{Counted, line, note};
+use super::refused::Refused;
 use super::scenario::ScenarioArg;
 use super::values::at_least_one_worker;
 use crate::cli::exit;
+use crate::files::quoted;
+use crate::traffic::city::counted::{CountedRequest, counted};
 use crate::traffic::city::folder::default_folder;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary};
@@ -19,6 +22,11 @@ use crate::traffic::network::intersection::{IntersectionSpec, intersections};
 use crate::traffic::network::prune::{Pruned, prune};
 use crate::traffic::network_files::NetworkFiles;
 use crate::traffic::problem::{self, networks};
+use crate::traffic::turning::Period;
+use crate::traffic::utdf::Utdf;
+
+/// Budget of the command that is suggested in the end.
+const EXAMPLE_BUDGET: usize = 20;
 
 /// `tsc-family build-networks`.
 #[derive(Debug, clap::Args)]
@@ -28,6 +36,9 @@ Examples:
   tsc-family build-networks my-city.toml --out networks/my-city
   tsc-family build-networks --osm utah-latest.osm.pbf --boundary=-112.1,40.7,-111.8,40.8 \
       --signals signals.csv --aadt counts.geojson --out networks/my-city
+  tsc-family build-networks --utdf my-network.csv --out networks/my-network
+  tsc-family build-networks networks/my-city --turning-counts counts.csv --period am=07:00-09:00 \
+      --period pm=16:00-18:00 --out networks/counted
   sumo-gui -c networks/salt-lake-city/L4-S30-D300-Q500-l0-r0/*.sumocfg")]
 pub struct BuildNetworksArgs {
     /// The scenario
@@ -44,6 +55,17 @@ pub struct BuildNetworksArgs {
     /// task simulates stay
     #[arg(long, conflicts_with = "osm")]
     pub prune: bool,
+    /// Network in UTDF, as Synchro exports it, instead of a scenario: the combined file, or those of version 6 (repeatable)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "osm"])]
+    pub utdf: Vec<PathBuf>,
+    /// Vehicles by approach and turn: a table with columns such as INTID, Time, NBL, NBT, NBR; CSV or workbook
+    /// (repeatable)
+    #[arg(long, value_name = "FILE")]
+    pub turning_counts: Vec<PathBuf>,
+    /// Part of the day whose busiest hour is simulated, such as am=07:00-09:00, or am=07:00-09:00,500 with its hours
+    /// per year (repeatable) [default: the busiest hour of all counts]
+    #[arg(long, value_name = "NAME=FROM-TO[,HOURS]", requires = "turning_counts")]
+    pub period: Vec<Period>,
     /// Processors to use [default: all]
     #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
     pub jobs: Option<NonZeroUsize>,
@@ -56,11 +78,16 @@ pub struct BuildNetworksArgs {
 }
 
 pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
+    check_periods(&args.period)?;
     if let Some(extract) = &args.osm.osm {
         let to = (args.out.as_deref(), args.force);
-        return osm::run(&args.osm, extract, to, args.scenario.settings(), args.quiet);
+        let counted = (args.turning_counts.as_slice(), args.period.as_slice());
+        return osm::run(&args.osm, extract, to, counted, args.scenario.settings(), args.quiet);
     }
     args.osm.without_extract(&args.scenario.scenario)?;
+    if !args.turning_counts.is_empty() || !args.utdf.is_empty() {
+        return with_volumes(args);
+    }
     let loaded = args.scenario.signals(&args.scenario.settings())?;
     let out = args.out.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
     Use::BUILD.check(&loaded, &args.scenario.settings())?;
@@ -93,6 +120,87 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         ));
     }
     Ok(exit::DONE)
+}
+
+/// Refuses periods of one name, and hours per year for some of them only.
+fn check_periods(periods: &[Period]) -> Result<(), Refused> {
+    for (i, period) in periods.iter().enumerate() {
+        let name = &period.name;
+        if periods[..i].iter().any(|other| other.name == *name) {
+            return Err(Refused(format!(
+                "--period {name} is given twice; give each period one name"
+            )));
+        }
+        if period.hours.is_some() != periods[0].hours.is_some() {
+            return Err(Refused(format!(
+                "--period {name}: give hours per year for every period, or for none, so that all count equally"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Writes the folder of a scenario from UTDF or to which turning counts are given, and builds its networks.
+fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
+    let scenario = &args.scenario.scenario;
+    let from_utdf = args
+        .utdf
+        .first()
+        .map(|file| Path::new("networks").join(file.file_stem().unwrap_or_default()));
+    let Some(out) = args.out.clone().or(from_utdf) else {
+        return Err(Refused(format!(
+            "{scenario}: --turning-counts makes a scenario of its own; say with --out in which folder"
+        ))
+        .into());
+    };
+    let out = out.as_path();
+    CITY.check(out, "--out", Some(args.force))?;
+    let (uncounted, converted) = match args.utdf.as_slice() {
+        [] => (args.scenario.uncounted()?, None),
+        files => {
+            let (uncounted, converted) = Utdf::read(files)?.scenario()?;
+            (uncounted, Some(converted))
+        }
+    };
+    let path = Path::new(scenario);
+    let folder = if path.is_dir() { Some(path) } else { path.parent().filter(|_| path.is_file()) };
+    let sources: Vec<_> = args.utdf.iter().map(|file| ("utdf", file.clone())).collect();
+    let made = counted(&CountedRequest {
+        uncounted: &uncounted,
+        folder: folder.filter(|_| converted.is_none()),
+        files: &args.turning_counts,
+        sources: &sources,
+        periods: &args.period,
+        overrides: &args.scenario.settings(),
+        out,
+        force: args.force,
+    })?;
+    let of_utdf = converted.iter().flat_map(|converted| &converted.doubts);
+    for doubt in of_utdf.chain(&made.joined.doubts).chain(&made.loaded.doubts) {
+        note(format!("warning: {}", doubt.brief()));
+    }
+    let specs = intersections(&made.loaded)?;
+    let options = BuildOptions { force: args.force, leave_out: false };
+    let summary = build(&made.loaded, &specs, &made.networks, options, args.quiet)?;
+    if args.quiet {
+        return Ok(exit::DONE);
+    }
+    converted.iter().flat_map(|c| &c.found).chain(&made.joined.found).try_for_each(line)?;
+    line(format!(
+        "{} networks in {}: {} built, {} up to date",
+        specs.len(),
+        made.networks.display(),
+        summary.built,
+        summary.up_to_date
+    ))?;
+    line(next(out, specs.len(), &made.loaded.scenario.name))?;
+    Ok(exit::DONE)
+}
+
+/// Returns the command that runs a scenario's folder.
+pub(super) fn next(folder: &Path, points: usize, name: &str) -> String {
+    let budget = if points > EXAMPLE_BUDGET { EXAMPLE_BUDGET.to_string() } else { "all".into() };
+    format!("next: tsc-family run {} --budget {budget} --out results/{name}", quoted(folder))
 }
 
 /// Returns the network of a point MDP, which is built if it is missing.

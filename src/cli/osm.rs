@@ -8,20 +8,18 @@ use std::time::Instant;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use osm_signals::side::SideSetting;
 
+use super::build_networks::next;
 use super::folder::CITY;
 use super::output::{Progress, line, note};
 use super::refused::Refused;
 use crate::cli::exit;
-use crate::files::quoted;
 use crate::settings::overrides::Override;
 use crate::traffic::city::derive::{Event, derive};
 use crate::traffic::city::input::Request;
 use crate::traffic::city::quality::Quality;
 use crate::traffic::report::quality::write_quality;
 use crate::traffic::settings::Detail;
-
-/// Budget of the command that is suggested in the end.
-const EXAMPLE_BUDGET: usize = 20;
+use crate::traffic::turning::Period;
 
 /// What `--driving-side` takes.
 const SIDES: [(&str, SideSetting, &str); 3] = [
@@ -90,6 +88,7 @@ pub(super) fn run(
     args: &OsmArgs,
     extract: &Path,
     (out, force): (Option<&Path>, bool),
+    (turning_counts, periods): (&[PathBuf], &[Period]),
     overrides: Vec<Override>,
     quiet: bool,
 ) -> anyhow::Result<u8> {
@@ -99,6 +98,8 @@ pub(super) fn run(
         signals: args.signals.clone(),
         signals_where: args.signals_where.clone(),
         counts: args.aadt.clone(),
+        turning_counts: turning_counts.to_vec(),
+        periods: periods.to_vec(),
         boundary: args.boundary.clone(),
         config: args.config.clone(),
         driving_side: args.driving_side,
@@ -134,9 +135,7 @@ pub(super) fn run(
     ))?;
     line(format!("quality: {}", page.display()))?;
     let name = &derived.loaded.scenario.name;
-    let budget = if points > EXAMPLE_BUDGET { EXAMPLE_BUDGET.to_string() } else { "all".into() };
-    let folder = quoted(out);
-    line(format!("next: tsc-family run {folder} --budget {budget} --out results/{name}"))?;
+    line(next(out, points, name))?;
     Ok(exit::DONE)
 }
 
@@ -159,6 +158,8 @@ impl Shown {
                 }
             }
             Event::Warning(text) => note(format!("warning: {text}")),
+            Event::Found(_) if self.quiet => {}
+            Event::Found(text) => note(text),
             Event::LeftOut(reason) => note(format!("left out: {reason}")),
         }
     }

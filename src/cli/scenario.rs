@@ -14,7 +14,7 @@ use crate::run::entry::Entry;
 use crate::settings::overrides::Override;
 use crate::suggest::did_you_mean;
 use crate::traffic::family::doubts::Doubt;
-use crate::traffic::family::load::{LoadedScenario, load_with};
+use crate::traffic::family::load::{LoadedScenario, Uncounted, load_uncounted, load_with};
 use crate::traffic::settings::Preset;
 
 /// Scenario of a subcommand.
@@ -67,13 +67,7 @@ impl ScenarioArg {
     ///
     /// Also for a scenario of another domain, which the subcommand does not serve.
     pub(super) fn signals(&self, settings: &[Override]) -> anyhow::Result<LoadedScenario> {
-        if let Some(entry) = self.entry()? {
-            let (scenario, domain) = (&self.scenario, entry.domain.name());
-            return Err(Refused(format!(
-                "{scenario}: a scenario of {domain} has no signals; `run`, `report` and `list` know it"
-            ))
-            .into());
-        }
+        self.check_signals()?;
         let loaded = load_with(&self.scenario, settings).map_err(with_others)?;
         for doubt in &loaded.doubts {
             note(format!("warning: {}: {}", table_of(&loaded), doubt.brief()));
@@ -85,6 +79,30 @@ impl ScenarioArg {
             ));
         }
         Ok(loaded)
+    }
+}
+
+impl ScenarioArg {
+    /// Loads a scenario of traffic signals to which turning counts are given.
+    ///
+    /// # Errors
+    ///
+    /// As [`ScenarioArg::signals`], and for a scenario without approaches.
+    pub(super) fn uncounted(&self) -> anyhow::Result<Uncounted> {
+        self.check_signals()?;
+        Ok(load_uncounted(&self.scenario, &self.settings()).map_err(with_others)?)
+    }
+
+    /// Refuses a scenario of another domain.
+    fn check_signals(&self) -> anyhow::Result<()> {
+        if let Some(entry) = self.entry()? {
+            let (scenario, domain) = (&self.scenario, entry.domain.name());
+            return Err(Refused(format!(
+                "{scenario}: a scenario of {domain} has no signals; `run`, `report` and `list` know it"
+            ))
+            .into());
+        }
+        Ok(())
     }
 }
 

@@ -34,6 +34,7 @@ fn spec(point: &str, bearings_deg: &[f64]) -> IntersectionSpec {
         length_m: 234.5,
         inflow_vph: 400.0,
         turns: None,
+        counted: None,
     };
     let arms = bearings_deg.iter().map(arm).collect();
     IntersectionSpec { point: point.into(), arms, side: DrivingSide::Right }

@@ -13,6 +13,7 @@ use tsc_family::traffic::city::input::Request;
 use tsc_family::traffic::city::reason::Reason;
 use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table;
+use tsc_family::traffic::family::approaches::to_csv;
 use tsc_family::traffic::family::load::{from_text, load};
 
 fn case(name: &str) -> Extract {
@@ -45,9 +46,9 @@ fn an_id_of_free_text_names_the_intersection_and_its_network_gets_a_safe_one() {
     assert_eq!(row.intersection.as_deref(), Some("../Main St, 5th"));
     assert_eq!((row.note, left_out), (None, None));
     let settings = Settings::default().intersections;
-    let csv = table::csv(&city, &settings, Path::new("x.osm")).unwrap();
+    let csv = to_csv(&table::approaches(&city, &settings));
     for detail in ["six-features", "per-approach"] {
-        let csv = |_: &str| Ok(String::from_utf8_lossy(&csv).into_owned());
+        let csv = |_: &str| Ok(csv.clone());
         let text =
             format!("name = \"x\"\n[family]\napproaches = \"a.csv\"\ndetail = \"{detail}\"\n");
         let loaded = from_text(&text, "x.toml", &[], &csv).unwrap();
@@ -86,7 +87,8 @@ fn where_all_streams_can_go_at_once_nothing_is_to_decide() {
     let mut city = city(&case("one_green"), None);
     assert_eq!((city.leave_out_one_green(&[].into()), ids(&city).len()), (1, 0));
     assert_eq!(city.leave_out_one_green(&[].into()), 0);
-    let error = table::csv(&city, &Settings::default().intersections, Path::new("x.osm"));
+    let rows = table::approaches(&city, &Settings::default().intersections);
+    let error = table::check(&rows, &city, Path::new("x.osm"));
     assert_eq!(
         error.unwrap_err().to_string(),
         "x.osm: no signalised intersection; signals: 1 a single green; see which nodes have \
@@ -107,6 +109,7 @@ fn a_city_is_derived_without_the_command_and_written_when_asked() {
             Event::Building { .. } => "building",
             Event::Built => "built",
             Event::Warning(_) => "warning",
+            Event::Found(_) => "found",
             Event::LeftOut(_) => "left out",
         };
         let mut told = told.lock().unwrap();

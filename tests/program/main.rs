@@ -25,6 +25,7 @@ mod cli_refused;
 mod cli_run;
 #[cfg(feature = "libsumo")]
 mod cli_signals;
+mod cli_turning_counts;
 mod completions;
 #[cfg(feature = "libsumo")]
 mod faults;

@@ -6,7 +6,7 @@
 //! random numbers.
 //!
 //! - **Six features:** their names and values.
-//! - **Own arms:** the rows of the table, without the names of intersection and arms.
+//! - **Own arms:** the rows of the table, without the names of intersection, arms and period.
 //! - **Imported:** the bytes of network, routes and additional files and of what they name, begin and end.
 
 use serde_json::{Value, json};
@@ -31,6 +31,7 @@ pub fn of_point(loaded: &LoadedScenario, index: usize) -> String {
                 let mut row = serde_json::to_value(arm).expect("an approach is plain data");
                 row["intersection"] = Value::Null;
                 row["arm"] = Value::Null;
+                row.as_object_mut().map(|row| row.remove("period"));
                 row
             });
             json!(nameless.collect::<Vec<_>>())

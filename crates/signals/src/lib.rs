@@ -31,5 +31,7 @@ pub mod sim;
 pub mod simulator;
 pub mod timing;
 pub mod trial;
+pub mod turning;
+pub mod utdf;
 pub mod vocabulary;
 mod write_places;

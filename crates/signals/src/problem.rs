@@ -109,13 +109,14 @@ impl SignalProblem {
             let index = self.family.position(&id).expect("networks are of point MDPs");
             let place = |m: &usize| {
                 let intersection = &self.loaded.intersections[*m];
-                [intersection.latitude, intersection.longitude]
+                let place = [intersection.latitude, intersection.longitude];
+                place.iter().all(|degrees| degrees.is_finite()).then_some(place)
             };
             let made = PreparedPoint {
                 environment: GENERATED.to_owned(),
                 content: content::of_point(&self.loaded, index),
                 sha256: files.sha256,
-                places: self.loaded.members[index].iter().map(place).collect(),
+                places: self.loaded.members[index].iter().filter_map(place).collect(),
                 given: BTreeMap::new(),
             };
             (id, made)

@@ -64,7 +64,7 @@ pub(super) enum Content {
 }
 
 /// First bytes of formats that are not read, what they are and the way out.
-const OTHERS: [(&[u8], &str, &str); 12] = [
+const OTHERS: [(&[u8], &str, &str); 13] = [
     (b"BZh", "bzip2 data", "decompress it with `bunzip2`"),
     (b"PK\x03\x04", "a zip archive", "unpack it and give the extract in it"),
     (b"\xfd7zXZ\0", "xz data", "decompress it with `unxz`"),
@@ -75,6 +75,7 @@ const OTHERS: [(&[u8], &str, &str); 12] = [
     (b"\xff\xfe", "text in UTF-16", "convert it to UTF-8 with `iconv`"),
     (b"\xfe\xff", "text in UTF-16", "convert it to UTF-8 with `iconv`"),
     (b"{", "JSON", "ask for XML, which Overpass calls `[out:xml]`"),
+    (b"[Network]", "a network in UTDF", "give it with `build-networks --utdf`"),
     (b"[", "JSON", "ask for XML, which Overpass calls `[out:xml]`"),
     (b"SQLite format 3\0", "an SQLite database", "give the extract that it was made from"),
 ];

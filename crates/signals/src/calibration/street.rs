@@ -89,6 +89,7 @@ impl Street {
             length_m: LENGTH_M,
             inflow_vph: 0.0,
             turns: None,
+            counted: None,
         };
         let arms = [0.0, 90.0, 180.0, 270.0].map(arm).to_vec();
         let spec =
@@ -246,6 +247,8 @@ fn stream(from: usize, to: usize, inflow_vph: f64) -> Stream {
     Stream {
         from: format!("in{from}"),
         inflow_vph,
+        arrivals: None,
+        heavy_vehicles: None,
         depart_lane: "best".to_owned(),
         depart_speed: "max".to_owned(),
         routes: vec![RouteShare { to: format!("out{to}"), share: 1.0 }],

@@ -38,6 +38,7 @@ use super::sites::City;
 use super::surroundings::write_streets;
 use super::table;
 use super::write::{write_family, write_geojson, write_matches};
+use crate::family::approaches::{gathered, to_csv};
 use crate::family::load::{LoadedScenario, from_text};
 use crate::network::build::{BuildOptions, BuildSummary, build_all};
 use crate::network::intersection::{IntersectionSpec, intersections};
@@ -60,6 +61,8 @@ pub enum Event<'a> {
     Read,
     /// Something that a user has to know.
     Warning(&'a str),
+    /// What was found in files beside the extract.
+    Found(&'a str),
     /// Networks are being built.
     Building {
         /// Done.
@@ -188,8 +191,17 @@ fn with_networks(
     let mut built = 0;
     loop {
         let settings = &input.config.settings.intersections;
-        let table = table::csv(city, settings, &culprit(request, city))?;
-        let own = |_: &str| Ok(String::from_utf8_lossy(&table).into_owned());
+        let mut rows = table::approaches(city, settings);
+        table::check(&rows, city, &culprit(request, city))?;
+        let mut joined = None;
+        if let Some(counts) = &input.turning {
+            let with_counts = counts.into_approaches(&gathered(rows), &request.periods)?;
+            city.count_by_turn(&with_counts.counted);
+            rows = with_counts.approaches.clone();
+            joined = Some(with_counts);
+        }
+        let table = to_csv(&rows);
+        let own = |_: &str| Ok(table.clone());
         let file = request.out.join(SCENARIO_FILE).display().to_string();
         let known = (Some(city.inflow_sources()), Some(&city.side));
         let loaded = from_text(&request.scenario(&input.config, known)?, &file, &[], &own)?;
@@ -212,6 +224,12 @@ fn with_networks(
             if city.leave_out_one_green(&one_green.into_keys().collect()) > 0 {
                 continue;
             }
+        }
+        for text in joined.iter().flat_map(|joined| &joined.found) {
+            events(Event::Found(text));
+        }
+        for doubt in joined.iter().flat_map(|joined| &joined.doubts) {
+            events(Event::Warning(&doubt.brief()));
         }
         return Ok((loaded, folder, built));
     }

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::error::CityError;
+use super::quality::InputFile;
 use crate::family::load::LoadedScenario;
 use crate::settings::Preset;
-use basics::files::{self, limits};
-use basics::hash::sha256_file;
+use basics::files::{self, FileError, limits, write_atomically};
+use basics::hash::{sha256, sha256_file};
 
 /// Name of the scenario file within a city's folder.
 pub const SCENARIO_FILE: &str = "scenario.toml";
@@ -52,13 +53,35 @@ pub fn default_folder(scenario: &str, loaded: &LoadedScenario) -> PathBuf {
     }
 }
 
+/// Name of the file that says what a scenario's folder without a map was made from.
+pub const SOURCES_FILE: &str = "sources.json";
+
+/// Writes what a folder was made from, and the hashes of what was written.
+pub(super) fn write_sources(
+    out: &Path,
+    inputs: &[InputFile],
+    written: &[(&str, &String)],
+) -> Result<(), FileError> {
+    let hashes: serde_json::Map<String, serde_json::Value> = written
+        .iter()
+        .map(|(name, text)| ((*name).to_owned(), sha256(text.as_bytes()).into()))
+        .collect();
+    let text = serde_json::json!({ "files": inputs, "written": hashes });
+    let text = serde_json::to_string_pretty(&text).expect("hashes are plain data") + "\n";
+    write_atomically(&out.join(SOURCES_FILE), text.as_bytes())
+}
+
 /// Refuses to overwrite tables in a folder that were not derived, or that were edited since.
 pub(super) fn check(out: &Path) -> Result<(), CityError> {
-    let quality = files::read(&out.join(QUALITY_FILE), limits::DOCUMENT).unwrap_or_default();
-    let quality: serde_json::Value = serde_json::from_slice(&quality).unwrap_or_default();
+    let read = |name: &str| -> serde_json::Value {
+        let bytes = files::read(&out.join(name), limits::DOCUMENT).unwrap_or_default();
+        serde_json::from_slice(&bytes).unwrap_or_default()
+    };
+    let (quality, sources) = (read(QUALITY_FILE), read(SOURCES_FILE));
     for name in [APPROACHES_FILE, SCENARIO_FILE] {
         let path = out.join(name);
-        if path.exists() && quality["written"][name] != sha256_file(&path)? {
+        let known = [&quality, &sources].map(|file| file["written"][name].clone());
+        if path.exists() && !known.contains(&sha256_file(&path)?.into()) {
             return Err(CityError::Edited { path });
         }
     }

@@ -13,6 +13,7 @@ use super::scenario::{ScenarioInputs, scenario_text};
 use super::side::CitySide;
 use crate::settings::Detail;
 use crate::settings::inflow::InflowSources;
+use crate::turning::{Period, TurningCounts};
 use basics::files::FileError;
 use basics::hash::sha256_file;
 use evaluation::family::error::FamilyError;
@@ -29,6 +30,10 @@ pub struct Request {
     pub signals_where: Vec<String>,
     /// Traffic counts; `None` for values by class of street.
     pub counts: Option<PathBuf>,
+    /// Turning counts.
+    pub turning_counts: Vec<PathBuf>,
+    /// Periods of the day whose busiest hours are simulated; none for the busiest hour of all turning counts.
+    pub periods: Vec<Period>,
     /// GeoJSON file or `WEST,SOUTH,EAST,NORTH` in degrees: only intersections within.
     pub boundary: Option<String>,
     /// Settings of the derivation, TOML.
@@ -53,6 +58,8 @@ impl Request {
             signals: None,
             signals_where: Vec::new(),
             counts: None,
+            turning_counts: Vec::new(),
+            periods: Vec::new(),
             boundary: None,
             config: None,
             driving_side: None,
@@ -94,6 +101,7 @@ impl Request {
             source: &format!("{source}{flags}"),
             side,
             inflows,
+            periods: &self.periods,
         })
     }
 
@@ -108,14 +116,15 @@ impl Request {
             ("config", self.config.as_ref()),
         ];
         let files = files.into_iter().filter_map(|(role, path)| path.map(|path| (role, path)));
-        files
-            .map(|(role, path)| {
-                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                let sha256 = sha256_file(path)?;
-                Ok(InputFile { role, name, sha256 })
-            })
-            .collect()
+        let turning = self.turning_counts.iter().map(|path| ("turning-counts", path));
+        files.chain(turning).map(|(role, path)| input_file(role, path)).collect()
     }
+}
+
+/// Returns a file that is read, with its hash.
+pub(super) fn input_file(role: &'static str, path: &Path) -> Result<InputFile, FileError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(InputFile { role, name, sha256: sha256_file(path)? })
 }
 
 /// Everything that was read.
@@ -126,6 +135,7 @@ pub(super) struct Input {
     boundary: Option<Boundary>,
     pub(super) side: CitySide,
     pub(super) extract: Extract,
+    pub(super) turning: Option<TurningCounts>,
 }
 
 impl Input {
@@ -153,13 +163,16 @@ impl Input {
         let signals = signals.map(|p| SignalList::read(p, &columns)).transpose()?;
         let counts = request.counts.as_deref();
         let counts = counts.map(|p| Counts::read(p, &settings.counts)).transpose()?;
+        let turning = (!request.turning_counts.is_empty())
+            .then(|| TurningCounts::read(&request.turning_counts))
+            .transpose()?;
         let mut extract = read(&request.extract, progress)?;
         let setting = request.driving_side.unwrap_or(settings.streets.driving_side);
         let path = || request.extract.clone();
         let side = decide(&extract, setting, boundary.as_ref())
             .map_err(|across| CityError::BothSides { path: path(), across })?;
         extract.retain_ways(|way| settings.streets.is_street(way.street.highway));
-        Ok(Self { signals, counts, boundary, side: side.into(), extract, config })
+        Ok(Self { signals, counts, boundary, side: side.into(), extract, config, turning })
     }
 
     /// Returns what decides beside the extract.

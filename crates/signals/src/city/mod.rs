@@ -5,6 +5,7 @@
 //! family is loaded from, [`quality`] and [`drawing`] what the page on quality shows.
 
 pub mod config;
+pub mod counted;
 pub mod derive;
 pub mod drawing;
 pub mod error;

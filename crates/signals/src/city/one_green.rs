@@ -28,6 +28,7 @@ fn spec(intersection: &Intersection, side: DrivingSide) -> IntersectionSpec {
             speed_mps: mph_to_mps(arm.speed_mph),
             length_m: arm.length_m,
             inflow_vph: 0.0,
+            counted: None,
             turns: turns.map(|turns| if side.is_right() { turns } else { turns.mirrored() }),
         }
     };

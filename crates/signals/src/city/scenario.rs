@@ -4,11 +4,13 @@ use osm_signals::DrivingSide;
 use toml::{Table, Value};
 
 use super::config::CityConfig;
+use super::counted::hours;
 use super::folder::APPROACHES_FILE;
 use super::side::CitySide;
 use crate::settings::check::check;
 use crate::settings::inflow::InflowSources;
 use crate::settings::{Detail, Scenario};
+use crate::turning::Period;
 use evaluation::family::error::FamilyError;
 use evaluation::settings::overrides::Override;
 use evaluation::settings::wording::explain;
@@ -40,6 +42,8 @@ pub struct ScenarioInputs<'a> {
     pub source: &'a str,
     /// What the inflows of the table rest on, once that is known.
     pub inflows: Option<InflowSources>,
+    /// Periods of the day that the table has.
+    pub periods: &'a [Period],
 }
 
 /// Returns the text of a scenario file for a table of approaches beside it.
@@ -49,7 +53,7 @@ pub struct ScenarioInputs<'a> {
 /// [`FamilyError`] for a setting that does not exist, is out of range, or is decided by the
 /// command.
 pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError> {
-    let ScenarioInputs { name, extract, detail, config, overrides, source, side, inflows } =
+    let ScenarioInputs { name, extract, detail, config, overrides, source, side, inflows, periods } =
         *inputs;
     let mut table = Table::new();
     table.insert("name".to_owned(), name.into());
@@ -68,6 +72,9 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError>
     if let Some(inflows) = inflows {
         let shares = Value::try_from(inflows).expect("shares are numbers");
         family.insert("inflows".to_owned(), shares);
+    }
+    if let Some(hours) = hours(periods) {
+        family.insert("periods".to_owned(), hours);
     }
     table.insert("family".to_owned(), family.into());
     for (key, value) in &config.scenario {

@@ -71,6 +71,18 @@ impl City {
         Self { survey, side, one_green, reasons, out: Vec::new(), left_out: BTreeMap::new() }
     }
 
+    /// Says that the turns of intersections were counted, so that their inflows rest on that.
+    pub fn count_by_turn(&mut self, ids: &BTreeSet<String>) {
+        let all = self.survey.found.intersections.iter().zip(&mut self.survey.traffic);
+        for (intersection, traffic) in all.filter(|(i, _)| ids.contains(&i.id)) {
+            for (arm, traffic) in intersection.arms.iter().zip(traffic) {
+                if arm.lanes_in > 0 {
+                    (traffic.source, traffic.count) = (InflowSource::Counted, None);
+                }
+            }
+        }
+    }
+
     /// Returns what was found, with the intersections that are left out.
     pub fn survey(&self) -> &Survey {
         &self.survey

@@ -32,36 +32,29 @@ fn rows(site: &Site<'_>, settings: &IntersectionSettings) -> Vec<Approach> {
         length_m: rounded(arm.length_m.clamp(shortest_m, longest_m)),
         aadt_veh_per_day_per_lane: traffic.aadt_per_lane.round(),
         movements: turns.map_or_else(String::new, letters),
+        period: String::new(),
+        counted: None,
         line: 0,
         imputed: false,
     })
     .collect()
 }
 
-/// Returns the table of approaches as CSV.
+/// Refuses a city without any intersection.
 ///
 /// # Arguments
 ///
-/// * `culprit` — the file that is to blame when there is no intersection.
+/// * `culprit` — the file that is to blame.
 ///
 /// # Errors
 ///
 /// [`CityError::NoIntersection`].
-pub fn csv(
-    city: &City,
-    settings: &IntersectionSettings,
-    culprit: &Path,
-) -> Result<Vec<u8>, CityError> {
-    let rows = approaches(city, settings);
-    if rows.is_empty() {
-        let (reasons, covered) = (city.skips(), city.survey().covered);
-        return Err(CityError::NoIntersection { path: culprit.to_path_buf(), reasons, covered });
+pub fn check(rows: &[Approach], city: &City, culprit: &Path) -> Result<(), CityError> {
+    if !rows.is_empty() {
+        return Ok(());
     }
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row).expect("a row is plain data");
-    }
-    Ok(writer.into_inner().expect("memory takes every row"))
+    let (reasons, covered) = (city.skips(), city.survey().covered);
+    Err(CityError::NoIntersection { path: culprit.to_path_buf(), reasons, covered })
 }
 
 /// Returns the name of an arm: A, B, C clockwise from north.

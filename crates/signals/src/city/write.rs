@@ -89,7 +89,10 @@ pub(super) fn write_geojson(
 ) -> Result<(), FileError> {
     let mut point_of: BTreeMap<&str, usize> = BTreeMap::new();
     for (point, members) in loaded.members.iter().enumerate() {
-        point_of.extend(members.iter().map(|i| (loaded.intersections[*i].id.as_str(), point)));
+        for i in members {
+            // Of several periods the first.
+            point_of.entry(loaded.intersections[*i].id.as_str()).or_insert(point);
+        }
     }
     let rows = quality.spots.iter().enumerate().map(|(index, spot)| {
         let point = point_of.get(spot.id.as_str()).map(|p| &loaded.family.points[*p]);

@@ -5,11 +5,16 @@
 //! aadt_veh_per_day_per_lane, movements`. An empty `aadt_veh_per_day_per_lane` is a count that is
 //! missing and gets imputed; 0 is a count of no vehicle. What is believed although it is doubtful is named by
 //! [`super::doubts`].
+//!
+//! Optional columns: what was [`counted`] by turn, and the `period` of the day that the counts are of. An
+//! intersection with rows of several periods is several point MDPs.
 
 mod approach;
 mod arms;
+mod counted;
 mod impute;
 mod movements;
+mod written;
 
 use std::collections::BTreeMap;
 
@@ -21,14 +26,16 @@ use approach::RawIntersection;
 pub use approach::{Approach, Intersection};
 pub use arms::{ARMS, check_arms};
 use basics::units::KMH_TO_MPH;
+pub use counted::{Arrivals, Counted, MANNERS, VOLUMES};
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::title;
 use evaluation::settings::within;
 use impute::impute;
+pub use written::{gathered, to_csv};
 
 /// The columns of the table.
-const COLUMNS: [&str; 13] = [
+pub const COLUMNS: [&str; 13] = [
     "intersection",
     "arm",
     "latitude",
@@ -44,6 +51,9 @@ const COLUMNS: [&str; 13] = [
     "movements",
 ];
 
+/// Optional column of the period of the day.
+pub const PERIOD: &str = "period";
+
 /// Highest speed limit, miles per hour.
 const MOST_MPH: f64 = 100.0;
 
@@ -54,30 +64,54 @@ const MOST_MPH: f64 = 100.0;
 /// [`FamilyError::Csv`] with file and line for a malformed row, a value out of range or a table
 /// without any count, [`FamilyError::Empty`] for a table without rows.
 pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
+    read_with(text, file, None)
+}
+
+/// Reads an approaches table to which turning counts are given, so that it may be without any count: a count that is
+/// missing and cannot be imputed is not a number.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_uncounted(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
+    read_with(text, file, Some(f64::NAN))
+}
+
+fn read_with(
+    text: &str,
+    file: &str,
+    otherwise: Option<f64>,
+) -> Result<Vec<Intersection>, FamilyError> {
     let fail = |fault| at(file, fault);
     let mut sheet = Sheet::of(text).map_err(fail)?;
     if sheet.headers().iter().all(str::is_empty) {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     let header_line = sheet.header_line();
+    let known = [&COLUMNS[..], &[PERIOD], &VOLUMES, &MANNERS].concat();
     let columns = Columns::find(sheet.headers(), &COLUMNS)
-        .and_then(|columns| columns.only(&COLUMNS).map(|()| columns))
+        .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;
     let mut intersections: Vec<RawIntersection> = Vec::new();
-    let mut position: BTreeMap<String, usize> = BTreeMap::new();
+    let mut position: BTreeMap<(String, String), usize> = BTreeMap::new();
     while let Some(row) = sheet.next_row().map_err(fail)? {
         let line = row.line;
         let fail = |message| fail(Fault { line, message });
         let row = approach(&row, &columns).map_err(fail)?;
         check(&row).map_err(fail)?;
-        let index = *position.entry(row.intersection.clone()).or_insert_with(|| {
-            let id = row.intersection.clone();
-            intersections.push(RawIntersection { id, line, arms: Vec::new() });
+        let key = (row.intersection.clone(), row.period.clone());
+        let index = *position.entry(key).or_insert_with(|| {
+            let (id, period) = (row.intersection.clone(), row.period.clone());
+            intersections.push(RawIntersection { id, period, line, arms: Vec::new() });
             intersections.len() - 1
         });
         if intersections[index].arms.iter().any(|a| a.arm == row.arm) {
+            let (per, way_out) = match row.period.as_str() {
+                "" => (String::new(), "give each arm one row"),
+                period => (format!(" in period {period}"), "give each arm one row per period"),
+            };
             return Err(fail(format!(
-                "intersection {} has arm {} twice; give each arm one row",
+                "intersection {} has arm {} twice{per}; {way_out}",
                 row.intersection, row.arm
             )));
         }
@@ -87,24 +121,28 @@ pub fn read(text: &str, file: &str) -> Result<Vec<Intersection>, FamilyError> {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     movements::settle(intersections.iter_mut().flat_map(|i| &mut i.arms));
-    for RawIntersection { id, line, arms } in &intersections {
+    for RawIntersection { id, line, arms, .. } in &intersections {
         if arms.iter().all(|a| a.lanes_in == 0) {
             let message = format!("intersection {id} has no incoming lane; remove it");
             return Err(fail(Fault { line: *line, message }));
         }
     }
-    impute(intersections).map_err(|message| fail(Fault { line: header_line, message }))
+    impute(intersections, otherwise).map_err(|message| fail(Fault { line: header_line, message }))
 }
 
 /// Returns the approach of a row.
 fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, String> {
     let text = |name: &str| row.text(columns.at(name)).to_owned();
     let number = |name: &str| columns.number(row, name);
+    let placed = |name: &str| !row.text(columns.at(name)).is_empty();
+    // A table without places is one of intersections that no map shows.
+    let is_placed = placed("latitude") || placed("longitude");
+    let coordinate = |name: &str| if is_placed { number(name) } else { Ok(f64::NAN) };
     Ok(Approach {
         intersection: title("intersection", row.text(columns.at("intersection")))?,
         arm: text("arm"),
-        latitude: number("latitude")?,
-        longitude: number("longitude")?,
+        latitude: coordinate("latitude")?,
+        longitude: coordinate("longitude")?,
         bearing_deg: number("bearing_deg")?,
         lanes_in: columns.whole(row, "lanes_in")?,
         lanes_out: columns.whole(row, "lanes_out")?,
@@ -114,6 +152,11 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, Strin
         length_m: number("length_m")?,
         aadt_veh_per_day_per_lane: columns.optional_count(row, "aadt_veh_per_day_per_lane")?,
         movements: movements::letters(row.text(columns.at("movements")))?,
+        period: match columns.get(PERIOD).map(|at| row.text(at)).unwrap_or_default() {
+            "" => String::new(),
+            period => title(PERIOD, period)?,
+        },
+        counted: counted::counted(row, columns)?,
         line: row.line,
         imputed: false,
     })
@@ -123,7 +166,9 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
     let number = |name: &str, value: f64, low: f64, high: f64| {
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
     };
-    checked_place(row.latitude, row.longitude)?;
+    if !row.latitude.is_nan() {
+        checked_place(row.latitude, row.longitude)?;
+    }
     number("bearing_deg", row.bearing_deg, 0.0, 360.0)?;
     number("speed_mph", row.speed_mph, 1.0, MOST_MPH).map_err(|e| {
         match row.speed_mph > MOST_MPH {
@@ -140,6 +185,13 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
     }
     if row.lanes_in == 0 && row.lanes_out == 0 {
         return Err("an arm needs at least one lane; lanes_in and lanes_out are both 0".into());
+    }
+    if row.lanes_in == 0 && row.counted.is_some_and(|counted| counted.total_vph() > 0.0) {
+        return Err(format!(
+            "vehicles were counted on arm {}, which leads away only (lanes_in = 0); correct lanes_in, or give the \
+             volumes to the arm that they come from",
+            row.arm
+        ));
     }
     if u64::from(row.left_turn_lanes) + u64::from(row.right_turn_lanes) > u64::from(row.lanes_in) {
         return Err(format!(

@@ -56,6 +56,8 @@ mod tests {
             length_m: 250.0,
             aadt_veh_per_day_per_lane: aadt,
             movements: movements.into(),
+            period: String::new(),
+            counted: None,
             line: 2,
             imputed: false,
         }
@@ -64,6 +66,7 @@ mod tests {
     fn described(arms: Vec<Approach>) -> Vec<f64> {
         let intersection = Intersection {
             id: "1".into(),
+            period: String::new(),
             latitude: 0.0,
             longitude: 0.0,
             arms,

@@ -8,6 +8,8 @@
 //!
 //! Source: thresholds are this project's; each is beside its reason.
 
+use std::collections::BTreeSet;
+
 mod changes;
 mod doubt;
 mod places;
@@ -23,9 +25,26 @@ use evaluation::family::MdpFamily;
 pub fn of_approaches(intersections: &[Intersection], settings: &FamilySettings) -> Vec<Doubt> {
     let per_approach = settings.detail == Detail::PerApproach;
     let mut doubts = changes::changes(intersections, settings, per_approach);
+    doubts.extend(periods(intersections, settings));
     doubts.extend(values::values(intersections));
-    doubts.extend(places::places(intersections, settings.length_scale));
+    let placed: Vec<Intersection> =
+        intersections.iter().filter(|i| i.latitude.is_finite()).cloned().collect();
+    if !placed.is_empty() {
+        doubts.extend(places::places(&placed, settings.length_scale));
+    }
     doubts
+}
+
+/// Returns that periods count equally, where nobody said how long they are.
+fn periods(intersections: &[Intersection], settings: &FamilySettings) -> Option<Doubt> {
+    let periods: BTreeSet<&str> = intersections.iter().map(|i| i.period.as_str()).collect();
+    (settings.periods.is_none() && periods.len() > 1).then(|| {
+        let names = periods.iter().map(|p| if p.is_empty() { "(none)" } else { p });
+        Doubt::whole(format!(
+            "the periods {} count equally; give their hours per year in [family.periods]",
+            names.collect::<Vec<_>>().join(", ")
+        ))
+    })
 }
 
 /// Returns what is doubtful in a table of point MDPs, and what of it is changed.

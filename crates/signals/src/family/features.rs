@@ -16,9 +16,12 @@ use evaluation::family::MdpFamily;
 /// Lanes of a direction that no turn lane uses up.
 const MIN_SHARED_LANES: u32 = 1;
 
-/// Returns the arriving vehicles per hour of an approach: its AADT per lane times the hourly share and
-/// the share of its direction, capped per lane, times the lanes that lead to the signal.
+/// Returns the arriving vehicles per hour of an approach: those that were counted by turn, or its AADT per lane times
+/// the hourly share and the share of its direction, capped per lane, times the lanes that lead to the signal.
 pub fn inflow_vph(approach: &Approach, settings: &FamilySettings) -> f64 {
+    if let Some(counted) = &approach.counted {
+        return counted.total_vph();
+    }
     uncapped_vph_per_lane(approach, settings).min(settings.inflow_cap_vph_per_lane)
         * f64::from(approach.lanes_in)
 }
@@ -83,10 +86,11 @@ pub fn per_approach_features(
     SixFeatures { inflow_vph, ..six_features(intersection, settings) }
 }
 
-/// Returns the arriving vehicles per hour of an approach that is simulated as it is: at least the
-/// minimum.
+/// Returns the arriving vehicles per hour of an approach that is simulated as it is: at least the minimum, unless they
+/// were counted by turn.
 pub fn simulated_inflow_vph(approach: &Approach, settings: &FamilySettings) -> f64 {
-    inflow_vph(approach, settings).max(settings.min_inflow_vph)
+    let inflow_vph = inflow_vph(approach, settings);
+    if approach.counted.is_some() { inflow_vph } else { inflow_vph.max(settings.min_inflow_vph) }
 }
 
 /// Returns `value` as a whole number of bins, half to even.
@@ -141,6 +145,7 @@ pub fn point_id(features: &SixFeatures) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::family::approaches::Counted;
 
     fn arm(lanes_in: u32, lanes_out: u32, aadt: f64) -> Approach {
         Approach {
@@ -157,13 +162,23 @@ mod tests {
             length_m: 250.0,
             aadt_veh_per_day_per_lane: aadt,
             movements: String::new(),
+            period: String::new(),
+            counted: None,
             line: 2,
             imputed: false,
         }
     }
 
     fn intersection(arms: Vec<Approach>) -> Intersection {
-        Intersection { id: "1".into(), latitude: 0.0, longitude: 0.0, arms, imputed: 0, line: 2 }
+        Intersection {
+            id: "1".into(),
+            period: String::new(),
+            latitude: 0.0,
+            longitude: 0.0,
+            arms,
+            imputed: 0,
+            line: 2,
+        }
     }
 
     #[test]
@@ -174,6 +189,22 @@ mod tests {
         );
         assert_eq!(features.lanes, 3.0);
         assert_eq!(features.inflow_vph, 200.0);
+    }
+
+    #[test]
+    fn what_was_counted_by_turn_is_neither_capped_nor_raised() {
+        let counted = |left_vph: f64, through_vph: f64| Approach {
+            counted: Some(Counted {
+                left_vph,
+                through_vph,
+                right_vph: 0.0,
+                arrivals: None,
+                heavy_vehicles: None,
+            }),
+            ..arm(1, 1, 0.0)
+        };
+        let inflow = |a| simulated_inflow_vph(&a, &FamilySettings::default());
+        assert_eq!([inflow(counted(200.0, 1900.0)), inflow(counted(3.0, 4.0))], [2100.0, 7.0]);
     }
 
     #[test]

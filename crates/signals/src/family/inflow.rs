@@ -55,6 +55,8 @@ mod tests {
             length_m: 250.0,
             aadt_veh_per_day_per_lane: 1000.0,
             movements: String::new(),
+            period: String::new(),
+            counted: None,
             line: 2,
             imputed: false,
         };

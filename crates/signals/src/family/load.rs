@@ -87,6 +87,62 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
         }
         return Ok(loaded);
     }
+    let path = existing(name)?;
+    let text = read_scenario(&path)?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let table = |table: &str| read_text(&folder.join(table));
+    from_text(&text, &path.display().to_string(), overrides, &table)
+}
+
+/// A scenario whose intersections are to be counted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uncounted {
+    /// The settings.
+    pub scenario: Scenario,
+    /// The scenario file's text.
+    pub text: String,
+    /// Its intersections; what follows from daily counts may be missing.
+    pub intersections: Vec<Intersection>,
+}
+
+/// Loads a scenario to which turning counts are given: its approaches need no count.
+///
+/// # Errors
+///
+/// As [`load_with`], and [`FamilyError::Setting`] for a scenario without approaches.
+pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, FamilyError> {
+    let embedded = EMBEDDED.iter().find(|(n, _)| *n == name);
+    let (text, file, folder) = match embedded {
+        Some((_, text)) => ((*text).to_owned(), format!("{name}.toml (embedded)"), PathBuf::new()),
+        None => {
+            let path = existing(name)?;
+            let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+            (read_scenario(&path)?, path.display().to_string(), folder)
+        }
+    };
+    let (scenario, _) = settings_of(&text, &file, overrides, Detail::PerApproach)?;
+    let Some(path) = scenario.family.approaches.clone() else {
+        return Err(FamilyError::Setting {
+            file,
+            field: "family.points".into(),
+            value: scenario.family.points.unwrap_or_default(),
+            expected:
+                "turning counts need the arms of intersections; give a scenario with approaches"
+                    .into(),
+        });
+    };
+    let carried = EMBEDDED_TABLES.iter().find(|(table, _)| embedded.is_some() && *table == path);
+    let table = match carried {
+        Some((_, table)) => (*table).to_owned(),
+        None => read_text(&folder.join(&path))
+            .map_err(|e| unreadable(e, &file, "family.approaches", &path))?,
+    };
+    let intersections = approaches::read_uncounted(&table, &path)?;
+    Ok(Uncounted { scenario, text, intersections })
+}
+
+/// Returns the file of a scenario.
+fn existing(name: &str) -> Result<PathBuf, FamilyError> {
     let path = Path::new(name);
     if !path.exists() {
         let embedded: Vec<_> = EMBEDDED.iter().map(|(n, _)| *n).collect();
@@ -98,11 +154,7 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
             meant: did_you_mean(name, known.iter().map(String::as_str)),
         });
     }
-    let path = file_of(name);
-    let text = read_scenario(&path)?;
-    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    let table = |table: &str| read_text(&folder.join(table));
-    from_text(&text, &path.display().to_string(), overrides, &table)
+    Ok(file_of(name))
 }
 
 /// Returns the scenarios in the folder of a path.
@@ -162,6 +214,50 @@ fn with_detail(
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
     detail: Detail,
 ) -> Result<LoadedScenario, FamilyError> {
+    let (scenario, bins_without_effect) = settings_of(text, file, overrides, detail)?;
+    let file = &with_flags(file, overrides);
+    check(&scenario, file)?;
+    let text = text.to_owned();
+    match (&scenario.family.approaches, &scenario.family.points) {
+        (Some(path), None) => {
+            let table = table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
+            let intersections = approaches::read(&table, path)?;
+            let (family, members) = derive(&scenario, &intersections, path)?;
+            let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
+            doubts.extend(bins_without_effect);
+            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
+        }
+        (None, Some(path)) => {
+            let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
+            let family = points::read(&scenario.name, &table, path)?;
+            let members = vec![Vec::new(); family.points.len()];
+            let (intersections, doubts) = (vec![], doubts::of_points(&family));
+            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
+        }
+        (approaches, _) => Err(FamilyError::Setting {
+            file: file.to_owned(),
+            field: "family".into(),
+            value: if approaches.is_some() { "approaches and points" } else { "no table" }.into(),
+            expected: "give exactly one of the two tables, such as points = \"points.csv\" or \
+                       approaches = \"approaches.csv\" in [family]"
+                .into(),
+        }),
+    }
+}
+
+/// Returns what messages call a scenario whose settings are replaced.
+fn with_flags(file: &str, overrides: &[Override]) -> String {
+    let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
+    if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") }
+}
+
+/// Returns the settings of a scenario, and what of them has no effect.
+fn settings_of(
+    text: &str,
+    file: &str,
+    overrides: &[Override],
+    detail: Detail,
+) -> Result<(Scenario, Option<Doubt>), FamilyError> {
     let mut scenario: Scenario =
         toml::from_str(text).map_err(|e| wording::file_error::<Scenario>(file, text, &e))?;
     // A name that is written and empty is the user's mistake, one that is not written is the file's.
@@ -193,35 +289,7 @@ fn with_detail(
              in [family] for means over them",
         )
     });
-    let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
-    let file = &if flags.is_empty() { file.to_owned() } else { format!("{file} with{flags}") };
-    check(&scenario, file)?;
-    let text = text.to_owned();
-    match (&scenario.family.approaches, &scenario.family.points) {
-        (Some(path), None) => {
-            let table = table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
-            let intersections = approaches::read(&table, path)?;
-            let (family, members) = derive(&scenario, &intersections, path)?;
-            let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
-            doubts.extend(bins_without_effect);
-            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
-        }
-        (None, Some(path)) => {
-            let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
-            let family = points::read(&scenario.name, &table, path)?;
-            let members = vec![Vec::new(); family.points.len()];
-            let (intersections, doubts) = (vec![], doubts::of_points(&family));
-            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
-        }
-        (approaches, _) => Err(FamilyError::Setting {
-            file: file.to_owned(),
-            field: "family".into(),
-            value: if approaches.is_some() { "approaches and points" } else { "no table" }.into(),
-            expected: "give exactly one of the two tables, such as points = \"points.csv\" or \
-                       approaches = \"approaches.csv\" in [family]"
-                .into(),
-        }),
-    }
+    Ok((scenario, bins_without_effect))
 }
 
 /// Returns whether the text of a scenario sets something of its family.
@@ -235,7 +303,8 @@ fn derive(
     intersections: &[Intersection],
     file: &str,
 ) -> Result<(MdpFamily, Vec<Vec<usize>>), FamilyError> {
-    let total = intersections.len() as f64;
+    let weights = period_weights(intersections, scenario.family.periods.as_ref(), file)?;
+    let total: f64 = weights.iter().sum();
     if scenario.family.detail == Detail::PerApproach {
         for intersection in intersections {
             check_arms(intersection)
@@ -252,18 +321,18 @@ fn derive(
             .enumerate()
             .map(|(i, intersection)| {
                 let features = per_approach_features(intersection, &scenario.family);
-                (id_of_point(&intersection.id), features, vec![i])
+                (id_of_point(intersection), features, vec![i])
             })
             .collect(),
     };
     let mut of_id: BTreeMap<&str, &[usize]> = BTreeMap::new();
     for (id, _, members) in &groups {
         if let Some(earlier) = of_id.insert(id, members) {
-            let name = |members: &[usize]| &intersections[members[0]].id;
+            let name = |members: &[usize]| named(&intersections[members[0]]);
             return Err(FamilyError::Setting {
                 file: file.to_owned(),
                 field: "intersection".into(),
-                value: name(members).clone(),
+                value: name(members),
                 expected: format!(
                     "the point MDP would be called {id}, as that of intersection {}; rename one \
                      of the two",
@@ -281,10 +350,10 @@ fn derive(
             id: id.clone(),
             title: match scenario.family.detail {
                 Detail::SixFeatures => id.clone(),
-                Detail::PerApproach => called(id, &intersections[members[0]].id),
+                Detail::PerApproach => called(id, &intersections[members[0]]),
             },
             features: features.to_array().to_vec(),
-            importance: members.len() as f64 / total,
+            importance: members.iter().map(|i| weights[*i]).sum::<f64>() / total,
             instances: members.len() as u32,
         })
         .collect();
@@ -301,19 +370,77 @@ fn derive(
     Ok((family, members))
 }
 
+/// Returns the weight of each intersection: the hours of its period, or 1 where the settings say none.
+fn period_weights(
+    intersections: &[Intersection],
+    hours: Option<&BTreeMap<String, f64>>,
+    file: &str,
+) -> Result<Vec<f64>, FamilyError> {
+    let Some(hours) = hours else { return Ok(vec![1.0; intersections.len()]) };
+    let wrong = |value: String, expected: String| FamilyError::Setting {
+        file: file.to_owned(),
+        field: "family.periods".into(),
+        value,
+        expected,
+    };
+    for (period, hours) in hours {
+        if !(hours.is_finite() && *hours > 0.0) {
+            let expected = "expected hours per year above 0".to_owned();
+            return Err(wrong(format!("{period} = {hours}"), expected));
+        }
+        if !intersections.iter().any(|i| i.period == *period) {
+            let expected =
+                format!("no row of the table has the period {period}; remove it, or give it rows");
+            return Err(wrong(period.clone(), expected));
+        }
+    }
+    let of = |i: &Intersection| {
+        hours.get(&i.period).copied().ok_or_else(|| {
+            let message = match i.period.as_str() {
+                "" => format!(
+                    "intersection {} has no period, and family.periods has hours for periods; give the row one",
+                    i.id
+                ),
+                period => format!(
+                    "family.periods has no hours for the period {period}; add them to the scenario"
+                ),
+            };
+            at(file, Fault { line: i.line, message })
+        })
+    };
+    intersections.iter().map(of).collect()
+}
+
 /// Returns the id of the point MDP of an intersection: a number gets a letter and leading zeros, so
-/// that names sort as numbers do. `007` is no number but a name, as `7` is another one.
-fn id_of_point(intersection: &str) -> String {
-    match intersection.parse::<u32>() {
-        Ok(number) if number.to_string() == intersection => format!("i{number:04}"),
-        _ => safe_id(intersection),
+/// that names sort as numbers do. `007` is no number but a name, as `7` is another one. The period, if any, comes last.
+fn id_of_point(intersection: &Intersection) -> String {
+    let id = &intersection.id;
+    let own = match id.parse::<u32>() {
+        Ok(number) if number.to_string() == *id => format!("i{number:04}"),
+        _ => safe_id(id),
+    };
+    match intersection.period.as_str() {
+        "" => own,
+        period => safe_id(&format!("{own}-{period}")),
+    }
+}
+
+/// Returns an intersection as errors call it.
+fn named(intersection: &Intersection) -> String {
+    match intersection.period.as_str() {
+        "" => intersection.id.clone(),
+        period => format!("{} in the period {period}", intersection.id),
     }
 }
 
 /// Returns what people call a point MDP: the name of its intersection where the id is made from it,
 /// else the id.
-fn called(id: &str, intersection: &str) -> String {
-    if check_id("", intersection).is_ok() { id.to_owned() } else { intersection.to_owned() }
+fn called(id: &str, intersection: &Intersection) -> String {
+    let Intersection { id: name, period, .. } = intersection;
+    if check_id("", name).is_ok() && (period.is_empty() || check_id("", period).is_ok()) {
+        return id.to_owned();
+    }
+    if period.is_empty() { name.clone() } else { format!("{name}, {period}") }
 }
 
 #[cfg(test)]

@@ -24,8 +24,9 @@ use serde::{Deserialize, Serialize};
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
 use super::movements::{ArmMovement, incoming_edge, movements};
-use super::peak::peaked_s;
-use crate::settings::{DemandSettings, SUMO_SIGMA, TurnShares, is_sumo_sigma, is_zero};
+use super::peak::{peaked_s, quartered_s};
+use crate::family::approaches::{Arrivals, Counted};
+use crate::settings::{DemandSettings, SUMO_SIGMA, is_sumo_sigma, is_zero};
 use basics::files::FileError;
 use basics::seed;
 use basics::units::SECONDS_PER_HOUR;
@@ -102,6 +103,12 @@ pub struct Stream {
     pub from: String,
     /// Rate of the Poisson process, vehicles per hour.
     pub inflow_vph: f64,
+    /// When they come within the horizon; `None`: as the peak hour factor of the demand says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arrivals: Option<Arrivals>,
+    /// Share of heavy vehicles; `None`: that of the demand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heavy_vehicles: Option<f64>,
     /// SUMO's `departLane`.
     pub depart_lane: String,
     /// SUMO's `departSpeed`.
@@ -143,11 +150,13 @@ impl DemandSpec {
     ///
     /// The turn shares are renormalised over the turns that the arm has; several exits of the same
     /// turn share its part equally. Where all turns of an arm have the share 0, they are equally
-    /// likely. The shares are as on the ground.
+    /// likely. The shares are as on the ground. An arm whose turns were counted has the shares, the heavy vehicles and
+    /// the quarter hours that were counted.
     ///
     /// # Errors
     ///
-    /// [`NetworkError::Intersection`] for an impossible intersection.
+    /// [`NetworkError::Intersection`] for an impossible intersection, or vehicles that were counted on a turn that it
+    /// does not have.
     pub fn from_intersection(
         spec: &IntersectionSpec,
         settings: &DemandSettings,
@@ -156,17 +165,24 @@ impl DemandSpec {
         let shares = settings.turn_shares.as_right_hand(spec.side);
         let stream = |(i, inflow_vph): (usize, f64)| {
             let own: Vec<_> = movements.iter().filter(|m| m.from == i).copied().collect();
-            Stream {
+            let counted = spec.arms[i].counted;
+            if let Some(counted) = &counted {
+                every_turn_exists(spec, i, &own, counted)?;
+            }
+            let weight = |turn| counted.map_or_else(|| shares.of(turn), |c| c.turn_vph(turn));
+            Ok(Stream {
                 from: incoming_edge(i),
                 inflow_vph,
+                arrivals: counted.and_then(|c| c.arrivals),
+                heavy_vehicles: counted.and_then(|c| c.heavy_vehicles),
                 depart_lane: DEPART_LANE.to_owned(),
                 depart_speed: DEPART_SPEED.to_owned(),
-                routes: routes(&own, &shares),
-            }
+                routes: routes(&own, weight),
+            })
         };
         let inflows = spec.arms.iter().map(|a| a.inflow_vph).enumerate();
-        let streams = inflows.filter(|(i, _)| spec.arms[*i].lanes_in > 0).map(stream).collect();
-        Ok(Self::new(settings, streams))
+        let streams = inflows.filter(|(i, _)| spec.arms[*i].lanes_in > 0).map(stream);
+        Ok(Self::new(settings, streams.collect::<Result<_, NetworkError>>()?))
     }
 
     /// Returns the demand of streams, with the vehicles of the settings.
@@ -216,6 +232,12 @@ impl DemandSpec {
             ["arrivals", "turns", "drivers", "kinds"].map(|purpose| {
                 ChaCha12Rng::seed_from_u64(seed::vehicles(seed, purpose, &stream.from))
             });
+        let depart_s = |even_s: f64| match stream.arrivals {
+            None => peaked_s(even_s, self.horizon_s, self.peak_hour_factor),
+            Some(Arrivals::PeakHourFactor(factor)) => peaked_s(even_s, self.horizon_s, factor),
+            Some(Arrivals::QuarterHours(quarters)) => quartered_s(even_s, self.horizon_s, quarters),
+        };
+        let heavy_vehicles = stream.heavy_vehicles.unwrap_or(self.heavy_vehicles);
         let mut vehicles = Vec::new();
         let mut time_s = 0.0;
         loop {
@@ -229,9 +251,9 @@ impl DemandSpec {
                 stream: index,
                 number: vehicles.len() as u32,
                 route: stream.route(turns.random()),
-                depart_s: peaked_s(time_s, self.horizon_s, self.peak_hour_factor) as u32,
+                depart_s: depart_s(time_s) as u32,
                 speed_factor: speed_factor(&mut drivers),
-                is_heavy: kinds.random::<f64>() < self.heavy_vehicles,
+                is_heavy: kinds.random::<f64>() < heavy_vehicles,
             });
         }
     }
@@ -240,7 +262,8 @@ impl DemandSpec {
     pub fn routes_xml(&self, vehicles: &[Vehicle]) -> String {
         let mut text = "<routes>\n".to_owned();
         self.push_type(&mut text, &CAR);
-        if self.heavy_vehicles > 0.0 {
+        let heavy = |s: &Stream| s.heavy_vehicles.unwrap_or(self.heavy_vehicles) > 0.0;
+        if self.streams.iter().any(heavy) {
             self.push_type(&mut text, &HEAVY);
         }
         for stream in &self.streams {
@@ -295,14 +318,39 @@ impl Stream {
     }
 }
 
-fn routes(movements: &[ArmMovement], shares: &TurnShares) -> Vec<RouteShare> {
+/// Refuses vehicles that were counted on a turn that an arm does not have.
+fn every_turn_exists(
+    spec: &IntersectionSpec,
+    arm: usize,
+    own: &[ArmMovement],
+    counted: &Counted,
+) -> Result<(), NetworkError> {
+    for turn in [Turn::Left, Turn::Through, Turn::Right] {
+        let vph = counted.turn_vph(turn);
+        if vph > 0.0 && !own.iter().any(|m| m.turn == turn) {
+            let bearing_deg = spec.side.bearing_deg(spec.arms[arm].bearing_deg);
+            let (left, right) = spec.side.swapped(("left_vph", "right_vph"));
+            let (column, words) = match turn {
+                Turn::Left => (left, "no such turn"),
+                Turn::Through => ("through_vph", "no way straight on"),
+                Turn::Right => (right, "no such turn"),
+            };
+            return Err(NetworkError::Intersection {
+                point: spec.point.clone(),
+                reason: format!(
+                    "{column} = {vph} on the arm with bearing_deg = {bearing_deg}, which has {words}; correct \
+                     movements or the bearings, or give these vehicles to another turn"
+                ),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Returns the destinations of movements by the weights of their turns.
+fn routes(movements: &[ArmMovement], weight_of: impl Fn(Turn) -> f64) -> Vec<RouteShare> {
     let weight = |m: &ArmMovement| {
-        let share = match m.turn {
-            Turn::Left => shares.left,
-            Turn::Through => shares.through,
-            Turn::Right => shares.right,
-        };
-        share / movements.iter().filter(|o| o.turn == m.turn).count() as f64
+        weight_of(m.turn) / movements.iter().filter(|o| o.turn == m.turn).count() as f64
     };
     let mut weights: Vec<_> = movements.iter().map(weight).collect();
     if weights.iter().sum::<f64>() <= 0.0 {
@@ -333,6 +381,7 @@ fn push(text: &mut String, line: std::fmt::Arguments<'_>) {
 mod tests {
     use super::super::movements::shapes::{cross, star, tee, wye};
     use super::*;
+    use crate::settings::TurnShares;
 
     fn demand(spec: &IntersectionSpec) -> DemandSpec {
         DemandSpec::from_intersection(spec, &DemandSettings::default()).unwrap()
@@ -360,6 +409,63 @@ mod tests {
         let settings = DemandSettings { turn_shares, ..DemandSettings::default() };
         let demand = DemandSpec::from_intersection(&wye(), &settings).unwrap();
         assert_eq!(demand.streams[0].routes[0].share, 0.5);
+    }
+
+    /// An intersection whose first arm was counted.
+    fn counted(mut spec: IntersectionSpec, [left, through, right]: [f64; 3]) -> IntersectionSpec {
+        let arm = &mut spec.arms[0];
+        arm.counted = Some(Counted {
+            left_vph: left,
+            through_vph: through,
+            right_vph: right,
+            arrivals: Some(Arrivals::QuarterHours([100.0, 200.0, 0.0, 100.0])),
+            heavy_vehicles: Some(1.0),
+        });
+        arm.inflow_vph = left + through + right;
+        spec
+    }
+
+    #[test]
+    fn counted_turns_quarters_and_trucks_replace_those_of_the_settings_on_their_arm() {
+        let demand = demand(&counted(cross(), [10.0, 70.0, 320.0]));
+        let shares =
+            |i: usize| demand.streams[i].routes.iter().map(|r| r.share).collect::<Vec<_>>();
+        assert_eq!((shares(0), shares(1)), (vec![0.025, 0.175, 0.8], vec![0.1, 0.8, 0.1]));
+        let long = DemandSpec { horizon_s: 36_000.0, ..demand };
+        let mut quarters = [0_i32; 4];
+        for v in long.vehicles(1).iter().filter(|v| v.stream == 0) {
+            quarters[(v.depart_s / 9000) as usize] += 1;
+            assert!(v.is_heavy);
+        }
+        // 4,000 vehicles, of which a quarter has 1,000, 2,000, none and 1,000.
+        assert_eq!(quarters[2], 0);
+        for (quarter, expected) in quarters.iter().zip([1000, 2000, 0, 1000]) {
+            assert!((*quarter - expected).abs() < 130, "{quarters:?}");
+        }
+        assert!(long.vehicles(1).iter().all(|v| v.stream == 0 || !v.is_heavy));
+    }
+
+    #[test]
+    fn an_approach_on_which_nobody_was_counted_has_no_vehicle() {
+        let demand = demand(&counted(cross(), [0.0; 3]));
+        assert!(demand.vehicles(1).iter().all(|v| v.stream != 0));
+        assert!(DemandSpec::parse(demand.to_json().as_bytes(), Path::new("d")).is_ok());
+    }
+
+    #[test]
+    fn vehicles_that_were_counted_on_a_turn_that_does_not_exist_are_refused() {
+        let mut spec = counted(tee(), [1.0, 9.0, 30.0]);
+        let refused = |spec: &IntersectionSpec| {
+            let demand = DemandSpec::from_intersection(spec, &DemandSettings::default());
+            demand.unwrap_err().to_string()
+        };
+        assert_eq!(
+            refused(&spec),
+            "p: right_vph = 30 on the arm with bearing_deg = 0, which has no such turn; correct movements or the \
+             bearings, or give these vehicles to another turn"
+        );
+        spec.side = osm_signals::DrivingSide::Left;
+        assert!(refused(&spec).contains("left_vph = 30"));
     }
 
     #[test]

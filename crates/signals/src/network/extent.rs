@@ -5,6 +5,7 @@ use std::io::{Error, ErrorKind};
 use std::path::Path;
 
 use super::demand::{DemandSpec, Stream};
+use crate::family::approaches::Arrivals;
 use basics::files::{self, FileError, limits};
 use basics::units::SECONDS_PER_HOUR;
 
@@ -57,7 +58,22 @@ impl DemandSpec {
         if !(0.0..=1.0).contains(&self.sigma) {
             return Err(format!("drivers with a sigma of {}", self.sigma));
         }
-        for Stream { from, inflow_vph, depart_lane, depart_speed, routes } in &self.streams {
+        for stream in &self.streams {
+            let Stream { from, inflow_vph, depart_lane, depart_speed, routes, .. } = stream;
+            let manner = match stream.arrivals {
+                None => true,
+                Some(Arrivals::PeakHourFactor(f)) => (LEAST_PEAK_HOUR_FACTOR..=1.0).contains(&f),
+                Some(Arrivals::QuarterHours(quarters)) => {
+                    let sum: f64 = quarters.iter().sum();
+                    quarters.iter().all(|q| *q >= 0.0) && sum > 0.0 && sum.is_finite()
+                }
+            };
+            if !manner || !(0.0..=1.0).contains(&stream.heavy_vehicles.unwrap_or_default()) {
+                return Err(format!(
+                    "the stream from {from} arrives in quarters that no hour has, or its share of heavy vehicles is no \
+                     share"
+                ));
+            }
             let names = routes.iter().map(|route| &route.to);
             let plain = |c: char| c.is_ascii_alphanumeric() || "_-.#:".contains(c);
             for name in names.chain([from, depart_lane, depart_speed]) {

@@ -8,7 +8,7 @@ use osm_signals::Turns;
 use osm_signals::angle::normalise_degrees;
 use serde::Serialize;
 
-use crate::family::approaches::{Approach, Intersection};
+use crate::family::approaches::{Approach, Counted, Intersection};
 use crate::family::features::{incoming_lanes, simulated_inflow_vph, six_columns};
 use crate::family::load::LoadedScenario;
 use crate::network::error::NetworkError;
@@ -38,6 +38,9 @@ pub struct Arm {
     /// Turns that the data names; a turn also needs an arm to lead to. `None`: all that geometry
     /// allows.
     pub turns: Option<Turns>,
+    /// What was counted by turn; `None`: the turn shares of the demand hold.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub counted: Option<Counted>,
 }
 
 /// An intersection to build: the name of its point MDP and its arms, clockwise from north.
@@ -88,6 +91,7 @@ impl IntersectionSpec {
             length_m: features.length_m,
             inflow_vph: features.inflow_vph * (1.0 + approach_spread * steps / 5.0_f64.sqrt()),
             turns: None,
+            counted: None,
         };
         Self { point: point.to_owned(), arms: FOUR_ARMS.map(arm).to_vec(), side }
     }
@@ -125,6 +129,7 @@ impl Arm {
             length_m: approach.length_m * settings.length_scale,
             inflow_vph: simulated_inflow_vph(approach, settings),
             turns,
+            counted: approach.counted.map(|counted| counted.as_right_hand(side)),
         }
     }
 }

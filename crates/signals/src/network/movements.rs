@@ -141,6 +141,7 @@ pub(crate) mod shapes {
             length_m: 200.0,
             inflow_vph: 400.0,
             turns: None,
+            counted: None,
         };
         let arms = bearings_deg.iter().map(arm).collect();
         IntersectionSpec { point: "p".into(), arms, side: DrivingSide::Right }

@@ -40,6 +40,29 @@ pub(super) fn peaked_s(even_s: f64, horizon_s: f64, factor: f64) -> f64 {
     time_s.min(horizon_s.next_down())
 }
 
+/// Returns when a vehicle arrives that would arrive at the time `even_s` of an even flow, seconds, if the quarters of
+/// the horizon have these vehicles, up to a common factor.
+///
+/// # Arguments
+///
+/// * `even_s` — from 0 up to but without `horizon_s`, as the result is.
+/// * `quarters` — not negative, their sum above 0.
+pub(super) fn quartered_s(even_s: f64, horizon_s: f64, quarters: [f64; 4]) -> f64 {
+    let quarter_s = horizon_s / QUARTERS;
+    let mut rest = even_s / horizon_s * quarters.iter().sum::<f64>();
+    for (i, vehicles) in quarters.iter().enumerate() {
+        if rest < *vehicles {
+            let time_s = quarter_s * (i as f64 + rest / vehicles);
+            return time_s.min((quarter_s * (i + 1) as f64).next_down());
+        }
+        rest -= vehicles;
+    }
+    // Rounding has carried the last vehicle past the last quarter that has any.
+    let last =
+        quarters.iter().rposition(|vehicles| *vehicles > 0.0).map_or(QUARTERS, |i| (i + 1) as f64);
+    (quarter_s * last).next_down()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,6 +82,23 @@ mod tests {
         for (quarter, expected) in quarters.iter().zip(expected) {
             assert!((quarter - expected).abs() < 1e-3, "{quarters:?}");
         }
+    }
+
+    #[test]
+    fn quarters_have_what_was_counted_and_an_empty_one_nobody() {
+        let quarters = [100.0, 0.0, 300.0, 0.0];
+        let times: Vec<f64> =
+            (0..4000).map(|k| quartered_s(0.9 * f64::from(k), HOUR_S, quarters)).collect();
+        assert!(times.is_sorted());
+        let within =
+            |low: f64, high: f64| times.iter().filter(|t| (low..high).contains(*t)).count();
+        assert_eq!(
+            [within(0.0, 900.0), within(900.0, 1800.0), within(1800.0, 2700.0)],
+            [1000, 0, 3000]
+        );
+        assert!(quartered_s(HOUR_S.next_down(), HOUR_S, quarters) < 2700.0);
+        let even = [250.0; 4];
+        assert!((quartered_s(1234.5, HOUR_S, even) - 1234.5).abs() < 1e-9);
     }
 
     #[test]

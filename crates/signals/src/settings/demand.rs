@@ -1,6 +1,6 @@
 //! Settings of the vehicles that arrive: how long, how they turn, how unevenly they come.
 
-use osm_signals::DrivingSide;
+use osm_signals::{DrivingSide, Turn};
 use serde::{Deserialize, Serialize};
 
 use evaluation::settings::setting::settings;
@@ -70,6 +70,15 @@ pub struct TurnShares {
 }
 
 impl TurnShares {
+    /// Returns the share of a turn.
+    pub fn of(self, turn: Turn) -> f64 {
+        match turn {
+            Turn::Left => self.left,
+            Turn::Through => self.through,
+            Turn::Right => self.right,
+        }
+    }
+
     /// Returns the shares, which are as on the ground, as right-hand traffic would have them.
     #[must_use]
     pub fn as_right_hand(self, side: DrivingSide) -> Self {

@@ -11,6 +11,8 @@ mod names;
 pub mod signal;
 pub mod table;
 
+use std::collections::BTreeMap;
+
 use osm_signals::DrivingSide;
 use serde::{Deserialize, Serialize};
 
@@ -155,6 +157,11 @@ settings! {
             left_turn_lanes: 1.0,
             right_turn_lanes: 1.0,
         };
+        /// Hours per year of each period that the table of approaches has, such as `{ am = 500, pm = 750 }`: a period's
+        /// point MDPs have importance in proportion to them. Without it all periods count equally. Left out of
+        /// manifests where there is none.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        periods: Option<BTreeMap<String, f64>> = None;
         /// Sources of the table's inflows, shown on the pages of results. They change no result.
         #[serde(skip_serializing_if = "Option::is_none")]
         inflows: Option<InflowSources> = None;

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One arm of a real intersection; `Count` is an `Option` where counts may still be missing.
+use super::counted::Counted;
+
+/// One arm of a real intersection in one period; `Count` is an `Option` where daily counts may still be missing.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Approach<Count = f64> {
@@ -10,7 +12,7 @@ pub struct Approach<Count = f64> {
     pub intersection: String,
     /// Name of the arm within its intersection.
     pub arm: String,
-    /// Latitude of the intersection, degrees, WGS 84.
+    /// Latitude of the intersection, degrees, WGS 84; not a number where the table has no places.
     pub latitude: f64,
     /// Longitude of the intersection, degrees, WGS 84.
     pub longitude: f64,
@@ -34,6 +36,12 @@ pub struct Approach<Count = f64> {
     pub aadt_veh_per_day_per_lane: Count,
     /// Turns that exist: `l` left, `s` straight, `r` right, `u` and `t` U-turn; empty when unknown.
     pub movements: String,
+    /// Period of the day that the counts are of, such as `am`; empty where the table has one only.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub period: String,
+    /// What was counted by turn; `None` where the inflow follows from the daily traffic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counted: Option<Counted>,
     /// Line in its table.
     #[serde(skip)]
     pub line: u64,
@@ -42,12 +50,14 @@ pub struct Approach<Count = f64> {
     pub imputed: bool,
 }
 
-/// A real intersection: its place and its arms.
+/// A real intersection in one period: its place and its arms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intersection {
     /// Id in the table: any text, so no name of a file.
     pub id: String,
-    /// Latitude, degrees.
+    /// Period of the day; empty where the table has one only.
+    pub period: String,
+    /// Latitude, degrees; not a number where the table has no places.
     pub latitude: f64,
     /// Longitude, degrees.
     pub longitude: f64,
@@ -64,6 +74,8 @@ pub struct Intersection {
 pub(super) struct RawIntersection {
     /// Id in the table.
     pub(super) id: String,
+    /// Period of the day.
+    pub(super) period: String,
     /// Line of the first arm.
     pub(super) line: u64,
     /// Arms in the order of the table, at least one of which leads to the signal.

@@ -14,13 +14,20 @@ use super::approach::{Approach, Intersection, RawIntersection};
 /// Fewest counted arms with as many lanes whose mean stands for the others.
 const MIN_COUNTED: usize = 3;
 
-/// Returns the intersections with a count on every arm; an arm that only leads away needs none and
-/// keeps 0 if it has none.
+/// Returns the intersections with a count on every arm. An arm that only leads away needs none and keeps 0 if it has
+/// none; neither does an arm whose turns were counted, because nothing reads its daily count.
+///
+/// # Arguments
+///
+/// * `otherwise` — the count of an arm where the table has none at all; without it that is an error.
 ///
 /// # Errors
 ///
 /// What to do when a count is missing and no arm is counted.
-pub(super) fn impute(raw: Vec<RawIntersection>) -> Result<Vec<Intersection>, String> {
+pub(super) fn impute(
+    raw: Vec<RawIntersection>,
+    otherwise: Option<f64>,
+) -> Result<Vec<Intersection>, String> {
     let counted =
         |arm: &Approach<Option<f64>>| arm.aadt_veh_per_day_per_lane.filter(|_| arm.lanes_in > 0);
     let mut all = Vec::new();
@@ -36,20 +43,22 @@ pub(super) fn impute(raw: Vec<RawIntersection>) -> Result<Vec<Intersection>, Str
         _ => mean(&all),
     };
     raw.into_iter()
-        .map(|RawIntersection { id, line, arms }| {
+        .map(|RawIntersection { id, period, line, arms }| {
             let own: Vec<f64> = arms.iter().filter_map(counted).collect();
             let (latitude, longitude) = (arms[0].latitude, arms[0].longitude);
             let mut imputed = 0;
             let complete = |arm: Approach<Option<f64>>| {
                 let aadt = match arm.aadt_veh_per_day_per_lane {
                     Some(aadt) => Some(aadt),
-                    None if arm.lanes_in == 0 => Some(0.0),
+                    None if arm.lanes_in == 0 || arm.counted.is_some() => Some(0.0),
                     None => {
                         imputed += 1;
-                        mean(&own).or_else(|| typical(arm.lanes_in))
+                        mean(&own).or_else(|| typical(arm.lanes_in)).or(otherwise)
                     }
                 };
-                let missing = arm.aadt_veh_per_day_per_lane.is_none() && arm.lanes_in > 0;
+                let missing = arm.aadt_veh_per_day_per_lane.is_none()
+                    && arm.lanes_in > 0
+                    && arm.counted.is_none();
                 aadt.map(|aadt| Approach { imputed: missing, ..with_count(arm, aadt) })
             };
             let arms: Option<Vec<Approach>> = arms.into_iter().map(complete).collect();
@@ -57,7 +66,7 @@ pub(super) fn impute(raw: Vec<RawIntersection>) -> Result<Vec<Intersection>, Str
                 "aadt_veh_per_day_per_lane is empty on every approach that leads to a signal; give \
                  at least one count",
             )?;
-            Ok(Intersection { id, latitude, longitude, arms, imputed, line })
+            Ok(Intersection { id, period, latitude, longitude, arms, imputed, line })
         })
         .collect()
 }
@@ -82,6 +91,8 @@ fn with_count(arm: Approach<Option<f64>>, aadt_veh_per_day_per_lane: f64) -> App
         length_m: arm.length_m,
         aadt_veh_per_day_per_lane,
         movements: arm.movements,
+        period: arm.period,
+        counted: arm.counted,
         line: arm.line,
         imputed: false,
     }
@@ -107,14 +118,21 @@ mod tests {
             length_m: 200.0,
             aadt_veh_per_day_per_lane,
             movements: String::new(),
+            period: String::new(),
+            counted: None,
             line: 2,
             imputed: false,
         };
-        RawIntersection { id: "1".into(), line: 2, arms: arms.iter().map(arm).collect() }
+        RawIntersection {
+            id: "1".into(),
+            period: String::new(),
+            line: 2,
+            arms: arms.iter().map(arm).collect(),
+        }
     }
 
     fn counts(table: &[&[(u32, Option<f64>)]]) -> Vec<Vec<f64>> {
-        let done = impute(table.iter().map(|arms| raw(arms)).collect()).unwrap();
+        let done = impute(table.iter().map(|arms| raw(arms)).collect(), None).unwrap();
         let of = |i: &Intersection| i.arms.iter().map(|a| a.aadt_veh_per_day_per_lane).collect();
         done.iter().map(of).collect()
     }
@@ -139,12 +157,12 @@ mod tests {
 
     #[test]
     fn an_arm_that_leads_away_needs_no_count() {
-        let done = impute(vec![raw(&[(1, Some(100.0)), (0, None)])]).unwrap();
+        let done = impute(vec![raw(&[(1, Some(100.0)), (0, None)])], None).unwrap();
         assert_eq!((done[0].arms[1].aadt_veh_per_day_per_lane, done[0].imputed), (0.0, 0));
     }
 
     #[test]
     fn a_table_without_counts_cannot_be_completed() {
-        assert!(impute(vec![raw(&[(1, None), (0, Some(100.0))])]).is_err());
+        assert!(impute(vec![raw(&[(1, None), (0, Some(100.0))])], None).is_err());
     }
 }

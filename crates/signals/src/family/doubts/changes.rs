@@ -18,7 +18,7 @@ pub(super) fn changes(
     let cap = settings.inflow_cap_vph_per_lane;
     let cut = rows(&|a| {
         let vph = uncapped_vph_per_lane(a, settings);
-        (vph > cap).then(|| format!("{vph:.0} veh/h per lane"))
+        (a.counted.is_none() && vph > cap).then(|| format!("{vph:.0} veh/h per lane"))
     });
     let imputed = rows(&|a| {
         a.imputed.then(|| format!("{:.0} veh/day per lane", a.aadt_veh_per_day_per_lane))
@@ -31,7 +31,7 @@ pub(super) fn changes(
     let raised = match per_approach {
         true => rows(&|a| {
             let vph = inflow_vph(a, settings);
-            (vph < least).then(|| format!("{vph:.0} veh/h"))
+            (a.counted.is_none() && vph < least).then(|| format!("{vph:.0} veh/h"))
         }),
         false => of_features(intersections, settings, 3, settings.bins.inflow_vph, "veh/h"),
     };
@@ -58,6 +58,12 @@ pub(super) fn changes(
         ),
     ];
     if !per_approach {
+        let turns = rows(&|a| a.counted.map(|c| format!("{:.0} veh/h", c.total_vph())));
+        doubts.push(Doubt::of(
+            "six features keep only the sum of the vehicles that were counted by turn; say detail = \"per-approach\" in \
+             [family] to simulate the turns",
+            turns,
+        ));
         let (lengths, bin_m) = (2, settings.bins.length_m);
         let short = of_features(intersections, settings, lengths, bin_m, "m");
         let about =

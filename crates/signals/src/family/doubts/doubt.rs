@@ -16,12 +16,12 @@ pub struct Doubt {
 
 impl Doubt {
     /// Returns a doubt about some rows; `None` without any.
-    pub(super) fn of(about: impl Into<String>, rows: Vec<String>) -> Option<Self> {
+    pub(crate) fn of(about: impl Into<String>, rows: Vec<String>) -> Option<Self> {
         (!rows.is_empty()).then(|| Self { about: about.into(), rows })
     }
 
     /// Returns a doubt about a whole table.
-    pub(in crate::family) fn whole(about: impl Into<String>) -> Self {
+    pub(crate) fn whole(about: impl Into<String>) -> Self {
         Self { about: about.into(), rows: Vec::new() }
     }
 

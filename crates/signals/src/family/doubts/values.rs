@@ -37,6 +37,10 @@ const QUIET_STREET: f64 = 200.0;
 /// Lanes of both directions of a street that carries much.
 const WIDE: u32 = 4;
 
+/// Flow that no lane carries, vehicles per hour: the base saturation flow of the Highway Capacity Manual, without any
+/// red.
+const MOST_VPH_PER_LANE: f64 = 1900.0;
+
 /// Least rows of which a median tells a unit.
 const ENOUGH: usize = 3;
 
@@ -61,6 +65,7 @@ pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
         long,
     ));
     doubts.extend(counts(&approaches, &rows));
+    doubts.extend(volumes(&approaches, &rows));
     let without: Vec<&&Approach> = approaches.iter().filter(|a| !a.movements.is_empty()).collect();
     if without.len() >= ENOUGH && without.iter().all(|a| !a.movements.contains('s')) {
         doubts.push(Doubt::whole(
@@ -68,6 +73,36 @@ pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
         ));
     }
     doubts
+}
+
+/// Returns the doubts about vehicles that were counted by turn.
+fn volumes(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> Vec<Doubt> {
+    let per_lane = |a: &Approach| a.counted.map(|c| c.total_vph() / f64::from(a.lanes_in));
+    let all: Vec<f64> = approaches.iter().filter_map(|a| per_lane(a)).collect();
+    let middle = if all.len() < ENOUGH { None } else { median(all) };
+    if let Some(middle) = middle.filter(|middle| *middle > MOST_VPH_PER_LANE) {
+        return vec![Doubt::whole(format!(
+            "left_vph, through_vph, right_vph: half of the approaches have {middle:.0} vehicles per hour and lane or \
+             more, which no lane carries; if they are of a day, give those of an hour"
+        ))];
+    }
+    let doubts = [
+        Doubt::of(
+            format!(
+                "counted volumes above {MOST_VPH_PER_LANE} vehicles per hour and lane, which no lane carries: queues \
+                 grow as long as the hour lasts"
+            ),
+            rows(&|a| {
+                let vph = per_lane(a).filter(|vph| *vph > MOST_VPH_PER_LANE);
+                vph.map(|vph| format!("{vph:.0} veh/h per lane"))
+            }),
+        ),
+        Doubt::of(
+            "nobody was counted on an approach",
+            rows(&|a| per_lane(a).filter(|vph| *vph == 0.0).map(|_| format!("arm {}", a.arm))),
+        ),
+    ];
+    doubts.into_iter().flatten().collect()
 }
 
 /// Returns the doubts about speed limits, each with the name of its row.
@@ -113,7 +148,7 @@ type Said<'a> = &'a dyn Fn(&Approach) -> Option<String>;
 fn counts(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> Vec<Doubt> {
     let lanes = |a: &Approach| a.lanes_in + a.lanes_out;
     let of = |is: &dyn Fn(&Approach) -> bool| -> Vec<f64> {
-        let counted = approaches.iter().filter(|a| !a.imputed && is(a));
+        let counted = approaches.iter().filter(|a| !a.imputed && a.counted.is_none() && is(a));
         counted.map(|a| a.aadt_veh_per_day_per_lane).collect()
     };
     let middle = |values: Vec<f64>| if values.len() < ENOUGH { None } else { median(values) };
@@ -145,7 +180,7 @@ fn counts(approaches: &[&Approach], rows: &dyn Fn(Said<'_>) -> Vec<String>) -> V
     });
     let quiet = rows(&|a| {
         let street = a.aadt_veh_per_day_per_lane * f64::from(lanes(a));
-        let quiet = !a.imputed && lanes(a) >= WIDE && street < QUIET_STREET;
+        let quiet = !a.imputed && a.counted.is_none() && lanes(a) >= WIDE && street < QUIET_STREET;
         quiet.then(|| format!("{street} veh/day on {} lanes", lanes(a)))
     });
     let doubts = [

@@ -112,3 +112,44 @@ fn both_tables_at_once_are_refused() {
     let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
     assert!(e.contains("exactly one"), "{e}");
 }
+
+/// A family of two intersections, of which one was counted in two periods.
+fn with_periods(periods: &str) -> Result<LoadedScenario, String> {
+    let header = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
+        right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements,period,left_vph,through_vph,right_vph\n";
+    let mut table = header.to_owned();
+    for (id, period, volume) in [("7", "am", 100), ("7", "pm", 300), ("Main", "pm", 200)] {
+        for (arm, bearing_deg) in [("A", 0), ("B", 180)] {
+            let place = if id == "7" { "," } else { "40,-111" };
+            table += &format!(
+                "{id},{arm},{place},{bearing_deg},2,2,0,0,30,200,,lsr,{period},0,{volume},0\n"
+            );
+        }
+    }
+    let text = format!("[family]\napproaches = \"a.csv\"\n{periods}");
+    from_text(&text, "t.toml", &[], &|_| Ok(table.clone())).map_err(|e| e.to_string())
+}
+
+#[test]
+fn an_intersection_is_a_point_mdp_in_every_period_and_counts_by_its_hours() {
+    let loaded = with_periods("periods = { am = 500, pm = 250 }\n").unwrap();
+    let points: Vec<(&str, f64, f64)> =
+        loaded.family.points.iter().map(|p| (&*p.id, p.importance, p.features[3])).collect();
+    assert_eq!(
+        points,
+        [("i0007-am", 0.5, 100.0), ("Main-pm", 0.25, 200.0), ("i0007-pm", 0.25, 300.0)]
+    );
+    let equal = with_periods("").unwrap();
+    assert!(equal.family.points.iter().all(|p| (p.importance - 1.0 / 3.0).abs() < 1e-12));
+    let doubts: Vec<String> = equal.doubts.iter().map(Doubt::brief).collect();
+    assert!(doubts.iter().any(|d| d.starts_with("the periods am, pm count equally")), "{doubts:?}");
+}
+
+#[test]
+fn periods_and_their_hours_must_fit_together() {
+    let refused = |periods: &str| with_periods(periods).unwrap_err();
+    assert!(refused("periods = { am = 500 }\n").contains("no hours for the period pm"));
+    let unknown = refused("periods = { am = 1, pm = 1, night = 1 }\n");
+    assert!(unknown.contains("no row of the table has the period night"), "{unknown}");
+    assert!(refused("periods = { am = 0, pm = 1 }\n").contains("hours per year above 0"));
+}

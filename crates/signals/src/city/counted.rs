@@ -1,0 +1,118 @@
+//! A scenario with turning counts, made from a scenario with approaches or from UTDF.
+
+use std::path::{Path, PathBuf};
+
+use toml::{Table, Value};
+
+use super::error::CityError;
+use super::folder::{
+    APPROACHES_FILE, SCENARIO_FILE, networks_folder, scenario_name, write_sources,
+};
+use super::input::input_file;
+use super::surroundings::{INTERSECTIONS_FILE, STREETS_FILE};
+use crate::family::approaches::to_csv;
+use crate::family::load::{LoadedScenario, Uncounted, from_text};
+use crate::turning::{Joined, Period, TurningCounts};
+use basics::files::{self, beneath, limits, write_atomically};
+use evaluation::settings::overrides::Override;
+
+/// A scenario that turning counts are given to.
+#[derive(Debug, Clone, Copy)]
+pub struct CountedRequest<'a> {
+    /// The scenario.
+    pub uncounted: &'a Uncounted,
+    /// Its folder, if it has one, whose map and names are taken over.
+    pub folder: Option<&'a Path>,
+    /// Files of counts; none to take the volumes that the approaches have.
+    pub files: &'a [PathBuf],
+    /// Other files that it was made from, with what they are.
+    pub sources: &'a [(&'static str, PathBuf)],
+    /// Periods of the day; none for the busiest hour of all that was counted.
+    pub periods: &'a [Period],
+    /// Settings of the scenario that is written.
+    pub overrides: &'a [Override],
+    /// Folder to write to.
+    pub out: &'a Path,
+    /// Whether what is there is replaced, also where it was edited.
+    pub force: bool,
+}
+
+/// A scenario with turning counts.
+#[derive(Debug)]
+pub struct CountedScenario {
+    /// The scenario.
+    pub loaded: LoadedScenario,
+    /// What was joined.
+    pub joined: Joined,
+    /// Folder for its networks.
+    pub networks: PathBuf,
+}
+
+/// Writes a folder with a scenario and its approaches, to which turning counts were given.
+///
+/// # Errors
+///
+/// [`CityError`] with the file that is to blame: counts that cannot be read or belong to other intersections, a scenario
+/// without approaches, a folder whose tables were edited.
+pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityError> {
+    let CountedRequest { uncounted, out, .. } = *request;
+    if !request.force {
+        super::folder::check(out)?;
+    }
+    let joined = match request.files {
+        [] => Joined::of(&uncounted.intersections),
+        files => TurningCounts::read(files)?
+            .into_approaches(&uncounted.intersections, request.periods)?,
+    };
+    let table = to_csv(&joined.approaches);
+    let text = scenario_text(request)?;
+    let file = out.join(SCENARIO_FILE).display().to_string();
+    let counted = from_text(&text, &file, &[], &|_| Ok(table.clone()))?;
+    files::make_folder_beneath(out, out)?;
+    for (name, text) in [(APPROACHES_FILE, &table), (SCENARIO_FILE, &text)] {
+        write_atomically(&out.join(name), text.as_bytes())?;
+    }
+    let counts = request.files.iter().map(|path| ("turning-counts", path));
+    let files = request.sources.iter().map(|(role, path)| (*role, path)).chain(counts);
+    let inputs: Vec<_> =
+        files.map(|(role, path)| input_file(role, path)).collect::<Result<_, _>>()?;
+    write_sources(out, &inputs, &[(APPROACHES_FILE, &table), (SCENARIO_FILE, &text)])?;
+    for name in [INTERSECTIONS_FILE, STREETS_FILE] {
+        let Some(folder) = request.folder.filter(|folder| folder.join(name).is_file()) else {
+            continue;
+        };
+        let bytes = files::read(&folder.join(name), limits::DOCUMENT)?;
+        write_atomically(&out.join(name), &bytes)?;
+    }
+    let networks = out.join(networks_folder(counted.scenario.preset));
+    beneath(out, &networks)?;
+    Ok(CountedScenario { loaded: counted, joined, networks })
+}
+
+/// Returns the text of the scenario that is written.
+fn scenario_text(request: &CountedRequest<'_>) -> Result<String, CityError> {
+    let mut table: Table = request.uncounted.text.parse().expect("it has been read before");
+    table.insert("name".to_owned(), scenario_name(request.out).into());
+    for setting in request.overrides {
+        setting.put_into(&mut table)?;
+    }
+    let family = table.entry("family").or_insert_with(|| Table::new().into());
+    if let Some(family) = family.as_table_mut() {
+        family.insert("approaches".to_owned(), APPROACHES_FILE.into());
+        if let Some(periods) = hours(request.periods) {
+            family.insert("periods".to_owned(), periods);
+        }
+    }
+    let settings = toml::to_string(&table).expect("settings are plain data");
+    Ok(format!(
+        "# Made from {} by `tsc-family build-networks`.\n{settings}",
+        request.uncounted.scenario.name
+    ))
+}
+
+/// Returns the hours per year of periods, as the setting `family.periods` has them; `None` where they are not given.
+pub(super) fn hours(periods: &[Period]) -> Option<Value> {
+    let hours = periods.iter().map(|p| Some((p.name.clone(), Value::Float(p.hours?))));
+    let hours: Option<Table> = hours.collect();
+    hours.filter(|hours| !hours.is_empty()).map(Value::Table)
+}

@@ -1,0 +1,224 @@
+//! What was counted of an approach: vehicles by turn in the hour that is simulated.
+//!
+//! Optional columns of the table of approaches:
+//!
+//! | column | unit |
+//! | --- | --- |
+//! | `left_vph`, `through_vph`, `right_vph` | vehicles per hour; all three, or none of them |
+//! | `peak_hour_factor` | volume divided by four times that of the busiest quarter, from 0.25 to 1 |
+//! | `quarter_hours` | vehicles in each quarter of the hour, such as `110 140 130 120` |
+//! | `heavy_vehicles` | share of heavy vehicles, from 0 to 1 |
+//!
+//! A counted approach is simulated as it was counted: neither the share of the hour nor the peak direction, the cap,
+//! the minimum or the turn shares of the settings apply to it.
+
+use evaluation::family::columns::Columns;
+use evaluation::settings::within;
+use osm_signals::{DrivingSide, Turn};
+use serde::{Deserialize, Serialize};
+use sheet::Row;
+
+/// Columns of vehicles by turn.
+pub const VOLUMES: [&str; 3] = ["left_vph", "through_vph", "right_vph"];
+
+/// Columns of how they arrive and what they are.
+pub const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehicles"];
+
+/// Most vehicles of a movement, per hour: eight lanes at 2,500, which no lane carries.
+const MOST_VPH: f64 = 20_000.0;
+
+/// What was counted of an approach in the hour that is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Counted {
+    /// Vehicles per hour that turn left.
+    pub left_vph: f64,
+    /// Vehicles per hour that go straight on.
+    pub through_vph: f64,
+    /// Vehicles per hour that turn right.
+    pub right_vph: f64,
+    /// When they come; `None`: as the settings say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arrivals: Option<Arrivals>,
+    /// Share of heavy vehicles; `None`: as the settings say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heavy_vehicles: Option<f64>,
+}
+
+/// When the vehicles of an approach come within the hour.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Arrivals {
+    /// The second quarter is the peak, which this peak hour factor gives; the others are equal.
+    PeakHourFactor(f64),
+    /// As many vehicles in each quarter as counted, up to a common factor.
+    QuarterHours([f64; 4]),
+}
+
+impl Counted {
+    /// Returns what was counted, which is as on the ground, as right-hand traffic would have it.
+    #[must_use]
+    pub fn as_right_hand(self, side: DrivingSide) -> Self {
+        let (left_vph, right_vph) = side.swapped((self.left_vph, self.right_vph));
+        Self { left_vph, right_vph, ..self }
+    }
+
+    /// Returns the vehicles per hour that turn so.
+    pub fn turn_vph(&self, turn: Turn) -> f64 {
+        match turn {
+            Turn::Left => self.left_vph,
+            Turn::Through => self.through_vph,
+            Turn::Right => self.right_vph,
+        }
+    }
+
+    /// Returns the vehicles of all turns, per hour.
+    pub fn total_vph(&self) -> f64 {
+        self.left_vph + self.through_vph + self.right_vph
+    }
+}
+
+impl Arrivals {
+    /// Returns the peak hour factor: volume divided by four times that of the busiest quarter.
+    ///
+    /// Source: Highway Capacity Manual, `V / (4 V15)`.
+    pub fn peak_hour_factor(&self) -> f64 {
+        match self {
+            Self::PeakHourFactor(factor) => *factor,
+            Self::QuarterHours(quarters) => {
+                let busiest = quarters.iter().copied().fold(0.0, f64::max);
+                quarters.iter().sum::<f64>() / (4.0 * busiest)
+            }
+        }
+    }
+}
+
+/// Returns what a row says was counted; `None` where it says nothing.
+///
+/// # Errors
+///
+/// What is wrong with it, and the way out.
+pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, String> {
+    let given = |name: &str| columns.get(name).is_some_and(|at| !row.text(at).is_empty());
+    if !VOLUMES.iter().any(|name| given(name)) {
+        return match MANNERS.iter().find(|name| given(name)) {
+            None => Ok(None),
+            Some(name) => Err(format!(
+                "{name} is of counted vehicles, and {} are empty; give them, or leave {name} empty",
+                VOLUMES.join(", ")
+            )),
+        };
+    }
+    let volume = |name: &str| {
+        let number =
+            if columns.get(name).is_some() { columns.optional_count(row, name)? } else { None };
+        let volume = number.ok_or_else(|| {
+            format!("{name} is empty beside other counted turns; write 0 if nobody was counted")
+        })?;
+        within(volume, 0.0, MOST_VPH)
+            .map_err(|expected| format!("{name} = {volume}: {expected}"))?;
+        Ok::<f64, String>(volume)
+    };
+    let [left_vph, through_vph, right_vph] = VOLUMES.map(volume);
+    let (left_vph, through_vph, right_vph) = (left_vph?, through_vph?, right_vph?);
+    let factor = optional(row, columns, "peak_hour_factor", MIN_PEAK_HOUR_FACTOR, 1.0)?;
+    let quarters = match columns.get("quarter_hours").map(|at| row.text(at)).unwrap_or_default() {
+        "" => None,
+        text => Some(quarter_hours(text)?),
+    };
+    let arrivals = match (factor, quarters) {
+        (Some(_), Some(_)) => {
+            return Err(
+                "peak_hour_factor and quarter_hours both say when vehicles come; leave one empty"
+                    .into(),
+            );
+        }
+        (Some(factor), None) => Some(Arrivals::PeakHourFactor(factor)),
+        (None, quarters) => quarters.map(Arrivals::QuarterHours),
+    };
+    let heavy_vehicles = optional(row, columns, "heavy_vehicles", 0.0, 1.0)
+        .map_err(|e| format!("{e}; it is a share: 0.03 for 3%"))?;
+    Ok(Some(Counted { left_vph, through_vph, right_vph, arrivals, heavy_vehicles }))
+}
+
+/// Least peak hour factor: all vehicles in one quarter.
+const MIN_PEAK_HOUR_FACTOR: f64 = 0.25;
+
+fn optional(
+    row: &Row,
+    columns: &Columns,
+    name: &str,
+    low: f64,
+    high: f64,
+) -> Result<Option<f64>, String> {
+    if columns.get(name).is_none() {
+        return Ok(None);
+    }
+    let Some(value) = columns.optional(row, name)? else { return Ok(None) };
+    within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))?;
+    Ok(Some(value))
+}
+
+/// Returns the vehicles of four quarters.
+fn quarter_hours(text: &str) -> Result<[f64; 4], String> {
+    let wrong = || {
+        format!(
+            "quarter_hours = {text:?}: expected the vehicles of four quarters, not all of them 0, between blanks, \
+             such as 110 140 130 120"
+        )
+    };
+    let quarters: Vec<f64> = text
+        .split_whitespace()
+        .map(|word| word.parse().ok().filter(|n: &f64| n.is_finite() && *n >= 0.0))
+        .collect::<Option<_>>()
+        .ok_or_else(wrong)?;
+    let quarters: [f64; 4] = quarters.try_into().map_err(|_| wrong())?;
+    if quarters.iter().sum::<f64>() > 0.0 { Ok(quarters) } else { Err(wrong()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Approach, read};
+    use super::*;
+
+    const HEADER: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
+        right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements,left_vph,through_vph,right_vph,\
+        peak_hour_factor,quarter_hours,heavy_vehicles\n";
+
+    fn arms(rows: [&str; 2]) -> Result<Vec<Approach>, String> {
+        let [a, b] = rows;
+        let text = format!(
+            "{HEADER}7,A,40,-111,0,2,1,1,0,30,200,,lsr,{a}\n7,B,40,-111,180,2,1,1,0,30,200,,lsr,{b}\n"
+        );
+        read(&text, "a.csv").map(|read| read[0].arms.clone()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn what_was_counted_needs_no_daily_count() {
+        let arms = arms(["12,340,0,,110 140 130 120,0.05", "0,0,90,0.9,,"]).unwrap();
+        let [a, b] = [&arms[0], &arms[1]].map(|a| a.counted.unwrap());
+        assert_eq!(a.total_vph(), 352.0);
+        assert_eq!(a.arrivals, Some(Arrivals::QuarterHours([110.0, 140.0, 130.0, 120.0])));
+        assert!((a.arrivals.unwrap().peak_hour_factor() - 500.0 / 560.0).abs() < 1e-12);
+        assert_eq!((a.heavy_vehicles, b.heavy_vehicles), (Some(0.05), None));
+        assert_eq!(b.arrivals, Some(Arrivals::PeakHourFactor(0.9)));
+    }
+
+    #[test]
+    fn what_cannot_be_counted_is_refused_with_the_way_out() {
+        let ok = "0,0,90,,,";
+        let wrong = |row: &str| arms([row, ok]).unwrap_err();
+        assert!(wrong("12,,0,,,").ends_with(
+            "through_vph is empty beside other counted turns; write 0 if nobody was counted"
+        ));
+        assert!(wrong(",,,0.9,,").contains("peak_hour_factor is of counted vehicles"));
+        assert!(wrong("-1,0,0,,,").contains("left_vph = -1: expected a number from 0"));
+        assert!(
+            wrong("1,0,0,0.2,,").contains("peak_hour_factor = 0.2: expected a number from 0.25")
+        );
+        assert!(wrong("1,0,0,0.9,1 2 3 4,").contains("leave one empty"));
+        assert!(wrong("1,0,0,,1 2 3,").contains("such as 110 140 130 120"));
+        assert!(wrong("1,0,0,,0 0 0 0,").contains("not all of them 0"));
+        assert!(wrong("1,0,0,,,5").ends_with("it is a share: 0.03 for 3%"));
+    }
+}

@@ -1,0 +1,123 @@
+//! Writes tables of approaches.
+
+use std::collections::BTreeMap;
+
+use super::{Approach, Arrivals, COLUMNS, Intersection, MANNERS, PERIOD, VOLUMES};
+
+/// Digits after the point of what was counted, as a power of ten: means of several days have any number.
+const COUNT: f64 = 100.0;
+
+/// Returns a table of approaches as CSV, with the optional columns that any row uses. A count that is missing stays
+/// empty.
+pub fn to_csv(rows: &[Approach]) -> String {
+    let has_period = rows.iter().any(|a| !a.period.is_empty());
+    let has_counts = rows.iter().any(|a| a.counted.is_some());
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut header = COLUMNS.to_vec();
+    if has_period {
+        header.push(PERIOD);
+    }
+    if has_counts {
+        header.extend(VOLUMES.iter().chain(&MANNERS));
+    }
+    writer.write_record(header).expect("memory takes every row");
+    for a in rows {
+        let place =
+            |degrees: f64| if degrees.is_nan() { String::new() } else { format!("{degrees:?}") };
+        let nothing = a.imputed || a.counted.is_some() && a.aadt_veh_per_day_per_lane == 0.0;
+        let aadt =
+            if nothing { String::new() } else { format!("{:?}", a.aadt_veh_per_day_per_lane) };
+        let mut row = vec![
+            a.intersection.clone(),
+            a.arm.clone(),
+            place(a.latitude),
+            place(a.longitude),
+            format!("{:?}", a.bearing_deg),
+            a.lanes_in.to_string(),
+            a.lanes_out.to_string(),
+            a.left_turn_lanes.to_string(),
+            a.right_turn_lanes.to_string(),
+            format!("{:?}", a.speed_mph),
+            format!("{:?}", a.length_m),
+            aadt,
+            a.movements.clone(),
+        ];
+        if has_period {
+            row.push(a.period.clone());
+        }
+        if has_counts {
+            row.extend(counted(a));
+        }
+        writer.write_record(row).expect("memory takes every row");
+    }
+    let table = writer.into_inner().expect("memory takes every row");
+    String::from_utf8(table).expect("texts are UTF-8")
+}
+
+fn counted(approach: &Approach) -> [String; VOLUMES.len() + MANNERS.len()] {
+    let Some(counted) = &approach.counted else { return Default::default() };
+    let number = |value: f64| ((value * COUNT).round() / COUNT).to_string();
+    let (factor, quarters) = match counted.arrivals {
+        None => Default::default(),
+        Some(Arrivals::PeakHourFactor(factor)) => (factor.to_string(), String::new()),
+        Some(Arrivals::QuarterHours(quarters)) => (String::new(), quarters.map(number).join(" ")),
+    };
+    let heavy = counted.heavy_vehicles.map(|share| ((share * 1e4).round() / 1e4).to_string());
+    [
+        number(counted.left_vph),
+        number(counted.through_vph),
+        number(counted.right_vph),
+        factor,
+        quarters,
+        heavy.unwrap_or_default(),
+    ]
+}
+
+/// Returns the intersections of complete rows, in the order of their first arms.
+pub fn gathered(rows: Vec<Approach>) -> Vec<Intersection> {
+    let mut intersections: Vec<Intersection> = Vec::new();
+    let mut position: BTreeMap<(String, String), usize> = BTreeMap::new();
+    for row in rows {
+        let at =
+            *position.entry((row.intersection.clone(), row.period.clone())).or_insert_with(|| {
+                intersections.push(Intersection {
+                    id: row.intersection.clone(),
+                    period: row.period.clone(),
+                    latitude: row.latitude,
+                    longitude: row.longitude,
+                    arms: Vec::new(),
+                    imputed: 0,
+                    line: row.line,
+                });
+                intersections.len() - 1
+            });
+        intersections[at].imputed += u32::from(row.imputed);
+        intersections[at].arms.push(row);
+    }
+    intersections
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read;
+    use super::*;
+
+    #[test]
+    fn what_is_written_reads_back_as_the_same() {
+        let header = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
+            right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements";
+        let plain = format!(
+            "{header}\n7,A,40.125,-111.0,0.0,2,1,1,0,30.0,200.5,9000.0,lsr\n7,B,40.125,-111.0,90.0,0,2,0,0,30.0,90.0,0.0,\n"
+        );
+        let intersections = read(&plain, "a.csv").unwrap();
+        let rows: Vec<Approach> = intersections.iter().flat_map(|i| i.arms.clone()).collect();
+        assert_eq!(to_csv(&rows), plain);
+        assert_eq!(gathered(rows), intersections);
+        let counted = format!(
+            "{header},period,left_vph,through_vph,right_vph,peak_hour_factor,quarter_hours,heavy_vehicles\n\
+             7,A,,,0.0,2,1,1,0,30.0,200.5,,lsr,am,1,2.33,0,,1 1 1 0.33,0.05\n7,B,,,90.0,2,2,0,0,30.0,90.0,,,am,0,5,0,0.92,,\n"
+        );
+        let rows: Vec<Approach> = read(&counted, "a.csv").unwrap().remove(0).arms;
+        assert_eq!(to_csv(&rows), counted);
+    }
+}

@@ -1,0 +1,358 @@
+//! The busiest hour of a count, and how its vehicles come in it.
+//!
+//! Of several days the mean counts, over the days that have the whole hour.
+//!
+//! Source: Highway Capacity Manual, peak hour factor of an approach, `V / (4 V15)`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
+use std::str::FromStr;
+
+use super::clock::{begin, written};
+use super::header::{Heading, Towards};
+
+/// Minutes of the hour that is simulated.
+const HOUR_MIN: u32 = 60;
+
+/// Minutes of a quarter.
+const QUARTER_MIN: u32 = 15;
+
+/// A part of the day whose busiest hour is simulated, such as `am=07:00-09:00` or, with its hours per year,
+/// `am=07:00-09:00,500`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Period {
+    /// Its name.
+    pub name: String,
+    /// Minute of the day at which it begins.
+    pub from_min: u32,
+    /// Minute of the day at which it ends.
+    pub to_min: u32,
+    /// Hours per year for which its busiest hour stands.
+    pub hours: Option<f64>,
+}
+
+impl FromStr for Period {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || {
+            "expected NAME=FROM-TO, such as am=07:00-09:00, or with its hours per year am=07:00-09:00,500".to_owned()
+        };
+        let (name, rest) = text.split_once('=').ok_or_else(wrong)?;
+        let (times, hours) = match rest.split_once(',') {
+            Some((times, hours)) => (times, Some(hours)),
+            None => (rest, None),
+        };
+        let (from, to) = times.split_once('-').ok_or_else(wrong)?;
+        let minute =
+            |text: &str| begin(text).filter(|(day, _)| day.is_empty()).map(|(_, minute)| minute);
+        let from_min = minute(from.trim()).ok_or_else(wrong)?;
+        let to_min = match to.trim() {
+            "24:00" => super::clock::DAY_MIN,
+            to => minute(to).ok_or_else(wrong)?,
+        };
+        if to_min < from_min + HOUR_MIN {
+            return Err("a period has at least one hour and does not pass midnight".to_owned());
+        }
+        let hours = match hours {
+            None => None,
+            Some(hours) => {
+                let number = hours.trim().parse().ok().filter(|h: &f64| *h > 0.0 && *h <= 8784.0);
+                Some(number.ok_or("expected hours per year from 0 to 8784 after the comma")?)
+            }
+        };
+        let name = name.trim().to_owned();
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || !name.chars().all(plain) {
+            return Err("the name of a period consists of letters, digits, - and _".to_owned());
+        }
+        Ok(Self { name, from_min, to_min, hours })
+    }
+}
+
+/// One row of a count.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Interval {
+    /// Line in its file.
+    pub(super) line: u64,
+    /// The day as it is written.
+    pub(super) day: String,
+    /// Minute of the day at which it begins; `None` in a table without times.
+    pub(super) minute: Option<u32>,
+    /// Vehicles by movement; an empty field is missing.
+    pub(super) vehicles: BTreeMap<(Heading, Towards), f64>,
+    /// Heavy vehicles among them, by approach, where they were counted.
+    pub(super) heavy: BTreeMap<Heading, f64>,
+}
+
+/// What was counted in an hour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hour {
+    /// Minute of the day at which it begins; `None` for a table without times.
+    pub begin_min: Option<u32>,
+    /// Days of which it is the mean.
+    pub days: usize,
+    /// Vehicles per hour by movement.
+    pub vehicles: BTreeMap<(Heading, Towards), f64>,
+    /// Vehicles in each quarter by approach; nothing where rows are longer than a quarter, and for an approach without
+    /// vehicles.
+    pub quarters: BTreeMap<Heading, [f64; 4]>,
+    /// Share of heavy vehicles by approach.
+    pub heavy: BTreeMap<Heading, f64>,
+    /// Fields that are empty beside numbers of the same column, and count as nobody.
+    pub empty: usize,
+}
+
+impl Hour {
+    /// Returns the vehicles of all movements.
+    pub fn total(&self) -> f64 {
+        self.vehicles.values().sum()
+    }
+
+    /// Returns the vehicles of an approach that turn so.
+    pub fn of(&self, heading: Heading, towards: Towards) -> f64 {
+        self.vehicles.get(&(heading, towards)).copied().unwrap_or_default()
+    }
+
+    /// Returns the approaches with vehicles.
+    pub fn headings(&self) -> BTreeSet<Heading> {
+        self.vehicles.iter().filter(|(_, n)| **n > 0.0).map(|((heading, _), _)| *heading).collect()
+    }
+}
+
+impl Display for Hour {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.begin_min {
+            None => f.write_str("the hour of the table"),
+            Some(minute) => write!(f, "{} to {}", written(minute), written(minute + HOUR_MIN)),
+        }
+    }
+}
+
+/// Returns the busiest hour of an intersection within a period, or of all that was counted.
+///
+/// # Errors
+///
+/// The line and what is wrong there: rows whose times do not fit together, an hour that is not complete, a field that
+/// is empty.
+///
+/// # Arguments
+///
+/// * `said_min` — minutes of a row, where the title of the table says them.
+pub(super) fn busiest(
+    intervals: &[Interval],
+    said_min: Option<u32>,
+    period: Option<&Period>,
+) -> Result<Hour, (u64, String)> {
+    let first = intervals.first().expect("an intersection of a count has a row");
+    if intervals.iter().any(|i| i.minute.is_none()) {
+        if let Some(second) = intervals.get(1) {
+            let message = "a second row of the same intersection, and the table has no column with times; add a column \
+                           Time"
+                .to_owned();
+            return Err((second.line, message));
+        }
+        if let Some(period) = period {
+            let message = format!(
+                "the table has no column with times, and the period {} asks for some",
+                period.name
+            );
+            return Err((first.line, message));
+        }
+        return Ok(sum(&[vec![first]], HOUR_MIN, None));
+    }
+    let mut by_time: BTreeMap<(&str, u32), &Interval> = BTreeMap::new();
+    for interval in intervals {
+        let key = (&*interval.day, interval.minute.unwrap_or_default());
+        if let Some(other) = by_time.insert(key, interval) {
+            let message = format!("the same time as line {}; remove one of the two", other.line);
+            return Err((interval.line, message));
+        }
+    }
+    let step = match (step(&by_time)?, said_min) {
+        // Rows may be farther apart than they are long: an hour of the morning and one of the evening.
+        (Some(found), Some(said)) if found % said != 0 => {
+            let message = format!(
+                "rows are {found} minutes apart, and the title says {said} minutes; correct one"
+            );
+            return Err((first.line, message));
+        }
+        (_, Some(said)) => said,
+        (found, None) => found.unwrap_or(HOUR_MIN),
+    };
+    let days: BTreeSet<&str> = by_time.keys().map(|(day, _)| *day).collect();
+    let (from, to) = period.map_or((0, super::clock::DAY_MIN), |p| (p.from_min, p.to_min));
+    let starts: BTreeSet<u32> = by_time.keys().map(|(_, minute)| *minute).collect();
+    let within = starts.into_iter().filter(|start| *start >= from && start + HOUR_MIN <= to);
+    let mut best: Option<Hour> = None;
+    for start in within {
+        let whole = |day: &&str| -> Option<Vec<&Interval>> {
+            let times = (0..HOUR_MIN / step).map(|k| start + k * step);
+            times.map(|minute| by_time.get(&(*day, minute)).copied()).collect()
+        };
+        let hours: Vec<Vec<&Interval>> = days.iter().filter_map(whole).collect();
+        if hours.is_empty() {
+            continue;
+        }
+        let hour = sum(&hours, step, Some(start));
+        if best.as_ref().is_none_or(|best| hour.total() > best.total()) {
+            best = Some(hour);
+        }
+    }
+    best.ok_or_else(|| {
+        let within = period.map_or_else(String::new, |p| {
+            format!(" within {} ({} to {})", p.name, written(p.from_min), written(p.to_min))
+        });
+        (first.line, format!("no hour{within} is complete: rows of {step} minutes were counted; add what is missing"))
+    })
+}
+
+/// Returns the minutes of a row, up to an hour: the shortest time between two rows of a day; `None` for a single row.
+fn step(by_time: &BTreeMap<(&str, u32), &Interval>) -> Result<Option<u32>, (u64, String)> {
+    let keys: Vec<_> = by_time.iter().collect();
+    let steps = || {
+        keys.windows(2).filter(|w| w[0].0.0 == w[1].0.0).map(|w| (w[1].0.1 - w[0].0.1, w[1].1.line))
+    };
+    let Some((step, line)) = steps().min() else { return Ok(None) };
+    let step = if step % HOUR_MIN == 0 { HOUR_MIN } else { step };
+    if !HOUR_MIN.is_multiple_of(step) {
+        return Err((
+            line,
+            format!(
+                "{step} minutes after the row before it, which divide no hour; correct the times"
+            ),
+        ));
+    }
+    match steps().find(|(minutes, _)| minutes % step != 0) {
+        None => Ok(Some(step)),
+        Some((minutes, line)) => Err((
+            line,
+            format!(
+                "{minutes} minutes after the row before it, beside rows of {step} minutes; correct the times"
+            ),
+        )),
+    }
+}
+
+/// Returns the mean of the hours of several days.
+fn sum(hours: &[Vec<&Interval>], step: u32, begin_min: Option<u32>) -> Hour {
+    let days = hours.len();
+    let columns: BTreeSet<(Heading, Towards)> =
+        hours.iter().flatten().flat_map(|i| i.vehicles.keys().copied()).collect();
+    let mut vehicles = BTreeMap::new();
+    let mut quarters: BTreeMap<Heading, [f64; 4]> = BTreeMap::new();
+    let mut heavy: BTreeMap<Heading, (f64, f64)> = BTreeMap::new();
+    let empty = hours.iter().flatten().map(|i| columns.len() - i.vehicles.len()).sum();
+    for hour in hours {
+        for (k, interval) in hour.iter().enumerate() {
+            for (&(heading, towards), count) in &interval.vehicles {
+                let mean = count / days as f64;
+                *vehicles.entry((heading, towards)).or_insert(0.0) += mean;
+                if QUARTER_MIN.is_multiple_of(step) {
+                    let quarter = k * step as usize / QUARTER_MIN as usize;
+                    quarters.entry(heading).or_default()[quarter] += mean;
+                }
+                if interval.heavy.contains_key(&heading) {
+                    heavy.entry(heading).or_default().1 += count;
+                }
+            }
+            for (heading, count) in &interval.heavy {
+                heavy.entry(*heading).or_default().0 += count;
+            }
+        }
+    }
+    quarters.retain(|_, quarters| quarters.iter().sum::<f64>() > 0.0);
+    let heavy = heavy
+        .into_iter()
+        .filter(|(_, (_, all))| *all > 0.0)
+        .map(|(h, (of, all))| (h, of / all))
+        .collect();
+    Hour { begin_min, days, vehicles, quarters, heavy, empty }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NBT: (Heading, Towards) = (Heading::North, Towards::Through);
+
+    fn rows(counts: &[(&str, u32, f64)]) -> Vec<Interval> {
+        let row = |(line, (day, minute, count)): (usize, &(&str, u32, f64))| Interval {
+            line: line as u64 + 2,
+            day: (*day).to_owned(),
+            minute: Some(*minute),
+            vehicles: BTreeMap::from([(NBT, *count)]),
+            heavy: BTreeMap::from([(
+                Heading::North,
+                if *minute < 440 { 0.1 * count } else { 0.0 },
+            )]),
+        };
+        counts.iter().enumerate().map(row).collect()
+    }
+
+    #[test]
+    fn the_busiest_hour_begins_at_any_row_and_keeps_its_quarters() {
+        let counts = [10.0, 20.0, 40.0, 20.0, 20.0, 5.0];
+        let rows = rows(
+            &counts
+                .iter()
+                .enumerate()
+                .map(|(k, n)| ("", 420 + 15 * k as u32, *n))
+                .collect::<Vec<_>>(),
+        );
+        let hour = busiest(&rows, None, None).unwrap();
+        assert_eq!((hour.to_string(), hour.total()), ("07:15 to 08:15".to_owned(), 100.0));
+        assert_eq!(hour.quarters[&Heading::North], [20.0, 40.0, 20.0, 20.0]);
+        assert_eq!(hour.heavy[&Heading::North], 0.02);
+        let early: Period = "early=07:00-08:00".parse().unwrap();
+        assert_eq!(busiest(&rows, None, Some(&early)).unwrap().total(), 90.0);
+        let night: Period = "night=01:00-04:00,700".parse().unwrap();
+        let (line, why) = busiest(&rows, None, Some(&night)).unwrap_err();
+        assert!(
+            line == 2 && why.starts_with("no hour within night (01:00 to 04:00) is complete"),
+            "{why}"
+        );
+    }
+
+    #[test]
+    fn days_are_averaged_and_a_day_without_the_whole_hour_does_not_count() {
+        let mut counts = vec![("Tue", 420, 100.0), ("Tue", 480, 300.0), ("Wed", 480, 400.0)];
+        let hour = busiest(&rows(&counts), None, None).unwrap();
+        assert_eq!((hour.begin_min, hour.days, hour.total()), (Some(480), 2, 350.0));
+        assert!(hour.quarters.is_empty());
+        counts.push(("Wed", 480, 1.0));
+        assert_eq!(
+            busiest(&rows(&counts), None, None).unwrap_err(),
+            (5, "the same time as line 4; remove one of the two".into())
+        );
+    }
+
+    #[test]
+    fn an_hour_with_a_hole_is_no_hour() {
+        let gap = [("", 420, 9.0), ("", 435, 9.0), ("", 450, 9.0), ("", 480, 9.0)];
+        assert!(busiest(&rows(&gap), None, None).unwrap_err().1.contains("rows of 15 minutes"));
+        let mut missing = rows(&[("", 420, 9.0), ("", 435, 9.0), ("", 450, 9.0), ("", 465, 9.0)]);
+        missing[2].vehicles.clear();
+        let hour = busiest(&missing, None, None).unwrap();
+        assert_eq!((hour.total(), hour.empty), (27.0, 1));
+        let odd = [("", 420, 9.0), ("", 437, 9.0)];
+        assert!(busiest(&rows(&odd), None, None).unwrap_err().1.contains("17 minutes"));
+    }
+
+    #[test]
+    fn periods_are_refused_with_what_they_have_to_be() {
+        for (text, why) in [
+            ("am", "expected NAME=FROM-TO"),
+            ("am=7-9", "expected NAME=FROM-TO"),
+            ("am=09:00-07:00", "at least one hour"),
+            ("am=07:00-07:30", "at least one hour"),
+            ("am=07:00-09:00,many", "hours per year"),
+            ("a/b=07:00-09:00", "letters, digits"),
+        ] {
+            let e = text.parse::<Period>().unwrap_err();
+            assert!(e.contains(why), "{text}: {e}");
+        }
+        let late: Period = "late=22:00-24:00".parse().unwrap();
+        assert_eq!((late.from_min, late.to_min, late.hours), (1320, 1440, None));
+    }
+}

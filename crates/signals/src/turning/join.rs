@@ -1,0 +1,388 @@
+//! Gives counted vehicles to the arms of a table of approaches.
+//!
+//! - A direction of travel belongs to the arm that vehicles come from, by compass.
+//! - Left, through and right are the turns that the bearings of the arms make. A turn that was counted exists, also where
+//!   `movements` lacks it. Where the bearings call the exits otherwise than the count, and as many exits exist as turns were
+//!   counted, they belong together from left to right.
+//! - U-turns count as left turns. Deviation: networks have no U-turns.
+//! - Vehicles that have no arm or no exit are not simulated.
+//!
+//! All of this is said, with the intersection.
+
+use std::collections::BTreeSet;
+
+use osm_signals::Turn;
+use osm_signals::turn::exits;
+use sheet::Fault;
+
+use super::header::{Heading, Towards};
+use super::hour::{Hour, busiest};
+use super::matching::matching;
+use super::{CountedIntersection, FEW, Period, TurningCounts, days};
+use crate::family::approaches::{Approach, Arrivals, Counted, Intersection};
+use crate::family::doubts::Doubt;
+use evaluation::family::columns::at;
+use evaluation::family::error::FamilyError;
+use evaluation::family::names::safe_id;
+
+/// Turns from left to right.
+const TURNS: [Turn; 3] = [Turn::Left, Turn::Through, Turn::Right];
+
+/// A table of approaches with counts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joined {
+    /// The rows; those of one intersection and period stand together.
+    pub approaches: Vec<Approach>,
+    /// Ids of the intersections that were counted.
+    pub counted: BTreeSet<String>,
+    /// What was found, one line each.
+    pub found: Vec<String>,
+    /// What is doubtful.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Joined {
+    /// Returns the approaches of intersections as they are.
+    pub fn of(intersections: &[Intersection]) -> Self {
+        Self {
+            approaches: intersections.iter().flat_map(|i| i.arms.clone()).collect(),
+            counted: BTreeSet::new(),
+            found: Vec::new(),
+            doubts: Vec::new(),
+        }
+    }
+}
+
+/// What is said of single intersections.
+#[derive(Default)]
+struct Said {
+    no_arm: Vec<String>,
+    either_way: Vec<String>,
+    added: Vec<String>,
+    renamed: Vec<String>,
+    no_exit: Vec<String>,
+    u_turns: Vec<String>,
+    empty: Vec<String>,
+    weekend: Vec<String>,
+    one_row: Vec<String>,
+}
+
+impl TurningCounts {
+    /// Returns the approaches of intersections with what was counted on them in the busiest hour of each period, or of all
+    /// that was counted. Intersections without counts keep their rows, once per period.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Csv`] with file and line: none of the intersections was counted, several have one name, times that
+    /// do not fit together.
+    pub fn into_approaches(
+        &self,
+        intersections: &[Intersection],
+        periods: &[Period],
+    ) -> Result<Joined, FamilyError> {
+        let (rows_of, unknown) = self.by_intersection(intersections)?;
+        let mut doubts = self.doubts.clone();
+        let mut said = Said::default();
+        let mut hours: Vec<(Option<&Period>, Vec<Hour>)> = Vec::new();
+        let mut approaches = Vec::new();
+        let asked: Vec<Option<&Period>> =
+            if periods.is_empty() { vec![None] } else { periods.iter().map(Some).collect() };
+        for period in asked {
+            let mut of_period = Vec::new();
+            for (intersection, counted) in intersections.iter().zip(&rows_of) {
+                let mut arms = intersection.arms.clone();
+                if let Some(counted) = counted {
+                    let hour = said.hour(counted, &intersection.id, period)?;
+                    said.give(&hour, intersection, &mut arms);
+                    of_period.push(hour);
+                }
+                if let Some(period) = period {
+                    arms.iter_mut().for_each(|arm| arm.period.clone_from(&period.name));
+                }
+                approaches.extend(arms);
+            }
+            hours.push((period, of_period));
+        }
+        let mut found = vec![format!(
+            "turning counts: {} of {} intersections",
+            rows_of.iter().flatten().count(),
+            intersections.len()
+        )];
+        found.extend(hours.iter().filter_map(|(period, hours)| summary(*period, hours)));
+        doubts.extend(Doubt::of(
+            "counts of intersections that the table does not have are not used",
+            unknown,
+        ));
+        let uncounted: Vec<String> = (intersections.iter().zip(&rows_of))
+            .filter(|(_, counted)| counted.is_none())
+            .map(|(i, _)| format!("intersection {}", i.id))
+            .collect();
+        doubts.extend(Doubt::of(
+            "intersections without turning counts keep the traffic that follows from daily counts, in every period",
+            uncounted,
+        ));
+        doubts.extend(said.doubts());
+        let counted = (intersections.iter().zip(&rows_of))
+            .filter(|(_, counted)| counted.is_some())
+            .map(|(i, _)| i.id.clone())
+            .collect();
+        Ok(Joined { approaches, counted, found, doubts })
+    }
+
+    /// Returns the rows of each intersection, and the names of those that the table does not have.
+    fn by_intersection(
+        &self,
+        intersections: &[Intersection],
+    ) -> Result<(Vec<Option<&CountedIntersection>>, Vec<String>), FamilyError> {
+        let mut rows: Vec<Option<&CountedIntersection>> = vec![None; intersections.len()];
+        let mut unknown = Vec::new();
+        for (id, counted) in &self.intersections {
+            let wrong = |message: String| {
+                at(&counted.file, Fault { line: counted.intervals[0].line, message })
+            };
+            let found = match id.as_str() {
+                "" if intersections.len() == 1 => Some(0),
+                "" => {
+                    return Err(wrong(format!(
+                        "no column says which of the {} intersections was counted; add a column INTID",
+                        intersections.len()
+                    )));
+                }
+                id => intersections.iter().position(|i| i.id == *id).or_else(|| {
+                    intersections.iter().position(|i| comparable(&i.id) == comparable(id))
+                }),
+            };
+            match found {
+                None => unknown.push(id.clone()),
+                Some(i) if rows[i].is_some() => {
+                    return Err(wrong(format!(
+                        "{id} is a second name of intersection {}; give its counts one name",
+                        intersections[i].id
+                    )));
+                }
+                Some(i) => rows[i] = Some(counted),
+            }
+        }
+        if rows.iter().all(Option::is_none) {
+            let (_, first) = &self.intersections[0];
+            let few = |ids: Vec<&String>| {
+                let names: Vec<&str> = ids.iter().take(FEW).map(|id| id.as_str()).collect();
+                let more = if ids.len() > FEW { ", ..." } else { "" };
+                format!("{}{more}", names.join(", "))
+            };
+            let message = format!(
+                "none of the counted intersections ({}) is one of the table ({}); call them alike, for example with the \
+                 ids of --signals",
+                few(self.intersections.iter().map(|(id, _)| id).collect()),
+                few(intersections.iter().map(|i| &i.id).collect())
+            );
+            return Err(at(&first.file, Fault { line: first.intervals[0].line, message }));
+        }
+        Ok((rows, unknown))
+    }
+}
+
+/// Returns a name as it is compared: without case, leading zeros, and what separates words.
+fn comparable(id: &str) -> String {
+    let plain = safe_id(&id.to_lowercase());
+    if plain.chars().all(|c| c.is_ascii_digit()) {
+        plain.trim_start_matches('0').to_owned()
+    } else {
+        plain
+    }
+}
+
+/// Returns when the busiest hours of a period are.
+fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
+    let begins = || hours.iter().filter_map(|hour| hour.begin_min);
+    let (first, last) = (begins().min()?, begins().max()?);
+    let named = period.map_or_else(String::new, |p| format!("{}: ", p.name));
+    let vehicles: f64 = hours.iter().map(Hour::total).sum();
+    let of = |begin: u32| {
+        hours
+            .iter()
+            .find(|hour| hour.begin_min == Some(begin))
+            .map_or_else(String::new, Hour::to_string)
+    };
+    let when = if first == last {
+        format!("busiest hour {}", of(first))
+    } else {
+        format!(
+            "busiest hours from {} to {}",
+            of(first).replace(" to ", "-"),
+            of(last).replace(" to ", "-")
+        )
+    };
+    Some(format!("  {named}{when}, {vehicles:.0} vehicles"))
+}
+
+impl Said {
+    /// Returns the busiest hour of an intersection, on working days where the count has some.
+    fn hour(
+        &mut self,
+        counted: &CountedIntersection,
+        id: &str,
+        period: Option<&Period>,
+    ) -> Result<Hour, FamilyError> {
+        let days: BTreeSet<&str> = counted.intervals.iter().map(|i| i.day.as_str()).collect();
+        let free = days::weekend(&days);
+        let is_working = |day: &str| free.len() == days.len() || !free.contains(day);
+        let rows: Vec<_> =
+            counted.intervals.iter().filter(|i| is_working(&i.day)).cloned().collect();
+        let hour = busiest(&rows, counted.said_min, period)
+            .map_err(|(line, message)| at(&counted.file, Fault { line, message }))?;
+        let at = period.map_or_else(
+            || format!("intersection {id}"),
+            |p| format!("intersection {id}, {}", p.name),
+        );
+        if days.len() > 1 {
+            let left_out = if free.is_empty() || free.len() == days.len() {
+                String::new()
+            } else {
+                format!(", without {} days of a weekend", free.len())
+            };
+            self.weekend.push(format!("{at}: {} days{left_out}", hour.days));
+        }
+        if hour.empty > 0 {
+            self.empty.push(format!("{at}: {} fields", hour.empty));
+        }
+        if rows.len() == 1 {
+            self.one_row.push(at);
+        }
+        Ok(hour)
+    }
+
+    /// Gives an hour to the arms of an intersection.
+    fn give(&mut self, hour: &Hour, intersection: &Intersection, arms: &mut [Approach]) {
+        let at = |heading: Heading| format!("intersection {}, {heading}", intersection.id);
+        let headings: Vec<Heading> = hour.headings().into_iter().collect();
+        let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
+        let bearings_deg: Vec<f64> = incoming.iter().map(|i| arms[*i].bearing_deg).collect();
+        let matched = matching(&headings, &bearings_deg);
+        if matched.is_ambiguous {
+            self.either_way.push(format!("intersection {}", intersection.id));
+        }
+        // An approach without vehicles was counted as well, as long as others were.
+        for i in &incoming {
+            arms[*i].counted = Some(Counted {
+                left_vph: 0.0,
+                through_vph: 0.0,
+                right_vph: 0.0,
+                arrivals: None,
+                heavy_vehicles: None,
+            });
+        }
+        for (heading, arm) in headings.iter().zip(&matched.arms) {
+            let vehicles = |towards| hour.of(*heading, towards);
+            let back = vehicles(Towards::UTurn);
+            let mut volumes = [
+                vehicles(Towards::Left) + back,
+                vehicles(Towards::Through),
+                vehicles(Towards::Right),
+            ];
+            let Some(arm) = arm.map(|arm| incoming[arm]) else {
+                self.no_arm.push(format!(
+                    "{}: {:.0} veh/h",
+                    at(*heading),
+                    volumes.iter().sum::<f64>()
+                ));
+                continue;
+            };
+            if back > 0.0 {
+                self.u_turns.push(format!("{}: {back:.0} veh/h", at(*heading)));
+            }
+            let others = (0..arms.len()).filter(|i| *i != arm && arms[*i].lanes_out > 0);
+            let ways: Vec<Turn> =
+                exits(arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)))
+                    .into_iter()
+                    .map(|(_, turn)| turn)
+                    .collect();
+            self.fit(&mut volumes, &ways, &at(*heading));
+            self.add_letters(&mut arms[arm], &volumes, &at(*heading));
+            arms[arm].counted = Some(Counted {
+                left_vph: volumes[0],
+                through_vph: volumes[1],
+                right_vph: volumes[2],
+                arrivals: hour
+                    .quarters
+                    .get(heading)
+                    .map(|quarters| Arrivals::QuarterHours(*quarters)),
+                heavy_vehicles: hour.heavy.get(heading).copied(),
+            });
+        }
+    }
+
+    /// Gives the vehicles of turns that do not exist to those that do.
+    fn fit(&mut self, volumes: &mut [f64; 3], ways: &[Turn], at: &str) {
+        let exists = |turn: Turn| ways.contains(&turn);
+        let counted: Vec<usize> = (0..3).filter(|i| volumes[*i] > 0.0).collect();
+        if counted.iter().all(|i| exists(TURNS[*i])) {
+            return;
+        }
+        let mut distinct = ways.to_vec();
+        distinct.dedup();
+        if distinct.len() == counted.len() {
+            let mut renamed = [0.0; 3];
+            for (from, to) in counted.iter().zip(&distinct) {
+                renamed[TURNS.iter().position(|turn| turn == to).expect("one of three")] =
+                    volumes[*from];
+            }
+            let words = |volumes: &[f64; 3]| {
+                let [left, through, right] = volumes;
+                format!("{left:.0} left, {through:.0} through, {right:.0} right")
+            };
+            self.renamed.push(format!("{at}: {} become {}", words(volumes), words(&renamed)));
+            *volumes = renamed;
+            return;
+        }
+        for i in counted {
+            if !exists(TURNS[i]) {
+                let word = ["left", "through", "right"][i];
+                self.no_exit.push(format!("{at} {word}: {:.0} veh/h", volumes[i]));
+                volumes[i] = 0.0;
+            }
+        }
+    }
+
+    /// Adds counted turns to those that an arm has.
+    fn add_letters(&mut self, arm: &mut Approach, volumes: &[f64; 3], at: &str) {
+        if arm.movements.is_empty() {
+            return;
+        }
+        for (volume, letter) in volumes.iter().zip(['l', 's', 'r']) {
+            if *volume > 0.0 && !arm.movements.contains(letter) {
+                arm.movements.push(letter);
+                let word = match letter {
+                    'l' => "left",
+                    's' => "through",
+                    _ => "right",
+                };
+                self.added.push(format!("{at} {word}: {volume:.0} veh/h"));
+            }
+        }
+    }
+
+    fn doubts(self) -> Vec<Doubt> {
+        let doubts = [
+            (
+                "counted directions have no arm, and their vehicles are not simulated; correct bearing_deg",
+                self.no_arm,
+            ),
+            (
+                "directions of the compass may belong to other arms, because the streets lie between them; compare the volumes",
+                self.either_way,
+            ),
+            ("counted turns that the arm did not have are added to its movements", self.added),
+            (
+                "counted turns are given to exits from left to right, because bearings call them otherwise",
+                self.renamed,
+            ),
+            ("counted turns have no exit, and their vehicles are not simulated", self.no_exit),
+            ("U-turns count as left turns", self.u_turns),
+            ("empty fields beside numbers count as nobody", self.empty),
+            ("the hour is the mean of several days", self.weekend),
+            ("one row only, read as the vehicles of an hour", self.one_row),
+        ];
+        doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
+    }
+}

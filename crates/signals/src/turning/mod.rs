@@ -1,0 +1,377 @@
+//! Turning movement counts: vehicles by approach and turn at an intersection, as count companies and detectors deliver
+//! them.
+//!
+//! One row per intersection and interval. Columns are named by the direction of travel and the turn: `NBL` is a
+//! northbound left turn, from the south to the west. Titles above the names of the columns and totals below the rows are
+//! passed over. [`TurningCounts::into_approaches`] gives the counted vehicles to the arms of a table of approaches.
+
+pub mod clock;
+mod days;
+pub mod header;
+pub mod hour;
+mod join;
+mod matching;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use osm_signals::sources::Source;
+use sheet::uneven::{self, Line};
+use sheet::{Fault, file};
+
+use crate::family::doubts::Doubt;
+use evaluation::family::columns::at;
+use evaluation::family::error::FamilyError;
+use header::{Holds, holds};
+use hour::Interval;
+pub use hour::Period;
+pub use join::Joined;
+
+/// Least columns of movements that make a line the one with the names of the columns.
+const ENOUGH: usize = 3;
+
+/// Most names of columns, or of lines, that a message lists.
+const FEW: usize = 8;
+
+/// What stands in a field for a movement that does not exist or has no detector.
+const NOTHING: [&str; 4] = ["*", "-", "--", "n/a"];
+
+/// Turning movement counts of intersections, from one or more files.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TurningCounts {
+    /// By the intersection as the files call it, in their order; empty in a file without that column.
+    intersections: Vec<(String, CountedIntersection)>,
+    /// What was read otherwise than it stands there.
+    doubts: Vec<Doubt>,
+}
+
+/// The rows of an intersection.
+#[derive(Debug, Clone, PartialEq)]
+struct CountedIntersection {
+    /// The file.
+    file: String,
+    /// Minutes of a row, where the title of its table says them.
+    said_min: Option<u32>,
+    /// Its rows.
+    intervals: Vec<Interval>,
+}
+
+impl TurningCounts {
+    /// Reads files of counts: CSV, workbooks, or zipped.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Csv`] with file and line: no line that names movements, a field that is no number, an
+    /// intersection in two files.
+    pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Self, FamilyError> {
+        let mut all = Self::default();
+        for path in paths {
+            let path = path.as_ref();
+            let file = path.display().to_string();
+            let wrong = |message: String| at(&file, Fault { line: 1, message });
+            let bytes = file::read(path, file::TABLE_BYTES).map_err(|e| wrong(e.to_string()))?;
+            // Of the sheets of a workbook the first that names movements.
+            let sources = Source::sheets(&bytes, path).map_err(|e| wrong(e.to_string()))?;
+            let named = sources.iter().find(|source| names_movements(&source.bytes));
+            all.add(&named.unwrap_or(&sources[0]).bytes, &file)?;
+        }
+        Ok(all)
+    }
+
+    /// Adds a file; its name is for messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`TurningCounts::read`].
+    pub fn add(&mut self, bytes: &[u8], file: &str) -> Result<(), FamilyError> {
+        if uneven::is_utdf(bytes) {
+            let message = "a network in UTDF, not a table of counts; give it with --utdf, which takes its volumes too";
+            return Err(at(file, Fault { line: 1, message: message.to_owned() }));
+        }
+        let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
+        let mut columns: Option<Columns> = None;
+        let mut said_min = None;
+        let mut sums = Vec::new();
+        let (mut skipped, mut unused) = (Vec::new(), BTreeSet::new());
+        let mut found: Vec<(String, CountedIntersection)> = Vec::new();
+        for (i, line) in lines.iter().enumerate() {
+            if let Some(named) = Columns::of(&lines, i) {
+                let named =
+                    named.map_err(|message| at(file, Fault { line: line.number, message }))?;
+                unused.extend(named.unused.iter().cloned());
+                columns = Some(named);
+                continue;
+            }
+            let Some(columns) = &columns else {
+                said_min = line.fields().find_map(minutes_of_title).or(said_min);
+                continue;
+            };
+            let wrong = |message: String| at(file, Fault { line: line.number, message });
+            match columns.interval(line).map_err(wrong)? {
+                None => skipped.push(format!("line {}: {}", line.number, first_words(line))),
+                Some((id, interval)) => {
+                    sums.extend(columns.wrong_sum(line, &interval));
+                    let known = found.iter_mut().find(|(name, _)| *name == id);
+                    match known {
+                        Some((_, counted)) => counted.intervals.push(interval),
+                        None => found.push((
+                            id,
+                            CountedIntersection {
+                                file: file.to_owned(),
+                                said_min,
+                                intervals: vec![interval],
+                            },
+                        )),
+                    }
+                }
+            }
+        }
+        if columns.is_none() {
+            let message = "no line names movements; expected columns such as INTID, Time, NBL, NBT, NBR, SBL, where NB is \
+                           northbound traffic and L, T, R are left, through, right";
+            return Err(at(file, Fault { line: 1, message: message.to_owned() }));
+        }
+        if found.is_empty() {
+            let message = "no row with counts below the names of the columns";
+            let line = lines.first().map_or(1, |line| line.number);
+            return Err(at(file, Fault { line, message: message.to_owned() }));
+        }
+        for (id, counted) in found {
+            if let Some((_, other)) = self.intersections.iter().find(|(name, _)| *name == id) {
+                let name = if id.is_empty() {
+                    "an intersection without a name".to_owned()
+                } else {
+                    format!("intersection {id}")
+                };
+                let message =
+                    format!("{name} is in {} as well; give its counts in one file", other.file);
+                return Err(at(file, Fault { line: counted.intervals[0].line, message }));
+            }
+            self.intersections.push((id, counted));
+        }
+        self.doubts
+            .extend(Doubt::of(format!("{file}: lines without a time are passed over"), skipped));
+        self.doubts.extend(Doubt::of(
+            format!("{file}: the turns of an approach do not sum up to its column of totals; the turns count"),
+            sums,
+        ));
+        if !unused.is_empty() {
+            let names: Vec<&str> = unused.iter().map(String::as_str).take(FEW).collect();
+            let more = unused.len().saturating_sub(FEW);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            self.doubts.push(Doubt::whole(format!(
+                "{file}: columns that are not used: {}{more}",
+                names.join(", ")
+            )));
+        }
+        Ok(())
+    }
+
+    /// Returns how many intersections were counted.
+    pub fn len(&self) -> usize {
+        self.intersections.len()
+    }
+
+    /// Returns whether nothing was counted.
+    pub fn is_empty(&self) -> bool {
+        self.intersections.is_empty()
+    }
+}
+
+/// Returns whether a line of a file names movements.
+pub(crate) fn names_movements(bytes: &[u8]) -> bool {
+    uneven::lines(bytes)
+        .is_ok_and(|lines| (0..lines.len()).any(|i| matches!(Columns::of(&lines, i), Some(Ok(_)))))
+}
+
+/// Returns the minutes of a row that a title says, such as `15 Minute Counts`.
+fn minutes_of_title(text: &str) -> Option<u32> {
+    let text = text.to_lowercase();
+    let (before, _) = text.split_once("min")?;
+    let digits = before.trim_end_matches([' ', '-']).rsplit(' ').next()?;
+    digits.parse().ok().filter(|minutes| (1..=60).contains(minutes) && 60 % minutes == 0)
+}
+
+/// Returns the first words of a line.
+fn first_words(line: &Line) -> String {
+    line.fields().filter(|f| !f.is_empty()).take(2).collect::<Vec<_>>().join(" ")
+}
+
+/// What the columns of a table hold.
+struct Columns {
+    holds: Vec<(usize, Holds)>,
+    unused: Vec<String>,
+}
+
+impl Columns {
+    /// Returns the columns that a line names, alone or below a line with the directions; `None` if it names none.
+    ///
+    /// # Errors
+    ///
+    /// A column of several turns.
+    fn of(lines: &[Line], at: usize) -> Option<Result<Self, String>> {
+        let line = &lines[at];
+        let names = match movements(line.fields()) >= ENOUGH {
+            true => line.fields().map(str::to_owned).collect(),
+            false => below_directions(lines, at)?,
+        };
+        let (mut all, mut unused) = (Vec::new(), Vec::new());
+        for (i, name) in names.iter().enumerate() {
+            match holds(name) {
+                Some(Holds::Shared(_)) => {
+                    return Some(Err(format!(
+                        "column {name} counts several turns together; give each turn a column of its own"
+                    )));
+                }
+                Some(holds) => all.push((i, holds)),
+                None if name.is_empty() => {}
+                None => unused.push(name.clone()),
+            }
+        }
+        Some(Ok(Self { holds: all, unused }))
+    }
+
+    fn find(&self, wanted: Holds) -> Option<usize> {
+        self.holds.iter().find(|(_, holds)| *holds == wanted).map(|(i, _)| *i)
+    }
+
+    /// Returns the intersection of a row and what was counted; `None` for a line that is none, such as a total.
+    fn interval(&self, line: &Line) -> Result<Option<(String, Interval)>, String> {
+        let text = |wanted: Holds| self.find(wanted).map(|i| plain(line.text(i)));
+        let (mut day, mut minute) = (text(Holds::Date).unwrap_or_default().to_owned(), None);
+        if let Some(time) = text(Holds::Time) {
+            let Some((own, begin)) = clock::begin(time) else { return Ok(None) };
+            if day.is_empty() {
+                day = own;
+            }
+            minute = Some(begin);
+        } else if let Some((own, begin)) = clock::begin(&day) {
+            // Date and time in one column.
+            (day, minute) = (own, Some(begin));
+        }
+        let id = text(Holds::Intersection).unwrap_or_default().to_owned();
+        if self.find(Holds::Intersection).is_some()
+            && (id.is_empty() || id.to_lowercase().contains("total"))
+        {
+            return Ok(None);
+        }
+        let mut interval = Interval {
+            line: line.number,
+            day,
+            minute,
+            vehicles: BTreeMap::new(),
+            heavy: BTreeMap::new(),
+        };
+        let mut percents = Vec::new();
+        for (i, holds) in &self.holds {
+            let number = |most: f64| -> Result<Option<f64>, String> {
+                if NOTHING.contains(&line.text(*i).to_lowercase().as_str()) {
+                    return Ok(None);
+                }
+                let name = line.text(*i);
+                let number =
+                    line.count(*i).map_err(|e| format!("{name:?} in column {}: {e}", i + 1))?;
+                match number {
+                    Some(n) if !(0.0..=most).contains(&n) => {
+                        Err(format!("{n} in column {}: expected a number from 0 to {most}", i + 1))
+                    }
+                    number => Ok(number),
+                }
+            };
+            match holds {
+                Holds::Vehicles(heading, towards) => {
+                    if let Some(count) = number(1e6)? {
+                        *interval.vehicles.entry((*heading, *towards)).or_insert(0.0) += count;
+                    }
+                }
+                Holds::HeavyVehicles(heading, towards) => {
+                    if let Some(count) = number(1e6)? {
+                        *interval.vehicles.entry((*heading, *towards)).or_insert(0.0) += count;
+                        *interval.heavy.entry(*heading).or_insert(0.0) += count;
+                    }
+                }
+                Holds::HeavyPercent(heading) => {
+                    percents.extend(number(100.0)?.map(|percent| (*heading, percent)));
+                }
+                Holds::Intersection
+                | Holds::Date
+                | Holds::Time
+                | Holds::Total(_)
+                | Holds::Shared(_) => {}
+            }
+        }
+        for (heading, percent) in percents {
+            let vehicles = interval.approach(heading);
+            interval.heavy.insert(heading, vehicles * percent / 100.0);
+        }
+        Ok(Some((id, interval)))
+    }
+}
+
+impl Columns {
+    /// Returns what is said where the turns of a row do not sum up to its totals.
+    fn wrong_sum(&self, line: &Line, interval: &Interval) -> Option<String> {
+        self.holds.iter().find_map(|(i, holds)| {
+            let Holds::Total(heading) = holds else { return None };
+            let total = line.count(*i).ok().flatten()?;
+            let sum = interval.approach(*heading);
+            let differs = (total - sum).abs() > 0.5;
+            differs
+                .then(|| format!("line {}: {heading} {sum:.0} instead of {total:.0}", line.number))
+        })
+    }
+}
+
+impl Interval {
+    /// Returns the vehicles of an approach.
+    fn approach(&self, heading: header::Heading) -> f64 {
+        self.vehicles.iter().filter(|((h, _), _)| *h == heading).map(|(_, count)| count).sum()
+    }
+}
+
+/// Returns a text without the marks by which spreadsheets keep leading zeros: `="0715"`.
+fn plain(text: &str) -> &str {
+    text.strip_prefix('=').unwrap_or(text).trim_matches('"').trim()
+}
+
+fn movements<'a>(names: impl Iterator<Item = &'a str>) -> usize {
+    let is_movement = |name: &&str| {
+        matches!(
+            holds(name),
+            Some(Holds::Vehicles(..) | Holds::HeavyVehicles(..) | Holds::Shared(_))
+        )
+    };
+    names.filter(is_movement).count()
+}
+
+/// Returns the names of the columns of a line that has turns only, such as `Left, Thru, Right`, each with the direction
+/// above it, which stands over the first of its columns.
+fn below_directions(lines: &[Line], at: usize) -> Option<Vec<String>> {
+    // Any direction makes a movement of a turn.
+    let is_turn = |name: &str| matches!(holds(&format!("NB{name}")), Some(Holds::Vehicles(..)));
+    if lines[at].fields().filter(|name| !name.is_empty() && is_turn(name)).count() < ENOUGH {
+        return None;
+    }
+    let is_heading = |name: &str| matches!(holds(&format!("{name}L")), Some(Holds::Vehicles(..)));
+    // Between the two may be the names of the streets.
+    let above = lines[..at].iter().rev().take(3);
+    let above = above
+        .into_iter()
+        .find(|l| l.fields().filter(|f| f.len() > 1 && is_heading(f)).count() >= 2)?;
+    let mut heading = String::new();
+    let mut names = Vec::new();
+    for (i, name) in lines[at].fields().enumerate() {
+        let over = above.text(i);
+        if over.len() > 1 && is_heading(over) {
+            over.clone_into(&mut heading);
+        } else if !over.is_empty() {
+            heading.clear();
+        }
+        let is_own = !heading.is_empty() && !name.is_empty();
+        names.push(if is_own { format!("{heading} {name}") } else { name.to_owned() });
+    }
+    Some(names)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+//! Tests of reading counts and giving them to arms.
+
+use super::*;
+use crate::family::approaches::{Arrivals, Counted, Intersection, read};
+
+const HEADER: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
+    right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n";
+
+/// Intersections of arms with these bearings and movements.
+fn table(intersections: &[(&str, &[(f64, &str)])]) -> Vec<Intersection> {
+    let mut text = HEADER.to_owned();
+    for (id, arms) in intersections {
+        for (i, (bearing, movements)) in arms.iter().enumerate() {
+            text += &format!("{id},{i},40,-111,{bearing},2,2,0,0,30,200,4000,{movements}\n");
+        }
+    }
+    read(&text, "a.csv").unwrap()
+}
+
+fn cross() -> Vec<Intersection> {
+    table(&[("7", &[(0.0, "lsr"), (90.0, "lsr"), (180.0, "lsr"), (270.0, "sr")])])
+}
+
+fn counts(text: &str) -> TurningCounts {
+    let mut counts = TurningCounts::default();
+    counts.add(text.as_bytes(), "c.csv").unwrap();
+    counts
+}
+
+fn refused(text: &str) -> String {
+    TurningCounts::default().add(text.as_bytes(), "c.csv").unwrap_err().to_string()
+}
+
+/// What was counted on the arms: left, through, right.
+fn volumes(joined: &Joined) -> Vec<Option<[f64; 3]>> {
+    let of = |c: Counted| [c.left_vph, c.through_vph, c.right_vph];
+    joined.approaches.iter().map(|a| a.counted.map(of)).collect()
+}
+
+fn doubts(joined: &Joined) -> String {
+    joined.doubts.iter().map(Doubt::brief).collect::<Vec<_>>().join("\n")
+}
+
+/// Two hours in quarters, of which the second of four is the busiest.
+fn quarters(id: &str) -> String {
+    let mut text = "Turning Movement Count,\n15 Minute Counts,\nDATE,TIME,INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,\
+                    WBT,WBR\n"
+        .to_owned();
+    for (k, time) in ["0700", "0715", "0730", "0745", "0800"].iter().enumerate() {
+        let through = [5, 10, 20, 10, 10][k];
+        text += &format!("11/5/2026,=\"{time}\",{id},1,{through},2,0,7,*,1,9,0,0,8,3,\n");
+    }
+    text + "11/5/2026,Total,7,5,55,10,0,35,*,5,45,0,0,40,15,\n"
+}
+
+#[test]
+fn the_busiest_hour_reaches_the_arms_that_vehicles_come_from() {
+    let joined = counts(&quarters("7")).into_approaches(&cross(), &[]).unwrap();
+    // North has the southbound vehicles, east the westbound ones.
+    let expected = [[0.0, 28.0, 0.0], [0.0, 32.0, 12.0], [4.0, 50.0, 8.0], [4.0, 36.0, 0.0]];
+    assert_eq!(volumes(&joined), expected.map(Some));
+    let south = joined.approaches[2].counted.unwrap();
+    assert_eq!(south.arrivals, Some(Arrivals::QuarterHours([13.0, 23.0, 13.0, 13.0])));
+    assert_eq!(joined.found[1], "  busiest hour 07:15 to 08:15, 174 vehicles");
+    // The western arm had no left turn, and four left turns were counted.
+    assert_eq!(joined.approaches[3].movements, "srl");
+    let said = doubts(&joined);
+    assert!(said.contains("added to its movements (intersection 7, EB left: 4 veh/h)"), "{said}");
+    assert!(
+        said.contains("lines without a time are passed over (line 9: 11/5/2026 Total)"),
+        "{said}"
+    );
+}
+
+#[test]
+fn every_period_has_rows_of_its_own_and_what_was_not_counted_stays() {
+    let mut intersections = cross();
+    intersections.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
+    let periods = ["am=07:00-08:15,500", "early=07:00-08:00,100"].map(|p| p.parse().unwrap());
+    let joined = counts(&quarters("007")).into_approaches(&intersections, &periods).unwrap();
+    assert_eq!(joined.approaches.len(), 12);
+    let of = |period: &str| {
+        let arms = joined.approaches.iter().filter(|a| a.period == period);
+        arms.map(|a| a.counted.map(|c| c.through_vph)).collect::<Vec<_>>()
+    };
+    assert_eq!(of("am")[2..], [Some(50.0), Some(36.0), None, None]);
+    assert_eq!(of("early")[2..4], [Some(45.0), Some(36.0)]);
+    assert!(doubts(&joined).contains("in every period (intersection 8)"));
+}
+
+#[test]
+fn names_above_names_are_read_together_and_a_wrong_sum_is_said() {
+    let text = "Location:,Main St,,,,,,\n,Southbound,,,,Northbound,,\n,Main St,,,,Main St,,\nStart Time,Left,Thru,Right,\
+                App Total,Left,Thru,Right\n4:00 PM,1,2,3,6,4,5,6\n4:15 PM,1,2,3,6,4,5,6\n4:30 PM,1,2,3,9,4,5,6\n\
+                4:45 PM,1,2,3,6,4,5,6\nGrand Total,4,8,12,24,16,20,24\n";
+    let joined = counts(text).into_approaches(&cross(), &[]).unwrap();
+    assert_eq!(volumes(&joined)[0], Some([4.0, 8.0, 12.0]));
+    assert_eq!(volumes(&joined)[2], Some([16.0, 20.0, 24.0]));
+    let said = doubts(&joined);
+    assert!(
+        said.contains(
+            "do not sum up to its column of totals; the turns count (line 7: SB 6 instead of 9)"
+        ),
+        "{said}"
+    );
+}
+
+#[test]
+fn trucks_beside_cars_and_percentages_give_shares_of_heavy_vehicles() {
+    let classes = "INTID,nb_cars_t,nb_truck_t,nb_bus_t,sb_cars_t\n7,90,6,4,50\n";
+    let joined = counts(classes).into_approaches(&cross(), &[]).unwrap();
+    let south = joined.approaches[2].counted.unwrap();
+    assert_eq!((south.through_vph, south.heavy_vehicles), (100.0, Some(0.1)));
+    assert!(doubts(&joined).contains("read as the vehicles of an hour (intersection 7)"));
+    let percent = "INTID,NBL,NBT,NBR,NB HV %\n7,10,80,10,5\n";
+    let joined = counts(percent).into_approaches(&cross(), &[]).unwrap();
+    assert_eq!(joined.approaches[2].counted.unwrap().heavy_vehicles, Some(0.05));
+}
+
+#[test]
+fn turns_fit_the_exits_that_exist() {
+    // A fork: from the south the exits lie half left and right, which a count calls left and through.
+    let fork = table(&[("7", &[(60.0, "lr"), (180.0, "lr"), (300.0, "lr")])]);
+    let joined = counts("INTID,NBL,NBT,NBR\n7,30,70,0\n").into_approaches(&fork, &[]).unwrap();
+    assert_eq!(volumes(&joined)[1], Some([30.0, 0.0, 70.0]));
+    assert!(
+        doubts(&joined)
+            .contains("30 left, 70 through, 0 right become 30 left, 0 through, 70 right")
+    );
+    // A T without an arm to the west.
+    let tee = table(&[("7", &[(0.0, ""), (90.0, ""), (180.0, "")])]);
+    let text = "INTID,NBL,NBT,NBR,NBU,EBT,EBL,EBR\n7,3,60,10,2,4,0,0\n";
+    let joined = counts(text).into_approaches(&tee, &[]).unwrap();
+    assert_eq!(volumes(&joined)[2], Some([0.0, 60.0, 10.0]));
+    let said = doubts(&joined);
+    assert!(
+        said.contains(
+            "have no exit, and their vehicles are not simulated (intersection 7, NB left: 5 veh/h)"
+        ),
+        "{said}"
+    );
+    assert!(said.contains("have no arm, and their vehicles are not simulated; correct bearing_deg (intersection 7, EB: 4 veh/h)"), "{said}");
+    assert!(said.contains("U-turns count as left turns (intersection 7, NB: 2 veh/h)"), "{said}");
+}
+
+#[test]
+fn a_week_is_the_mean_of_its_working_days() {
+    let mut text = "Date,Time,INTID,NBL,NBT,NBR\n".to_owned();
+    for (day, through) in [("11/6/2026", 100), ("11/7/2026", 900), ("11/9/2026", 300)] {
+        text += &format!("{day},17:00,7,0,{through},0\n{day},18:00,7,0,1,0\n");
+    }
+    let joined = counts(&text).into_approaches(&cross(), &[]).unwrap();
+    assert_eq!(volumes(&joined)[2], Some([0.0, 200.0, 0.0]));
+    assert!(doubts(&joined).contains("intersection 7: 2 days, without 1 days of a weekend"));
+}
+
+#[test]
+fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
+    assert!(
+        refused("a,b\n1,2\n")
+            .starts_with("c.csv, line 1: no line names movements; expected columns such as INTID")
+    );
+    assert_eq!(
+        refused("INTID,NBL,NBTR,NBT,NBR\n7,1,2,3,4\n"),
+        "c.csv, line 1: column NBTR counts several turns together; give each turn a column of its own"
+    );
+    assert_eq!(
+        refused("INTID,NBL,NBT,NBR\n7,1,many,3\n"),
+        "c.csv, line 2: \"many\" in column 3: write a number such as 40.78"
+    );
+    assert!(
+        refused("INTID,NBL,NBT,NBR\n7,1,-5,3\n")
+            .contains("-5 in column 3: expected a number from 0")
+    );
+    assert!(refused("INTID,NBL,NBT,NBR\n").contains("no row with counts"));
+    let elsewhere = counts("INTID,NBL,NBT,NBR\n99,1,5,3\n")
+        .into_approaches(&cross(), &[])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        elsewhere.contains("none of the counted intersections (99) is one of the table (7)"),
+        "{elsewhere}"
+    );
+    let mut two = cross();
+    two.extend(table(&[("8", &[(0.0, ""), (180.0, "")])]));
+    let nameless =
+        counts("NBL,NBT,NBR\n1,5,3\n").into_approaches(&two, &[]).unwrap_err().to_string();
+    assert!(nameless.contains("add a column INTID"), "{nameless}");
+    let twice =
+        counts("INTID,NBL,NBT,NBR\n7,1,5,3\n7,1,5,3\n").into_approaches(&cross(), &[]).unwrap_err();
+    assert!(twice.to_string().contains("line 3: a second row of the same intersection"), "{twice}");
+    let quarter = "15 Minute Counts\nTIME,INTID,NBL,NBT,NBR\n1700,7,1,5,3\n";
+    let short = counts(quarter).into_approaches(&cross(), &[]).unwrap_err().to_string();
+    assert!(short.contains("no hour is complete: rows of 15 minutes were counted"), "{short}");
+}

@@ -1,0 +1,101 @@
+//! UTDF, the Universal Traffic Data Format of Synchro: streets, volumes and timing of intersections as tables of text.
+//!
+//! Read are the combined file of versions 7 and 8, whose sections begin with a name in brackets, and the files of version 6,
+//! one per section, which their columns tell apart. Columns are found by their names. An empty cell means "not applicable",
+//! and a star before a value that somebody entered it in place of the computed one.
+//!
+//! [`Utdf::intersections`] makes approaches of it.
+
+mod streets;
+mod tables;
+
+use std::path::Path;
+
+use sheet::uneven::{self, is_utdf};
+use sheet::{Fault, file};
+
+use crate::family::load::Uncounted;
+use evaluation::family::columns::at;
+use evaluation::family::error::FamilyError;
+use evaluation::family::names::safe_id;
+pub use streets::Converted;
+use tables::Tables;
+
+/// A network in UTDF, from one or more files.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Utdf {
+    tables: Tables,
+    /// The first file, for messages about the whole.
+    file: String,
+}
+
+impl Utdf {
+    /// Reads the files of a network: the combined one, or those of version 6.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Csv`] with file and line: no UTDF, a record that stands twice, no lanes.
+    pub fn read<P: AsRef<Path>>(paths: &[P]) -> Result<Self, FamilyError> {
+        let mut all = Self::default();
+        for path in paths {
+            let path = path.as_ref();
+            let name = path.display().to_string();
+            let bytes = file::read(path, file::TABLE_BYTES)
+                .map_err(|e| at(&name, Fault { line: 1, message: e.to_string() }))?;
+            all.add(&bytes, &name)?;
+        }
+        all.complete()?;
+        Ok(all)
+    }
+
+    /// Adds a file; its name is for messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`Utdf::read`].
+    pub fn add(&mut self, bytes: &[u8], file: &str) -> Result<(), FamilyError> {
+        let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
+        if crate::turning::names_movements(bytes) && !is_utdf(bytes) && !tables::has_records(&lines)
+        {
+            let message = "a table of turning counts, no network; give it with --turning-counts beside --utdf";
+            return Err(at(file, Fault { line: 1, message: message.to_owned() }));
+        }
+        if self.file.is_empty() {
+            file.clone_into(&mut self.file);
+        }
+        self.tables.add(&lines).map_err(|fault| at(file, fault))
+    }
+
+    /// Returns a scenario of the network's signals, which turning counts may be given to.
+    ///
+    /// # Errors
+    ///
+    /// As [`Utdf::intersections`].
+    pub fn scenario(&self) -> Result<(Uncounted, Converted), FamilyError> {
+        let converted = self.intersections()?;
+        let name = Path::new(&self.file).file_stem().unwrap_or_default().to_string_lossy();
+        let name = safe_id(&name);
+        let text = format!(
+            "name = \"{name}\"\ntitle = \"Signals of {name}, from UTDF\"\n\n[family]\napproaches = \"approaches.csv\"\n"
+        );
+        let scenario = toml::from_str(&text).expect("the text is a scenario");
+        let intersections = converted.intersections.clone();
+        Ok((Uncounted { scenario, text, intersections }, converted))
+    }
+
+    /// Checks that what makes intersections is there.
+    fn complete(&self) -> Result<(), FamilyError> {
+        let missing = self.tables.missing();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let message = format!(
+            "no {}; export the network again with all sections, or give all files of version 6 (repeat --utdf)",
+            missing.join(" and no ")
+        );
+        Err(at(&self.file, Fault { line: 1, message }))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,143 @@
+//! Tests of reading UTDF.
+
+use super::*;
+use crate::family::approaches::{Arrivals, to_csv};
+
+const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
+
+fn read(text: &str) -> Utdf {
+    let mut utdf = Utdf::default();
+    utdf.add(text.as_bytes(), "n.csv").unwrap();
+    utdf
+}
+
+fn refused(text: &str) -> String {
+    let mut utdf = Utdf::default();
+    let added = utdf.add(text.as_bytes(), "n.csv").and_then(|()| utdf.complete());
+    added.and_then(|()| utdf.intersections().map(|_| ())).unwrap_err().to_string()
+}
+
+fn said(converted: &Converted) -> String {
+    converted.doubts.iter().map(|doubt| doubt.brief()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn signals_become_intersections_with_lanes_lengths_and_volumes() {
+    let converted = read(TWO).intersections().unwrap();
+    assert_eq!(converted.found, ["UTDF: 2 of 2 signals, 2 with volumes; 8 nodes"]);
+    let [one, two] = &converted.intersections[..] else { panic!() };
+    let arm = |i: usize| &one.arms[i];
+    let names: Vec<&str> = one.arms.iter().map(|a| a.arm.as_str()).collect();
+    assert_eq!(names, ["NB Oak Ave", "EB Main St", "SB Oak Ave", "WB Main St"]);
+    let lanes = |i: usize| {
+        let a = arm(i);
+        [a.lanes_in, a.lanes_out, a.left_turn_lanes, a.right_turn_lanes]
+    };
+    assert_eq!(
+        [lanes(0), lanes(1), lanes(2), lanes(3)],
+        [[3, 2, 1, 0], [4, 2, 1, 1], [3, 2, 1, 0], [3, 2, 1, 0]]
+    );
+    // Northbound vehicles come from the south, 1200 ft at 30 mph.
+    assert_eq!((arm(0).bearing_deg, arm(0).length_m, arm(0).speed_mph), (180.0, 365.8, 30.0));
+    let counted = arm(3).counted.unwrap();
+    let volumes = [counted.left_vph, counted.through_vph, counted.right_vph].map(f64::round);
+    // With 10% of growth.
+    assert_eq!(volumes, [83.0, 638.0, 55.0]);
+    assert_eq!(
+        (counted.heavy_vehicles, counted.arrivals),
+        (Some(0.03), Some(Arrivals::PeakHourFactor(0.92)))
+    );
+    // The T: no southern exit for the eastbound through lane, and a street with a bend.
+    let letters: Vec<&str> = two.arms.iter().map(|a| a.movements.as_str()).collect();
+    assert_eq!(letters, ["lr", "sr", "ls"]);
+    assert_eq!(two.arms[2].length_m, ((1000.0_f64 + 800.0) * 3.048).round() / 10.0);
+    assert!(
+        said(&converted).contains("records that are not used: [Phases], [Timeplans], allow rtor"),
+        "{}",
+        said(&converted)
+    );
+}
+
+#[test]
+fn a_file_that_a_spreadsheet_has_padded_reads_as_the_same() {
+    let padded: String = TWO
+        .lines()
+        .map(|line| format!("{line}{}\r\n", ",".repeat(20 - line.matches(',').count())))
+        .collect();
+    let table = |text: &str| {
+        let intersections = read(text).intersections().unwrap().intersections;
+        to_csv(&intersections.into_iter().flat_map(|i| i.arms).collect::<Vec<_>>())
+    };
+    assert_eq!(table(&padded), table(TWO));
+}
+
+#[test]
+fn metric_networks_have_metres_and_km_h() {
+    let metric = read(&TWO.replace("Metric,0", "Metric,1")).intersections().unwrap();
+    let arm = &metric.intersections[0].arms[0];
+    assert_eq!((arm.length_m, arm.speed_mph), (1200.0, 18.6));
+}
+
+#[test]
+fn the_files_of_version_6_are_read_together() {
+    let layout = "Layout Data\nINTID,INTNAME,TYPE,X,Y,NID,SID,EID,WID,NNAME,SNAME,ENAME,WNAME\n\
+        1,a,0,0,0,11,12,13,14,Oak,Oak,Main,Main\n11,,1,0,900,,1,,,,,,\n12,,1,0,-900,1,,,,,,,\n13,,1,900,0,,,,1,,,,\n\
+        14,,1,-900,0,,,1,,,,,\n";
+    let lanes = "Lane Group Data\nRECORDNAME,INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,WBT,WBR,\n\
+        Lanes,1,0,1,0,0,1,0,1,2,0,1,2,0,\nShared,1,0,3,,0,3,,0,2,,0,2,,\nVolume,1,10,100,20,30,90,15,40,500,60,35,450,25,\n\
+        Distance,1,,900,,,900,,,900,,,900,,\nSpeed,1,,30,,,30,,,40,,,40,,\n";
+    let mut utdf = read(layout);
+    assert!(utdf.complete().unwrap_err().to_string().contains("no lanes ([Lanes] or LANES.CSV)"));
+    utdf.add(lanes.as_bytes(), "LANES.CSV").unwrap();
+    utdf.complete().unwrap();
+    let converted = utdf.intersections().unwrap();
+    let arms = &converted.intersections[0].arms;
+    // The node NID lies to the north, so its vehicles go south.
+    let south = arms.iter().find(|a| a.arm == "SB Oak").unwrap();
+    assert_eq!((south.bearing_deg, south.counted.unwrap().left_vph), (0.0, 30.0));
+    assert_eq!((south.lanes_in, south.lanes_out, south.left_turn_lanes), (1, 1, 0));
+    assert_eq!((south.movements.as_str(), south.length_m), ("lsr", 274.3));
+}
+
+#[test]
+fn what_is_missing_or_wrong_is_named_with_its_line() {
+    assert!(refused("a,b\n1,2\n").contains("no UTDF: no line RECORDNAME,INTID"));
+    assert!(
+        refused("[Network]\nNetwork Settings\nRECORDNAME,DATA\nMetric,0\n")
+            .contains("no nodes ([Nodes]")
+    );
+    assert!(
+        refused(&TWO.replace("Volume,1,80", "Volume,1,many"))
+            .contains("volume = \"many\": expected a number")
+    );
+    assert!(
+        refused(&TWO.replace("Lanes,1,1,2,0", "Lanes,1,1.5,2,0"))
+            .contains("expected a whole number from 0 to 99")
+    );
+    let twice = TWO.replace("2,0,1320,0,0,", "1,0,1320,0,0,");
+    assert!(
+        refused(&twice).contains("line 23: node 1 stands in line 22 already"),
+        "{}",
+        refused(&twice)
+    );
+    let none = TWO.replace("1,0,0,0,0,", "1,3,0,0,0,").replace("2,0,1320", "2,3,1320");
+    assert!(refused(&none).contains("none of the 8 nodes is a signal"));
+}
+
+#[test]
+fn what_is_assumed_or_lost_is_said() {
+    let text = TWO
+        .replace("Speed,1,30,30,40,40\n", "Speed,1,,30,40,40\n")
+        .replace("Distance,2,1000,,1320,1000\n", "Distance,2,40,,1320,1000\n")
+        .replace("Node 1,1,0\n", "Node 1,1,2\n")
+        .replace("Shared,1,0,2,,0,2,,0,0,,0,2", "Shared,1,0,2,,0,2,,0,1,,0,2");
+    let said = said(&read(&text).intersections().unwrap());
+    for expected in [
+        "links without a speed get 30 mph (node 1, NB)",
+        "approaches shorter than 25 m are made so long (node 2, NB: 12 m)",
+        "nodes of one controller are simulated apart (node 1 with 2)",
+        "is simulated as through only (node 1, EB)",
+    ] {
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+}

@@ -1,0 +1,165 @@
+//! Files that hold more than one table: titles above the names of the columns, totals below the rows, several
+//! tables one after the other. Every line is returned as it stands, with as many fields as it has.
+
+use std::io::Cursor;
+
+use csv::{ReaderBuilder, StringRecord, Trim};
+
+use super::dialect::{self, Decimals};
+use super::encoding::{self, decode, with_line_feeds};
+use super::fault::Fault;
+
+/// Separators of fields.
+const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
+/// A line with its fields, without the blanks around them; at least one is not empty.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Line {
+    /// Its number in the file, from 1.
+    pub number: u64,
+    fields: StringRecord,
+    comma: bool,
+}
+
+impl Line {
+    /// Returns a field; empty beyond the last one.
+    pub fn text(&self, column: usize) -> &str {
+        self.fields.get(column).unwrap_or_default()
+    }
+
+    /// Returns all fields.
+    pub fn fields(&self) -> impl Iterator<Item = &str> {
+        self.fields.iter()
+    }
+
+    /// Returns how many fields it has.
+    pub fn len(&self) -> usize {
+        self.fields.len()
+    }
+
+    /// Returns whether it has no field.
+    pub fn is_empty(&self) -> bool {
+        self.fields.is_empty()
+    }
+
+    /// Returns a field's number; `None` if the field is empty.
+    ///
+    /// # Errors
+    ///
+    /// The way out when it is no finite number, or may be two.
+    pub fn optional(&self, column: usize) -> Result<Option<f64>, String> {
+        let decimals = if self.comma { Decimals::Comma } else { Decimals::Point };
+        match self.text(column) {
+            "" => Ok(None),
+            text => dialect::number(text, decimals).map(Some).map_err(str::to_owned),
+        }
+    }
+
+    /// Returns a field's number of what is many, such as vehicles; `None` if the field is empty.
+    ///
+    /// # Errors
+    ///
+    /// The way out when it is no finite number, and both numbers when it may be two.
+    pub fn count(&self, column: usize) -> Result<Option<f64>, String> {
+        let decimals = if self.comma { Decimals::Comma } else { Decimals::Point };
+        match self.text(column) {
+            "" => Ok(None),
+            text => dialect::count(text, decimals, false).map(Some),
+        }
+    }
+}
+
+/// Returns the lines of a file that hold anything. The separator is the one that makes the most fields; where that is no
+/// comma, numbers may have decimal commas.
+///
+/// # Errors
+///
+/// [`Fault`] when it is no text.
+pub fn lines(bytes: &[u8]) -> Result<Vec<Line>, Fault> {
+    let mut text = decode(bytes)?;
+    if let Some(ended) = with_line_feeds(&text) {
+        text = ended.into();
+    }
+    let fields = |separator: u8| -> usize {
+        records(&text, separator)
+            .map(|record| record.map_or(0, |r| r.len().saturating_sub(1)))
+            .sum()
+    };
+    // Of several the first.
+    let best =
+        SEPARATORS.into_iter().map(|s| (fields(s), s)).rev().max_by_key(|(fields, _)| *fields);
+    let separator = best.map_or(b',', |(_, separator)| separator);
+    let mut lines = Vec::new();
+    let (mut counted, mut number) = (0, 1);
+    for record in records(&text, separator) {
+        let fields = record.map_err(|e| Fault::new(number, e.to_string()))?;
+        // The reader says that a record starts where the one before ends, so blank lines before it are passed over here.
+        let begin = fields.position().map_or(0, csv::Position::byte);
+        let begin = usize::try_from(begin).unwrap_or(usize::MAX).clamp(counted, text.len());
+        let blank =
+            text.as_bytes()[begin..].iter().take_while(|b| matches!(b, b'\r' | b'\n')).count();
+        number += encoding::lines(&text.as_bytes()[counted..begin + blank]);
+        counted = begin + blank;
+        if fields.iter().all(str::is_empty) {
+            continue;
+        }
+        lines.push(Line { number, fields, comma: separator != b',' });
+    }
+    Ok(lines)
+}
+
+/// Returns whether a file is UTDF by the names of its sections, for messages about one in the wrong place.
+pub fn is_utdf(bytes: &[u8]) -> bool {
+    let start = &bytes[..bytes.len().min(1 << 16)];
+    let text = String::from_utf8_lossy(start);
+    let mut lines = text.lines().map(|line| line.trim_start_matches('\u{feff}').trim());
+    lines.any(|line| {
+        let first = line.split([',', ';', '\t']).next().unwrap_or_default().trim().to_lowercase();
+        ["[network]", "[nodes]", "[links]", "[lanes]", "[timeplans]", "[phases]"].contains(&&*first)
+    })
+}
+
+fn records(text: &str, separator: u8) -> impl Iterator<Item = csv::Result<StringRecord>> + '_ {
+    let mut builder = ReaderBuilder::new();
+    builder.trim(Trim::All).flexible(true).has_headers(false).delimiter(separator);
+    builder.from_reader(Cursor::new(text.as_bytes())).into_records()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_blank_lines_and_totals_are_lines_of_their_own() {
+        let text =
+            "Counts of Main St\r\n\r\n\"Date\",INTID, NBL ,\r\n11/5/2026,7,12,\r\nTotal,,12\r\n";
+        let lines = lines(text.as_bytes()).unwrap();
+        let numbers: Vec<u64> = lines.iter().map(|l| l.number).collect();
+        assert_eq!(numbers, [1, 3, 4, 5]);
+        assert_eq!(lines[1].fields().collect::<Vec<_>>(), ["Date", "INTID", "NBL", ""]);
+        assert_eq!(
+            (lines[2].count(2), lines[2].count(3), lines[2].count(9)),
+            (Ok(Some(12.0)), Ok(None), Ok(None))
+        );
+    }
+
+    #[test]
+    fn the_sections_of_utdf_show_what_a_file_is() {
+        assert!(is_utdf(b"\xEF\xBB\xBF[Network],,\r\nNetwork Settings,,\r\n"));
+        assert!(
+            is_utdf(b"\n[lanes]\nLane Group Data\n")
+                && !is_utdf(b"[1, 2]")
+                && !is_utdf(b"a,[Network]\n")
+        );
+    }
+
+    #[test]
+    fn semicolons_bring_decimal_commas_and_two_meanings_are_refused() {
+        let lines = lines(b"a;b;c\n1,5;1.234;x\n").unwrap();
+        assert_eq!(lines[1].optional(0), Ok(Some(1.5)));
+        assert!(lines[1].optional(2).unwrap_err().contains("write a number"));
+        let lines = super::lines(b"a,b\n1.234,\"2,500\"\n").unwrap();
+        assert!(lines[1].count(0).unwrap_err().contains("1234 if the point separates thousands"));
+        assert!(lines[1].count(1).is_err());
+    }
+}

@@ -1,0 +1,184 @@
+//! `tsc-family build-networks --turning-counts` and `--utdf` end to end.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crate::common::{run, stderr, succeed};
+
+/// A crossing whose table has no daily counts.
+fn with_table() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let table = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,right_turn_lanes,\
+        speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n\
+        7,N,,,0,2,2,0,0,30,200,,\n7,E,,,90,2,2,0,0,30,200,,\n7,S,,,180,2,2,0,0,30,200,,\n7,W,,,270,2,2,0,0,30,200,,\n";
+    fs::write(folder.path().join("a.csv"), table).unwrap();
+    fs::write(folder.path().join("a.toml"), "[family]\napproaches = \"a.csv\"\n").unwrap();
+    folder
+}
+
+/// Four quarters of two hours; the morning has more on the main street.
+fn counts(path: &Path) {
+    let mut text =
+        "Date,Time,INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,WBT,WBR,NB HV %\n".to_owned();
+    for (hour, through) in [(7, 90), (17, 60)] {
+        for minute in [0, 15, 30, 45] {
+            text += &format!(
+                "11/5/2026,{hour}:{minute:02},7,10,{through},5,8,70,9,20,30,0,4,35,6,25\n"
+            );
+        }
+    }
+    fs::write(path, text).unwrap();
+}
+
+#[test]
+fn counted_turns_are_what_is_simulated_in_every_period() {
+    let folder = with_table();
+    counts(&folder.path().join("c.csv"));
+    let command = "build-networks a.toml --turning-counts c.csv --period am=07:00-09:00,500 --period pm=16:00-18:00,250 \
+                   --out counted";
+    let text = succeed(folder.path(), command);
+    assert!(text.contains("turning counts: 1 of 1 intersections"), "{text}");
+    assert!(text.contains("am: busiest hour 07:00 to 08:00, 1148 vehicles"), "{text}");
+    assert!(text.contains("2 networks in counted/networks: 2 built"), "{text}");
+    let list = succeed(folder.path(), "list counted");
+    assert!(list.contains("i0007-am") && list.contains("0.6667"), "{list}");
+    // The vehicles that SUMO gets, over 40 seeds: the deviation of a mean of 360 is 3.
+    let mut routes: BTreeMap<String, f64> = BTreeMap::new();
+    let (mut heavy, mut northbound) = (0.0, 0.0);
+    for seed in 0..40 {
+        succeed(
+            folder.path(),
+            &format!("routes counted --point i0007-am --seed {seed} --out v.rou.xml"),
+        );
+        let text = fs::read_to_string(folder.path().join("v.rou.xml")).unwrap();
+        for line in text.lines().filter(|line| line.contains("<vehicle ")) {
+            let route = line.split("route=\"").nth(1).unwrap().split('"').next().unwrap();
+            *routes.entry(route.to_owned()).or_default() += 1.0 / 40.0;
+            if route.starts_with("in2") {
+                northbound += 1.0;
+                heavy += f64::from(u8::from(line.contains("type=\"heavy\"")));
+            }
+        }
+    }
+    // Arms are numbered clockwise from north: northbound vehicles come from arm 2.
+    for (route, expected) in
+        [("in2-out0", 360.0), ("in2-out3", 40.0), ("in0-out2", 280.0), ("in3-out1", 120.0)]
+    {
+        let mean = routes[route];
+        assert!((mean - expected).abs() < 4.0 * (expected / 40.0).sqrt(), "{route}: {mean}");
+    }
+    assert_eq!(routes.get("in3-out2"), None, "nobody turned right from the west");
+    assert!((heavy / northbound - 0.25_f64).abs() < 0.02, "{heavy} of {northbound}");
+    let output = succeed(
+        folder.path(),
+        "run counted --budget all --methods baseline --eval-seeds 1 --set demand.horizon_s=60 --out r",
+    );
+    assert!(output.contains("2/2"), "{output}");
+}
+
+#[test]
+fn a_map_takes_counts_and_says_that_its_inflows_were_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("osm-signals/tests/networks/four_arms/input.osm");
+    fs::copy(map, folder.path().join("m.osm")).unwrap();
+    let mut text = "INTID,NBL,NBT,NBR,SBL,SBT,SBR,EBL,EBT,EBR,WBL,WBT,WBR\n".to_owned();
+    text += "n101,10,300,20,15,280,30,40,90,10,20,80,12\n";
+    fs::write(folder.path().join("c.csv"), text).unwrap();
+    succeed(folder.path(), "build-networks --osm m.osm --turning-counts c.csv --out city");
+    let read = |name: &str| fs::read_to_string(folder.path().join("city").join(name)).unwrap();
+    assert!(read("scenario.toml").contains("counted = 1.0"), "{}", read("scenario.toml"));
+    assert!(read("approaches.csv").contains(",10,300,20,"), "{}", read("approaches.csv"));
+    assert!(read("quality.json").contains("turning-counts"));
+    // The same command again builds nothing, and a table that was edited is not overwritten.
+    let again =
+        succeed(folder.path(), "build-networks --osm m.osm --turning-counts c.csv --out city");
+    assert!(again.contains("0 built, 1 up to date"), "{again}");
+}
+
+#[test]
+fn mistakes_with_counts_are_refused_with_the_way_out() {
+    let folder = with_table();
+    counts(&folder.path().join("c.csv"));
+    let refused = |arguments: &str| {
+        let output = run(folder.path(), &format!("build-networks {arguments}"));
+        assert_eq!(output.status.code(), Some(2), "{arguments}");
+        assert!(!folder.path().join("x").exists(), "{arguments}: nothing is written");
+        stderr(&output)
+    };
+    let e = refused("a.toml --turning-counts c.csv");
+    assert!(e.contains("say with --out in which folder"), "{e}");
+    let e = refused("a.toml --turning-counts none.csv --out x");
+    assert!(e.contains("none.csv") && e.contains("No such file"), "{e}");
+    let e = refused(
+        "a.toml --turning-counts c.csv --period am=07:00-09:00 --period am=10:00-12:00 --out x",
+    );
+    assert!(e.contains("--period am is given twice"), "{e}");
+    let e = refused(
+        "a.toml --turning-counts c.csv --period am=07:00-09:00,500 --period pm=16:00-18:00 --out x",
+    );
+    assert!(e.contains("give hours per year for every period, or for none"), "{e}");
+    let e = refused("a.toml --turning-counts c.csv --period noon=11:00-13:00 --out x");
+    assert!(e.contains("c.csv, line 2: no hour within noon (11:00 to 13:00) is complete"), "{e}");
+    let e = refused("smoke --turning-counts c.csv --out x");
+    assert!(e.contains("turning counts need the arms of intersections"), "{e}");
+    let e = refused("a.toml --period am=07:00-09:00 --out x");
+    assert!(e.contains("--turning-counts"), "{e}");
+    let e = refused("a.toml --out x");
+    assert!(e.contains("aadt_veh_per_day_per_lane is empty"), "{e}");
+    fs::write(folder.path().join("c.csv"), "What,Where\nnothing,here\n").unwrap();
+    let e = refused("a.toml --turning-counts c.csv --out x");
+    assert!(e.contains("c.csv, line 1: no line names movements"), "{e}");
+}
+
+#[test]
+fn a_table_that_was_edited_is_not_overwritten() {
+    let folder = with_table();
+    counts(&folder.path().join("c.csv"));
+    let command = "build-networks a.toml --turning-counts c.csv --out counted";
+    succeed(folder.path(), command);
+    let table = folder.path().join("counted/approaches.csv");
+    let edited = fs::read_to_string(&table).unwrap().replace(",360,", ",361,");
+    fs::write(&table, &edited).unwrap();
+    let output = run(folder.path(), command);
+    assert!(stderr(&output).contains("not as this command wrote it"), "{}", stderr(&output));
+    assert_eq!(fs::read_to_string(&table).unwrap(), edited);
+    succeed(folder.path(), &format!("{command} --force"));
+}
+
+#[test]
+fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let network =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/signals/tests/utdf/two-signals.csv");
+    fs::copy(network, folder.path().join("n.csv")).unwrap();
+    let output = run(folder.path(), "build-networks --utdf n.csv");
+    let text = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(text.contains("UTDF: 2 of 2 signals, 2 with volumes"), "{text}");
+    assert!(text.contains("2 networks in networks/n/networks: 2 built"), "{text}");
+    assert!(stderr(&output).contains("records that are not used"), "{}", stderr(&output));
+    let run_it = "run networks/n --budget all --methods nema,fixed-time --eval-seeds 1 --set demand.horizon_s=120 --out r";
+    let result = succeed(folder.path(), run_it);
+    assert!(result.contains("2/2"), "{result}");
+    fs::write(folder.path().join("c.csv"), "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n")
+        .unwrap();
+    succeed(folder.path(), "build-networks --utdf n.csv --turning-counts c.csv --out both");
+    let table = fs::read_to_string(folder.path().join("both/approaches.csv")).unwrap();
+    assert!(table.contains(",lr,5,0,6,") && table.contains(",lsr,80,310,45,0.9,"), "{table}");
+    // The file in a wrong place is called what it is.
+    let bad = "[family]\napproaches = \"n.csv\"\n";
+    fs::write(folder.path().join("bad.toml"), bad).unwrap();
+    for wrong in [
+        "build-networks salt-lake-city --turning-counts n.csv --out x",
+        "build-networks --osm n.csv --out x",
+        "list bad.toml",
+    ] {
+        let output = run(folder.path(), wrong);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("--utdf"), "{wrong}: {}", stderr(&output));
+    }
+    let output = run(folder.path(), "build-networks --utdf c.csv --out x");
+    assert!(stderr(&output).contains("--turning-counts"), "{}", stderr(&output));
+}
