@@ -162,6 +162,7 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     let run_it = "run networks/n --budget all --methods nema,fixed-time --eval-seeds 1 --set demand.horizon_s=120 --out r";
     let result = succeed(folder.path(), run_it);
     assert!(result.contains("2/2"), "{result}");
+    movements_make_up_the_delay(&folder.path().join("r/report"));
     fs::write(folder.path().join("c.csv"), "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n")
         .unwrap();
     succeed(folder.path(), "build-networks --utdf n.csv --turning-counts c.csv --out both");
@@ -181,4 +182,30 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     }
     let output = run(folder.path(), "build-networks --utdf c.csv --out x");
     assert!(stderr(&output).contains("--turning-counts"), "{}", stderr(&output));
+}
+
+/// Checks that the delays of movements, weighted by their vehicles, are the delay of every point MDP and method.
+fn movements_make_up_the_delay(report: &Path) {
+    let rows = |name: &str| -> Vec<BTreeMap<String, String>> {
+        let mut reader = csv::Reader::from_path(report.join(name)).unwrap();
+        reader.deserialize().map(Result::unwrap).collect()
+    };
+    let number =
+        |row: &BTreeMap<String, String>, name: &str| row[name].parse::<f64>().unwrap_or_default();
+    let mut sums: BTreeMap<(String, String), [f64; 2]> = BTreeMap::new();
+    for row in rows("movements.csv") {
+        let sum = sums.entry((row["point"].clone(), row["method"].clone())).or_default();
+        sum[0] += number(&row, "volume_vph") * number(&row, "delay_s");
+        sum[1] += number(&row, "volume_vph");
+    }
+    assert_eq!(sums.len(), 6);
+    for row in rows("scores.csv") {
+        let [delay, vehicles] = sums[&(row["point"].clone(), row["method"].clone())];
+        let expected = number(&row, "delay_s");
+        assert!(
+            (delay / vehicles - expected).abs() < 1e-6 * expected,
+            "{row:?}: {}",
+            delay / vehicles
+        );
+    }
 }

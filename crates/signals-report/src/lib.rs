@@ -11,6 +11,7 @@ mod levels;
 mod map;
 mod map_view;
 mod measures;
+mod movements;
 mod overloaded;
 mod plan_values;
 pub mod plans;

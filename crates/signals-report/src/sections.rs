@@ -11,6 +11,7 @@ use super::level_of_service::{DELAY, LEVELS, letter, range};
 use super::levels::{level_shares, levels};
 use super::map;
 use super::measures::TrafficMeasures;
+use super::movements;
 use super::plan_values::plan_values;
 use super::plans;
 use super::remarks::{overloaded_of, says};
@@ -248,6 +249,10 @@ impl Sections for TrafficSections {
             let template = include_str!("templates/map.html");
             parts.push(part(Slot::Body, "places", "Map", template, values)?);
         }
+        if let Some(values) = movements::values(self.seen(data)) {
+            let template = include_str!("templates/movements.html");
+            parts.push(part(Slot::Body, "movements", "Movements", template, values)?);
+        }
         if let Some(plans) = plan_values(self.seen(data)) {
             let values = context! { plans, chosen => data.points.len() };
             let template = include_str!("templates/plans.html");
@@ -262,7 +267,8 @@ impl Sections for TrafficSections {
 
     fn tables(&self, _: &Analysis) -> Vec<&'static str> {
         let placed = [INTERSECTIONS, GEOJSON].into_iter().filter(|_| self.shown.is_placed());
-        [plans::TABLE].into_iter().chain(placed).collect()
+        let moved = (!self.shown.movements.is_empty()).then_some(movements::TABLE);
+        [plans::TABLE].into_iter().chain(moved).chain(placed).collect()
     }
 
     fn write(&self, folder: &Path, data: &Analysis) -> Result<Written, ReportError> {
@@ -275,6 +281,11 @@ impl Sections for TrafficSections {
                  run was started in, with its networks"
             )
         }));
+        if !self.shown.movements.is_empty() {
+            let path = folder.join(movements::TABLE);
+            write_atomically(&path, movements::table(seen).as_bytes())?;
+            written.files.push(path);
+        }
         if self.shown.is_placed() {
             for (name, text) in [(INTERSECTIONS, table(seen)), (GEOJSON, geojson(seen))] {
                 let path = folder.join(name);

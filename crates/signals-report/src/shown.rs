@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use super::movements::{TaskMovements, movements};
 use super::plans::{TaskPlan, plans};
 use evaluation::analysis::Analysis;
 use evaluation::report::titles::{differ, with_id};
@@ -26,6 +27,8 @@ pub(super) struct Shown {
     stood_for: HashMap<String, usize>,
     /// What every finished task ran, in the order of the plan.
     pub(super) plans: Vec<TaskPlan>,
+    /// Results by movement of every finished task that has them, in the order of the plan.
+    pub(super) movements: Vec<TaskMovements>,
 }
 
 /// An analysis with what is shown beside it.
@@ -55,7 +58,13 @@ impl Shown {
                 *stood_for.entry(stands.clone()).or_default() += 1;
             }
         }
-        Ok(Self { places, of_point, stood_for, plans: plans(results) })
+        Ok(Self {
+            places,
+            of_point,
+            stood_for,
+            plans: plans(results),
+            movements: movements(results),
+        })
     }
 
     /// Whether any intersection has a place.

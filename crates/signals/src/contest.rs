@@ -75,7 +75,7 @@ pub fn contest<S: Sim>(
     let untuned = create(baseline::METHOD.name, scenario, arena.imported, card.seed)?;
     let controller = model.controller(scenario, arena.imported)?;
     let env = environment(sim, arena.world, scenario, scratch);
-    let mut trial = SignalTrial { env, controller, held: Held::default() };
+    let mut trial = SignalTrial::new(env, controller, Held::default());
     // The model first: if it does not fit, nobody waits for the baseline.
     let rows = held_out(&mut trial, seeds, done).map_err(|e| model.explain(e, &arena.point))?;
     trial.controller = untuned;

@@ -119,7 +119,7 @@ impl Traffic {
         for path in self.own_of(method).into_iter().flat_map(Own::read) {
             held.hold(path).map_err(of_files)?;
         }
-        Ok(Box::new(SignalTrial { env, controller, held }))
+        Ok(Box::new(SignalTrial::new(env, controller, held)))
     }
 }
 

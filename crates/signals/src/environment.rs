@@ -9,7 +9,7 @@ use super::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
 use crate::env::world::TurnShare;
 use crate::env::{SignalEnv, World};
 use crate::network::demand::DemandSpec;
-use crate::settings::Scenario;
+use crate::settings::{Detail, Scenario};
 use crate::sim::Sim;
 use crate::sim::error::SimError;
 use crate::sim::intake::Intake;
@@ -21,10 +21,14 @@ use evaluation::store::manifest::PointRow;
 /// files of the running episode.
 pub fn environment<S: Sim>(
     sim: S,
-    world: World,
+    mut world: World,
     scenario: &Scenario,
     scratch: &Path,
 ) -> SignalEnv<S> {
+    // The four equal arms of six features stand for other ones.
+    if scenario.family.detail == Detail::SixFeatures {
+        world.ways = None;
+    }
     let (signal, simulation) = (scenario.signal.clone(), scenario.simulation.clone());
     SignalEnv::new(sim, world, signal, simulation, scratch.to_path_buf())
 }
@@ -66,6 +70,8 @@ pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
             })
         })
         .collect();
+    let again = demand.clone();
+    world.ways = Some(Box::new(move |seed| again.ways(seed)));
     world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
     Ok(world)
 }

@@ -19,6 +19,7 @@ pub mod family;
 pub mod given;
 pub mod held;
 pub mod model;
+pub mod movement_results;
 pub mod needs;
 pub mod network;
 pub mod network_files;

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 
 use super::control::{ControlError, Controller, EpisodeOutcome, Trainer};
 use super::env::SignalEnv;
+use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use super::env::signal_env::Running;
 use super::error::TrafficError;
 use super::held::Held;
+use super::movement_results::ByEpisode;
 use super::network::error::NetworkError;
 use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
@@ -32,6 +34,15 @@ pub struct SignalTrial<S> {
     pub controller: Box<dyn Controller>,
     /// What is read while it goes on.
     pub held: Held,
+    /// What the evaluation episodes so far are made of.
+    movements: ByEpisode,
+}
+
+impl<S> SignalTrial<S> {
+    /// Returns a controller on signals.
+    pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: Held) -> Self {
+        Self { env, controller, held, movements: ByEpisode::default() }
+    }
 }
 
 impl<S: Sim> Trial for SignalTrial<S> {
@@ -41,12 +52,15 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        played(&mut self.env, self.controller.as_mut(), seed)
+        let (metrics, movements) = played(&mut self.env, self.controller.as_mut(), seed)?;
+        self.movements.add(movements);
+        Ok(metrics)
     }
 
     fn validate(&mut self, seed: u64) -> Result<Metrics, TrialError> {
         self.controller.set_validation(true);
-        let metrics = self.episode(seed);
+        let metrics =
+            played(&mut self.env, self.controller.as_mut(), seed).map(|(metrics, _)| metrics);
         self.controller.set_validation(false);
         metrics
     }
@@ -55,7 +69,9 @@ impl<S: Sim> Trial for SignalTrial<S> {
         self.controller.model()
     }
 
+    /// Another policy is evaluated from here on.
     fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
+        self.movements = ByEpisode::default();
         self.controller.load(model.clone()).map_err(of_control)
     }
 
@@ -78,6 +94,12 @@ impl<S: Sim> Trial for SignalTrial<S> {
         if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
     }
 
+    /// Results by movement, means over the evaluation episodes; none where ways of vehicles are not known.
+    fn parts(&self) -> Opaque {
+        let results = self.movements.results();
+        if results.is_empty() { Opaque::default() } else { Opaque::of(&results) }
+    }
+
     fn simulator_s(&self) -> f64 {
         self.env.simulator_time().as_secs_f64()
     }
@@ -87,17 +109,18 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 }
 
-/// Plays the episode of a seed and returns its metrics by name.
+/// Plays the episode of a seed and returns its metrics by name, and what it is made of.
 fn played<S: Sim>(
     env: &mut SignalEnv<S>,
     controller: &mut dyn Controller,
     seed: u64,
-) -> Result<Metrics, TrialError> {
-    let metrics = run_episode(env, controller, seed).map_err(|e| match e {
+) -> Result<(Metrics, Vec<MovementTotals>), TrialError> {
+    let mut metrics = run_episode(env, controller, seed).map_err(|e| match e {
         EpisodeError::Sim(e) => of_sim(e),
         EpisodeError::Control(e) => of_control(e),
     })?;
-    named(&metrics, seed).map_err(of_sim)
+    let movements = std::mem::take(&mut metrics.movements);
+    Ok((named(&metrics, seed).map_err(of_sim)?, movements))
 }
 
 /// What a controller has learned so far, on the signals on which it trains.
@@ -111,7 +134,7 @@ impl<S: Sim> Policy for Learned<'_, S> {
         self.controller.set_validation(true);
         let metrics = played(self.env, self.controller, seed);
         self.controller.set_validation(false);
-        metrics
+        Ok(metrics?.0)
     }
 
     fn model(&self) -> Option<Archive> {
@@ -376,7 +399,7 @@ mod tests {
     fn a_training_row_has_the_figures_of_the_learner_that_are_numbers() {
         let dir = tempfile::tempdir().unwrap();
         let env = env(vec![(0.0, 0), (1.0, 1)], dir.path());
-        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
+        let mut trial = SignalTrial::new(env, Box::new(Learner), Held::default());
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
         let metrics = &rows.0[0].metrics;
@@ -402,7 +425,7 @@ mod tests {
             Ok(())
         });
         let env = env_of(minute(Some(routes)), vec![(1.0, 0)], dir.path());
-        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
+        let mut trial = SignalTrial::new(env, Box::new(Learner), Held::default());
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
         trial.episode(7).unwrap();
@@ -414,7 +437,7 @@ mod tests {
     fn an_episode_without_vehicles_is_an_error_and_no_delay_of_0() {
         let dir = tempfile::tempdir().unwrap();
         let env = env(vec![], dir.path());
-        let mut trial = SignalTrial { env, controller: Box::new(Learner), held: Held::default() };
+        let mut trial = SignalTrial::new(env, Box::new(Learner), Held::default());
         let e = trial.episode(7).unwrap_err();
         assert!(matches!(e, TrialError::Input(_)));
         assert!(e.to_string().starts_with("no vehicle is to depart in the episode of seed 7, so"));

@@ -263,6 +263,11 @@ pub trait Trial {
         Opaque::default()
     }
 
+    /// Returns what the evaluation episodes are made of, in the domain's own form, such as results by movement.
+    fn parts(&self) -> Opaque {
+        Opaque::default()
+    }
+
     /// Wall-clock time within the simulator so far, seconds.
     fn simulator_s(&self) -> f64 {
         0.0

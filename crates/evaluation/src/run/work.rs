@@ -128,9 +128,9 @@ fn train_and_evaluate(
         training.extend(trial.training_metrics(&rows));
         training.extend(course.figures(&rows));
     }
-    let programs = trial.programs();
+    let (programs, parts) = (trial.programs(), trial.parts());
     let (details, wall) = (trial.details(), course.wall(trial.simulator_s()));
-    Ok((TaskResult { rows, training, details, programs, wall }, learned))
+    Ok((TaskResult { rows, training, details, programs, parts, wall }, learned))
 }
 
 /// Checks that every metric is a number that a record may have, and that evaluation has the objective.

@@ -107,6 +107,10 @@ pub struct Summary {
     /// in records from before it was kept.
     #[serde(default, skip_serializing_if = "Opaque::is_empty")]
     pub programs: Opaque,
+    /// What the evaluation episodes are made of, in the domain's own form: of signals, results by movement. Empty where
+    /// intersections do not have their own arms, and in records from before it was kept.
+    #[serde(default, skip_serializing_if = "Opaque::is_empty")]
+    pub parts: Opaque,
     /// Number of rows that follow.
     pub rows: usize,
     /// sha256 over the summary without `checksum` and `wall`, and over the rows.
@@ -135,6 +139,8 @@ pub struct TaskResult {
     pub details: BTreeMap<String, String>,
     /// What the signals ran, where that is a program.
     pub programs: Opaque,
+    /// What the evaluation episodes are made of.
+    pub parts: Opaque,
     /// Wall-clock values.
     pub wall: Wall,
 }
@@ -148,6 +154,7 @@ impl Record {
         summary.metrics.extend(mean_metrics(&result.rows));
         summary.details = result.details;
         summary.programs = result.programs;
+        summary.parts = result.parts;
         Self { summary, rows: result.rows }.sealed()
     }
 
@@ -287,6 +294,7 @@ impl Summary {
             metrics: Metrics::new(),
             details: BTreeMap::new(),
             programs: Opaque::default(),
+            parts: Opaque::default(),
             rows: 0,
             checksum: String::new(),
             wall,

@@ -1,5 +1,6 @@
 //! What an episode is judged by.
 
+use super::by_movement::MovementTotals;
 use super::pedestrians::PedestrianTotals;
 use crate::control::EpisodeOutcome;
 use crate::sim::StepCounts;
@@ -18,6 +19,8 @@ pub struct EpisodeMetrics {
     pub queue_veh: f64,
     /// Largest number of halting vehicles at a decision.
     pub max_queue_veh: f64,
+    /// What it is made of, where ways of vehicles are known.
+    pub movements: Vec<MovementTotals>,
     /// Vehicles seen per hour, per signal and lane of the signal.
     pub lane_flow_vph: Vec<Vec<f64>>,
 }

@@ -162,6 +162,11 @@ impl Observer {
         observation.seen.extend(seen);
     }
 
+    /// Returns what was seen on each lane of the scene at the last decision.
+    pub fn lanes(&self) -> &[LaneObservation] {
+        &self.lanes
+    }
+
     /// Returns the vehicles that halt now on all incoming lanes, at any distance.
     pub fn halting(&self) -> u32 {
         self.halting

@@ -10,6 +10,7 @@ use crate::sim::error::SimError;
 use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
 use basics::units::SECONDS_PER_HOUR;
 
+use super::by_movement::ByMovement;
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
 use super::dual_ring::DualRing;
@@ -76,6 +77,7 @@ pub struct SignalEnv<S> {
     nearest_m: Vec<f64>,
     time_s: f64,
     counts: StepCounts,
+    by_movement: Option<ByMovement>,
     queue_sum: f64,
     queue_max: f64,
     decisions: u32,
@@ -115,6 +117,7 @@ impl<S: Sim> SignalEnv<S> {
             request: Vec::new(),
             nearest_m: Vec::new(),
             counts: StepCounts::default(),
+            by_movement: None,
             queue_sum: 0.0,
             queue_max: 0.0,
             decisions: 0,
@@ -163,6 +166,8 @@ impl<S: Sim> SignalEnv<S> {
         self.programs = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
+        let by_movement = || ByMovement::new(&self.scene, self.world.side);
+        self.by_movement = self.world.ways.is_some().then(by_movement);
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
         Ok(())
     }
@@ -367,6 +372,9 @@ impl<S: Sim> SignalEnv<S> {
         }
         self.observe()?;
         self.decisions += 1;
+        if let Some(by_movement) = &mut self.by_movement {
+            by_movement.decide(self.observer.lanes());
+        }
         let queue = f64::from(self.observer.halting());
         self.queue_sum += queue;
         self.queue_max = self.queue_max.max(queue);
@@ -469,11 +477,19 @@ impl<S: Sim> SignalEnv<S> {
             totals.count += own.count;
             totals.wait_s += own.wait_s;
         }
-        let trips = tripinfo::read(&self.scratch.join("tripinfo.xml"))?;
+        let path = self.scratch.join("tripinfo.xml");
+        let (trips, movements) = match (&mut self.by_movement, &self.world.ways) {
+            (Some(by_movement), Some(ways)) => {
+                let (totals, trips) = tripinfo::read_each(&path)?;
+                (totals, by_movement.finish(&trips, &ways(self.seed)))
+            }
+            _ => (tripinfo::read(&path)?, Vec::new()),
+        };
         let hours = (self.time_s - self.world.begin_s) / SECONDS_PER_HOUR;
         let flow = |lane: &usize| f64::from(self.observer.counts()[*lane]) / hours;
         Ok(EpisodeMetrics {
             trips,
+            movements,
             counts: self.counts,
             pedestrians,
             queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),

@@ -52,6 +52,7 @@ pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
         end_s: 60.0,
         steps_per_second: 1,
         routes,
+        ways: None,
         side: osm_signals::DrivingSide::Right,
         turn_shares: vec![],
         files: None,

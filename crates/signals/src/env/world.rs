@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use osm_signals::DrivingSide;
 
+use super::by_movement::Ways;
 use super::side::driving_side;
 use crate::sim::copies::copy;
 use crate::sim::error::SimError;
@@ -29,6 +30,8 @@ pub struct World {
     pub steps_per_second: u32,
     /// Makes the vehicles of an episode; `None` keeps the configuration's own.
     pub routes: Option<RouteWriter>,
+    /// Ways of the vehicles of an episode; `None` where results by movement are not asked for.
+    pub ways: Option<Ways>,
     /// Side of the street that traffic keeps to.
     pub side: DrivingSide,
     /// How vehicles turn, where the demand says so.
@@ -87,6 +90,7 @@ impl World {
             end_s: intake.end_s,
             steps_per_second: intake.steps_per_second,
             routes: None,
+            ways: None,
             side: driving_side(&intake.config),
             turn_shares: Vec::new(),
             files: Some((intake.config, intake.sources)),

@@ -39,6 +39,9 @@ const EMBEDDED_TABLES: [(&str, &str); 2] = [
     ("smoke.csv", include_str!("../../../../scenarios/smoke.csv")),
 ];
 
+/// Directions of travel with which the names of arms may begin.
+const HEADINGS: [&str; 8] = ["NB", "NE", "EB", "SE", "SB", "SW", "WB", "NW"];
+
 /// A scenario with its family and what the family was derived from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadedScenario {
@@ -433,14 +436,31 @@ fn named(intersection: &Intersection) -> String {
     }
 }
 
-/// Returns what people call a point MDP: the name of its intersection where the id is made from it,
-/// else the id.
+/// Returns what people call a point MDP: the streets where the names of the arms say them, else the name of its
+/// intersection where the id is made from it, else the id.
 fn called(id: &str, intersection: &Intersection) -> String {
     let Intersection { id: name, period, .. } = intersection;
-    if check_id("", name).is_ok() && (period.is_empty() || check_id("", period).is_ok()) {
+    let streets = streets(intersection);
+    let is_plain = |text: &str| check_id("", text).is_ok();
+    if streets.is_none() && is_plain(name) && (period.is_empty() || is_plain(period)) {
         return id.to_owned();
     }
+    let name = streets.as_ref().unwrap_or(name);
     if period.is_empty() { name.clone() } else { format!("{name}, {period}") }
+}
+
+/// Returns the streets of an intersection whose arms are called like `NB Main St`, the direction of travel and the
+/// street; `None` where one is not.
+fn streets(intersection: &Intersection) -> Option<String> {
+    let mut streets: Vec<&str> = Vec::new();
+    for arm in &intersection.arms {
+        let (direction, street) = arm.arm.split_once(' ')?;
+        HEADINGS.contains(&direction).then_some(())?;
+        if !streets.contains(&street) {
+            streets.push(street);
+        }
+    }
+    Some(streets.join(" / "))
 }
 
 #[cfg(test)]

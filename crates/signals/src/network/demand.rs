@@ -12,6 +12,7 @@
 //! - **Heavy vehicles** are one type, a single-unit truck, instead of the classes of a count. Those of a
 //!   smaller share are heavy with a larger one too.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -226,6 +227,15 @@ impl DemandSpec {
         (vehicles.len() as u32, self.routes_xml(&vehicles))
     }
 
+    /// Returns the edges from which and to which every vehicle of a seed drives, by its id.
+    pub fn ways(&self, seed: u64) -> BTreeMap<String, (String, String)> {
+        let way = |v: Vehicle| {
+            let Stream { from, routes, .. } = &self.streams[v.stream];
+            (vehicle_id(from, v.number), (from.clone(), routes[v.route].to.clone()))
+        };
+        self.vehicles(seed).into_iter().map(way).collect()
+    }
+
     /// Draws the vehicles of one stream.
     fn arrivals(&self, index: usize, stream: &Stream, seed: u64) -> Vec<Vehicle> {
         let [mut arrivals, mut turns, mut drivers, mut kinds] =
@@ -275,13 +285,14 @@ impl DemandSpec {
         for v in vehicles {
             let stream = &self.streams[v.stream];
             let Stream { from, depart_lane, depart_speed, .. } = stream;
-            let (number, to, factor) = (v.number, &stream.routes[v.route].to, v.speed_factor);
+            let (id, to) = (vehicle_id(from, v.number), &stream.routes[v.route].to);
+            let factor = v.speed_factor;
             let depart_s = v.depart_s;
-            let VehicleType { id, .. } = if v.is_heavy { HEAVY } else { CAR };
+            let VehicleType { id: kind, .. } = if v.is_heavy { HEAVY } else { CAR };
             push(
                 &mut text,
                 format_args!(
-                    "<vehicle id=\"{from}.{number}\" type=\"{id}\" route=\"{from}-{to}\" \
+                    "<vehicle id=\"{id}\" type=\"{kind}\" route=\"{from}-{to}\" \
                      depart=\"{depart_s}\" departLane=\"{depart_lane}\" departPos=\"base\" \
                      departSpeed=\"{depart_speed}\" speedFactor=\"{factor:.4}\"/>"
                 ),
@@ -371,6 +382,11 @@ fn speed_factor(rng: &mut ChaCha12Rng) -> f64 {
             return factor;
         }
     }
+}
+
+/// Returns SUMO's id of a vehicle.
+fn vehicle_id(from: &str, number: u32) -> String {
+    format!("{from}.{number}")
 }
 
 fn push(text: &mut String, line: std::fmt::Arguments<'_>) {

@@ -28,6 +28,19 @@ pub struct TripTotals {
     pub waiting_s: f64,
 }
 
+/// What became of one vehicle.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trip {
+    /// SUMO's id.
+    pub id: String,
+    /// Time loss and departure delay, seconds.
+    pub delay_s: f64,
+    /// How often it came below 0.1 m/s.
+    pub stops: f64,
+    /// Whether it reached its destination.
+    pub arrived: bool,
+}
+
 /// Reads a tripinfo file.
 ///
 /// Source: RESCO, utils/readXML.py, delay as `timeLoss + departDelay` over all vehicles.
@@ -38,16 +51,38 @@ pub struct TripTotals {
 ///
 /// [`SimError::CutOff`] when the file has no end, [`SimError::Tripinfo`] when it is not XML or lacks an attribute.
 pub fn read(path: &Path) -> Result<TripTotals, SimError> {
-    let file = File::open(path).map_err(FileError::at("read", path))?;
-    parse(BufReader::new(file), path)
+    parse(open(path)?, path, &mut |_| ())
 }
 
-/// Returns what a tripinfo file holds; the path is for messages.
+/// Reads a tripinfo file with all its vehicles.
 ///
 /// # Errors
 ///
 /// As [`read`].
-pub fn parse(file: impl BufRead, path: &Path) -> Result<TripTotals, SimError> {
+pub fn read_each(path: &Path) -> Result<(TripTotals, Vec<Trip>), SimError> {
+    let mut trips = Vec::new();
+    let totals = parse(open(path)?, path, &mut |trip| trips.push(trip))?;
+    Ok((totals, trips))
+}
+
+fn open(path: &Path) -> Result<BufReader<File>, SimError> {
+    Ok(BufReader::new(File::open(path).map_err(FileError::at("read", path))?))
+}
+
+/// Returns what a tripinfo file holds; the path is for messages.
+///
+/// # Arguments
+///
+/// * `each` — told every vehicle.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn parse(
+    file: impl BufRead,
+    path: &Path,
+    each: &mut dyn FnMut(Trip),
+) -> Result<TripTotals, SimError> {
     let mut reader = Reader::from_reader(file);
     let fail = |reason: String| SimError::Tripinfo { path: path.to_path_buf(), reason };
     let mut totals = TripTotals::default();
@@ -65,7 +100,7 @@ pub fn parse(file: impl BufRead, path: &Path) -> Result<TripTotals, SimError> {
         })?;
         match event {
             Event::Start(e) | Event::Empty(e) if e.name().as_ref() == "tripinfo" => {
-                add(&mut totals, &e).map_err(&fail)?;
+                each(add(&mut totals, &e).map_err(&fail)?);
             }
             Event::End(e) if e.name().as_ref() == "tripinfos" => complete = true,
             Event::Empty(e) if e.name().as_ref() == "tripinfos" => complete = true,
@@ -77,9 +112,10 @@ pub fn parse(file: impl BufRead, path: &Path) -> Result<TripTotals, SimError> {
     if complete { Ok(totals) } else { Err(SimError::CutOff(path.to_path_buf())) }
 }
 
-fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<(), String> {
+fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<Trip, String> {
     let (mut depart, mut arrival, mut depart_delay, mut waiting, mut time_loss) =
         (None, None, None, None, None);
+    let (mut id, mut stops) = (String::new(), None);
     for attribute in row.attributes().with_checks(false) {
         let attribute = attribute.map_err(|e| e.to_string())?;
         let slot = match attribute.key.as_ref() {
@@ -88,6 +124,11 @@ fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<(), String> {
             "departDelay" => &mut depart_delay,
             "waitingTime" => &mut waiting,
             "timeLoss" => &mut time_loss,
+            "waitingCount" => &mut stops,
+            "id" => {
+                attribute.value.as_ref().clone_into(&mut id);
+                continue;
+            }
             _ => continue,
         };
         let text = &attribute.value;
@@ -96,7 +137,8 @@ fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<(), String> {
     let get = |value: Option<f64>, name: &str| value.ok_or(format!("a row without {name}"));
     let (depart, arrival) = (get(depart, "depart")?, get(arrival, "arrival")?);
     totals.vehicles += 1;
-    totals.delay_s += get(time_loss, "timeLoss")? + get(depart_delay, "departDelay")?;
+    let delay_s = get(time_loss, "timeLoss")? + get(depart_delay, "departDelay")?;
+    totals.delay_s += delay_s;
     totals.waiting_s += get(waiting, "waitingTime")?;
     if depart < 0.0 {
         totals.undeparted += 1;
@@ -105,7 +147,8 @@ fn add(totals: &mut TripTotals, row: &BytesStart) -> Result<(), String> {
     } else {
         totals.arrived += 1;
     }
-    Ok(())
+    let arrived = depart >= 0.0 && arrival >= 0.0;
+    Ok(Trip { id, delay_s, stops: stops.unwrap_or_default(), arrived })
 }
 
 #[cfg(test)]

@@ -153,3 +153,17 @@ fn periods_and_their_hours_must_fit_together() {
     assert!(unknown.contains("no row of the table has the period night"), "{unknown}");
     assert!(refused("periods = { am = 0, pm = 1 }\n").contains("hours per year above 0"));
 }
+
+#[test]
+fn a_point_mdp_is_called_by_the_streets_in_the_names_of_its_arms() {
+    let table = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,right_turn_lanes,\
+        speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n7,NB Oak Ave,,,180,2,2,0,0,30,200,5000,\n\
+        7,SB Oak Ave,,,0,2,2,0,0,30,200,5000,\n7,EB Main St,,,270,2,2,0,0,30,200,5000,\n";
+    let text = "[family]\napproaches = \"a.csv\"\n";
+    let title = |table: &str| {
+        let loaded = from_text(text, "t.toml", &[], &|_| Ok(table.to_owned())).unwrap();
+        (loaded.family.points[0].id.clone(), loaded.family.points[0].title.clone())
+    };
+    assert_eq!(title(table), ("i0007".into(), "Oak Ave / Main St".into()));
+    assert_eq!(title(&table.replace("EB Main St", "west")).1, "i0007");
+}

@@ -1,0 +1,241 @@
+//! What an episode is made of: how the vehicles of each movement fared, and how long its queue was.
+//!
+//! A movement is a way from one edge to another through a signal. It has the name that engineers give it, on the ground:
+//! `NBL` are northbound vehicles that turn left. Directions are the four of the compass, or eight where two approaches
+//! would have the same; of several movements with one name the later ones get a number.
+//!
+//! - **Delay** is that of the objective: time loss and departure delay, until the end for vehicles that have not arrived.
+//! - **Stops** are SUMO's: how often a vehicle came below 0.1 m/s.
+//! - **Queue** is the number of vehicles in the detection zone that have halted, on the lane of the movement that has most,
+//!   at every decision. Movements that share a lane share its queue.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use osm_signals::angle::{mirrored_deg, normalise_degrees};
+use osm_signals::{DrivingSide, Turn};
+
+use super::movements::turn_of;
+use crate::control::LaneObservation;
+use crate::sim::Scene;
+use crate::sim::topology::edge;
+use crate::sim::tripinfo::Trip;
+
+/// Edges from which and to which a vehicle drives.
+pub type Way = (String, String);
+
+/// Returns the way of every vehicle of an episode by its id, given the seed.
+pub type Ways = Box<dyn Fn(u64) -> BTreeMap<String, Way>>;
+
+/// Short names of directions of travel, clockwise from north.
+const EIGHT: [&str; 8] = ["NB", "NE", "EB", "SE", "SB", "SW", "WB", "NW"];
+
+/// The order in which engineers list directions, and turns.
+const ORDER: ([&str; 8], &str) = (["NB", "SB", "EB", "WB", "NE", "NW", "SE", "SW"], "LTR");
+
+/// How the vehicles of a movement fared in an episode.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MovementTotals {
+    /// Edge from which they come.
+    pub from: String,
+    /// Edge to which they go.
+    pub to: String,
+    /// Its name on the ground.
+    pub name: String,
+    /// Vehicles that were to depart.
+    pub vehicles: u32,
+    /// Vehicles that had not arrived at the end.
+    pub unfinished: u32,
+    /// Sum of their delays, seconds.
+    pub delay_s: f64,
+    /// Sum of their stops.
+    pub stops: f64,
+    /// Vehicles in the queue at every decision.
+    pub queue_veh: Vec<f64>,
+}
+
+/// A movement of a scene.
+#[derive(Debug, Clone, PartialEq)]
+struct Movement {
+    way: Way,
+    name: String,
+    /// Indices in [`Scene::lanes`].
+    lanes: Vec<usize>,
+}
+
+/// Collects what an episode is made of.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ByMovement {
+    movements: Vec<Movement>,
+    queues_veh: Vec<Vec<f64>>,
+}
+
+impl ByMovement {
+    /// Returns what collects the movements of a scene, which is that of right-hand traffic.
+    pub(super) fn new(scene: &Scene, side: DrivingSide) -> Self {
+        let movements = movements(scene, side);
+        let queues_veh = vec![Vec::new(); movements.len()];
+        Self { movements, queues_veh }
+    }
+
+    /// Takes the queues of a decision.
+    ///
+    /// # Arguments
+    ///
+    /// * `lanes` — shape `[lanes of the scene]`.
+    pub(super) fn decide(&mut self, lanes: &[LaneObservation]) {
+        for (movement, queue) in self.movements.iter().zip(&mut self.queues_veh) {
+            queue.push(movement.lanes.iter().map(|lane| lanes[*lane].queue).fold(0.0, f64::max));
+        }
+    }
+
+    /// Returns the totals of an episode: of all vehicles that pass a signal.
+    pub(super) fn finish(
+        &mut self,
+        trips: &[Trip],
+        ways: &BTreeMap<String, Way>,
+    ) -> Vec<MovementTotals> {
+        let total = |(m, queue_veh): (&Movement, &mut Vec<f64>)| MovementTotals {
+            from: m.way.0.clone(),
+            to: m.way.1.clone(),
+            name: m.name.clone(),
+            queue_veh: std::mem::take(queue_veh),
+            ..MovementTotals::default()
+        };
+        let mut totals: Vec<MovementTotals> =
+            self.movements.iter().zip(&mut self.queues_veh).map(total).collect();
+        for trip in trips {
+            let Some((from, to)) = ways.get(&trip.id) else { continue };
+            let Some(total) = totals.iter_mut().find(|t| t.from == *from && t.to == *to) else {
+                continue;
+            };
+            total.vehicles += 1;
+            total.unfinished += u32::from(!trip.arrived);
+            total.delay_s += trip.delay_s;
+            total.stops += trip.stops;
+        }
+        totals
+    }
+}
+
+fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
+    let on_ground =
+        |heading_deg: f64| if side.is_right() { heading_deg } else { mirrored_deg(heading_deg) };
+    let mut found: Vec<(Movement, f64, Turn)> = Vec::new();
+    for link in scene.signals.iter().flat_map(|s| s.links.iter().flatten()) {
+        let lane = &scene.lanes[link.from_lane];
+        let way = (edge(&lane.id).to_owned(), edge(&link.to_lane).to_owned());
+        match found.iter_mut().find(|(m, ..)| m.way == way) {
+            Some((movement, ..)) if movement.lanes.contains(&link.from_lane) => {}
+            Some((movement, ..)) => movement.lanes.push(link.from_lane),
+            None => {
+                let movement = Movement { way, name: String::new(), lanes: vec![link.from_lane] };
+                found.push((movement, on_ground(lane.heading_deg), turn_of(link.direction)));
+            }
+        }
+    }
+    let mut headings: BTreeMap<String, f64> = BTreeMap::new();
+    for (movement, heading_deg, _) in &found {
+        headings.entry(movement.way.0.clone()).or_insert(*heading_deg);
+    }
+    // Four directions, as long as they tell the approaches of the scene apart.
+    let nearest = |heading_deg: f64, parts: usize| {
+        let step_deg = 360.0 / parts as f64;
+        (normalise_degrees(heading_deg) / step_deg).round() as usize % parts * (EIGHT.len() / parts)
+    };
+    let distinct: BTreeSet<usize> = headings.values().map(|deg| nearest(*deg, 4)).collect();
+    let parts = if distinct.len() == headings.len() { 4 } else { 8 };
+    let mut named: BTreeMap<String, u32> = BTreeMap::new();
+    let mut movements: Vec<Movement> = found
+        .into_iter()
+        .map(|(movement, _, turn)| {
+            let direction = EIGHT[nearest(headings[&movement.way.0], parts)];
+            let letter = match turn {
+                Turn::Through => "T",
+                Turn::Left if side.is_right() => "L",
+                Turn::Right if !side.is_right() => "L",
+                Turn::Left | Turn::Right => "R",
+            };
+            let name = format!("{direction}{letter}");
+            let count = named.entry(name.clone()).or_default();
+            *count += 1;
+            let name = if *count > 1 { format!("{name}{count}") } else { name };
+            Movement { name, ..movement }
+        })
+        .collect();
+    let (directions, turns) = ORDER;
+    movements.sort_by_key(|m| {
+        let direction = directions.iter().position(|direction| m.name.starts_with(direction));
+        (direction, m.name.get(2..3).and_then(|turn| turns.find(turn)))
+    });
+    movements
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::crossing;
+    use super::*;
+    use crate::sim::Link;
+
+    fn scene() -> Scene {
+        let mut scene =
+            crossing(&[("n_0", 182.0, "rs"), ("n_1", 182.0, "l"), ("w_0", 85.0, "s")], &["GGGG"]);
+        let to = ["west_0", "south_0", "east_0", "east_0"];
+        for (links, to) in scene.signals[0].links.iter_mut().zip(to) {
+            links[0] = Link { to_lane: to.to_owned(), ..links[0].clone() };
+        }
+        scene
+    }
+
+    fn names(side: DrivingSide) -> Vec<String> {
+        movements(&scene(), side).into_iter().map(|m| m.name).collect()
+    }
+
+    #[test]
+    fn movements_have_the_names_of_the_ground() {
+        assert_eq!(names(DrivingSide::Right), ["SBL", "SBT", "SBR", "EBT"]);
+        assert_eq!(names(DrivingSide::Left), ["SBL", "SBT", "SBR", "WBT"]);
+    }
+
+    #[test]
+    fn approaches_in_one_quarter_of_the_compass_have_eight_directions() {
+        let mut scene = scene();
+        scene.lanes[2].heading_deg = 215.0;
+        let names: Vec<String> =
+            movements(&scene, DrivingSide::Right).into_iter().map(|m| m.name).collect();
+        assert_eq!(names, ["SBL", "SBT", "SBR", "SWT"]);
+    }
+
+    #[test]
+    fn vehicles_count_in_their_movement_and_queues_on_its_longest_lane() {
+        let mut by_movement = ByMovement::new(&scene(), DrivingSide::Right);
+        let queue = |queue: f64| LaneObservation { queue, ..LaneObservation::default() };
+        by_movement.decide(&[queue(3.0), queue(1.0), queue(0.0)]);
+        by_movement.decide(&[queue(0.0), queue(4.0), queue(0.0)]);
+        let trip = |id: &str, delay_s: f64, arrived: bool| Trip {
+            id: id.to_owned(),
+            delay_s,
+            stops: 1.0,
+            arrived,
+        };
+        let way = |to: &str| ("n".to_owned(), to.to_owned());
+        let ways = BTreeMap::from([
+            ("a".to_owned(), way("east")),
+            ("b".to_owned(), way("east")),
+            ("c".to_owned(), way("south")),
+        ]);
+        let trips = [
+            trip("a", 10.0, true),
+            trip("b", 30.0, false),
+            trip("c", 5.0, true),
+            trip("x", 9.0, true),
+        ];
+        let totals = by_movement.finish(&trips, &ways);
+        let left = &totals[0];
+        assert_eq!((left.vehicles, left.unfinished, left.delay_s, left.stops), (2, 1, 40.0, 2.0));
+        assert_eq!(
+            (&left.queue_veh[..], &totals[1].queue_veh[..]),
+            (&[1.0, 4.0][..], &[3.0, 0.0][..])
+        );
+        assert_eq!(totals[1].vehicles, 1);
+    }
+}

@@ -1,0 +1,126 @@
+//! Results by movement, as records keep them: means over the evaluation episodes of a task.
+
+use serde::{Deserialize, Serialize};
+
+use super::env::by_movement::MovementTotals;
+
+/// Queues whose percentiles are kept.
+const PERCENTILES: [f64; 2] = [0.5, 0.95];
+
+/// How a movement fared, means over evaluation episodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MovementResult {
+    /// SUMO's id of the edge from which its vehicles come.
+    pub from: String,
+    /// SUMO's id of the edge to which they go.
+    pub to: String,
+    /// Its name on the ground, such as `NBL`.
+    pub movement: String,
+    /// Vehicles per episode.
+    pub vehicles_veh: f64,
+    /// Vehicles per episode that had not arrived at the end.
+    pub unfinished_veh: f64,
+    /// Mean delay per vehicle, seconds; absent without vehicles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_s: Option<f64>,
+    /// Mean number of stops per vehicle; absent without vehicles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stops: Option<f64>,
+    /// Queue that half of the decisions do not exceed, vehicles.
+    pub queue_50_veh: f64,
+    /// Queue that 95% of the decisions do not exceed, vehicles.
+    pub queue_95_veh: f64,
+}
+
+/// Totals by movement of the episodes so far.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ByEpisode {
+    totals: Vec<MovementTotals>,
+    episodes: u32,
+}
+
+impl ByEpisode {
+    /// Adds an episode.
+    pub fn add(&mut self, episode: Vec<MovementTotals>) {
+        self.episodes += 1;
+        for one in episode {
+            match self.totals.iter_mut().find(|t| (&t.from, &t.to) == (&one.from, &one.to)) {
+                None => self.totals.push(one),
+                Some(all) => {
+                    all.vehicles += one.vehicles;
+                    all.unfinished += one.unfinished;
+                    all.delay_s += one.delay_s;
+                    all.stops += one.stops;
+                    all.queue_veh.extend(one.queue_veh);
+                }
+            }
+        }
+    }
+
+    /// Returns the results.
+    pub fn results(&self) -> Vec<MovementResult> {
+        let episodes = f64::from(self.episodes.max(1));
+        let of = |t: &MovementTotals| {
+            let mean = |sum: f64| (t.vehicles > 0).then(|| sum / f64::from(t.vehicles));
+            let [queue_50_veh, queue_95_veh] =
+                PERCENTILES.map(|share| percentile(&t.queue_veh, share));
+            MovementResult {
+                from: t.from.clone(),
+                to: t.to.clone(),
+                movement: t.name.clone(),
+                vehicles_veh: f64::from(t.vehicles) / episodes,
+                unfinished_veh: f64::from(t.unfinished) / episodes,
+                delay_s: mean(t.delay_s),
+                stops: mean(t.stops),
+                queue_50_veh,
+                queue_95_veh,
+            }
+        };
+        self.totals.iter().map(of).collect()
+    }
+}
+
+/// Returns the least value that a share of the values does not exceed; 0 of nothing.
+fn percentile(values: &[f64], share: f64) -> f64 {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    let rank = (share * values.len() as f64).ceil() as usize;
+    values.get(rank.saturating_sub(1)).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn episode(vehicles: u32, delay_s: f64, queue_veh: &[f64]) -> Vec<MovementTotals> {
+        let totals = MovementTotals {
+            from: "in0".into(),
+            to: "out2".into(),
+            name: "SBT".into(),
+            vehicles,
+            delay_s,
+            queue_veh: queue_veh.to_vec(),
+            ..MovementTotals::default()
+        };
+        vec![totals]
+    }
+
+    #[test]
+    fn delays_are_means_over_vehicles_and_queues_percentiles_over_decisions() {
+        let mut all = ByEpisode::default();
+        all.add(episode(1, 10.0, &[0.0; 10]));
+        all.add(episode(3, 90.0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]));
+        let result = &all.results()[0];
+        assert_eq!((result.vehicles_veh, result.delay_s), (2.0, Some(25.0)));
+        assert_eq!((result.queue_50_veh, result.queue_95_veh), (0.0, 9.0));
+    }
+
+    #[test]
+    fn a_movement_without_vehicles_has_no_delay() {
+        let mut all = ByEpisode::default();
+        all.add(episode(0, 0.0, &[]));
+        assert_eq!((all.results()[0].delay_s, all.results()[0].queue_95_veh), (None, 0.0));
+        assert!(ByEpisode::default().results().is_empty());
+    }
+}
