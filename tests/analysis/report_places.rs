@@ -55,7 +55,13 @@ fn program(kind: ProgramKind, own: bool, phases: &[(&str, f64, Option<f64>)]) ->
         min_s: max_s.map(|_| *duration_s),
         max_s: *max_s,
     };
-    SignalProgram { signal: "c".into(), own, kind, phases: phases.iter().map(phase).collect() }
+    SignalProgram {
+        signal: "c".into(),
+        own,
+        kind,
+        phases: phases.iter().map(phase).collect(),
+        rings: Vec::new(),
+    }
 }
 
 /// What the signals of a method ran.
@@ -218,7 +224,8 @@ fn without_coordinates_there_are_no_files_of_places_and_damaged_ones_are_refused
     }
     let layout = results(dir.path(), &manifest);
     let paths = report::write(&layout, &reported(&layout)).unwrap();
-    assert_eq!(paths.further, [layout.report().join("plans.csv")]);
+    let further = ["plans.csv", "cabinet.csv"].map(|name| layout.report().join(name));
+    assert_eq!(paths.further, further);
     assert!(!layout.report().join("map.svg").exists());
     fs::write(layout.root().join(FILE), "{\"intersections\":[{}]}").unwrap();
     let results = Results::load(&layout).unwrap();

@@ -163,6 +163,17 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     let result = succeed(folder.path(), run_it);
     assert!(result.contains("2/2"), "{result}");
     movements_make_up_the_delay(&folder.path().join("r/report"));
+    // The phases of the dual ring and the stages of fixed time have the movements of the street.
+    let sheet = fs::read_to_string(folder.path().join("r/report/cabinet.csv")).unwrap();
+    for row in [
+        "i0001,nema,0,c,phase,1,1,1,1,EBL,,",
+        "i0002,nema,0,c,phase,6,2,1,2,EBT EBR,,",
+        ",fixed-time,0,c,stage,1,,,,",
+    ] {
+        assert!(sheet.contains(row), "{row}: {sheet}");
+    }
+    let page = fs::read_to_string(folder.path().join("r/report/index.html")).unwrap();
+    assert!(page.contains("id=\"movements\"") && page.contains("id=\"cabinet\""));
     fs::write(folder.path().join("c.csv"), "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n")
         .unwrap();
     succeed(folder.path(), "build-networks --utdf n.csv --turning-counts c.csv --out both");

@@ -47,9 +47,11 @@ const HEADER: [&str; 13] = [
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TaskMovements {
     method: usize,
-    point: usize,
+    /// Position of the point MDP in the manifest.
+    pub(crate) point: usize,
     replicate: u32,
-    results: Vec<MovementResult>,
+    /// The results.
+    pub(crate) results: Vec<MovementResult>,
 }
 
 /// Returns the results by movement of every finished task that has them, in the order of the plan.

@@ -258,6 +258,10 @@ impl Sections for TrafficSections {
             let template = include_str!("templates/plans.html");
             parts.push(part(Slot::Body, "plans", "Signal plans", template, values)?);
         }
+        if let Some(values) = plans::cabinet::values(self.seen(data)) {
+            let template = include_str!("templates/cabinet.html");
+            parts.push(part(Slot::Body, "cabinet", "For the cabinet", template, values)?);
+        }
         if is_delay(data) {
             let template = include_str!("templates/level_note.html");
             parts.push(part(Slot::Notes, "level-note", "", template, context! { level_heads })?);
@@ -268,7 +272,7 @@ impl Sections for TrafficSections {
     fn tables(&self, _: &Analysis) -> Vec<&'static str> {
         let placed = [INTERSECTIONS, GEOJSON].into_iter().filter(|_| self.shown.is_placed());
         let moved = (!self.shown.movements.is_empty()).then_some(movements::TABLE);
-        [plans::TABLE].into_iter().chain(moved).chain(placed).collect()
+        [plans::TABLE, plans::cabinet::TABLE].into_iter().chain(moved).chain(placed).collect()
     }
 
     fn write(&self, folder: &Path, data: &Analysis) -> Result<Written, ReportError> {
@@ -281,6 +285,9 @@ impl Sections for TrafficSections {
                  run was started in, with its networks"
             )
         }));
+        let path = folder.join(plans::cabinet::TABLE);
+        write_atomically(&path, plans::cabinet::table(seen).as_bytes())?;
+        written.files.push(path);
         if !self.shown.movements.is_empty() {
             let path = folder.join(movements::TABLE);
             write_atomically(&path, movements::table(seen).as_bytes())?;

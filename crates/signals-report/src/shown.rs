@@ -1,7 +1,7 @@
 //! What reports show of traffic beside the analysis of its records: where intersections are and what they are called,
 //! and what their signals ran.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::movements::{TaskMovements, movements};
 use super::plans::{TaskPlan, plans};
@@ -65,6 +65,17 @@ impl Shown {
             plans: plans(results),
             movements: movements(results),
         })
+    }
+
+    /// Returns the names of movements on a point MDP, by signal and link index; empty where they are not known.
+    pub(super) fn link_names(&self, point: usize) -> BTreeMap<String, BTreeMap<usize, String>> {
+        let mut names: BTreeMap<String, BTreeMap<usize, String>> = BTreeMap::new();
+        let of_point = self.movements.iter().find(|task| task.point == point);
+        for m in of_point.iter().flat_map(|task| &task.results) {
+            let of_signal = names.entry(m.signal.clone()).or_default();
+            of_signal.extend(m.links.iter().map(|link| (*link, m.movement.clone())));
+        }
+        names
     }
 
     /// Whether any intersection has a place.

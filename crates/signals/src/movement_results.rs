@@ -17,6 +17,10 @@ pub struct MovementResult {
     pub to: String,
     /// Its name on the ground, such as `NBL`.
     pub movement: String,
+    /// SUMO's id of its signal.
+    pub signal: String,
+    /// Its link indices at the signal: places in the states of programs.
+    pub links: Vec<usize>,
     /// Vehicles per episode.
     pub vehicles_veh: f64,
     /// Vehicles per episode that had not arrived at the end.
@@ -69,6 +73,8 @@ impl ByEpisode {
                 from: t.from.clone(),
                 to: t.to.clone(),
                 movement: t.name.clone(),
+                signal: t.signal.clone(),
+                links: t.links.clone(),
                 vehicles_veh: f64::from(t.vehicles) / episodes,
                 unfinished_veh: f64::from(t.unfinished) / episodes,
                 delay_s: mean(t.delay_s),

@@ -15,6 +15,8 @@ pub enum ProgramKind {
     Actuated,
     /// Another kind of SUMO's that an imported scenario brings.
     Other,
+    /// Phases in two rings, which go on by vehicles and pedestrians: nothing that SUMO runs.
+    DualRing,
 }
 
 impl ProgramKind {
@@ -24,6 +26,7 @@ impl ProgramKind {
             Self::Static => "static",
             Self::Actuated => "actuated",
             Self::Other => "other",
+            Self::DualRing => "dual-ring",
         }
     }
 }
@@ -44,6 +47,40 @@ pub struct ProgramPhase {
     pub max_s: Option<f64>,
 }
 
+/// A phase of a signal that runs in two rings, with what a cabinet is told of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RingPhase {
+    /// Its number.
+    pub number: u32,
+    /// Its ring, from 1.
+    pub ring: u32,
+    /// The barrier that it comes before, from 1.
+    pub barrier: u32,
+    /// Its place in the ring before that barrier, from 1.
+    pub position: u32,
+    /// Its movements, such as `NBT`.
+    pub movements: Vec<String>,
+    /// Shortest green, seconds.
+    pub min_green_s: u32,
+    /// Time without a vehicle after which the green may end, seconds.
+    pub passage_s: u32,
+    /// Longest green while another phase is called, seconds.
+    pub max_green_s: u32,
+    /// Yellow, seconds.
+    pub yellow_s: u32,
+    /// Red clearance, seconds.
+    pub all_red_s: u32,
+    /// Walk, seconds; absent without a crosswalk.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk_s: Option<u32>,
+    /// Pedestrian clearance, seconds; absent without a crosswalk.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clearance_s: Option<u32>,
+    /// Whether it is served in every cycle.
+    pub recall: bool,
+}
+
 /// The program that a signal ran in the evaluation episodes of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -56,4 +93,7 @@ pub struct SignalProgram {
     pub kind: ProgramKind,
     /// Its phases, in order; a fixed cycle is in its first one at time 0 and its multiples.
     pub phases: Vec<ProgramPhase>,
+    /// Phases in two rings; empty for other kinds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rings: Vec<RingPhase>,
 }

@@ -87,10 +87,18 @@ impl<S: Sim> Trial for SignalTrial<S> {
         details
     }
 
-    /// The programs that the signals ran; none where a controller decides.
+    /// What the signals ran: programs, or phases in two rings; nothing where a controller decides.
     fn programs(&self) -> Opaque {
         let programs = self.env.programs().unwrap_or_default();
-        let programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
+        let mut programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
+        let rings = self.env.cabinet_sheets().into_iter();
+        programs.extend(rings.map(|(signal, rings)| SignalProgram {
+            signal,
+            own: false,
+            kind: ProgramKind::DualRing,
+            phases: Vec::new(),
+            rings,
+        }));
         if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
     }
 
@@ -333,7 +341,7 @@ fn kept(running: Running) -> SignalProgram {
         ProgramPhase { state: p.state, duration_s: p.duration_s, min_s, max_s }
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
-    SignalProgram { signal: running.signal, own: running.own, kind, phases }
+    SignalProgram { signal: running.signal, own: running.own, kind, phases, rings: Vec::new() }
 }
 
 #[cfg(test)]

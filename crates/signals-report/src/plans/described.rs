@@ -31,7 +31,13 @@ pub(super) fn programs(
         cycles_s.push(cycle_s.filter(|_| whole.is_none()));
         let phases = whole.unwrap_or(greens);
         let signal = signal.to_owned();
-        programs.push(SignalProgram { signal, own, kind: ProgramKind::Static, phases });
+        programs.push(SignalProgram {
+            signal,
+            own,
+            kind: ProgramKind::Static,
+            phases,
+            rings: Vec::new(),
+        });
     }
     (!programs.is_empty()).then_some((source, programs, cycles_s))
 }

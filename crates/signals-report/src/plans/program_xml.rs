@@ -67,7 +67,13 @@ mod tests {
             max_s,
         };
         let phases = vec![phase("Gr", 7.0, Some(50.0)), phase("yr", 3.0, None)];
-        SignalProgram { signal: "a&b".into(), own, kind: ProgramKind::Actuated, phases }
+        SignalProgram {
+            signal: "a&b".into(),
+            own,
+            kind: ProgramKind::Actuated,
+            phases,
+            rings: Vec::new(),
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::described;
 use super::task_plan::{Programs, Source, TaskPlan};
 use evaluation::store::record::Outcome;
 use evaluation::store::results::Results;
-use signals::program::{PHASES, SignalProgram};
+use signals::program::{PHASES, ProgramKind, SignalProgram};
 use signals::settings::signal::SignalSettings;
 
 /// Methods whose behaviour is a program, for records from before programs were kept.
@@ -34,6 +34,8 @@ pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
         let always = ALWAYS_PROGRAMS.contains(&&*task.method) || *task.method == *identity.baseline;
         // The checksum of the record vouches for their form.
         let recorded: Vec<SignalProgram> = record.programs.read().ok().unwrap_or_default();
+        let (rings, recorded): (Vec<_>, Vec<_>) =
+            recorded.into_iter().partition(|p| p.kind == ProgramKind::DualRing);
         let (source, programs, cycles_s) = if !recorded.is_empty() {
             let cycles_s = vec![None; recorded.len()];
             (Source::Recorded, recorded, cycles_s)
@@ -52,7 +54,16 @@ pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
         let phases = details
             .filter_map(|(name, text)| Some((name.strip_prefix(PHASES)?.to_owned(), text.clone())))
             .collect();
-        plans.push(TaskPlan { method, point, replicate, objective, source, programs, phases });
+        plans.push(TaskPlan {
+            method,
+            point,
+            replicate,
+            objective,
+            source,
+            programs,
+            phases,
+            rings,
+        });
     }
     plans
 }

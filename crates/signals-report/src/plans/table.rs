@@ -29,12 +29,17 @@ pub(super) const HEADER: [&str; 17] = [
 
 /// A green with the change after it.
 #[derive(Debug, Clone, PartialEq)]
-struct Green {
-    state: String,
-    green_s: f64,
-    max_s: Option<f64>,
-    yellow_s: f64,
-    all_red_s: f64,
+pub(super) struct Green {
+    /// Its state.
+    pub(super) state: String,
+    /// Its duration, of actuated programs the shortest, seconds.
+    pub(super) green_s: f64,
+    /// Longest duration of actuated programs, seconds.
+    pub(super) max_s: Option<f64>,
+    /// Yellow after it, seconds.
+    pub(super) yellow_s: f64,
+    /// All-red after it, seconds.
+    pub(super) all_red_s: f64,
 }
 
 /// Returns the rows of a plan.
@@ -144,7 +149,7 @@ fn remark(plan: &TaskPlan, program: Option<&SignalProgram>) -> String {
 
 /// Returns the greens of a program with what comes after each; phases before the first green belong to
 /// the last.
-fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
+pub(super) fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
     let phases = &program.phases;
     let green = |p: &ProgramPhase| Green {
         state: p.state.clone(),
@@ -188,7 +193,13 @@ mod tests {
             max_s: None,
         };
         let phases = phases.iter().map(phase).collect();
-        SignalProgram { signal: "c".into(), own: false, kind: ProgramKind::Static, phases }
+        SignalProgram {
+            signal: "c".into(),
+            own: false,
+            kind: ProgramKind::Static,
+            phases,
+            rings: Vec::new(),
+        }
     }
 
     fn found(phases: &[(&str, f64)], with_changes: bool) -> Vec<(String, [f64; 3])> {

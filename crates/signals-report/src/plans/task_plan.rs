@@ -34,6 +34,8 @@ pub struct TaskPlan {
     pub programs: Option<Box<Programs>>,
     /// Phases of the signals that a method drives by phases, in words, by signal.
     pub phases: Vec<(String, String)>,
+    /// Signals that ran in two rings, with their phases.
+    pub rings: Vec<SignalProgram>,
 }
 
 /// What is known of the programs of a task.

@@ -16,9 +16,9 @@ use osm_signals::{DrivingSide, Turn};
 
 use super::movements::turn_of;
 use crate::control::LaneObservation;
-use crate::sim::Scene;
 use crate::sim::topology::edge;
 use crate::sim::tripinfo::Trip;
+use crate::sim::{Link, Scene, SignalInfo};
 
 /// Edges from which and to which a vehicle drives.
 pub type Way = (String, String);
@@ -41,6 +41,10 @@ pub struct MovementTotals {
     pub to: String,
     /// Its name on the ground.
     pub name: String,
+    /// SUMO's id of its signal.
+    pub signal: String,
+    /// Its link indices at the signal.
+    pub links: Vec<usize>,
     /// Vehicles that were to depart.
     pub vehicles: u32,
     /// Vehicles that had not arrived at the end.
@@ -54,10 +58,13 @@ pub struct MovementTotals {
 }
 
 /// A movement of a scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 struct Movement {
     way: Way,
     name: String,
+    signal: String,
+    /// Link indices at the signal.
+    links: Vec<usize>,
     /// Indices in [`Scene::lanes`].
     lanes: Vec<usize>,
 }
@@ -98,6 +105,8 @@ impl ByMovement {
             from: m.way.0.clone(),
             to: m.way.1.clone(),
             name: m.name.clone(),
+            signal: m.signal.clone(),
+            links: m.links.clone(),
             queue_veh: std::mem::take(queue_veh),
             ..MovementTotals::default()
         };
@@ -117,19 +126,50 @@ impl ByMovement {
     }
 }
 
+/// Returns per link index of a signal the names of its movements.
+pub(super) fn link_names(
+    scene: &Scene,
+    signal: &SignalInfo,
+    side: DrivingSide,
+) -> Vec<Vec<String>> {
+    let all = movements(scene, side);
+    let of = |links: &Vec<Link>| {
+        let mut names: Vec<String> = Vec::new();
+        for link in links {
+            let way = way(scene, link);
+            let name = all.iter().find(|m| m.way == way).map(|m| m.name.clone());
+            names.extend(name.filter(|name| !names.contains(name)));
+        }
+        names
+    };
+    signal.links.iter().map(of).collect()
+}
+
+fn way(scene: &Scene, link: &Link) -> Way {
+    (edge(&scene.lanes[link.from_lane].id).to_owned(), edge(&link.to_lane).to_owned())
+}
+
 fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
     let on_ground =
         |heading_deg: f64| if side.is_right() { heading_deg } else { mirrored_deg(heading_deg) };
     let mut found: Vec<(Movement, f64, Turn)> = Vec::new();
-    for link in scene.signals.iter().flat_map(|s| s.links.iter().flatten()) {
-        let lane = &scene.lanes[link.from_lane];
-        let way = (edge(&lane.id).to_owned(), edge(&link.to_lane).to_owned());
-        match found.iter_mut().find(|(m, ..)| m.way == way) {
-            Some((movement, ..)) if movement.lanes.contains(&link.from_lane) => {}
-            Some((movement, ..)) => movement.lanes.push(link.from_lane),
-            None => {
-                let movement = Movement { way, name: String::new(), lanes: vec![link.from_lane] };
+    for signal in &scene.signals {
+        for (index, link) in
+            signal.links.iter().enumerate().flat_map(|(i, l)| l.iter().map(move |l| (i, l)))
+        {
+            let (lane, way) = (&scene.lanes[link.from_lane], way(scene, link));
+            let known = found.iter().position(|(m, ..)| m.way == way);
+            let known = known.unwrap_or_else(|| {
+                let movement = Movement { way, signal: signal.id.clone(), ..Movement::default() };
                 found.push((movement, on_ground(lane.heading_deg), turn_of(link.direction)));
+                found.len() - 1
+            });
+            let movement = &mut found[known].0;
+            if !movement.lanes.contains(&link.from_lane) {
+                movement.lanes.push(link.from_lane);
+            }
+            if !movement.links.contains(&index) {
+                movement.links.push(index);
             }
         }
     }
@@ -162,19 +202,21 @@ fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
             Movement { name, ..movement }
         })
         .collect();
-    let (directions, turns) = ORDER;
-    movements.sort_by_key(|m| {
-        let direction = directions.iter().position(|direction| m.name.starts_with(direction));
-        (direction, m.name.get(2..3).and_then(|turn| turns.find(turn)))
-    });
+    movements.sort_by_key(|m| listed_before(&m.name));
     movements
+}
+
+/// Returns the place of a movement in the order in which engineers list them, by its name.
+pub fn listed_before(name: &str) -> (Option<usize>, Option<usize>) {
+    let (directions, turns) = ORDER;
+    let direction = directions.iter().position(|direction| name.starts_with(direction));
+    (direction, name.get(2..3).and_then(|turn| turns.find(turn)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::testing::crossing;
     use super::*;
-    use crate::sim::Link;
 
     fn scene() -> Scene {
         let mut scene =

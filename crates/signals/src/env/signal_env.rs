@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::control::{Drive, GreenPhase, Observation, SignalSpec};
+use crate::program::RingPhase;
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
 use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
 use basics::units::SECONDS_PER_HOUR;
 
-use super::by_movement::ByMovement;
+use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
 use super::dual_ring::DualRing;
@@ -334,6 +335,16 @@ impl<S: Sim> SignalEnv<S> {
     pub fn dual_rings(&self) -> impl Iterator<Item = (&str, String)> {
         let rings = self.specs.iter().zip(&self.rings);
         rings.filter_map(|(spec, rings)| Some((spec.id.as_str(), rings.as_ref()?.describe())))
+    }
+
+    /// Returns the phases of the signals that run in two rings, as a cabinet is told them, by signal.
+    pub fn cabinet_sheets(&self) -> Vec<(String, Vec<RingPhase>)> {
+        let rings = self.scene.signals.iter().zip(&self.rings);
+        let sheet = |(signal, rings): (&SignalInfo, &Option<DualRing>)| {
+            let names = link_names(&self.scene, signal, self.world.side);
+            Some((signal.id.clone(), rings.as_ref()?.sheet(&names)))
+        };
+        rings.filter_map(sheet).collect()
     }
 
     /// Asks for one green phase per signal for the next interval, and lets it go by: a signal that

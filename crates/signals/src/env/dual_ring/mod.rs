@@ -13,13 +13,16 @@ mod streets;
 mod tests;
 
 use crate::control::dual_ring::Config;
+use crate::program::RingPhase;
 use crate::sim::{Scene, SignalInfo};
 
 use self::links::Links;
 use self::plan::Plan;
 use self::rings::{Rings, Seen};
+use super::by_movement::listed_before;
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
 use super::pedestrians::Pedestrians;
+use crate::timing::WALK_S;
 
 /// Dual-ring control of one signal.
 #[derive(Debug, Clone)]
@@ -104,6 +107,47 @@ impl DualRing {
             }
         }
         (self.rings.shown() != before).then(|| self.rings.shown())
+    }
+
+    /// Returns the phases, as a cabinet is told them.
+    ///
+    /// # Arguments
+    ///
+    /// * `names` — per link index the names of its movements.
+    pub fn sheet(&self, names: &[Vec<String>]) -> Vec<RingPhase> {
+        let plan = self.rings.plan();
+        let mut sheet = Vec::new();
+        for (barrier, side) in plan.sides.iter().enumerate() {
+            for (ring, phases) in side.iter().enumerate() {
+                for (position, index) in phases.iter().enumerate() {
+                    let phase = &plan.phases[*index];
+                    let mut movements: Vec<String> = Vec::new();
+                    for name in phase.links.iter().filter_map(|link| names.get(*link)).flatten() {
+                        if !movements.contains(name) {
+                            movements.push(name.clone());
+                        }
+                    }
+                    movements.sort_by_key(|name| listed_before(name));
+                    let people_s = phase.crossings.iter().map(|crossing| crossing.1).max();
+                    sheet.push(RingPhase {
+                        number: phase.number,
+                        ring: ring as u32 + 1,
+                        barrier: barrier as u32 + 1,
+                        position: position as u32 + 1,
+                        movements,
+                        min_green_s: phase.min_s,
+                        passage_s: self.passage_s,
+                        max_green_s: phase.max_s,
+                        yellow_s: phase.change_s.0,
+                        all_red_s: phase.change_s.1,
+                        walk_s: people_s.map(|all_s| all_s.min(WALK_S)),
+                        clearance_s: people_s.map(|all_s| all_s.saturating_sub(WALK_S)),
+                        recall: phase.recall,
+                    });
+                }
+            }
+        }
+        sheet
     }
 
     /// Returns the phases in words, as records keep them.
