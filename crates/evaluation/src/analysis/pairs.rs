@@ -4,8 +4,6 @@
 //! they have an interval whatever the estimator makes it of, and two methods that lack different point MDPs are compared
 //! where both have results.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::estimator::{Estimate, Sample};
@@ -17,11 +15,6 @@ use super::summaries::Estimated;
 use crate::sample::Design;
 use crate::stats::improvement::{self, placements};
 use crate::stats::{Dominance, PointObjectives, Verdict};
-
-/// Most comparisons with one method that are made at once, and point MDPs in them: what they are computed from is in
-/// memory then.
-const PAIRS_AT_ONCE: usize = 8;
-const POINTS_AT_ONCE: usize = 100_000;
 
 /// Two methods compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,19 +68,14 @@ pub(super) fn pairs(
     profiles: &RankedProfiles,
 ) -> Vec<Pair> {
     let n = estimates.len();
-    let at_once = (POINTS_AT_ONCE / evidence.points.len().max(1)).clamp(1, PAIRS_AT_ONCE);
-    let of_first = |first: usize| {
-        (first + 1..n).step_by(at_once).map(move |second| (first, second..n.min(second + at_once)))
+    let of_first = |first: usize| (first + 1..n).map(move |second| (first, second));
+    let pair = |(first, second): (usize, usize)| {
+        let found = compared(evidence, estimates, first, second)?;
+        let dominance = profiles.dominance(evidence, first, second);
+        Some(Pair { dominance: dominance.map(|d| agreed(d, &found)), ..found })
     };
-    let parts: Vec<(usize, Range<usize>)> = (0..n).flat_map(of_first).collect();
-    let of_part = |(first, seconds): (usize, Range<usize>)| {
-        let pair = |found: Pair| {
-            let dominance = profiles.dominance(evidence, first, found.second);
-            Pair { dominance: dominance.map(|d| agreed(d, &found)), ..found }
-        };
-        compared(evidence, estimates, first, seconds).into_iter().map(pair).collect::<Vec<_>>()
-    };
-    parts.into_par_iter().flat_map_iter(of_part).collect()
+    let all: Vec<(usize, usize)> = (0..n).flat_map(of_first).collect();
+    all.into_par_iter().filter_map(pair).collect()
 }
 
 /// Leaves open what cannot be: whoever dominates has the better mean.
@@ -101,34 +89,16 @@ fn agreed(dominance: Dominance, pair: &Pair) -> Dominance {
     Dominance { verdict, ..dominance }
 }
 
-/// Two methods where both have results, before anything is estimated.
-struct Match<'a> {
-    second: usize,
-    shared: Vec<OnPoint<'a>>,
-    /// By how much the first is ahead, where the estimates of the two say so.
-    difference: Option<Estimate>,
-}
-
-/// Compares a method with some that come after it.
-///
-/// Equal seeds and replicates are drawn for all of them, so that they are estimated together.
+/// Compares two methods where both have results; `None` where nothing can be estimated of them.
 fn compared(
     evidence: Evidence<'_>,
     estimates: &[Summarised],
     first: usize,
-    seconds: Range<usize>,
-) -> Vec<Pair> {
+    second: usize,
+) -> Option<Pair> {
     let direction = evidence.identity.direction;
-    let (a, of_a) = &estimates[first];
-    let design = evidence.assisting();
-    let matched = |second: usize| {
-        let (b, of_b) = &estimates[second];
-        let shared = shared(evidence.points, a, b);
-        let difference =
-            apart(&shared, design, (a, of_a), (b, of_b)).map(|(a, b)| a.ahead(b, direction));
-        Match { second, shared, difference }
-    };
-    let matches: Vec<Match<'_>> = seconds.map(matched).collect();
+    let ((a, of_a), (b, of_b)) = (&estimates[first], &estimates[second]);
+    let shared = shared(evidence.points, a, b);
     let ahead = |(point, x, y): &OnPoint<'_>| PointObjectives {
         weight: point.weight,
         method: improvement::ahead(&x.method, &y.method, direction),
@@ -140,56 +110,32 @@ fn compared(
         baseline: vec![1.0; x.baseline.len()],
         draws: x.draws,
     };
-    let each = |of: &dyn Fn(&OnPoint<'_>) -> PointObjectives, of_which: &[&Match<'_>]| {
-        let objectives = of_which.iter().map(|m| m.shared.iter().map(of).collect());
-        let objectives: Vec<Vec<PointObjectives>> = objectives.collect();
-        estimated(evidence, a.index, of_which, &objectives)
-    };
-    let without: Vec<&Match<'_>> = matches.iter().filter(|m| m.difference.is_none()).collect();
-    let mut differences = each(&ahead, &without).into_iter();
-    let improvements = each(&wins, &matches.iter().collect::<Vec<_>>());
-    let share = |(low, high): (f64, f64)| (low.max(0.0), high.min(1.0));
-    let pair = |(found, improvement): (&Match<'_>, Option<Estimate>)| {
-        let difference = found.difference.clone().or_else(|| differences.next().flatten());
-        let (difference, improvement) = difference.zip(improvement)?;
-        Some(Pair {
-            first,
-            second: found.second,
-            points: found.shared.len(),
-            ahead: Estimated { value: difference.value, interval: difference.interval },
-            improvement: Estimated {
-                value: improvement.value,
-                interval: improvement.interval.map(share),
-            },
-            dominance: None,
-        })
-    };
-    matches.iter().zip(improvements).filter_map(pair).collect()
-}
-
-/// Estimates the mean of objectives of each match; those on the same point MDPs together.
-fn estimated(
-    evidence: Evidence<'_>,
-    index: usize,
-    matches: &[&Match<'_>],
-    objectives: &[Vec<PointObjectives>],
-) -> Vec<Option<Estimate>> {
-    let place = |on: &OnPoint<'_>| on.0.index;
-    let is_same =
-        |a: &&Match<'_>, b: &&Match<'_>| a.shared.iter().map(place).eq(b.shared.iter().map(place));
-    let mut rest = objectives;
-    let mut found = Vec::with_capacity(matches.len());
-    for same in matches.chunk_by(is_same) {
-        let own;
-        (own, rest) = rest.split_at(same.len());
-        let own: Vec<&[PointObjectives]> = own.iter().map(Vec::as_slice).collect();
-        let points: Vec<&PointSummary> = same[0].shared.iter().map(|on| on.0).collect();
-        found.extend(paired(evidence, index, &points, |estimator, sample, rng| {
+    let points: Vec<&PointSummary> = shared.iter().map(|on| on.0).collect();
+    let mean = |of: &dyn Fn(&OnPoint<'_>) -> PointObjectives| {
+        let objectives: Vec<PointObjectives> = shared.iter().map(of).collect();
+        let mean = paired(evidence, a.index, &points, |estimator, sample, rng| {
             // No method has such scores, which a model could know.
-            estimator.estimate_each(Sample { name: "", ..sample }, &own, rng)
-        }));
-    }
-    found.into_iter().map(Result::ok).collect()
+            estimator.estimate(Sample { name: "", ..sample }, &objectives, rng)
+        });
+        mean.ok()
+    };
+    let difference = match apart(&shared, evidence.assisting(), (a, of_a), (b, of_b)) {
+        Some((of_a, of_b)) => of_a.ahead(of_b, direction),
+        None => mean(&ahead)?,
+    };
+    let improvement = mean(&wins)?;
+    let share = |(low, high): (f64, f64)| (low.max(0.0), high.min(1.0));
+    Some(Pair {
+        first,
+        second,
+        points: shared.len(),
+        ahead: Estimated { value: difference.value, interval: difference.interval },
+        improvement: Estimated {
+            value: improvement.value,
+            interval: improvement.interval.map(share),
+        },
+        dominance: None,
+    })
 }
 
 /// Returns the point MDPs on which both methods have a score over the same seeds.

@@ -37,7 +37,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::quantile::{ALPHA, central, shift};
 use super::resamples::resample;
-use super::summary::Statistics;
+use super::summary::{MeanOfScores, Statistics};
 use super::{PointMeans, PointObjectives, Resampling, StatsError};
 
 /// Resamples of an interval; 2000 leave the ends of a 95% interval accurate to about 1% of its
@@ -82,6 +82,26 @@ impl Bootstrap {
         let resamples = self.resamples.iter().zip(&other.resamples).map(|(a, b)| b - a).collect();
         Self { estimate: other.estimate - self.estimate, resamples }
     }
+}
+
+/// Estimates the overall performance of a method and resamples it [`RESAMPLES`] times.
+///
+/// # Arguments
+///
+/// Those of [`bootstrap_all`].
+///
+/// # Errors
+///
+/// [`StatsError`] without points, for weights that sum to 0, and where a score is undefined.
+pub fn bootstrap(
+    points: &[PointObjectives],
+    resampling: &Resampling,
+    rng: &ChaCha8Rng,
+    trainings: u64,
+) -> Result<Bootstrap, StatsError> {
+    let count = (trainings, RESAMPLES);
+    let mut all = bootstrap_all(points, resampling, &mut rng.clone(), count, &MeanOfScores)?;
+    all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
 }
 
 /// Estimates statistics over point MDPs and resamples all of them `count` times, each from the same draws.

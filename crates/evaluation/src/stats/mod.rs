@@ -21,10 +21,9 @@ pub mod score;
 pub mod summary;
 #[cfg(test)]
 mod testing;
-mod together;
 pub mod weighted_quantile;
 
-pub use bootstrap::{Bootstrap, bootstrap_all, means};
+pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all, means};
 pub use direction::Direction;
 pub use dominance::{Dominance, Verdict};
 pub use few_seeds::{degrees, stretch};
@@ -33,7 +32,6 @@ pub use limit::{Limit, Side};
 pub use objectives::{PointMeans, PointObjectives};
 pub use resampling::Resampling;
 pub use score::{overall_performance, score};
-pub use together::{bootstrap, bootstrap_each};
 
 /// Why a statistic cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

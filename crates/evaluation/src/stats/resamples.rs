@@ -59,12 +59,12 @@ pub(super) fn resample(
 }
 
 /// Whether seeds or replicates can be drawn anew.
-pub(super) fn has_noise(points: &[PointObjectives]) -> bool {
+fn has_noise(points: &[PointObjectives]) -> bool {
     points.iter().any(|p| p.baseline.len() > 1 || p.method.len() > 1)
 }
 
 /// Returns the source of replicates: methods differ in these but not in their seeds.
-pub(super) fn replicates(rng: &mut ChaCha8Rng, trainings: u64) -> ChaCha8Rng {
+fn replicates(rng: &mut ChaCha8Rng, trainings: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(rng.next_u64().wrapping_add(trainings))
 }
 

@@ -98,17 +98,6 @@ pub trait Estimator: Sync {
         all.pop().flatten().ok_or(StatsError::Empty("the list of point MDPs with a weight"))
     }
 
-    /// Returns [`Estimator::estimate`] of several lists of scores on the same point MDPs, each from a generator in the same
-    /// state.
-    fn estimate_each(
-        &self,
-        sample: Sample<'_>,
-        scores: &[&[PointObjectives]],
-        rng: &ChaCha8Rng,
-    ) -> Vec<Result<Estimate, StatsError>> {
-        one_by_one(self, sample, scores, rng)
-    }
-
     /// Returns the estimates of several statistics of the family from the same draws, in their order; `None`
     /// where one is undefined, such as the mean over a regime without a point MDP.
     ///
@@ -132,16 +121,6 @@ pub trait Estimator: Sync {
         statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError>;
-}
-
-/// Estimates each of several lists of scores alone.
-pub(super) fn one_by_one<E: Estimator + ?Sized>(
-    estimator: &E,
-    sample: Sample<'_>,
-    scores: &[&[PointObjectives]],
-    rng: &ChaCha8Rng,
-) -> Vec<Result<Estimate, StatsError>> {
-    scores.iter().map(|scores| estimator.estimate(sample, scores, &mut rng.clone())).collect()
 }
 
 impl Estimate {

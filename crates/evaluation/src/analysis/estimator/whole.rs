@@ -5,10 +5,10 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::contract::{Estimate, Estimator, Sample, one_by_one};
+use super::contract::{Estimate, Estimator, Sample};
 use super::weighted::estimates;
 use crate::stats::summary::Statistics;
-use crate::stats::{PointObjectives, Resampling, StatsError, bootstrap_each, stretch};
+use crate::stats::{PointObjectives, Resampling, StatsError};
 
 /// The estimator of a whole family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,24 +21,6 @@ impl Estimator for Whole {
 
     fn assumptions(&self) -> &'static str {
         "What is missing is missing at random."
-    }
-
-    fn estimate_each(
-        &self,
-        sample: Sample<'_>,
-        scores: &[&[PointObjectives]],
-        rng: &ChaCha8Rng,
-    ) -> Vec<Result<Estimate, StatsError>> {
-        let missing = |scores: &&[PointObjectives]| scores.len() != sample.family_size;
-        if scores.iter().any(missing) {
-            return one_by_one(self, sample, scores, rng);
-        }
-        let count = (sample.method, sample.resamples);
-        let all = bootstrap_each(scores, &Resampling::whole(), rng, count);
-        let of = |(b, scores): (Result<_, _>, &&[PointObjectives])| {
-            b.map(|b| Estimate::of_mean(b, (sample.alpha, stretch(scores))))
-        };
-        all.into_iter().zip(scores).map(of).collect()
     }
 
     fn estimate_all(
