@@ -6,13 +6,12 @@
 
 use super::error::ReportError;
 use super::sections::Table;
-use super::streamed::write_rows;
 use super::whole::Report;
 use crate::analysis::{
     EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary, TuningSummary,
 };
 use crate::store::record::{Metrics, Outcome, Row};
-use basics::files::{Lines, Streamed};
+use basics::files::{Lines, Streamed, lines};
 use basics::plain::cell;
 
 /// Name of the column of the score.
@@ -216,12 +215,11 @@ pub(super) fn episodes(data: &Report, file: Streamed) -> Result<(), ReportError>
     let rows = records.flat_map(|(task, (_, record))| {
         record.into_iter().flat_map(move |record| record.rows.iter().map(move |row| (task, row)))
     });
-    let rows: Vec<(&TaskScore, &Row)> = rows.collect();
-    let of = |(task, row): &(&TaskScore, &Row), lines: &mut Lines| {
+    let of = |(task, row): (&TaskScore, &Row), lines: &mut Lines| {
         episode_row(data, (task, row), &names, lines);
         titled.end(task.point, lines);
     };
-    write_rows(file, &titled.header(header), &rows, of)
+    write_rows(file, &titled.header(header), rows, of)
 }
 
 fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String], lines: &mut Lines) {
@@ -320,6 +318,22 @@ impl Titled<'_> {
         self.0.into_iter().for_each(|titles| lines.text(&titles[point]));
         lines.end();
     }
+}
+
+/// Writes a table row by row; `of` adds the cells of a row, as many as the header has, and ends it.
+fn write_rows<T>(
+    mut file: Streamed,
+    header: &[String],
+    rows: impl IntoIterator<Item = T>,
+    of: impl Fn(T, &mut Lines),
+) -> Result<(), ReportError> {
+    file.write(&lines(&[header]))?;
+    for row in rows {
+        let mut lines = Lines::default();
+        of(row, &mut lines);
+        file.write(&lines.into_bytes())?;
+    }
+    Ok(file.finish()?)
 }
 
 /// Returns a table; every row has as many cells as the header.

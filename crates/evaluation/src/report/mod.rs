@@ -36,7 +36,6 @@ mod rests;
 mod scale;
 mod sections;
 pub mod sensitivity;
-pub mod streamed;
 pub mod study;
 mod sure;
 pub mod svg;
