@@ -189,23 +189,11 @@ fn count(
             for (m, key) in keys.iter_mut().enumerate() {
                 *key = ((sums[m] + differences[m]) << METHOD_BITS) | m as i64;
             }
-            insertion_sort(keys);
+            keys.sort_unstable();
             add(&mut counts, keys, weight * own, tolerance, expected);
         }
     }
     counts
-}
-
-/// Sorts a few numbers, faster than what is made for many.
-fn insertion_sort(keys: &mut [i64]) {
-    for i in 1..keys.len() {
-        let (key, mut j) = (keys[i], i);
-        while j > 0 && keys[j - 1] > key {
-            keys[j] = keys[j - 1];
-            j -= 1;
-        }
-        keys[j] = key;
-    }
 }
 
 /// Adds a combination whose methods are sorted, best first.
