@@ -15,7 +15,7 @@ use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::files::quoted;
 use crate::traffic::city::counted::{CountedRequest, counted};
-use crate::traffic::city::folder::default_folder;
+use crate::traffic::city::folder::{APPROACHES_FILE, default_folder};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::network::build::{BuildOptions, BuildSummary};
 use crate::traffic::network::intersection::{IntersectionSpec, intersections};
@@ -176,8 +176,12 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         force: args.force,
     })?;
     let of_utdf = converted.iter().flat_map(|converted| &converted.doubts);
-    for doubt in of_utdf.chain(&made.joined.doubts).chain(&made.loaded.doubts) {
+    for doubt in of_utdf.chain(&made.joined.doubts) {
         note(format!("warning: {}", doubt.brief()));
+    }
+    let table = out.join(APPROACHES_FILE);
+    for doubt in &made.loaded.doubts {
+        note(format!("warning: {}: {}", table.display(), doubt.brief()));
     }
     let specs = intersections(&made.loaded)?;
     let options = BuildOptions { force: args.force, leave_out: false };

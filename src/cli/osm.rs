@@ -53,9 +53,9 @@ pub struct OsmArgs {
     /// Side of the street that traffic keeps to [default: auto, by country and streets]
     #[arg(long, value_name = "SIDE", requires = "osm", value_parser = side_parser())]
     pub driving_side: Option<SideSetting>,
-    /// Six features per intersection, or its real arms
-    #[arg(long, value_enum, requires = "osm", default_value = "per-approach")]
-    pub detail: Detail,
+    /// Six features per intersection, or its real arms [default: per-approach]
+    #[arg(long, value_enum, requires = "osm")]
+    pub detail: Option<Detail>,
 }
 
 fn side_parser() -> impl TypedValueParser<Value = SideSetting> {
@@ -75,6 +75,7 @@ impl OsmArgs {
             ("--boundary", self.boundary.is_some()),
             ("--config", self.config.is_some()),
             ("--driving-side", self.driving_side.is_some()),
+            ("--detail", self.detail.is_some()),
         ];
         let Some((option, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
         Err(Refused(format!(
@@ -103,7 +104,7 @@ pub(super) fn run(
         boundary: args.boundary.clone(),
         config: args.config.clone(),
         driving_side: args.driving_side,
-        detail: args.detail,
+        detail: args.detail.unwrap_or(Detail::PerApproach),
         overrides,
         out: out.map_or_else(|| Request::default_out(extract), Path::to_path_buf),
         force,

@@ -186,6 +186,7 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
         "build-networks salt-lake-city --turning-counts n.csv --out x",
         "build-networks --osm n.csv --out x",
         "list bad.toml",
+        "run n.csv --budget 1 --out x",
     ] {
         let output = run(folder.path(), wrong);
         assert_eq!(output.status.code(), Some(2));

@@ -1,5 +1,6 @@
 //! A scenario with turning counts, made from a scenario with approaches or from UTDF.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
@@ -10,10 +11,12 @@ use super::folder::{
 };
 use super::input::input_file;
 use super::surroundings::{INTERSECTIONS_FILE, STREETS_FILE};
-use crate::family::approaches::to_csv;
+use crate::family::approaches::{Approach, to_csv};
+use crate::family::doubts::Doubt;
 use crate::family::load::{LoadedScenario, Uncounted, from_text};
 use crate::turning::{Joined, Period, TurningCounts};
 use basics::files::{self, beneath, limits, write_atomically};
+use evaluation::family::error::FamilyError;
 use evaluation::settings::overrides::Override;
 
 /// A scenario that turning counts are given to.
@@ -64,6 +67,7 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
         files => TurningCounts::read(files)?
             .into_approaches(&uncounted.intersections, request.periods)?,
     };
+    let joined = with_traffic(joined, request)?;
     let table = to_csv(&joined.approaches);
     let text = scenario_text(request)?;
     let file = out.join(SCENARIO_FILE).display().to_string();
@@ -87,6 +91,50 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
     let networks = out.join(networks_folder(counted.scenario.preset));
     beneath(out, &networks)?;
     Ok(CountedScenario { loaded: counted, joined, networks })
+}
+
+/// Leaves out intersections without any traffic: neither counts nor volumes nor daily counts.
+fn with_traffic(mut joined: Joined, request: &CountedRequest<'_>) -> Result<Joined, CityError> {
+    let mut groups: BTreeMap<(&str, &str), Vec<&Approach>> = BTreeMap::new();
+    for row in joined.approaches.iter().filter(|row| row.lanes_in > 0) {
+        groups.entry((&row.intersection, &row.period)).or_default().push(row);
+    }
+    let is_empty = |rows: &Vec<&Approach>| {
+        let unknown =
+            |row: &&Approach| row.counted.is_none() && row.aadt_veh_per_day_per_lane.is_nan();
+        let total = |row: &&Approach| row.counted.map(|counted| counted.total_vph());
+        rows.iter().any(unknown) || rows.iter().map(total).sum::<Option<f64>>() == Some(0.0)
+    };
+    let without: BTreeSet<(String, String)> = (groups.iter())
+        .filter(|(_, rows)| is_empty(rows))
+        .map(|((id, period), _)| ((*id).to_owned(), (*period).to_owned()))
+        .collect();
+    if without.is_empty() {
+        return Ok(joined);
+    }
+    let all = without.len() == groups.len();
+    let named = |(id, period): &(String, String)| match period.as_str() {
+        "" => id.clone(),
+        period => format!("{id}, {period}"),
+    };
+    let names: Vec<String> = without.iter().map(named).collect();
+    if all {
+        return Err(CityError::Family(FamilyError::Setting {
+            file: request.uncounted.scenario.name.clone(),
+            field: "intersections".to_owned(),
+            value: names.join("; "),
+            expected: "none of them has volumes, turning counts or daily counts; give --turning-counts, which call \
+                       the intersections alike"
+                .to_owned(),
+        }));
+    }
+    joined.doubts.extend(Doubt::of(
+        "intersections without volumes, turning counts and daily counts are left out",
+        names,
+    ));
+    let has = |row: &Approach| !without.contains(&(row.intersection.clone(), row.period.clone()));
+    joined.approaches.retain(has);
+    Ok(joined)
 }
 
 /// Returns the text of the scenario that is written.

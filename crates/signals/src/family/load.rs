@@ -157,6 +157,14 @@ fn existing(name: &str) -> Result<PathBuf, FamilyError> {
             meant: did_you_mean(name, known.iter().map(String::as_str)),
         });
     }
+    let is_table = path.extension().is_some_and(|end| {
+        ["csv", "tsv", "txt", "xlsx", "xls"].iter().any(|table| end.eq_ignore_ascii_case(table))
+    });
+    if is_table {
+        let message = "a table, no scenario; name it in a scenario, such as approaches = \"FILE\" in [family], or make a \
+                       scenario of it: build-networks --utdf, or --turning-counts";
+        return Err(FamilyError::Toml { file: name.to_owned(), message: message.to_owned() });
+    }
     Ok(file_of(name))
 }
 

@@ -1,18 +1,40 @@
 //! Times of day as count tables have them.
 
+use super::days;
+
 /// Minutes of a day.
 pub const DAY_MIN: u32 = 1440;
 
-/// Returns the day, as it is written, and the minute of the day at which an interval begins.
+/// Days after 1899-12-30 from which on a spreadsheet's number is a date of our time.
+const FIRST_SERIAL: f64 = 20_000.0;
+
+/// What stands between the first and the last time of an interval.
+const BETWEEN: [&str; 7] = [" - ", " TO ", " AND ", " \u{2013} ", "\u{2013}", "-", "/"];
+
+/// What may follow a time without changing it: words, and the zone of universal time.
+const AFTER: [&str; 8] = [" HRS", "HRS", " HR", "HR", " H", "H", "Z", "+00:00"];
+
+/// Returns the day, as it is written, and the minute of the day at which an interval begins; `None` for what is no time,
+/// or has something before it that is no day.
 ///
-/// Understood are `07:15`, `0715`, `7:15 AM`, `07:15:00`, the first of two times (`07:15 - 07:30`), a date before the
-/// time, and days with their fraction as spreadsheets keep them (`45986.302`).
+/// Understood are `07:15`, `0715`, `7:15 AM`, `7:15 a.m.`, `07:15:00`, `7.15`, the first of two times (`07:15 - 07:30`,
+/// `7:15 to 7:30`), a date or weekday before the time, and days with their fraction as spreadsheets keep them
+/// (`46331.302`).
 pub fn begin(text: &str) -> Option<(String, u32)> {
     if let Some(serial) = serial(text) {
         return Some(serial);
     }
-    let upper = text.to_uppercase().replace('T', " ");
+    let upper = text.trim().to_uppercase().replace("A.M.", "AM").replace("P.M.", "PM");
+    // 2026-11-05T16:30: the letter between date and time.
+    let upper = match upper.split_once('T') {
+        Some((date, time)) if date.ends_with(|c: char| c.is_ascii_digit()) => {
+            format!("{date} {time}")
+        }
+        _ => upper,
+    };
     let (first, second) = first_of_two(&upper);
+    let first =
+        AFTER.iter().find_map(|after| first.strip_suffix(after)).unwrap_or(first).trim_end();
     let mut words: Vec<&str> = first.split_whitespace().collect();
     let own = match words.last() {
         Some(&("AM" | "PM")) => words.pop(),
@@ -23,62 +45,73 @@ pub fn begin(text: &str) -> Option<(String, u32)> {
         ["AM", "PM"].into_iter().find(|half| second.is_some_and(|s| s.ends_with(half)))
     });
     let minute = time(words.pop()?, half)?;
-    Some((words.join(" "), minute))
+    let day = words.join(" ");
+    (day.is_empty() || days::is_day(&day)).then_some((day, minute))
 }
 
 /// Returns the first of two times that stand in one field, and the second; a text with one time stays.
 fn first_of_two(text: &str) -> (&str, Option<&str>) {
-    let is_time = |text: &str| match text.trim().rsplit_once(' ') {
-        Some((before, half @ ("AM" | "PM"))) => time(before, Some(half)).is_some(),
-        Some(_) => false,
-        None => time(text.trim(), None).is_some(),
+    let is_time = |text: &str| {
+        let text = text.trim();
+        // The second time may repeat the day.
+        let (day, last) = match text.rsplit_once(' ') {
+            Some((before, half @ ("AM" | "PM"))) => match before.rsplit_once(' ') {
+                Some((day, time)) => (day, (time, Some(half))),
+                None => ("", (before, Some(half))),
+            },
+            Some((day, time)) => (day, (time, None)),
+            None => ("", (text, None)),
+        };
+        (day.is_empty() || days::is_day(day)) && time(last.0, last.1).is_some()
     };
-    let splits =
-        [" - ", "-", "\u{2013}"].into_iter().filter_map(|between| text.rsplit_once(between));
-    let mut splits = splits.filter(|(first, second)| {
-        let last = first.trim_end().trim_end_matches("AM").trim_end_matches("PM").trim_end();
-        is_time(second)
-            && last.rsplit(' ').next().is_some_and(|word| time(word, Some("AM")).is_some())
+    let splits = BETWEEN.into_iter().flat_map(|between| {
+        text.match_indices(between).map(move |(at, _)| (&text[..at], &text[at + between.len()..]))
     });
+    let mut splits = splits.filter(|(first, second)| is_time(second) && is_time(first));
     splits.next().map_or((text, None), |(first, second)| (first, Some(second.trim_end())))
 }
 
 /// Returns the minute of the day of a time that may end with the half of the day.
 fn time(text: &str, half: Option<&str>) -> Option<u32> {
-    for own in ["AM", "PM"] {
+    let text = AFTER.iter().find_map(|after| text.strip_suffix(after)).unwrap_or(text).trim_end();
+    for (own, half) in [("AM", "AM"), ("PM", "PM"), ("A", "AM"), ("P", "PM")] {
         if let Some(digits) = text.strip_suffix(own) {
-            return of_day(digits, Some(own));
+            return of_day(digits, Some(half));
         }
     }
     of_day(text, half)
 }
 
-/// Returns the day and minute of a spreadsheet's number.
+/// Returns the day and minute of a spreadsheet's number: a fraction of a day, or a day with one.
 fn serial(text: &str) -> Option<(String, u32)> {
-    let (days, fraction) = text.split_once('.')?;
-    let fraction: f64 = format!("0.{fraction}").parse().ok()?;
-    let days: u32 = days.parse().ok().filter(|days| *days < 100_000)?;
+    let value: f64 = text.trim().parse().ok()?;
+    let has_fraction = text.contains(['.', 'e', 'E']);
+    let is_fraction = (0.0..1.0).contains(&value) && has_fraction;
+    let is_day = (FIRST_SERIAL..5.0 * FIRST_SERIAL).contains(&value) && has_fraction;
+    if !is_fraction && !is_day {
+        return None;
+    }
     // Seconds that rounding has lost.
-    let minute = (fraction * f64::from(DAY_MIN) + 0.02).floor() as u32;
-    let day = if days == 0 { String::new() } else { days.to_string() };
+    let minute = (value.fract() * f64::from(DAY_MIN) + 0.02).floor() as u32;
+    let day = if is_fraction { String::new() } else { value.trunc().to_string() };
     Some((day, minute.min(DAY_MIN - 1)))
 }
 
-/// Returns the minute of the day of `7:15`, `07:15:00`, `715` or `7`, with the half of the day if it has one.
+/// Returns the minute of the day of `7:15`, `7.15`, `07:15:00`, `715` or `7`, with the half of the day if it has one.
 fn of_day(text: &str, half: Option<&str>) -> Option<u32> {
     let number = |digits: &str| -> Option<u32> {
         digits.chars().all(|c| c.is_ascii_digit()).then(|| digits.parse().ok()).flatten()
     };
-    let (hour, minute) = match text.split(':').collect::<Vec<_>>()[..] {
+    let (hour, minute) = match text.split([':', '.']).collect::<Vec<_>>()[..] {
         [digits] if (3..=4).contains(&digits.len()) => {
             let all = number(digits)?;
             (all / 100, all % 100)
         }
         // Only with AM or PM is a single number an hour.
         [digits] if half.is_some() => (number(digits)?, 0),
-        [hour, minute] => (number(hour)?, number(minute)?),
-        [hour, minute, second] => {
-            number(second.split('.').next()?)?;
+        [hour, minute] if minute.len() == 2 => (number(hour)?, number(minute)?),
+        [hour, minute, second] | [hour, minute, second, _] => {
+            number(second)?;
             (number(hour)?, number(minute)?)
         }
         _ => return None,
@@ -113,12 +146,23 @@ mod tests {
             ("4:00 - 4:15 PM", "", "16:00"),
             ("07:15:00", "", "07:15"),
             ("0700-0715", "", "07:00"),
+            ("7:00 to 7:15", "", "07:00"),
+            ("4:00 PM to 4:15 PM", "", "16:00"),
+            ("16:00/16:15", "", "16:00"),
+            ("11/3/2026 16:00 - 11/3/2026 16:15", "11/3/2026", "16:00"),
+            ("7:00 a.m.", "", "07:00"),
+            ("7:00P", "", "19:00"),
+            ("1600 hrs", "", "16:00"),
+            ("7.15", "", "07:15"),
+            ("Tue 16:00", "TUE", "16:00"),
+            ("2026-11-05T16:30:00Z", "2026-11-05", "16:30"),
+            ("1.04166666666667E-2", "", "00:15"),
             ("07:00-07:15", "", "07:00"),
             ("2026-11-05 16:30", "2026-11-05", "16:30"),
             ("2026-11-05T16:30:00.000", "2026-11-05", "16:30"),
             ("11/5/2026 4:30 PM", "11/5/2026", "16:30"),
             ("0.302083333333333", "", "07:15"),
-            ("45986.302083333", "45986", "07:15"),
+            ("46331.302083333", "46331", "07:15"),
         ] {
             let (found, minute) = begin(text).unwrap_or_else(|| panic!("{text}"));
             assert_eq!((&*found, &*written(minute)), (day, time), "{text}");
@@ -127,7 +171,9 @@ mod tests {
 
     #[test]
     fn what_is_no_time_is_none() {
-        for text in ["", "Total", "25:00", "07:75", "7", "AM", "12", "Peak hour"] {
+        for text in
+            ["", "Total", "25:00", "07:75", "7", "AM", "12", "Peak hour", "Total 07:15", "3 04:15"]
+        {
             assert_eq!(begin(text), None, "{text}");
         }
     }

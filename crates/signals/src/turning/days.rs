@@ -13,13 +13,30 @@ pub(super) fn weekend<'a>(days: &BTreeSet<&'a str>) -> BTreeSet<&'a str> {
     };
     let dates = dates(true).or_else(|| dates(false)).unwrap_or_default();
     let free = |date: &Date| matches!(date.weekday(), Weekday::Saturday | Weekday::Sunday);
-    dates.into_iter().filter(|(_, date)| free(date)).map(|(day, _)| day).collect()
+    let of_dates = dates.into_iter().filter(|(_, date)| free(date)).map(|(day, _)| day);
+    let named = days.iter().filter(|day| {
+        let first = day.split([' ', ',']).next().unwrap_or_default().to_uppercase();
+        first.len() >= 3 && ["SATURDAY", "SUNDAY"].iter().any(|name| name.starts_with(&first))
+    });
+    of_dates.chain(named.copied()).collect()
+}
+
+/// Returns whether a text is a date or a weekday.
+pub(super) fn is_day(text: &str) -> bool {
+    let is_weekday = |word: &str| {
+        let word = word.trim_end_matches(',').to_uppercase();
+        let names = ["MONDAY", "TUESDAY", "WEDNESDAY", "THURSDAY", "FRIDAY", "SATURDAY", "SUNDAY"];
+        word.len() >= 2 && names.iter().any(|name| name.starts_with(&word))
+    };
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let is_date = |word: &str| date(word, true).or_else(|| date(word, false)).is_some();
+    !words.is_empty() && words.iter().all(|word| is_weekday(word) || is_date(word))
 }
 
 fn date(text: &str, month_first: bool) -> Option<Date> {
     let parts: Vec<&str> = text.split(['/', '-', '.']).collect();
     let number = |text: &str| text.parse::<i16>().ok();
-    if let Ok(serial) = text.parse::<i64>() {
+    if let Some(serial) = text.parse::<i64>().ok().filter(|serial| *serial > 20_000) {
         // Days of a spreadsheet begin with 1899-12-30.
         let first = Date::constant(1899, 12, 30);
         return first.checked_add(jiff::Span::new().try_days(serial).ok()?).ok();
@@ -53,6 +70,7 @@ mod tests {
         assert_eq!(free(&["46332", "46333"]), 1);
         // The 13 shows that the day comes first; the 7th of November then.
         assert_eq!(free(&["7/11/2026", "13/11/2026"]), 1);
-        assert_eq!(free(&["Saturday", "11/7/2026"]), 0);
+        assert_eq!(free(&["SAT", "Tue", "Sunday, 8 Nov"]), 2);
+        assert_eq!(free(&["first", "11/7/2026"]), 0);
     }
 }

@@ -85,6 +85,8 @@ pub enum Holds {
     Date,
     /// A time, or date and time.
     Time,
+    /// The end of an interval.
+    End,
 }
 
 /// Names of headings, longest first, so that none is taken for the start of another. A single letter is none: `N` is
@@ -133,7 +135,7 @@ const LEGS: [(&str, Heading); 8] = [
 ];
 
 /// Names of turns. A second left or right, such as `NBL2`, is one of several exits on that side.
-const TURNS: [(&str, Towards); 32] = [
+const TURNS: [(&str, Towards); 31] = [
     ("L", Towards::Left),
     ("L2", Towards::Left),
     ("LT", Towards::Left),
@@ -160,7 +162,6 @@ const TURNS: [(&str, Towards); 32] = [
     ("RIGHTTURNS", Towards::Right),
     ("BEARRIGHT", Towards::Right),
     ("HARDRIGHT", Towards::Right),
-    ("RTOR", Towards::Right),
     ("U", Towards::UTurn),
     ("UT", Towards::UTurn),
     ("UTURN", Towards::UTurn),
@@ -172,8 +173,30 @@ const TURNS: [(&str, Towards); 32] = [
 const SHARED: [&str; 8] =
     ["TR", "THRURIGHT", "THROUGHRIGHT", "LTR", "THRULEFT", "THROUGHLEFT", "LEFTTHRU", "LR"];
 
-/// Names of shares of heavy vehicles.
-const HEAVY: [&str; 6] = ["HV", "HEAVY", "HEAVYVEHICLES", "TRUCKS", "PHV", "HVPCT"];
+/// Names of percentages of heavy vehicles.
+const HEAVY: [&str; 5] = ["HV", "PHV", "HVPCT", "HVPERCENT", "HEAVYVEHICLESPERCENT"];
+
+/// The same where the name has a percent sign.
+const HEAVY_WITH_SIGN: [&str; 6] =
+    ["HV", "HEAVY", "HEAVYVEHICLES", "TRUCK", "TRUCKS", "HEAVYTRUCKS"];
+
+/// What columns count that are no vehicles of a turn.
+const OTHERS: [&str; 15] = [
+    "PED", "BIKE", "BICYC", "CROSS", "XWALK", "WALK", "CW", "TOTAL", "PHF", "SPEED", "LANE",
+    "STREET", "NAME", "PERCENT", "PCT",
+];
+
+/// Names of columns with the end of an interval.
+const ENDS: [&str; 8] = [
+    "END",
+    "ENDTIME",
+    "TIMEEND",
+    "PERIODEND",
+    "PERIODENDING",
+    "INTERVALEND",
+    "ENDING",
+    "COUNTTIME",
+];
 
 /// Names of the column with the sum of an approach.
 const TOTAL: [&str; 3] = ["TOTAL", "APPTOTAL", "APPROACHTOTAL"];
@@ -192,10 +215,11 @@ const CLASSES: [(&str, bool); 9] = [
 ];
 
 /// Names of the column with the intersection.
+///
+/// Of several such columns the first of these counts.
 const INTERSECTION: [&str; 13] = [
     "INTID",
     "INT",
-    "ID",
     "INTERSECTION",
     "INTERSECTIONID",
     "INTERSECTIONNAME",
@@ -206,6 +230,7 @@ const INTERSECTION: [&str; 13] = [
     "LOCATION",
     "LOCATIONID",
     "SITE",
+    "ID",
 ];
 
 /// Names of the column with the date.
@@ -239,6 +264,9 @@ pub fn holds(name: &str) -> Option<Holds> {
     if TIME.contains(&&*plain) {
         return Some(Holds::Time);
     }
+    if ENDS.contains(&&*plain) {
+        return Some(Holds::End);
+    }
     if DATE.contains(&&*plain) {
         return Some(Holds::Date);
     }
@@ -248,7 +276,7 @@ pub fn holds(name: &str) -> Option<Holds> {
         }
     }
     let (heading, rest) = direction(&plain)?;
-    if HEAVY.contains(&rest) {
+    if HEAVY.contains(&rest) || percent && HEAVY_WITH_SIGN.contains(&rest) {
         return Some(Holds::HeavyPercent(heading));
     }
     if percent {
@@ -273,9 +301,40 @@ pub fn holds(name: &str) -> Option<Holds> {
     })
 }
 
+/// Returns the place of a column's name among those of the intersection; the least counts.
+pub(super) fn rank_of_id(name: &str) -> usize {
+    let plain: String = name.to_uppercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    INTERSECTION.iter().position(|known| *known == plain).unwrap_or(INTERSECTION.len())
+}
+
+/// Returns whether a column that nobody understands may count vehicles: it names a direction and nothing else that is
+/// counted.
+pub(super) fn may_be_movement(name: &str) -> bool {
+    let words: Vec<String> = name
+        .to_uppercase()
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_owned)
+        .collect();
+    let plain = words.concat();
+    if name.contains('%') || OTHERS.iter().any(|other| plain.contains(other)) {
+        return false;
+    }
+    // Two letters alone begin many words.
+    let is_direction = |word: &str| {
+        HEADINGS.iter().any(|(name, _)| *name == word && (name.len() > 2 || name.ends_with('B')))
+    };
+    let short = words.first().is_some_and(|word| {
+        word.len() <= 5
+            && ["NB", "SB", "EB", "WB"].iter().any(|direction| word.starts_with(direction))
+    });
+    words.len() > 1 && words.iter().any(|word| is_direction(word)) || short && plain.len() > 2
+}
+
 /// Returns the direction of travel that a name begins with, and the rest of the name.
 fn direction(plain: &str) -> Option<(Heading, &str)> {
-    let leg = plain.strip_prefix("FROM");
+    // Before it may be the name of the street.
+    let leg = plain.rfind("FROM").map(|at| &plain[at + "FROM".len()..]);
     for (name, heading) in LEGS {
         if let Some(rest) = leg.and_then(|leg| leg.strip_prefix(name)) {
             return Some((heading, rest));
@@ -319,12 +378,38 @@ mod tests {
             assert_eq!(holds(name), Some(Holds::Vehicles(heading, towards)), "{name}");
         }
         assert_eq!(holds("NB HV %"), Some(Holds::HeavyPercent(North)));
+        assert_eq!(
+            (holds("NB Trucks"), holds("NB Trucks %")),
+            (None, Some(Holds::HeavyPercent(North)))
+        );
+        assert_eq!(holds("Main St From North Left"), Some(Holds::Vehicles(South, Left)));
         assert_eq!(holds("WBHV"), Some(Holds::HeavyPercent(West)));
         assert_eq!(holds("nb_bus_l"), Some(Holds::HeavyVehicles(North, Left)));
         assert_eq!(holds("Westbound App. Total"), Some(Holds::Total(West)));
         assert_eq!(holds("SBTR"), Some(Holds::Shared(South)));
         assert_eq!(holds("Signal ID"), Some(Holds::Intersection));
         assert_eq!(holds("Start Time"), Some(Holds::Time));
+    }
+
+    #[test]
+    fn columns_that_may_count_vehicles_are_told_from_others() {
+        for name in
+            ["NB Left Cars", "Thru NB", "NBL1", "NB Trucks", "NBR RTOR", "Northbound Lefts on red"]
+        {
+            assert!(holds(name).is_none() && may_be_movement(name), "{name}");
+        }
+        for name in [
+            "NB Peds",
+            "SB Peds CW",
+            "WB % App",
+            "Notes",
+            "News",
+            "Weather",
+            "EB App. Total",
+            "Session",
+        ] {
+            assert!(!may_be_movement(name), "{name}");
+        }
     }
 
     #[test]

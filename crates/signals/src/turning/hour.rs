@@ -99,6 +99,8 @@ pub struct Hour {
     pub quarters: BTreeMap<Heading, [f64; 4]>,
     /// Share of heavy vehicles by approach.
     pub heavy: BTreeMap<Heading, f64>,
+    /// Whether nothing says how long a row is, so that it is taken for an hour.
+    pub is_assumed: bool,
     /// Fields that are empty beside numbers of the same column, and count as nobody.
     pub empty: usize,
 }
@@ -129,6 +131,21 @@ impl Display for Hour {
     }
 }
 
+/// Why an intersection has no busiest hour: a line and what is wrong there.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Unfit {
+    /// No hour of the period is complete.
+    NoHour(u64, String),
+    /// Rows are wrong.
+    Wrong(u64, String),
+}
+
+impl From<(u64, String)> for Unfit {
+    fn from((line, message): (u64, String)) -> Self {
+        Self::Wrong(line, message)
+    }
+}
+
 /// Returns the busiest hour of an intersection within a period, or of all that was counted.
 ///
 /// # Errors
@@ -143,39 +160,44 @@ pub(super) fn busiest(
     intervals: &[Interval],
     said_min: Option<u32>,
     period: Option<&Period>,
-) -> Result<Hour, (u64, String)> {
+) -> Result<Hour, Unfit> {
     let first = intervals.first().expect("an intersection of a count has a row");
     if intervals.iter().any(|i| i.minute.is_none()) {
         if let Some(second) = intervals.get(1) {
             let message = "a second row of the same intersection, and the table has no column with times; add a column \
                            Time"
                 .to_owned();
-            return Err((second.line, message));
+            return Err((second.line, message).into());
         }
         if let Some(period) = period {
             let message = format!(
                 "the table has no column with times, and the period {} asks for some",
                 period.name
             );
-            return Err((first.line, message));
+            return Err((first.line, message).into());
         }
-        return Ok(sum(&[vec![first]], HOUR_MIN, None));
+        return Ok(Hour { is_assumed: said_min.is_none(), ..sum(&[vec![first]], HOUR_MIN, None) });
+    }
+    if let Some(back) = back_in_time(intervals) {
+        return Err(back.into());
     }
     let mut by_time: BTreeMap<(&str, u32), &Interval> = BTreeMap::new();
     for interval in intervals {
         let key = (&*interval.day, interval.minute.unwrap_or_default());
         if let Some(other) = by_time.insert(key, interval) {
             let message = format!("the same time as line {}; remove one of the two", other.line);
-            return Err((interval.line, message));
+            return Err((interval.line, message).into());
         }
     }
-    let step = match (step(&by_time)?, said_min) {
+    let found = step(&by_time)?;
+    let is_assumed = found.is_none() && said_min.is_none();
+    let step = match (found, said_min) {
         // Rows may be farther apart than they are long: an hour of the morning and one of the evening.
         (Some(found), Some(said)) if found % said != 0 => {
             let message = format!(
                 "rows are {found} minutes apart, and the title says {said} minutes; correct one"
             );
-            return Err((first.line, message));
+            return Err((first.line, message).into());
         }
         (_, Some(said)) => said,
         (found, None) => found.unwrap_or(HOUR_MIN),
@@ -194,7 +216,7 @@ pub(super) fn busiest(
         if hours.is_empty() {
             continue;
         }
-        let hour = sum(&hours, step, Some(start));
+        let hour = Hour { is_assumed, ..sum(&hours, step, Some(start)) };
         if best.as_ref().is_none_or(|best| hour.total() > best.total()) {
             best = Some(hour);
         }
@@ -203,7 +225,28 @@ pub(super) fn busiest(
         let within = period.map_or_else(String::new, |p| {
             format!(" within {} ({} to {})", p.name, written(p.from_min), written(p.to_min))
         });
-        (first.line, format!("no hour{within} is complete: rows of {step} minutes were counted; add what is missing"))
+        let message = format!(
+            "no hour{within} is complete: rows of {step} minutes were counted; add what is missing"
+        );
+        Unfit::NoHour(first.line, message)
+    })
+}
+
+/// Returns where the times of a day go back from the morning to what may be an afternoon without its half of the day.
+fn back_in_time(intervals: &[Interval]) -> Option<(u64, String)> {
+    const NOON_MIN: u32 = 720;
+    let back = intervals.windows(2).find(|w| w[0].day == w[1].day && w[1].minute < w[0].minute)?;
+    let before_noon =
+        intervals.iter().filter_map(|i| i.minute).all(|minute| minute < NOON_MIN + HOUR_MIN);
+    before_noon.then(|| {
+        let minute = back[1].minute.unwrap_or_default();
+        let message = format!(
+            "{} comes after {} on the same day; write {} if it is the afternoon, else sort the rows",
+            written(minute),
+            written(back[0].minute.unwrap_or_default()),
+            written(minute + NOON_MIN)
+        );
+        (back[1].line, message)
     })
 }
 
@@ -267,12 +310,20 @@ fn sum(hours: &[Vec<&Interval>], step: u32, begin_min: Option<u32>) -> Hour {
         .filter(|(_, (_, all))| *all > 0.0)
         .map(|(h, (of, all))| (h, of / all))
         .collect();
-    Hour { begin_min, days, vehicles, quarters, heavy, empty }
+    Hour { begin_min, days, vehicles, quarters, heavy, is_assumed: false, empty }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Unfit {
+        fn into_parts(self) -> (u64, String) {
+            match self {
+                Self::NoHour(line, message) | Self::Wrong(line, message) => (line, message),
+            }
+        }
+    }
 
     const NBT: (Heading, Towards) = (Heading::North, Towards::Through);
 
@@ -307,7 +358,7 @@ mod tests {
         let early: Period = "early=07:00-08:00".parse().unwrap();
         assert_eq!(busiest(&rows, None, Some(&early)).unwrap().total(), 90.0);
         let night: Period = "night=01:00-04:00,700".parse().unwrap();
-        let (line, why) = busiest(&rows, None, Some(&night)).unwrap_err();
+        let (line, why) = busiest(&rows, None, Some(&night)).unwrap_err().into_parts();
         assert!(
             line == 2 && why.starts_with("no hour within night (01:00 to 04:00) is complete"),
             "{why}"
@@ -322,7 +373,7 @@ mod tests {
         assert!(hour.quarters.is_empty());
         counts.push(("Wed", 480, 1.0));
         assert_eq!(
-            busiest(&rows(&counts), None, None).unwrap_err(),
+            busiest(&rows(&counts), None, None).unwrap_err().into_parts(),
             (5, "the same time as line 4; remove one of the two".into())
         );
     }
@@ -330,13 +381,21 @@ mod tests {
     #[test]
     fn an_hour_with_a_hole_is_no_hour() {
         let gap = [("", 420, 9.0), ("", 435, 9.0), ("", 450, 9.0), ("", 480, 9.0)];
-        assert!(busiest(&rows(&gap), None, None).unwrap_err().1.contains("rows of 15 minutes"));
+        assert!(
+            busiest(&rows(&gap), None, None)
+                .unwrap_err()
+                .into_parts()
+                .1
+                .contains("rows of 15 minutes")
+        );
         let mut missing = rows(&[("", 420, 9.0), ("", 435, 9.0), ("", 450, 9.0), ("", 465, 9.0)]);
         missing[2].vehicles.clear();
         let hour = busiest(&missing, None, None).unwrap();
         assert_eq!((hour.total(), hour.empty), (27.0, 1));
         let odd = [("", 420, 9.0), ("", 437, 9.0)];
-        assert!(busiest(&rows(&odd), None, None).unwrap_err().1.contains("17 minutes"));
+        assert!(
+            busiest(&rows(&odd), None, None).unwrap_err().into_parts().1.contains("17 minutes")
+        );
     }
 
     #[test]

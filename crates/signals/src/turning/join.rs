@@ -16,7 +16,7 @@ use osm_signals::turn::exits;
 use sheet::Fault;
 
 use super::header::{Heading, Towards};
-use super::hour::{Hour, busiest};
+use super::hour::{Hour, Unfit, busiest};
 use super::matching::matching;
 use super::{CountedIntersection, FEW, Period, TurningCounts, days};
 use crate::family::approaches::{Approach, Arrivals, Counted, Intersection};
@@ -27,6 +27,9 @@ use evaluation::family::names::safe_id;
 
 /// Turns from left to right.
 const TURNS: [Turn; 3] = [Turn::Left, Turn::Through, Turn::Right];
+
+/// Vehicles of an hour at a whole intersection below which a count is doubtful.
+const FEW_VEHICLES: f64 = 20.0;
 
 /// A table of approaches with counts.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +65,10 @@ struct Said {
     renamed: Vec<String>,
     no_exit: Vec<String>,
     u_turns: Vec<String>,
+    not_counted: Vec<String>,
+    several_exits: Vec<String>,
+    few: Vec<String>,
+    no_hour: Vec<String>,
     empty: Vec<String>,
     weekend: Vec<String>,
     one_row: Vec<String>,
@@ -88,19 +95,35 @@ impl TurningCounts {
         let asked: Vec<Option<&Period>> =
             if periods.is_empty() { vec![None] } else { periods.iter().map(Some).collect() };
         for period in asked {
-            let mut of_period = Vec::new();
+            let (mut of_period, mut no_hour) = (Vec::new(), Vec::new());
             for (intersection, counted) in intersections.iter().zip(&rows_of) {
                 let mut arms = intersection.arms.clone();
                 if let Some(counted) = counted {
-                    let hour = said.hour(counted, &intersection.id, period)?;
-                    said.give(&hour, intersection, &mut arms);
-                    of_period.push(hour);
+                    match said.hour(counted, &intersection.id, period) {
+                        Ok(hour) => {
+                            said.give(&hour, intersection, &mut arms);
+                            of_period.push(hour);
+                        }
+                        // What one intersection lacks in a period is said; what all lack is wrong.
+                        Err(Unfit::NoHour(line, message)) => {
+                            let place = Fault { line, message };
+                            no_hour.push((intersection.id.clone(), at(&counted.file, place)));
+                        }
+                        Err(Unfit::Wrong(line, message)) => {
+                            return Err(at(&counted.file, Fault { line, message }));
+                        }
+                    }
                 }
                 if let Some(period) = period {
                     arms.iter_mut().for_each(|arm| arm.period.clone_from(&period.name));
                 }
                 approaches.extend(arms);
             }
+            if (of_period.is_empty() || period.is_none()) && !no_hour.is_empty() {
+                return Err(no_hour.swap_remove(0).1);
+            }
+            said.no_hour
+                .extend(no_hour.iter().map(|(id, error)| format!("intersection {id}: {error}")));
             hours.push((period, of_period));
         }
         let mut found = vec![format!(
@@ -118,7 +141,7 @@ impl TurningCounts {
             .map(|(i, _)| format!("intersection {}", i.id))
             .collect();
         doubts.extend(Doubt::of(
-            "intersections without turning counts keep the traffic that follows from daily counts, in every period",
+            "intersections without turning counts keep the traffic that the table has, in every period",
             uncounted,
         ));
         doubts.extend(said.doubts());
@@ -216,6 +239,13 @@ fn summary(period: Option<&Period>, hours: &[Hour]) -> Option<String> {
     Some(format!("  {named}{when}, {vehicles:.0} vehicles"))
 }
 
+/// Returns the quarters of an approach, of which vehicles without an exit are no part.
+fn quarters(hour: &Hour, heading: Heading, total: f64) -> Option<Arrivals> {
+    let counted = hour.quarters.get(&heading)?;
+    let sum: f64 = counted.iter().sum();
+    (total > 0.0).then(|| Arrivals::QuarterHours(counted.map(|vehicles| vehicles * total / sum)))
+}
+
 impl Said {
     /// Returns the busiest hour of an intersection, on working days where the count has some.
     fn hour(
@@ -223,14 +253,13 @@ impl Said {
         counted: &CountedIntersection,
         id: &str,
         period: Option<&Period>,
-    ) -> Result<Hour, FamilyError> {
+    ) -> Result<Hour, Unfit> {
         let days: BTreeSet<&str> = counted.intervals.iter().map(|i| i.day.as_str()).collect();
         let free = days::weekend(&days);
         let is_working = |day: &str| free.len() == days.len() || !free.contains(day);
         let rows: Vec<_> =
             counted.intervals.iter().filter(|i| is_working(&i.day)).cloned().collect();
-        let hour = busiest(&rows, counted.said_min, period)
-            .map_err(|(line, message)| at(&counted.file, Fault { line, message }))?;
+        let hour = busiest(&rows, counted.said_min, period)?;
         let at = period.map_or_else(
             || format!("intersection {id}"),
             |p| format!("intersection {id}, {}", p.name),
@@ -239,14 +268,19 @@ impl Said {
             let left_out = if free.is_empty() || free.len() == days.len() {
                 String::new()
             } else {
-                format!(", without {} days of a weekend", free.len())
+                format!(", without weekends ({})", free.len())
             };
-            self.weekend.push(format!("{at}: {} days{left_out}", hour.days));
+            let days =
+                if hour.days == 1 { "1 day".to_owned() } else { format!("{} days", hour.days) };
+            self.weekend.push(format!("{at}: {days}{left_out}"));
         }
         if hour.empty > 0 {
             self.empty.push(format!("{at}: {} fields", hour.empty));
         }
-        if rows.len() == 1 {
+        if hour.total() < FEW_VEHICLES {
+            self.few.push(format!("{at}: {:.1} vehicles", hour.total()));
+        }
+        if hour.is_assumed {
             self.one_row.push(at);
         }
         Ok(hour)
@@ -275,22 +309,15 @@ impl Said {
         for (heading, arm) in headings.iter().zip(&matched.arms) {
             let vehicles = |towards| hour.of(*heading, towards);
             let back = vehicles(Towards::UTurn);
-            let mut volumes = [
-                vehicles(Towards::Left) + back,
-                vehicles(Towards::Through),
-                vehicles(Towards::Right),
-            ];
+            let mut volumes = [Towards::Left, Towards::Through, Towards::Right].map(vehicles);
             let Some(arm) = arm.map(|arm| incoming[arm]) else {
                 self.no_arm.push(format!(
                     "{}: {:.0} veh/h",
                     at(*heading),
-                    volumes.iter().sum::<f64>()
+                    volumes.iter().sum::<f64>() + back
                 ));
                 continue;
             };
-            if back > 0.0 {
-                self.u_turns.push(format!("{}: {back:.0} veh/h", at(*heading)));
-            }
             let others = (0..arms.len()).filter(|i| *i != arm && arms[*i].lanes_out > 0);
             let ways: Vec<Turn> =
                 exits(arms[arm].bearing_deg, others.map(|i| (i, arms[i].bearing_deg)))
@@ -298,48 +325,74 @@ impl Said {
                     .map(|(_, turn)| turn)
                     .collect();
             self.fit(&mut volumes, &ways, &at(*heading));
+            if back > 0.0 && ways.contains(&Turn::Left) {
+                volumes[0] += back;
+                self.u_turns.push(format!("{}: {back:.0} veh/h", at(*heading)));
+            } else if back > 0.0 {
+                self.no_exit.push(format!("{} U-turn: {back:.0} veh/h", at(*heading)));
+            }
+            self.look_at_exits(hour, *heading, &volumes, &ways, &at(*heading));
             self.add_letters(&mut arms[arm], &volumes, &at(*heading));
             arms[arm].counted = Some(Counted {
                 left_vph: volumes[0],
                 through_vph: volumes[1],
                 right_vph: volumes[2],
-                arrivals: hour
-                    .quarters
-                    .get(heading)
-                    .map(|quarters| Arrivals::QuarterHours(*quarters)),
+                arrivals: quarters(hour, *heading, volumes.iter().sum()),
                 heavy_vehicles: hour.heavy.get(heading).copied(),
             });
         }
     }
 
-    /// Gives the vehicles of turns that do not exist to those that do.
+    /// Gives the vehicles of turns that do not exist to exits that nobody was counted for, from left to right.
     fn fit(&mut self, volumes: &mut [f64; 3], ways: &[Turn], at: &str) {
-        let exists = |turn: Turn| ways.contains(&turn);
-        let counted: Vec<usize> = (0..3).filter(|i| volumes[*i] > 0.0).collect();
-        if counted.iter().all(|i| exists(TURNS[*i])) {
+        let missing: Vec<usize> =
+            (0..3).filter(|i| volumes[*i] > 0.0 && !ways.contains(&TURNS[*i])).collect();
+        if missing.is_empty() {
             return;
         }
-        let mut distinct = ways.to_vec();
-        distinct.dedup();
-        if distinct.len() == counted.len() {
-            let mut renamed = [0.0; 3];
-            for (from, to) in counted.iter().zip(&distinct) {
-                renamed[TURNS.iter().position(|turn| turn == to).expect("one of three")] =
-                    volumes[*from];
+        let free: Vec<usize> =
+            (0..3).filter(|i| volumes[*i] == 0.0 && ways.contains(&TURNS[*i])).collect();
+        if missing.len() == free.len() {
+            let mut renamed = *volumes;
+            for (from, to) in missing.iter().zip(&free) {
+                renamed[*to] = volumes[*from];
+                renamed[*from] = 0.0;
             }
-            let words = |volumes: &[f64; 3]| {
-                let [left, through, right] = volumes;
+            let words = |[left, through, right]: &[f64; 3]| {
                 format!("{left:.0} left, {through:.0} through, {right:.0} right")
             };
             self.renamed.push(format!("{at}: {} become {}", words(volumes), words(&renamed)));
             *volumes = renamed;
             return;
         }
-        for i in counted {
-            if !exists(TURNS[i]) {
-                let word = ["left", "through", "right"][i];
-                self.no_exit.push(format!("{at} {word}: {:.0} veh/h", volumes[i]));
-                volumes[i] = 0.0;
+        for i in missing {
+            let word = ["left", "through", "right"][i];
+            self.no_exit.push(format!("{at} {word}: {:.0} veh/h", volumes[i]));
+            volumes[i] = 0.0;
+        }
+    }
+
+    /// Says which turns were not counted, and which have several exits.
+    fn look_at_exits(
+        &mut self,
+        hour: &Hour,
+        heading: Heading,
+        volumes: &[f64; 3],
+        ways: &[Turn],
+        at: &str,
+    ) {
+        for (i, towards) in
+            [Towards::Left, Towards::Through, Towards::Right].into_iter().enumerate()
+        {
+            let exits = ways.iter().filter(|way| **way == TURNS[i]).count();
+            let word = ["left", "through", "right"][i];
+            let is_counted = hour.vehicles.contains_key(&(heading, towards)) || volumes[i] > 0.0;
+            if exits > 0 && !is_counted {
+                self.not_counted.push(format!("{at} {word}"));
+            }
+            if exits > 1 && volumes[i] > 0.0 {
+                self.several_exits
+                    .push(format!("{at} {word}: {:.0} veh/h to {exits} exits", volumes[i]));
             }
         }
     }
@@ -365,7 +418,7 @@ impl Said {
     fn doubts(self) -> Vec<Doubt> {
         let doubts = [
             (
-                "counted directions have no arm, and their vehicles are not simulated; correct bearing_deg",
+                "counted directions have no arm, and their vehicles are not simulated; correct the direction or bearing_deg",
                 self.no_arm,
             ),
             (
@@ -379,9 +432,19 @@ impl Said {
             ),
             ("counted turns have no exit, and their vehicles are not simulated", self.no_exit),
             ("U-turns count as left turns", self.u_turns),
+            ("turns that exist were not counted, and have no vehicles", self.not_counted),
+            (
+                "turns with several exits divide their vehicles equally among them",
+                self.several_exits,
+            ),
+            (
+                "the busiest hour has hardly any vehicle; counts may be shares or in thousands",
+                self.few,
+            ),
+            ("counted, but without a complete hour in the period", self.no_hour),
             ("empty fields beside numbers count as nobody", self.empty),
             ("the hour is the mean of several days", self.weekend),
-            ("one row only, read as the vehicles of an hour", self.one_row),
+            ("rows without a length, read as the vehicles of an hour", self.one_row),
         ];
         doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
     }

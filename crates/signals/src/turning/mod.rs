@@ -22,7 +22,7 @@ use sheet::{Fault, file};
 use crate::family::doubts::Doubt;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
-use header::{Holds, holds};
+use header::{Holds, holds, may_be_movement};
 use hour::Interval;
 pub use hour::Period;
 pub use join::Joined;
@@ -91,7 +91,7 @@ impl TurningCounts {
         let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
         let mut columns: Option<Columns> = None;
         let mut said_min = None;
-        let mut sums = Vec::new();
+        let (mut sums, mut shares) = (Vec::new(), Vec::new());
         let (mut skipped, mut unused) = (Vec::new(), BTreeSet::new());
         let mut found: Vec<(String, CountedIntersection)> = Vec::new();
         for (i, line) in lines.iter().enumerate() {
@@ -111,6 +111,7 @@ impl TurningCounts {
                 None => skipped.push(format!("line {}: {}", line.number, first_words(line))),
                 Some((id, interval)) => {
                     sums.extend(columns.wrong_sum(line, &interval));
+                    shares.extend(columns.share_for_percent(line));
                     let known = found.iter_mut().find(|(name, _)| *name == id);
                     match known {
                         Some((_, counted)) => counted.intervals.push(interval),
@@ -137,20 +138,24 @@ impl TurningCounts {
             return Err(at(file, Fault { line, message: message.to_owned() }));
         }
         for (id, counted) in found {
-            if let Some((_, other)) = self.intersections.iter().find(|(name, _)| *name == id) {
-                let name = if id.is_empty() {
-                    "an intersection without a name".to_owned()
-                } else {
-                    format!("intersection {id}")
-                };
-                let message =
-                    format!("{name} is in {} as well; give its counts in one file", other.file);
-                return Err(at(file, Fault { line: counted.intervals[0].line, message }));
+            // Mornings and evenings come in files of their own.
+            match self.intersections.iter_mut().find(|(name, _)| *name == id) {
+                None => self.intersections.push((id, counted)),
+                Some((_, other)) => {
+                    other.file = format!("{} and {file}", other.file);
+                    other.said_min = other.said_min.or(counted.said_min);
+                    other.intervals.extend(counted.intervals);
+                }
             }
-            self.intersections.push((id, counted));
         }
-        self.doubts
-            .extend(Doubt::of(format!("{file}: lines without a time are passed over"), skipped));
+        self.doubts.extend(Doubt::of(
+            format!("{file}: percentages of heavy vehicles below 1; if they are shares, multiply them by 100"),
+            shares,
+        ));
+        self.doubts.extend(Doubt::of(
+            format!("{file}: lines without a time or an intersection are passed over"),
+            skipped,
+        ));
         self.doubts.extend(Doubt::of(
             format!("{file}: the turns of an approach do not sum up to its column of totals; the turns count"),
             sums,
@@ -225,10 +230,16 @@ impl Columns {
                 }
                 Some(holds) => all.push((i, holds)),
                 None if name.is_empty() => {}
+                None if may_be_movement(name) => {
+                    return Some(Err(format!(
+                        "column {name} may count vehicles, and is not understood; call it such as NBL or NB HV %, or remove \
+                         it"
+                    )));
+                }
                 None => unused.push(name.clone()),
             }
         }
-        Some(Ok(Self { holds: all, unused }))
+        Some(twice(&all, &names).map_or(Ok(Self { holds: best_id(all, &names), unused }), Err))
     }
 
     fn find(&self, wanted: Holds) -> Option<usize> {
@@ -240,7 +251,13 @@ impl Columns {
         let text = |wanted: Holds| self.find(wanted).map(|i| plain(line.text(i)));
         let (mut day, mut minute) = (text(Holds::Date).unwrap_or_default().to_owned(), None);
         if let Some(time) = text(Holds::Time) {
-            let Some((own, begin)) = clock::begin(time) else { return Ok(None) };
+            let Some((own, begin)) = clock::begin(time) else {
+                // Words are titles and totals.
+                return match time.starts_with(|c: char| c.is_ascii_digit()) {
+                    true => Err(format!("time {time:?} is not understood; write it like 07:15")),
+                    false => Ok(None),
+                };
+            };
             if day.is_empty() {
                 day = own;
             }
@@ -249,10 +266,14 @@ impl Columns {
             // Date and time in one column.
             (day, minute) = (own, Some(begin));
         }
+        if minute.is_none() && self.find(Holds::End).is_some() {
+            let message =
+                "the table has ends of intervals only; add a column Time with their beginnings";
+            return Err(message.to_owned());
+        }
         let id = text(Holds::Intersection).unwrap_or_default().to_owned();
-        if self.find(Holds::Intersection).is_some()
-            && (id.is_empty() || id.to_lowercase().contains("total"))
-        {
+        let is_total = ["total", "totals", "grand total"].contains(&&*id.to_lowercase());
+        if self.find(Holds::Intersection).is_some() && (id.is_empty() || is_total) {
             return Ok(None);
         }
         let mut interval = Interval {
@@ -296,6 +317,7 @@ impl Columns {
                 Holds::Intersection
                 | Holds::Date
                 | Holds::Time
+                | Holds::End
                 | Holds::Total(_)
                 | Holds::Shared(_) => {}
             }
@@ -308,7 +330,43 @@ impl Columns {
     }
 }
 
+/// Returns what is wrong where two columns count the same turn and do not say that it has two exits.
+fn twice(all: &[(usize, Holds)], names: &[String]) -> Option<String> {
+    let is_second = |name: &str| {
+        let name = name.to_uppercase();
+        name.ends_with('2') || ["HARD", "BEAR"].iter().any(|word| name.contains(word))
+    };
+    all.iter().enumerate().find_map(|(k, (i, holds))| {
+        let same = |(j, other): &&(usize, Holds)| {
+            matches!(holds, Holds::Vehicles(..) | Holds::HeavyPercent(_) | Holds::Total(_))
+                && other == holds
+                && !is_second(&names[*i])
+                && !is_second(&names[*j])
+        };
+        let (j, _) = all[..k].iter().find(same)?;
+        let (one, other) = (&names[*j], &names[*i]);
+        Some(format!("columns {one} and {other} count the same; remove one, or add their numbers"))
+    })
+}
+
+/// Returns the columns with one of those that name the intersection.
+fn best_id(all: Vec<(usize, Holds)>, names: &[String]) -> Vec<(usize, Holds)> {
+    let ids = all.iter().filter(|(_, holds)| *holds == Holds::Intersection).map(|(i, _)| *i);
+    let best = ids.min_by_key(|i| header::rank_of_id(&names[*i]));
+    all.into_iter().filter(|(i, holds)| *holds != Holds::Intersection || Some(*i) == best).collect()
+}
+
 impl Columns {
+    /// Returns a percentage of heavy vehicles that may be a share.
+    fn share_for_percent(&self, line: &Line) -> Option<String> {
+        self.holds.iter().find_map(|(i, holds)| {
+            let Holds::HeavyPercent(heading) = holds else { return None };
+            let percent = line.count(*i).ok().flatten()?;
+            (percent > 0.0 && percent < 1.0)
+                .then(|| format!("line {}: {heading} {percent}", line.number))
+        })
+    }
+
     /// Returns what is said where the turns of a row do not sum up to its totals.
     fn wrong_sum(&self, line: &Line, interval: &Interval) -> Option<String> {
         self.holds.iter().find_map(|(i, holds)| {

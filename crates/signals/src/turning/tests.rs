@@ -67,7 +67,9 @@ fn the_busiest_hour_reaches_the_arms_that_vehicles_come_from() {
     let said = doubts(&joined);
     assert!(said.contains("added to its movements (intersection 7, EB left: 4 veh/h)"), "{said}");
     assert!(
-        said.contains("lines without a time are passed over (line 9: 11/5/2026 Total)"),
+        said.contains(
+            "lines without a time or an intersection are passed over (line 9: 11/5/2026 Total)"
+        ),
         "{said}"
     );
 }
@@ -133,14 +135,49 @@ fn turns_fit_the_exits_that_exist() {
     let joined = counts(text).into_approaches(&tee, &[]).unwrap();
     assert_eq!(volumes(&joined)[2], Some([0.0, 60.0, 10.0]));
     let said = doubts(&joined);
+    for expected in [
+        "have no exit, and their vehicles are not simulated (intersection 7, NB left: 3 veh/h; intersection 7, NB U-turn: 2 veh/h)",
+        "have no arm, and their vehicles are not simulated; correct the direction or bearing_deg (intersection 7, EB: 4 veh/h)",
+    ] {
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+    let joined =
+        counts("INTID,NBL,NBT,NBR,NBU\n7,3,60,10,2\n").into_approaches(&cross(), &[]).unwrap();
+    assert_eq!(volumes(&joined)[2], Some([5.0, 60.0, 10.0]));
+    assert!(doubts(&joined).contains("U-turns count as left turns (intersection 7, NB: 2 veh/h)"));
+    // A turn that exists keeps its vehicles, whatever the others are called.
+    let joined = counts("INTID,NBL,NBT,NBR\n7,2,300,0\n").into_approaches(&tee, &[]).unwrap();
+    assert_eq!(volumes(&joined)[2], Some([0.0, 300.0, 2.0]));
+}
+
+#[test]
+fn what_was_not_counted_or_has_several_exits_is_said() {
+    let joined =
+        counts("INTID,NBL,NBT,SBT,SBR,SBL\n7,3,60,*,5,6\n").into_approaches(&cross(), &[]).unwrap();
+    let said = doubts(&joined);
+    assert!(said.contains("were not counted, and have no vehicles (intersection 7, NB right; intersection 7, SB through)"), "{said}");
+    let five = table(&[("7", &[(0.0, ""), (45.0, ""), (90.0, ""), (180.0, ""), (270.0, "")])]);
+    let joined = counts("INTID,SBL,SBT,SBR\n7,60,200,40\n").into_approaches(&five, &[]).unwrap();
     assert!(
-        said.contains(
-            "have no exit, and their vehicles are not simulated (intersection 7, NB left: 5 veh/h)"
-        ),
-        "{said}"
+        doubts(&joined).contains("(intersection 7, SB left: 60 veh/h to 2 exits)"),
+        "{}",
+        doubts(&joined)
     );
-    assert!(said.contains("have no arm, and their vehicles are not simulated; correct bearing_deg (intersection 7, EB: 4 veh/h)"), "{said}");
-    assert!(said.contains("U-turns count as left turns (intersection 7, NB: 2 veh/h)"), "{said}");
+}
+
+#[test]
+fn mornings_and_evenings_may_be_in_files_of_their_own() {
+    let mut both = counts("Time,INTID,NBL,NBT,NBR\n07:00,7,1,100,1\n08:00,7,1,90,1\n");
+    both.add(b"Time,INTID,NBL,NBT,NBR\n16:00,7,1,200,1\n17:00,7,1,90,1\n", "d.csv").unwrap();
+    let periods = ["am=06:00-09:00", "pm=15:00-18:00"].map(|p| p.parse().unwrap());
+    let joined = both.into_approaches(&cross(), &periods).unwrap();
+    let south: Vec<f64> = joined
+        .approaches
+        .iter()
+        .filter(|a| a.arm == "2")
+        .map(|a| a.counted.unwrap().through_vph)
+        .collect();
+    assert_eq!(south, [100.0, 200.0]);
 }
 
 #[test]
@@ -151,7 +188,7 @@ fn a_week_is_the_mean_of_its_working_days() {
     }
     let joined = counts(&text).into_approaches(&cross(), &[]).unwrap();
     assert_eq!(volumes(&joined)[2], Some([0.0, 200.0, 0.0]));
-    assert!(doubts(&joined).contains("intersection 7: 2 days, without 1 days of a weekend"));
+    assert!(doubts(&joined).contains("intersection 7: 2 days, without weekends (1)"));
 }
 
 #[test]
@@ -173,6 +210,22 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
             .contains("-5 in column 3: expected a number from 0")
     );
     assert!(refused("INTID,NBL,NBT,NBR\n").contains("no row with counts"));
+    let e = refused("Time,INTID,NBL,NBT,NBR\n7h15,7,1,2,3\n");
+    assert_eq!(e, "c.csv, line 2: time \"7h15\" is not understood; write it like 07:15");
+    let e = refused("INTID,NBL,NBT,NBR,NBL\n7,1,2,3,4\n");
+    assert!(e.contains("columns NBL and NBL count the same"), "{e}");
+    let e = refused("INTID,NBL,NBT,NBR,NB Trucks\n7,1,2,3,4\n");
+    assert!(e.contains("column NB Trucks may count vehicles, and is not understood"), "{e}");
+    let e = refused("Period End,INTID,NBL,NBT,NBR\n07:15,7,1,2,3\n");
+    assert!(e.contains("ends of intervals only"), "{e}");
+    let twelve = "Time,INTID,NBL,NBT,NBR\n8:00,7,1,5,3\n9:00,7,1,5,3\n4:00,7,1,5,3\n5:00,7,1,5,3\n";
+    let e = counts(twelve).into_approaches(&cross(), &[]).unwrap_err().to_string();
+    assert!(
+        e.contains(
+            "line 4: 04:00 comes after 09:00 on the same day; write 16:00 if it is the afternoon"
+        ),
+        "{e}"
+    );
     let elsewhere = counts("INTID,NBL,NBT,NBR\n99,1,5,3\n")
         .into_approaches(&cross(), &[])
         .unwrap_err()

@@ -14,6 +14,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::Turn;
+use osm_signals::angle::turn_degrees;
 use osm_signals::turn::exits;
 use sheet::Fault;
 
@@ -34,6 +35,12 @@ const DEFAULT_MPH: f64 = 30.0;
 
 /// Length where a link has none, feet.
 const DEFAULT_FT: f64 = 1000.0;
+
+/// Fewest links of a signal: with two there is nothing to decide.
+const MIN_LINKS: usize = 3;
+
+/// Least angle between two arms, degrees: nearer ones have no junction between them.
+const MIN_ANGLE_DEG: f64 = 5.0;
 
 /// Most bends that a street goes through.
 const MOST_BENDS: usize = 20;
@@ -78,6 +85,9 @@ struct Said {
     no_place: Vec<String>,
     no_way_back: Vec<String>,
     no_exit: Vec<String>,
+    no_lane: Vec<String>,
+    renamed: Vec<String>,
+    shared_right: Vec<String>,
     shared_left: Vec<String>,
     left_out: Vec<String>,
     several_exits: Vec<String>,
@@ -104,6 +114,7 @@ impl Utdf {
     ///
     /// [`FamilyError::Csv`] with file and line: a cell that is no number, a network without signals.
     pub fn intersections(&self) -> Result<Converted, FamilyError> {
+        self.check_network().map_err(|message| at(&self.file, Fault { line: 1, message }))?;
         let mut said = Said::default();
         let mut rows = Vec::new();
         let mut with_volumes = 0;
@@ -142,6 +153,23 @@ impl Utdf {
         Ok(Converted { intersections: rows, found, doubts })
     }
 
+    /// Checks the defaults of the network.
+    fn check_network(&self) -> Result<(), String> {
+        for (name, low, high) in
+            [("phf", 0.25, 1.0), ("hv", 0.0, 1.0), ("growth", 0.0, 10.0), ("metric", 0.0, 1.0)]
+        {
+            let Some(text) = self.tables.network.get(name).filter(|text| !text.is_empty()) else {
+                continue;
+            };
+            if !text.parse::<f64>().is_ok_and(|value| (low..=high).contains(&value)) {
+                return Err(format!(
+                    "[Network] {name} = {text:?}: expected a number from {low} to {high}"
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// Whether a node is a signal: its type says so, or it has timing.
     fn is_signal(&self, node: &Node) -> bool {
         match node.kind {
@@ -159,8 +187,8 @@ impl Utdf {
         let up: Vec<(Heading, &Cell)> =
             Heading::ALL.iter().filter_map(|h| Some((*h, link("up id").get(h.name())?))).collect();
         let movements = self.movements(id)?;
-        if up.len() < 2 || movements.is_empty() {
-            let what = if movements.is_empty() { "no lanes" } else { "fewer than two links" };
+        if up.len() < MIN_LINKS || movements.is_empty() {
+            let what = if movements.is_empty() { "no lanes" } else { "fewer than three links" };
             said.left_out.push(format!("node {id} has {what}"));
             return Ok(None);
         }
@@ -173,15 +201,37 @@ impl Utdf {
         {
             said.one_controller.push(format!("node {id} with {}", cell.text));
         }
-        let mut arms = Vec::new();
+        let ids: Vec<&str> = up.iter().map(|(_, cell)| cell.text.as_str()).collect();
+        let mut bearings = Vec::new();
+        let mut lanes_out = Vec::new();
         for (heading, other) in &up {
             let bearing_deg = self.bearing_deg(node, &other.text).unwrap_or_else(|| {
                 said.no_place.push(format!("node {id}, {heading}"));
                 heading.degrees() + 180.0
             });
+            bearings.push((bearing_deg.rem_euclid(360.0) * 10.0).round() / 10.0 % 360.0);
+            lanes_out.push(self.lanes_out((id, *heading), &other.text, &movements, said)?);
+        }
+        if let Some((a, b)) = too_near(&bearings) {
+            let (a, b) = (up[a].0, up[b].0);
+            said.left_out
+                .push(format!("node {id}: {a} and {b} come from nearly the same direction"));
+            return Ok(None);
+        }
+        let mut arms = Vec::new();
+        for (i, (heading, other)) in up.iter().enumerate() {
             let own: Vec<&Movement> = movements.iter().filter(|m| m.heading == *heading).collect();
-            let lanes =
-                |turn: Turn| own.iter().filter(|m| m.turn == turn).map(|m| m.lanes).sum::<u32>();
+            let others = (0..ids.len()).filter(|j| *j != i && lanes_out[*j] > 0);
+            let ways = Ways {
+                own: ids[i],
+                ids: &ids,
+                exits: exits(bearings[i], others.map(|j| (j, bearings[j]))),
+            };
+            // Lanes belong to where they lead, whatever their group is called.
+            let lanes = |turn: Turn| {
+                let of = own.iter().filter(|m| ways.turn(m).unwrap_or(m.turn) == turn);
+                of.map(|m| m.lanes).sum::<u32>()
+            };
             let [left, through, right] = [Turn::Left, Turn::Through, Turn::Right].map(lanes);
             if through > 0
                 && left > 0
@@ -191,22 +241,24 @@ impl Utdf {
             }
             // Without a through group the lanes that left and right share are neither.
             let is_shared = own.iter().any(|m| m.turn == Turn::Left && m.shared & 2 == 2);
+            if through == 0 && is_shared && left > 1 {
+                said.shared_right.push(format!("node {id}, {heading}"));
+            }
             let (left, right) = match through {
                 0 if is_shared => (left.saturating_sub(1), right),
                 _ => (left, right),
             };
-            let lanes_in = own.iter().map(|m| m.lanes).sum();
             let street = link("name").get(heading.name()).map_or("", |cell| cell.text.as_str());
             let words = std::iter::once(heading.name()).chain(street.split_whitespace());
             let (length_m, speed_mph) = self.length_and_speed(id, *heading, said)?;
-            arms.push(Approach {
+            let mut arm = Approach {
                 intersection: id.clone(),
                 arm: words.collect::<Vec<_>>().join(" "),
                 latitude: f64::NAN,
                 longitude: f64::NAN,
-                bearing_deg: (bearing_deg.rem_euclid(360.0) * 10.0).round() / 10.0 % 360.0,
-                lanes_in,
-                lanes_out: self.lanes_out((id, *heading), &other.text, &movements, said)?,
+                bearing_deg: bearings[i],
+                lanes_in: own.iter().map(|m| m.lanes).sum(),
+                lanes_out: lanes_out[i],
                 left_turn_lanes: left,
                 right_turn_lanes: right,
                 speed_mph,
@@ -217,95 +269,11 @@ impl Utdf {
                 counted: None,
                 line: other.line,
                 imputed: false,
-            });
-        }
-        let ids: Vec<&str> = up.iter().map(|(_, cell)| cell.text.as_str()).collect();
-        let bearings: Vec<f64> = arms.iter().map(|a| a.bearing_deg).collect();
-        let leads_away: Vec<bool> = arms.iter().map(|a| a.lanes_out > 0).collect();
-        for (i, (heading, _)) in up.iter().enumerate() {
-            let own: Vec<&Movement> = movements.iter().filter(|m| m.heading == *heading).collect();
-            let others = (0..arms.len()).filter(|j| *j != i && leads_away[*j]);
-            let ways = exits(bearings[i], others.map(|j| (j, bearings[j])));
-            self.give(&mut arms[i], &own, &ways, &ids, said);
+            };
+            give(&mut arm, &own, &ways, said);
+            arms.push(arm);
         }
         Ok(Some(arms))
-    }
-
-    /// Gives an arm the movements of its lane groups and their volumes.
-    fn give(
-        &self,
-        arm: &mut Approach,
-        own: &[&Movement],
-        ways: &[(usize, Turn)],
-        ids: &[&str],
-        said: &mut Said,
-    ) {
-        if arm.lanes_in == 0 {
-            return;
-        }
-        let at = format!("node {}", arm.intersection);
-        // Where a movement leads by its destination, else by its name.
-        let way = |m: &Movement| {
-            let to = m.to.as_deref().and_then(|to| ids.iter().position(|id| *id == to));
-            match to {
-                Some(to) => ways.iter().find(|(exit, _)| *exit == to).map(|(_, turn)| *turn),
-                None => ways.iter().find(|(_, turn)| *turn == m.turn).map(|(_, turn)| *turn),
-            }
-        };
-        let takes = |m: &Movement| {
-            let beside = own.iter().find(|other| other.lanes > 0 && other.turn == Turn::Through);
-            let beside = beside
-                .or_else(|| own.iter().find(|other| other.lanes > 0 && other.turn == Turn::Left));
-            let shares = beside.is_some_and(|b| match m.turn {
-                Turn::Left => b.shared & 1 == 1,
-                Turn::Through => false,
-                Turn::Right => b.shared & 2 == 2,
-            });
-            m.lanes > 0 || m.volume_vph > 0.0 || shares
-        };
-        let mut volumes: BTreeMap<Turn, f64> = BTreeMap::new();
-        let mut letters = BTreeSet::new();
-        let (mut peaks, mut heavy, mut total) = (0.0, 0.0, 0.0);
-        for m in own.iter().filter(|m| takes(m)) {
-            let Some(turn) = way(m) else {
-                if m.volume_vph > 0.0 {
-                    said.no_exit.push(format!("{at} {}: {:.0} veh/h", m.column, m.volume_vph));
-                }
-                continue;
-            };
-            letters.insert(match turn {
-                Turn::Left => 'l',
-                Turn::Through => 's',
-                Turn::Right => 'r',
-            });
-            *volumes.entry(turn).or_default() += m.volume_vph;
-            total += m.volume_vph;
-            peaks += m.volume_vph / m.peak_hour_factor.unwrap_or(1.0);
-            heavy += m.volume_vph * m.heavy.unwrap_or_default();
-        }
-        for (turn, volume) in &volumes {
-            let to: BTreeSet<&str> = own
-                .iter()
-                .filter(|m| m.volume_vph > 0.0 && way(m) == Some(*turn))
-                .filter_map(|m| m.to.as_deref())
-                .collect();
-            if to.len() > 1 {
-                said.several_exits.push(format!("{at} {}: {volume:.0} veh/h", arm.arm));
-            }
-        }
-        arm.movements =
-            ['l', 's', 'r'].into_iter().filter(|letter| letters.contains(letter)).collect();
-        let vph = |turn| volumes.get(&turn).copied().unwrap_or_default();
-        let has_factor = own.iter().any(|m| m.peak_hour_factor.is_some()) && total > 0.0;
-        let has_heavy = own.iter().any(|m| m.heavy.is_some()) && total > 0.0;
-        arm.counted = Some(Counted {
-            left_vph: vph(Turn::Left),
-            through_vph: vph(Turn::Through),
-            right_vph: vph(Turn::Right),
-            arrivals: has_factor
-                .then(|| Arrivals::PeakHourFactor((total / peaks * 1e4).round() / 1e4)),
-            heavy_vehicles: has_heavy.then(|| (heavy / total * 1e4).round() / 1e4),
-        });
     }
 
     /// Returns the direction from a node to another, degrees clockwise from north.
@@ -438,8 +406,22 @@ impl Utdf {
             let growth = optional(&growth, "growth")?.map(|percent| percent / 100.0);
             let growth = growth.or_else(|| default("growth")).unwrap_or(1.0);
             let volume = optional(&volumes, "volume")?.unwrap_or_default();
-            let factor = optional(&factors, "phf")?.or_else(|| default("phf"));
-            let percent = optional(&heavy, "heavyvehicles")?.map(|percent| percent / 100.0);
+            let range = |cells: &Cells, name: &str, low: f64, high: f64| {
+                let value = optional(cells, name)?;
+                match value.filter(|value| !(low..=high).contains(value)) {
+                    None => Ok(value),
+                    Some(value) => {
+                        let line = cells.get(column).map_or(1, |cell| cell.line);
+                        let message = format!(
+                            "{name} of {column} = {value}: expected a number from {low} to {high}"
+                        );
+                        Err(Fault::new(line, message))
+                    }
+                }
+            };
+            let factor = range(&factors, "phf", 0.25, 1.0)?.or_else(|| default("phf"));
+            let percent =
+                range(&heavy, "heavyvehicles", 0.0, 100.0)?.map(|percent| percent / 100.0);
             movements.push(Movement {
                 column: column.clone(),
                 heading,
@@ -473,6 +455,115 @@ impl Utdf {
         let names: Vec<String> = names.into_iter().collect();
         (!names.is_empty())
             .then(|| Doubt::whole(format!("records that are not used: {}", names.join(", "))))
+    }
+}
+
+/// Where the movements of an approach lead.
+struct Ways<'a> {
+    /// Node that it comes from.
+    own: &'a str,
+    /// Nodes of all arms.
+    ids: &'a [&'a str],
+    /// Exits by their arms.
+    exits: Vec<(usize, Turn)>,
+}
+
+impl Ways<'_> {
+    /// Returns the turn of a movement: that of its destination where it has one, else that of its name; `None` where
+    /// no exit has it. U-turns count as left turns.
+    fn turn(&self, m: &Movement) -> Option<Turn> {
+        let named = |turn: Turn| self.exits.iter().find(|(_, t)| *t == turn).map(|(_, turn)| *turn);
+        match &m.to {
+            Some(to) if to != self.own => {
+                let arm = self.ids.iter().position(|id| id == to)?;
+                self.exits.iter().find(|(exit, _)| *exit == arm).map(|(_, turn)| *turn)
+            }
+            Some(_) => named(Turn::Left),
+            None => named(m.turn),
+        }
+    }
+}
+
+/// Returns two directions that are nearly the same.
+fn too_near(bearings: &[f64]) -> Option<(usize, usize)> {
+    (0..bearings.len()).find_map(|i| {
+        let near = |j: &usize| turn_degrees(bearings[*j], bearings[i]).abs() < MIN_ANGLE_DEG;
+        (0..i).find(near).map(|j| (j, i))
+    })
+}
+
+/// Gives an arm the movements of its lane groups and their volumes.
+fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said) {
+    let at = format!("node {}", arm.intersection);
+    let lost = |m: &Movement| format!("{at} {}: {:.0} veh/h", m.column, m.volume_vph);
+    if arm.lanes_in == 0 {
+        said.no_exit.extend(own.iter().filter(|m| m.volume_vph > 0.0).map(|m| lost(m)));
+        return;
+    }
+    let shares = |m: &Movement| {
+        let beside = own.iter().find(|other| other.lanes > 0 && other.turn == Turn::Through);
+        let beside =
+            beside.or_else(|| own.iter().find(|other| other.lanes > 0 && other.turn == Turn::Left));
+        beside.is_some_and(|b| match m.turn {
+            Turn::Left => b.shared & 1 == 1,
+            Turn::Through => false,
+            Turn::Right => b.shared & 2 == 2,
+        })
+    };
+    let mut volumes: BTreeMap<Turn, f64> = BTreeMap::new();
+    let mut letters = BTreeSet::new();
+    let (mut peaks, mut heavy, mut total) = (0.0, 0.0, 0.0);
+    for m in own.iter().filter(|m| m.lanes > 0 || m.volume_vph > 0.0 || shares(m)) {
+        let Some(turn) = ways.turn(m) else {
+            if m.volume_vph > 0.0 {
+                said.no_exit.push(lost(m));
+            }
+            continue;
+        };
+        if turn != m.turn {
+            said.renamed.push(format!("{at} {} is {}", m.column, words(turn)));
+        }
+        if m.lanes == 0 && m.volume_vph > 0.0 && !shares(m) {
+            said.no_lane.push(lost(m));
+        }
+        letters.insert(match turn {
+            Turn::Left => 'l',
+            Turn::Through => 's',
+            Turn::Right => 'r',
+        });
+        *volumes.entry(turn).or_default() += m.volume_vph;
+        total += m.volume_vph;
+        peaks += m.volume_vph / m.peak_hour_factor.unwrap_or(1.0);
+        heavy += m.volume_vph * m.heavy.unwrap_or_default();
+    }
+    for (turn, volume) in &volumes {
+        let exits = ways.exits.iter().filter(|(_, t)| t == turn).count();
+        if exits > 1 && *volume > 0.0 {
+            said.several_exits.push(format!(
+                "{at} {} {}: {volume:.0} veh/h",
+                arm.arm,
+                words(*turn)
+            ));
+        }
+    }
+    arm.movements = ['l', 's', 'r'].into_iter().filter(|letter| letters.contains(letter)).collect();
+    let vph = |turn| volumes.get(&turn).copied().unwrap_or_default();
+    let has_factor = own.iter().any(|m| m.peak_hour_factor.is_some()) && total > 0.0;
+    let has_heavy = own.iter().any(|m| m.heavy.is_some()) && total > 0.0;
+    arm.counted = Some(Counted {
+        left_vph: vph(Turn::Left),
+        through_vph: vph(Turn::Through),
+        right_vph: vph(Turn::Right),
+        arrivals: has_factor.then(|| Arrivals::PeakHourFactor((total / peaks * 1e4).round() / 1e4)),
+        heavy_vehicles: has_heavy.then(|| (heavy / total * 1e4).round() / 1e4),
+    });
+}
+
+fn words(turn: Turn) -> &'static str {
+    match turn {
+        Turn::Left => "left",
+        Turn::Through => "through",
+        Turn::Right => "right",
     }
 }
 
@@ -519,15 +610,28 @@ impl Said {
                  side, at least one",
                 self.no_way_back,
             ),
-            ("movements have no exit, and their vehicles are not simulated", self.no_exit),
+            (
+                "movements have no exit or no lanes, and their vehicles are not simulated",
+                self.no_exit,
+            ),
             (
                 "a through lane that also turns left beside lanes for left turns is simulated as through only",
                 self.shared_left,
             ),
             (
-                "a turn with several destinations divides its vehicles equally among them",
+                "turns with several exits divide their vehicles equally among them",
                 self.several_exits,
             ),
+            (
+                "movements lead elsewhere than their names say, by the coordinates of nodes; lanes and volumes follow the \
+                 coordinates",
+                self.renamed,
+            ),
+            (
+                "volumes of movements without a lane and without a shared one use the other lanes",
+                self.no_lane,
+            ),
+            ("a lane that left and right turns share serves right turns only", self.shared_right),
             ("nodes of one controller are simulated apart", self.one_controller),
         ];
         doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()

@@ -141,3 +141,33 @@ fn what_is_assumed_or_lost_is_said() {
         assert!(said.contains(expected), "{expected}: {said}");
     }
 }
+
+#[test]
+fn lanes_and_volumes_follow_the_destination_and_not_the_name() {
+    // The way called a left turn is the one straight on: its node lies to the north, the through one to the north-east.
+    let text = TWO
+        .replace("13,1,-1500,0,0", "13,1,-500,1200,0")
+        .replace("11,1,0,1200,0", "11,1,900,1200,0");
+    let converted = read(&text).intersections().unwrap();
+    let arm = &converted.intersections[0].arms[0];
+    assert_eq!((arm.left_turn_lanes, arm.right_turn_lanes, arm.lanes_in), (0, 2, 3));
+    let counted = arm.counted.unwrap();
+    assert_eq!((counted.left_vph, counted.through_vph, counted.right_vph), (0.0, 80.0, 355.0));
+    let said = said(&converted);
+    assert!(
+        said.contains("lead elsewhere than their names say")
+            && said.contains("node 1 NBL is through"),
+        "{said}"
+    );
+}
+
+#[test]
+fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
+    let e = refused(&TWO.replace("PHF,1,0.90", "PHF,1,90"));
+    assert!(e.contains("line 74: phf of NBL = 90: expected a number from 0.25 to 1"), "{e}");
+    assert!(refused(&TWO.replace("HV,0.02", "HV,2")).contains("[Network] hv = \"2\""));
+    assert!(refused(&TWO.replace("Metric,0", "Metric,Yes")).contains("[Network] metric"));
+    let two_links = TWO.replace("Up ID,2,21,,1,22", "Up ID,2,,,1,22");
+    let said = said(&read(&two_links).intersections().unwrap());
+    assert!(said.contains("left out (node 2 has fewer than three links)"), "{said}");
+}

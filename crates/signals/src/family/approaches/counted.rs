@@ -27,6 +27,10 @@ pub const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehi
 /// Most vehicles of a movement, per hour: eight lanes at 2,500, which no lane carries.
 const MOST_VPH: f64 = 20_000.0;
 
+/// How far rounding may bring the sum of quarters and that of turns apart: vehicles, and a share.
+const ROUNDING_VEH: f64 = 4.0;
+const ROUNDING: f64 = 0.02;
+
 /// What was counted of an approach in the hour that is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -136,6 +140,14 @@ pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, S
         (Some(factor), None) => Some(Arrivals::PeakHourFactor(factor)),
         (None, quarters) => quarters.map(Arrivals::QuarterHours),
     };
+    if let Some(quarters) = quarters {
+        let (sum, total) = (quarters.iter().sum::<f64>(), left_vph + through_vph + right_vph);
+        if (sum - total).abs() > ROUNDING_VEH + ROUNDING * total {
+            return Err(format!(
+                "quarter_hours sum up to {sum}, and the turns to {total}; correct one of the two"
+            ));
+        }
+    }
     let heavy_vehicles = optional(row, columns, "heavy_vehicles", 0.0, 1.0)
         .map_err(|e| format!("{e}; it is a share: 0.03 for 3%"))?;
     Ok(Some(Counted { left_vph, through_vph, right_vph, arrivals, heavy_vehicles }))
@@ -195,9 +207,9 @@ mod tests {
 
     #[test]
     fn what_was_counted_needs_no_daily_count() {
-        let arms = arms(["12,340,0,,110 140 130 120,0.05", "0,0,90,0.9,,"]).unwrap();
+        let arms = arms(["12,488,0,,110 140 130 120,0.05", "0,0,90,0.9,,"]).unwrap();
         let [a, b] = [&arms[0], &arms[1]].map(|a| a.counted.unwrap());
-        assert_eq!(a.total_vph(), 352.0);
+        assert_eq!(a.total_vph(), 500.0);
         assert_eq!(a.arrivals, Some(Arrivals::QuarterHours([110.0, 140.0, 130.0, 120.0])));
         assert!((a.arrivals.unwrap().peak_hour_factor() - 500.0 / 560.0).abs() < 1e-12);
         assert_eq!((a.heavy_vehicles, b.heavy_vehicles), (Some(0.05), None));
@@ -217,6 +229,10 @@ mod tests {
             wrong("1,0,0,0.2,,").contains("peak_hour_factor = 0.2: expected a number from 0.25")
         );
         assert!(wrong("1,0,0,0.9,1 2 3 4,").contains("leave one empty"));
+        assert!(
+            wrong("65,0,0,,30 30 30 30,")
+                .ends_with("sum up to 120, and the turns to 65; correct one of the two")
+        );
         assert!(wrong("1,0,0,,1 2 3,").contains("such as 110 140 130 120"));
         assert!(wrong("1,0,0,,0 0 0 0,").contains("not all of them 0"));
         assert!(wrong("1,0,0,,,5").ends_with("it is a share: 0.03 for 3%"));
