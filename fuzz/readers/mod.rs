@@ -13,7 +13,7 @@ mod tables;
 pub(crate) type Reader = fn(&[u8]);
 
 /// All readers; the seeds of each are in `seeds/NAME`.
-pub(crate) const READERS: [(&str, Reader); 22] = [
+pub(crate) const READERS: [(&str, Reader); 24] = [
     ("pbf", maps::pbf),
     ("xml", maps::xml),
     ("gz", maps::gz),
@@ -22,6 +22,8 @@ pub(crate) const READERS: [(&str, Reader); 22] = [
     ("boundary", maps::boundary),
     ("points", tables::points),
     ("approaches", tables::approaches),
+    ("turning-counts", tables::turning_counts),
+    ("utdf", tables::utdf),
     ("scenario", tables::scenario),
     ("set", tables::set),
     ("sumocfg", sumo::sumocfg),

@@ -3,13 +3,24 @@
 use tsc_family::family::MdpFamily;
 use tsc_family::family::error::FamilyError;
 use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::family::approaches::{Approach, read_uncounted, to_csv};
 use tsc_family::traffic::family::load::{LoadedScenario, from_text};
-use tsc_family::traffic::settings::Scenario;
+use tsc_family::traffic::network::demand::DemandSpec;
+use tsc_family::traffic::network::intersection::intersections;
+use tsc_family::traffic::settings::{DemandSettings, Scenario};
+use tsc_family::traffic::turning::TurningCounts;
+use tsc_family::traffic::utdf::Utdf;
 
 /// Scenarios of each kind of table.
 const POINTS: &str = "name = \"fuzz\"\n[family]\npoints = \"table.csv\"\n";
 const APPROACHES: &str = "name = \"fuzz\"\n[family]\napproaches = \"table.csv\"\n";
 const PER_APPROACH: &str = "detail = \"per-approach\"\n";
+
+/// A crossing and a fork without counts.
+const JUNCTIONS: &str = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,\
+    right_turn_lanes,speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n\
+    7,N,,,0,2,2,0,0,30,200,,lsr\n7,E,,,90,2,2,1,0,30,200,,\n7,S,,,180,2,2,0,0,30,200,,\n7,W,,,270,0,2,0,0,30,200,,\n\
+    8,A,,,60,1,1,0,0,30,200,,lr\n8,B,,,180,1,1,0,0,30,200,,lr\n8,C,,,300,1,1,0,0,30,200,,lr\n";
 
 /// Tables that are in order.
 const POINT_TABLE: &str = include_str!("../seeds/points/smoke");
@@ -48,6 +59,48 @@ pub(crate) fn approaches(bytes: &[u8]) {
             let members: usize = loaded.members.iter().map(Vec::len).sum();
             assert_eq!(members, loaded.intersections.len(), "every intersection counts once");
         }
+    }
+}
+
+/// Turning counts, given to a crossing and to a fork.
+pub(crate) fn turning_counts(bytes: &[u8]) {
+    let mut counts = TurningCounts::default();
+    if counts.add(bytes, "counts.csv").is_err() {
+        return;
+    }
+    let table = read_uncounted(JUNCTIONS, "table.csv").expect("the table is in order");
+    let period = "am=06:00-10:00,500".parse().expect("a period");
+    for periods in [vec![], vec![period]] {
+        if let Ok(joined) = counts.into_approaches(&table, &periods) {
+            simulated(joined.approaches);
+        }
+    }
+}
+
+/// A network in UTDF.
+pub(crate) fn utdf(bytes: &[u8]) {
+    let mut utdf = Utdf::default();
+    if utdf.add(bytes, "network.csv").is_err() {
+        return;
+    }
+    if let Ok(converted) = utdf.intersections() {
+        simulated(converted.intersections.into_iter().flat_map(|i| i.arms).collect());
+    }
+}
+
+/// Checks that approaches are a table that reads back, and that each of its intersections has vehicles to draw.
+fn simulated(approaches: Vec<Approach>) {
+    let Ok(loaded) = loaded(&format!("{APPROACHES}{PER_APPROACH}"), &[], &to_csv(&approaches))
+    else {
+        // Arms without counts and without daily ones.
+        assert!(approaches.iter().any(|a| a.counted.is_none()), "{}", to_csv(&approaches));
+        return;
+    };
+    sound(&loaded.family);
+    for spec in intersections(&loaded).expect("features are in order") {
+        let demand = DemandSpec::from_intersection(&spec, &DemandSettings::default());
+        let demand = demand.expect("every counted turn exists");
+        assert!(demand.streams.iter().all(|s| s.inflow_vph.is_finite() && s.inflow_vph >= 0.0));
     }
 }
 

@@ -57,9 +57,16 @@ pub(super) fn of_run(settings: &Value) -> Option<String> {
     let number = |name: &str| settings.pointer(&format!("/family/{name}"))?.as_f64();
     settings.pointer("/family/approaches").filter(|table| !table.is_null())?;
     let split = number("directional_split").unwrap_or(0.5);
+    let by_turn = by_turn(settings);
+    if by_turn >= 1.0 {
+        return Some("vehicles as counted by turn".to_owned());
+    }
     let mut text = hour(number("hourly_share")?, split, number("peak_heading_deg").unwrap_or(45.0));
     if let Some(shares) = inflows(settings) {
         text.push_str(&format!("; inflows: {}", sources(shares)));
+    }
+    if by_turn > 0.0 {
+        text.push_str(&format!("; {} of the approaches as counted by turn", percent(by_turn)));
     }
     Some(text)
 }
@@ -82,8 +89,17 @@ pub(super) fn span(horizon_s: f64) -> String {
     }
 }
 
-/// Returns the share of a day's traffic that the simulated hour has, for families of approaches.
+/// Returns the share of the approaches whose vehicles were counted by turn.
+fn by_turn(settings: &Value) -> f64 {
+    settings.pointer("/family/inflows/by_turn").and_then(Value::as_f64).unwrap_or_default()
+}
+
+/// Returns the share of a day's traffic that the simulated hour has, for families of approaches; `None` where counts of an
+/// hour say nothing of the day.
 pub(super) fn hourly_share(settings: &Value) -> Option<f64> {
+    if by_turn(settings) > 0.0 {
+        return None;
+    }
     settings.pointer("/family/approaches").filter(|table| !table.is_null())?;
     let share = settings.pointer("/family/hourly_share")?.as_f64()?;
     (share > 0.0).then_some(share)
@@ -124,6 +140,19 @@ mod tests {
              street, 5% the mean of counted streets of their class, 60% defaults by class"
         );
         assert!(on_defaults(&settings));
+    }
+
+    #[test]
+    fn counts_of_an_hour_say_nothing_of_the_day() {
+        let inflows = |by_turn: f64| {
+            let shares = json!({"counted": 1.0, "spread": 0.0, "imputed": 0.0, "default": 0.0, "by_turn": by_turn});
+            json!({"family": {"approaches": "a.csv", "hourly_share": 0.09, "inflows": shares}})
+        };
+        assert_eq!(of_run(&inflows(1.0)).unwrap(), "vehicles as counted by turn");
+        assert!(
+            of_run(&inflows(0.5)).unwrap().ends_with("; 50% of the approaches as counted by turn")
+        );
+        assert_eq!(hourly_share(&inflows(0.5)), None);
     }
 
     #[test]

@@ -164,7 +164,7 @@ impl City {
             let n = sources.iter().filter(|s| **s == source).count();
             (n as f64 / sources.len().max(1) as f64 * SHARE).round() / SHARE
         });
-        InflowSources { counted, spread, imputed, default }
+        InflowSources { counted, spread, imputed, default, by_turn: 0.0 }
     }
 
     /// Returns how many signals are no intersection, by reason, most frequent first.

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use sheet::Fault;
 use toml::Table;
 
-use super::approaches::{self, Intersection, check_arms};
+use super::approaches::{self, Approach, Intersection, check_arms};
 use super::describing::describing;
 use super::doubts::{self, Doubt};
 use super::features::{group, per_approach_features, point_id};
 use super::points;
 use crate::settings::check::check;
+use crate::settings::inflow::InflowSources;
 use crate::settings::{Detail, Preset, Scenario, SixFeatures};
 use basics::suggest::did_you_mean;
 use evaluation::family::columns::at;
@@ -225,7 +226,7 @@ fn with_detail(
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
     detail: Detail,
 ) -> Result<LoadedScenario, FamilyError> {
-    let (scenario, bins_without_effect) = settings_of(text, file, overrides, detail)?;
+    let (mut scenario, bins_without_effect) = settings_of(text, file, overrides, detail)?;
     let file = &with_flags(file, overrides);
     check(&scenario, file)?;
     let text = text.to_owned();
@@ -234,6 +235,7 @@ fn with_detail(
             let table = table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
             let intersections = approaches::read(&table, path)?;
             let (family, members) = derive(&scenario, &intersections, path)?;
+            scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
             let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
             doubts.extend(bins_without_effect);
             Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
@@ -301,6 +303,24 @@ fn settings_of(
         )
     });
     Ok((scenario, bins_without_effect))
+}
+
+/// Returns what inflows rest on, with the share of the approaches that were counted by turn; as it was where none was.
+fn counted_by_turn(
+    intersections: &[Intersection],
+    said: Option<InflowSources>,
+) -> Option<InflowSources> {
+    let approaches = || intersections.iter().flat_map(|i| &i.arms).filter(|a| a.lanes_in > 0);
+    let all = approaches().count() as f64;
+    let share = |is: &dyn Fn(&&Approach) -> bool| approaches().filter(is).count() as f64 / all;
+    let by_turn = share(&|a| a.counted.is_some());
+    if by_turn == 0.0 {
+        return said;
+    }
+    let imputed = share(&|a| a.imputed);
+    let of_table =
+        InflowSources { counted: 1.0 - imputed, spread: 0.0, imputed, default: 0.0, by_turn };
+    Some(said.map_or(of_table, |said| InflowSources { by_turn, ..said }))
 }
 
 /// Returns whether the text of a scenario sets something of its family.

@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::is_zero;
+
 /// Share of each direction of a street whose directions are equal.
 pub const EVEN_SPLIT: f64 = 0.5;
 
@@ -22,6 +24,9 @@ pub struct InflowSources {
     pub imputed: f64,
     /// A default by class of street.
     pub default: f64,
+    /// Vehicles by turn in the simulated hour; among `counted`. The table of approaches says it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub by_turn: f64,
 }
 
 impl InflowSources {

@@ -14,6 +14,9 @@ use super::header::{Heading, Towards};
 /// Minutes of the hour that is simulated.
 const HOUR_MIN: u32 = 60;
 
+/// Most vehicles of a movement in an hour.
+const MOST_VPH: f64 = 20_000.0;
+
 /// Minutes of a quarter.
 const QUARTER_MIN: u32 = 15;
 
@@ -217,6 +220,13 @@ pub(super) fn busiest(
             continue;
         }
         let hour = Hour { is_assumed, ..sum(&hours, step, Some(start)) };
+        if let Some(((heading, _), vph)) = hour.vehicles.iter().find(|(_, vph)| **vph > MOST_VPH) {
+            let message = format!(
+                "{vph:.0} vehicles of one {heading} movement in an hour: expected at most {MOST_VPH}; give counts of an hour, \
+                 not of a day"
+            );
+            return Err((hours[0][0].line, message).into());
+        }
         if best.as_ref().is_none_or(|best| hour.total() > best.total()) {
             best = Some(hour);
         }

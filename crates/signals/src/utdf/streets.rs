@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::Turn;
 use osm_signals::angle::turn_degrees;
+use osm_signals::intersections::MAX_LANES;
 use osm_signals::turn::exits;
 use sheet::Fault;
 
@@ -29,6 +30,13 @@ use evaluation::family::error::FamilyError;
 
 /// Least length of an approach, metres.
 const MIN_LENGTH_M: f64 = 25.0;
+
+/// Most vehicles of a movement, per hour, times its growth.
+const MOST_VPH: f64 = 20_000.0;
+
+/// Most miles per hour, and metres, of an approach.
+const MOST_MPH: f64 = 100.0;
+const MOST_LENGTH_M: f64 = 100_000.0;
 
 /// Speed where a link has none, miles per hour.
 const DEFAULT_MPH: f64 = 30.0;
@@ -125,6 +133,18 @@ impl Utdf {
             let Some(arms) = made else { continue };
             let total: f64 = arms.iter().filter_map(|a| a.counted).map(|c| c.total_vph()).sum();
             with_volumes += usize::from(total > 0.0);
+            let total_lanes =
+                arms.iter().map(|a| a.lanes_in.max(a.lanes_out)).max().unwrap_or_default();
+            let most_vph =
+                arms.iter().filter_map(|a| a.counted).map(|c| c.total_vph()).fold(0.0, f64::max);
+            if total_lanes > MAX_LANES || most_vph > MOST_VPH {
+                said.left_out.push(format!(
+                    "node {} has {total_lanes} lanes in one direction and up to {most_vph:.0} veh/h; at most {MAX_LANES} and \
+                     {MOST_VPH} are simulated",
+                    node.id
+                ));
+                continue;
+            }
             let intersection = gathered(arms).remove(0);
             if let Err(why) = check_arms(&intersection) {
                 said.left_out.push(why);
@@ -338,6 +358,20 @@ impl Utdf {
         if length_m < MIN_LENGTH_M {
             said.short.push(format!("{at}: {length_m:.0} m"));
         }
+        if speed_mph > MOST_MPH || length_m > MOST_LENGTH_M {
+            let key = ("speed".to_owned(), id.to_owned());
+            let line = self
+                .tables
+                .links
+                .get(&key)
+                .and_then(|c| c.get(heading.name()))
+                .map_or(1, |c| c.line);
+            let message = format!(
+                "node {id}, {heading}: {speed_mph:.0} mph over {length_m:.0} m: expected at most {MOST_MPH} mph and \
+                 {MOST_LENGTH_M} m"
+            );
+            return Err(Fault::new(line, message));
+        }
         let tenth = |value: f64| (value * 10.0).round() / 10.0;
         Ok((tenth(length_m.max(MIN_LENGTH_M)), tenth(speed_mph)))
     }
@@ -403,9 +437,6 @@ impl Utdf {
             let count = |cells: &Cells, name: &str| {
                 cells.get(column).map_or(Ok(0), |cell| whole(cell, name))
             };
-            let growth = optional(&growth, "growth")?.map(|percent| percent / 100.0);
-            let growth = growth.or_else(|| default("growth")).unwrap_or(1.0);
-            let volume = optional(&volumes, "volume")?.unwrap_or_default();
             let range = |cells: &Cells, name: &str, low: f64, high: f64| {
                 let value = optional(cells, name)?;
                 match value.filter(|value| !(low..=high).contains(value)) {
@@ -419,6 +450,9 @@ impl Utdf {
                     }
                 }
             };
+            let growth = range(&growth, "growth", 0.0, 1000.0)?.map(|percent| percent / 100.0);
+            let growth = growth.or_else(|| default("growth")).unwrap_or(1.0);
+            let volume = range(&volumes, "volume", 0.0, MOST_VPH)?.unwrap_or_default();
             let factor = range(&factors, "phf", 0.25, 1.0)?.or_else(|| default("phf"));
             let percent =
                 range(&heavy, "heavyvehicles", 0.0, 100.0)?.map(|percent| percent / 100.0);
@@ -588,11 +622,11 @@ fn number(cell: &Cell, record: &str) -> Result<f64, Fault> {
 
 fn whole(cell: &Cell, record: &str) -> Result<u32, Fault> {
     let number = number(cell, record)?;
-    match number.fract() == 0.0 && (0.0..=99.0).contains(&number) {
+    match number.fract() == 0.0 && (0.0..=f64::from(MAX_LANES)).contains(&number) {
         true => Ok(number as u32),
         false => Err(Fault::new(
             cell.line,
-            format!("{record} = {number}: expected a whole number from 0 to 99"),
+            format!("{record} = {number}: expected a whole number from 0 to {MAX_LANES}"),
         )),
     }
 }

@@ -112,7 +112,7 @@ fn what_is_missing_or_wrong_is_named_with_its_line() {
     );
     assert!(
         refused(&TWO.replace("Lanes,1,1,2,0", "Lanes,1,1.5,2,0"))
-            .contains("expected a whole number from 0 to 99")
+            .contains("expected a whole number from 0 to 12")
     );
     let twice = TWO.replace("2,0,1320,0,0,", "1,0,1320,0,0,");
     assert!(

@@ -139,6 +139,8 @@ fn an_intersection_is_a_point_mdp_in_every_period_and_counts_by_its_hours() {
         points,
         [("i0007-am", 0.5, 100.0), ("Main-pm", 0.25, 200.0), ("i0007-pm", 0.25, 300.0)]
     );
+    let inflows = loaded.scenario.family.inflows.unwrap();
+    assert_eq!((inflows.by_turn, inflows.counted), (1.0, 1.0));
     let equal = with_periods("").unwrap();
     assert!(equal.family.points.iter().all(|p| (p.importance - 1.0 / 3.0).abs() < 1e-12));
     let doubts: Vec<String> = equal.doubts.iter().map(Doubt::brief).collect();
