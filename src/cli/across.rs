@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::folder::check_file;
 use super::output::{line, note};
 use crate::analysis::Analysis;
 use crate::analysis::across::{Family, Scale, Weighing, across};
@@ -49,6 +50,9 @@ pub struct AcrossArgs {
 }
 
 pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {
+    if let Some(path) = &args.csv {
+        check_file(path, "--csv", &[b"method,score,mean_rank"], "table of ranks")?;
+    }
     if let Some(path) = &args.csv {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {

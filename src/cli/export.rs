@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::folder::check_file;
 use super::output::{line, note};
 use crate::cli::exit;
 use crate::export::{Exported, Format, export};
@@ -24,7 +25,7 @@ pub struct ExportArgs {
     /// Results directory that `run` wrote
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// File to write, replacing an existing one [default: DIR/records.parquet or DIR/records.csv]
+    /// File to write, replacing an earlier export [default: DIR/records.parquet or DIR/records.csv]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Format of the file [default: csv if FILE ends in .csv, else parquet]
@@ -40,6 +41,7 @@ pub(super) fn run(args: &ExportArgs) -> anyhow::Result<u8> {
     let format = args.format.unwrap_or_else(|| by_name(args.out.as_deref()));
     let own = || layout.root().join(format!("records.{}", format.extension()));
     let path = args.out.clone().unwrap_or_else(own);
+    check_file(&path, "--out", &[b"PAR1", b"task,"], "export of records")?;
     let Exported { rows, tasks: (done, tasks) } = export(&layout, &path, format)?;
     if args.json {
         line(json!({"event": "export", "path": path, "rows": rows, "done": done, "tasks": tasks}))?;

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 
 use clap::ValueEnum;
@@ -111,6 +112,45 @@ impl Kind {
     }
 }
 
+/// Refuses to replace a file that is not what this command writes.
+///
+/// # Arguments
+///
+/// * `begins` — how files of the kind begin, one of several.
+/// * `what` — what messages call the kind.
+///
+/// # Errors
+///
+/// What is there and the way out; `flag` is what named it.
+pub(super) fn check_file(
+    path: &Path,
+    flag: &str,
+    begins: &[&[u8]],
+    what: &str,
+) -> anyhow::Result<()> {
+    let shown = path.display();
+    let about = match fs::symlink_metadata(path) {
+        Ok(about) => about,
+        // Whoever writes will say what is wrong with the folder.
+        Err(_) => return Ok(()),
+    };
+    let wrong = |why: String| Err(Refused(format!("{flag} {shown} {why}")).into());
+    if about.is_dir() {
+        return wrong("is a folder; give the path of a file".to_owned());
+    }
+    let longest = begins.iter().map(|begin| begin.len()).max().unwrap_or_default();
+    let mut head = Vec::new();
+    let read =
+        fs::File::open(path).and_then(|file| file.take(longest as u64).read_to_end(&mut head));
+    if about.is_file()
+        && read.is_ok()
+        && (head.is_empty() || begins.iter().any(|b| head.starts_with(b)))
+    {
+        return Ok(());
+    }
+    wrong(format!("is there and is no {what}; give another path, or remove it first"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -152,5 +192,25 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         let e = RESULTS.check(file.path(), "--out", Some(true)).unwrap_err().to_string();
         assert!(e.ends_with("is a file; give the path of a folder"), "{e}");
+    }
+
+    #[test]
+    fn only_a_file_of_the_kind_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, text).unwrap();
+            check_file(&path, "--out", &[b"<routes"], "route file").err().map(|e| e.to_string())
+        };
+        assert_eq!(at("a.rou.xml", "<routes>\n</routes>\n"), None);
+        assert_eq!(at("empty", ""), None);
+        let refused = at("manifest.json", "{}").unwrap();
+        assert!(refused.ends_with(
+            "manifest.json is there and is no route file; give another path, or remove it first"
+        ));
+        let missing = check_file(&folder.path().join("new"), "--out", &[b"<routes"], "route file");
+        assert!(missing.is_ok());
+        let e = check_file(folder.path(), "--out", &[b"<routes"], "route file").unwrap_err();
+        assert!(e.to_string().ends_with("is a folder; give the path of a file"), "{e}");
     }
 }

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 
+use super::folder::check_file;
 use super::forecast::{Forecast, Job, range};
 use super::output::{line, note};
 use super::recorded::{read, warn_of_settings};
@@ -73,6 +74,7 @@ pub struct PlanArgs {
 }
 
 pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
+    check_file(&args.out, "--out", &[b"{\n  \"tsc_family_plan\""], "plan of a sample")?;
     for (flag, value) in [("--half-width", args.half_width), ("--hours", args.hours)] {
         if value.is_some_and(|v| !v.is_finite() || v <= 0.0) {
             return Err(Refused(format!("{flag} must be a number above 0")).into());

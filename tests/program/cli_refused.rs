@@ -94,3 +94,25 @@ fn a_run_with_another_network_or_table_says_which() {
     table("M\u{fc}hlstra\u{df}e,1,2,30,150,250,0,0\n");
     assert!(refused().contains("other point MDPs were chosen, since the table"));
 }
+
+#[test]
+fn a_file_that_is_something_else_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = folder.path().join("manifest.json");
+    fs::write(&manifest, "{\"kept\": true}\n").unwrap();
+    for arguments in [
+        "plan smoke --budget 1 --out manifest.json",
+        "routes smoke --point busy --seed 1 --out manifest.json",
+    ] {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments}");
+        let e = stderr(&output);
+        assert!(e.contains("--out manifest.json is there and is no"), "{arguments}: {e}");
+        assert_eq!(fs::read_to_string(&manifest).unwrap(), "{\"kept\": true}\n");
+        // What the command wrote itself is replaced.
+        let command = arguments.split(' ').next().unwrap();
+        let again = arguments.replace("manifest.json", command);
+        succeed(folder.path(), &again);
+        succeed(folder.path(), &again);
+    }
+}
