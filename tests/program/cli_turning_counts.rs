@@ -75,6 +75,18 @@ fn counted_turns_are_what_is_simulated_in_every_period() {
         "run counted --budget all --methods baseline --eval-seeds 1 --set demand.horizon_s=60 --out r",
     );
     assert!(output.contains("2/2"), "{output}");
+    let table = fs::read_to_string(folder.path().join("r/report/periods.csv")).unwrap();
+    let mut rows = table.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
+    for (period, hours) in [("am", 500.0), ("pm", 250.0)] {
+        let row = rows.next().unwrap();
+        assert_eq!(row[..4], [period, &format!("{hours}"), "baseline", "1"], "{table}");
+        let number = |i: usize| row[i].parse::<f64>().unwrap();
+        // Vehicles per hour, times their delay, times the hours of a year.
+        let expected = number(4) * number(5) / 3600.0 * hours;
+        assert!((number(6) - expected).abs() < 1e-6 * expected, "{table}");
+    }
+    let page = fs::read_to_string(folder.path().join("r/report/index.html")).unwrap();
+    assert!(page.contains("id=\"periods\""));
 }
 
 #[test]

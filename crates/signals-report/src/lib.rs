@@ -13,6 +13,7 @@ mod map_view;
 mod measures;
 mod movements;
 mod overloaded;
+mod periods;
 mod plan_values;
 pub mod plans;
 pub mod quality;

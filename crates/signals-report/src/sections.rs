@@ -12,6 +12,7 @@ use super::levels::{level_shares, levels};
 use super::map;
 use super::measures::TrafficMeasures;
 use super::movements;
+use super::periods;
 use super::plan_values::plan_values;
 use super::plans;
 use super::remarks::{overloaded_of, says};
@@ -249,6 +250,10 @@ impl Sections for TrafficSections {
             let template = include_str!("templates/map.html");
             parts.push(part(Slot::Body, "places", "Map", template, values)?);
         }
+        if let Some(values) = periods::values(self.seen(data)) {
+            let template = include_str!("templates/periods.html");
+            parts.push(part(Slot::Body, "periods", "Periods of the day", template, values)?);
+        }
         if let Some(values) = movements::values(self.seen(data)) {
             let template = include_str!("templates/movements.html");
             parts.push(part(Slot::Body, "movements", "Movements", template, values)?);
@@ -269,10 +274,16 @@ impl Sections for TrafficSections {
         Ok(parts)
     }
 
-    fn tables(&self, _: &Analysis) -> Vec<&'static str> {
+    fn tables(&self, data: &Analysis) -> Vec<&'static str> {
         let placed = [INTERSECTIONS, GEOJSON].into_iter().filter(|_| self.shown.is_placed());
         let moved = (!self.shown.movements.is_empty()).then_some(movements::TABLE);
-        [plans::TABLE, plans::cabinet::TABLE].into_iter().chain(moved).chain(placed).collect()
+        let by_period = periods::are_known(data).then_some(periods::TABLE);
+        [plans::TABLE, plans::cabinet::TABLE]
+            .into_iter()
+            .chain(by_period)
+            .chain(moved)
+            .chain(placed)
+            .collect()
     }
 
     fn write(&self, folder: &Path, data: &Analysis) -> Result<Written, ReportError> {
@@ -288,6 +299,11 @@ impl Sections for TrafficSections {
         let path = folder.join(plans::cabinet::TABLE);
         write_atomically(&path, plans::cabinet::table(seen).as_bytes())?;
         written.files.push(path);
+        if periods::are_known(data) {
+            let path = folder.join(periods::TABLE);
+            write_atomically(&path, &periods::table(data))?;
+            written.files.push(path);
+        }
         if !self.shown.movements.is_empty() {
             let path = folder.join(movements::TABLE);
             write_atomically(&path, movements::table(seen).as_bytes())?;
