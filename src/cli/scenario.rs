@@ -80,9 +80,7 @@ impl ScenarioArg {
         }
         Ok(loaded)
     }
-}
 
-impl ScenarioArg {
     /// Loads a scenario of traffic signals to which turning counts are given.
     ///
     /// # Errors
