@@ -3,8 +3,11 @@
 # committed under results/salt-lake-city/NAME, and packs it so that it can be committed again.
 #
 #   scripts/family.sh                 all runs, in their order
-#   scripts/family.sh resco field     these only
+#   scripts/family.sh resco nema-resco    these only
 #   scripts/family.sh --list          their names
+#
+# The folders field, field-all-pairs, intersections-field, nema-intersections-field and learners-field are of the preset
+# field of version 0.1.0, which this version cannot continue.
 #
 # Ctrl-C stops it, and the same command continues. JOBS is the number of workers, BINARY a program to
 # use instead of building one: a copy that later builds leave alone.
@@ -18,7 +21,7 @@ last="--set training.select=last --set training.restart=never"
 # Name, then the arguments of `tsc-family run`.
 runs=(
     "resco --preset resco --methods $untrained"
-    "field --preset field --methods $untrained"
+    "field-0.2.0 --preset field --methods $untrained"
     "resco-all-pairs --preset resco --set signal.actions=all-pairs --methods $untrained"
     "field-all-pairs --preset field --set signal.actions=all-pairs --methods $untrained"
     "intersections-resco --preset resco --set family.detail=per-approach --methods $untrained"
@@ -30,7 +33,7 @@ runs=(
     "learners-budget-20 --preset resco --budget 20 --sampling k-means --replicates 3 --methods $learners,mplight-star-resco $last"
     "ippo-budget-4 --preset resco --budget 4 --sampling k-means --episodes 1400 --methods baseline,ippo $last"
     "nema-resco --preset resco --methods baseline,nema"
-    "nema-field --preset field --methods baseline,nema"
+    "nema-field-0.2.0 --preset field --methods baseline,nema"
     "nema-intersections-resco --preset resco --set family.detail=per-approach --methods baseline,nema"
     "nema-intersections-field --preset field --set family.detail=per-approach --methods baseline,nema"
     "intersections-field-40 --preset field --set family.detail=per-approach --budget 40 --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
