@@ -31,7 +31,7 @@ pub(super) fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
 
 impl<'a> Tree<'a> {
     /// The box of all rows.
-    pub(super) const ROOT: usize = 0;
+    const ROOT: usize = 0;
 
     /// Returns the tree of some rows.
     pub(super) fn of(rows: &'a [Vec<f64>], some: Vec<usize>) -> Self {
@@ -72,22 +72,22 @@ impl<'a> Tree<'a> {
     }
 
     /// Returns the number of boxes.
-    pub(super) fn len(&self) -> usize {
+    fn len(&self) -> usize {
         self.nodes.len()
     }
 
     /// Returns the two boxes within a box; `None` where it is not divided.
-    pub(super) fn halves(&self, node: usize) -> Option<[usize; 2]> {
+    fn halves(&self, node: usize) -> Option<[usize; 2]> {
         self.nodes[node].halves
     }
 
     /// Returns the positions of the rows in a box.
-    pub(super) fn rows(&self, node: usize) -> &[usize] {
+    fn rows(&self, node: usize) -> &[usize] {
         &self.order[self.nodes[node].begin..self.nodes[node].end]
     }
 
     /// Returns the squared distance to a box: no row in it is nearer.
-    pub(super) fn distance(&self, node: usize, from: &[f64]) -> f64 {
+    fn distance(&self, node: usize, from: &[f64]) -> f64 {
         let bounds = &self.bounds[node * self.columns..][..self.columns];
         let beyond = |(x, (low, high)): (&f64, &(f64, f64))| {
             let outside = if x < low {
@@ -109,7 +109,7 @@ impl<'a> Tree<'a> {
     /// * `within` — the squared distance that counts at first.
     /// * `enter` — whether a box is of any interest.
     /// * `found` — is given the position of a row and its squared distance; returns the one that counts from now on.
-    pub(super) fn near(
+    fn near(
         &self,
         from: &[f64],
         within: f64,
