@@ -325,7 +325,10 @@ mod tests {
                 "it did not answer begin within 0.4 s (it has written nothing: does it flush its output",
             ),
             (act("sleep 5"), "it did not answer act within 0.4 s; --answer-timeout"),
-            ("echo hello; cat".to_owned(), "it answered begin with \"hello\", which is not {}"),
+            (
+                "read -r a; echo hello; cat".to_owned(),
+                "it answered begin with \"hello\", which is not {}",
+            ),
             (act("kill -9 $$"), "it ended (signal: 9 (SIGKILL)) instead of answering act"),
             (
                 act("exec >&-; exec sleep 5"),
