@@ -6,7 +6,7 @@
 //! missing and gets imputed; 0 is a count of no vehicle. What is believed although it is doubtful is named by
 //! [`super::doubts`].
 //!
-//! Optional columns: what was [`counted`] by turn, and the `period` of the day that the counts are of. An
+//! Optional columns: what was counted by turn ([`Counted`]), and the `period` of the day that the counts are of. An
 //! intersection with rows of several periods is several point MDPs.
 
 mod approach;
