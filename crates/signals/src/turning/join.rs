@@ -2,8 +2,8 @@
 //!
 //! - A direction of travel belongs to the arm that vehicles come from, by compass.
 //! - Left, through and right are the turns that the bearings of the arms make. A turn that was counted exists, also where
-//!   `movements` lacks it. Where the bearings call the exits otherwise than the count, and as many exits exist as turns were
-//!   counted, they belong together from left to right.
+//!   `movements` lacks it. Turns without an exit of their name go to the exits that nobody was counted for, from left to
+//!   right, where these are as many.
 //! - U-turns count as left turns. Deviation: networks have no U-turns.
 //! - Vehicles that have no arm or no exit are not simulated.
 //!

@@ -9,7 +9,8 @@
 //! - **Volumes** are those of the file times its growth, with the peak hour factor and the heavy vehicles of its
 //!   movements. A movement is the turn that leads to its destination. Deviation: of several destinations to one side
 //!   each gets the same share.
-//! - **Control** is read elsewhere; a free right turn is a lane at the signal.
+//! - **Control** is not read: phases, splits and offsets have no part in an intersection. A free right turn is a lane at
+//!   the signal.
 
 use std::collections::{BTreeMap, BTreeSet};
 
