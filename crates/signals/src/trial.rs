@@ -52,7 +52,10 @@ impl<S: Sim> Trial for SignalTrial<S> {
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        let (metrics, movements) = played(&mut self.env, self.controller.as_mut(), seed)?;
+        self.env.collect_movements(true);
+        let played = played(&mut self.env, self.controller.as_mut(), seed);
+        self.env.collect_movements(false);
+        let (metrics, movements) = played?;
         self.movements.add(movements);
         Ok(metrics)
     }

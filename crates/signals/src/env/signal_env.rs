@@ -78,6 +78,8 @@ pub struct SignalEnv<S> {
     nearest_m: Vec<f64>,
     time_s: f64,
     counts: StepCounts,
+    /// Whether the next episodes say what they are made of.
+    collects_movements: bool,
     by_movement: Option<ByMovement>,
     queue_sum: f64,
     queue_max: f64,
@@ -118,6 +120,7 @@ impl<S: Sim> SignalEnv<S> {
             request: Vec::new(),
             nearest_m: Vec::new(),
             counts: StepCounts::default(),
+            collects_movements: false,
             by_movement: None,
             queue_sum: 0.0,
             queue_max: 0.0,
@@ -168,9 +171,14 @@ impl<S: Sim> SignalEnv<S> {
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
         let by_movement = || ByMovement::new(&self.scene, self.world.side);
-        self.by_movement = self.world.ways.is_some().then(by_movement);
+        self.by_movement = (self.collects_movements && self.world.ways.is_some()).then(by_movement);
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
         Ok(())
+    }
+
+    /// Says whether the next episodes collect their movements, which takes the routes of all their vehicles.
+    pub fn collect_movements(&mut self, collects: bool) {
+        self.collects_movements = collects;
     }
 
     /// Returns who wants to cross at each signal; none where they push no buttons.
