@@ -46,10 +46,12 @@ struct Achieved {
 fn periods(data: &Analysis) -> Vec<Period> {
     let identity = &data.manifest.identity;
     let hours = identity.settings.pointer("/family/periods").and_then(serde_json::Value::as_object);
+    // The id of a point MDP ends with its period; of `am` and `early-am` the longer one is meant.
+    let names = || hours.into_iter().flatten().map(|(name, _)| name);
+    let ends = |point: &str, name: &str| point.strip_suffix(name).is_some_and(|p| p.ends_with('-'));
+    let of_point = |point: &str| names().filter(|n| ends(point, n)).max_by_key(|n| n.len());
     let of = |(name, hours): (&String, &serde_json::Value)| {
-        // The id of a point MDP ends with its period.
-        let end = format!("-{name}");
-        let is = |p: &&PointSummary| p.row.point.ends_with(&end);
+        let is = |p: &&PointSummary| of_point(&p.row.point) == Some(name);
         let points = data.points.iter().filter(is).map(|p| p.index).collect();
         Some(Period { name: name.clone(), hours: hours.as_f64()?, points })
     };
