@@ -16,6 +16,8 @@
 //!   own, one that is protected from an opposing approach, goes there. A phase for left turns alone serves
 //!   none. There are no pedestrians in the simulation: greens last long enough for them, and turning vehicles
 //!   do not wait for any. The crosswalk of an arm that only leads away is not counted.
+//! - **Closed crosswalks**: one that no green of the signal's own program serves counts as closed (MUTCD, sign R9-3),
+//!   under every method. So all methods serve the same crosswalks.
 //! - **Consecutive greens** that serve a crosswalk or a movement carry its time together; see
 //!   [`needs`](super::needs). This holds with `pedestrians`; without them every green lasts its own shortest time.
 //! - **Lanes of a crosswalk** are as wide as the network says. Those of which it says nothing have SUMO's 3.2 m, in
@@ -95,6 +97,8 @@ pub struct Timing {
     approaches: Vec<Approach>,
     /// Ways by link index.
     links: Vec<Vec<Way>>,
+    /// Whether the crosswalk of each approach is closed.
+    closed: Vec<bool>,
 }
 
 impl Timing {
@@ -104,7 +108,8 @@ impl Timing {
     ///
     /// * `links` — per link index the ways that it steers; none for pedestrians and trains.
     pub fn new(settings: &SignalSettings, approaches: Vec<Approach>, links: Vec<Vec<Way>>) -> Self {
-        Self { settings: settings.clone(), approaches, links }
+        let closed = vec![false; approaches.len()];
+        Self { settings: settings.clone(), approaches, links, closed }
     }
 
     /// Whether the settings say how left turns are signalled.

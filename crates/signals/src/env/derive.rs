@@ -90,7 +90,9 @@ pub fn derive(
     let program = |id: &str| signal.programs.iter().find(|p| p.id == id);
     let own = program(&signal.active_program).or(signal.programs.first());
     let own = own.ok_or_else(|| fail("it has no program; add a tlLogic"))?;
-    let timing = timing(scene, signal, settings);
+    let mut timing = timing(scene, signal, settings);
+    timing.close_crosswalks_without(&greens(own, &timing));
+    let timing = timing;
     let pairs = program(PHASES_PROGRAM).filter(|_| settings.actions == Actions::AllPairs);
     let (states, left_out): (Vec<_>, Vec<_>) = greens(pairs.unwrap_or(own), &timing)
         .into_iter()

@@ -187,14 +187,12 @@ impl<S: Sim> SignalEnv<S> {
         let span_s = (self.world.begin_s, self.world.end_s);
         let of = |(info, signal): (&SignalInfo, &DerivedSignal)| {
             let per_hour = per_hour.filter(|_| signal.timing.crossings() > 0)?;
-            let is_served = |crossing: usize| {
-                let phases = signal.spec.phases.iter().map(|phase| &phase.state);
-                let mut greens = phases.chain(&signal.own_greens);
+            let may_wait = |crossing: usize| {
                 let serves = |green: &String| signal.timing.serves_crossing(green, crossing);
-                greens.any(serves) && !signal.own_greens.iter().all(serves)
+                signal.timing.is_open(crossing) && !signal.own_greens.iter().all(serves)
             };
             let edges = approach_edges(&self.scene, info);
-            let edges = edges.into_iter().enumerate().map(|(i, edge)| is_served(i).then_some(edge));
+            let edges = edges.into_iter().enumerate().map(|(i, edge)| may_wait(i).then_some(edge));
             let edges: Vec<Option<&str>> = edges.collect();
             Some(Pedestrians::new(&edges, &info.id, per_hour, self.seed, span_s))
         };

@@ -22,6 +22,17 @@ impl Timing {
         if self.settings.pedestrians { self.approaches.len() } else { 0 }
     }
 
+    /// Closes the crosswalks that no green of a program serves.
+    pub fn close_crosswalks_without(&mut self, greens: &[String]) {
+        let serves = |approach| greens.iter().any(|green| self.serves_crossing(green, approach));
+        self.closed = (0..self.approaches.len()).map(|approach| !serves(approach)).collect();
+    }
+
+    /// Whether pedestrians may use the crosswalk of an approach.
+    pub fn is_open(&self, approach: usize) -> bool {
+        !self.closed[approach]
+    }
+
     /// Whether every green beside a crosswalk lasts until pedestrians have crossed.
     pub fn recalls_pedestrians(&self) -> bool {
         self.settings.pedestrian_calls_per_h.is_none()
@@ -36,8 +47,8 @@ impl Timing {
         whole(f64::from(WALK_S) + width_m / WALKING_MPS)
     }
 
-    /// Whether pedestrians can cross an approach beside what is shown: somebody who does not turn right has green, and
-    /// nobody who has green or yellow is in their way.
+    /// Whether pedestrians can cross an approach beside what is shown: its crosswalk is open, somebody who does not turn
+    /// right has green, and nobody who has green or yellow is in their way.
     pub fn serves_crossing(&self, shown: &str, approach: usize) -> bool {
         let ways = |moves: fn(char) -> bool| {
             let letters = shown.chars().enumerate().filter(move |(_, letter)| moves(*letter));
@@ -46,7 +57,8 @@ impl Timing {
         // Right turns alone stay green while a street changes.
         let serves = ways(is_green).any(|(way, _)| way.turn != Turn::Right);
         let moves = |letter| is_green(letter) || matches!(letter, 'y' | 'Y' | 'u');
-        serves
+        self.is_open(approach)
+            && serves
             && !ways(moves)
                 .any(|(way, letter)| self.is_in_the_way(way.approach, way.turn, letter, approach))
             && !self.is_left_only(shown)
@@ -211,6 +223,20 @@ mod tests {
         assert_eq!(served("GrrrrrGrrrrr"), [0; 0], "right turns that stay green");
         assert_eq!(served("rrrrrrGGgrrr"), [1, 3]);
         assert_eq!(served("rrryyyGGgrrr"), [0; 0], "before the east has red");
+    }
+
+    #[test]
+    fn a_crosswalk_that_the_program_never_serves_is_closed() {
+        // The left turn from the north is green throughout, so nobody can ever cross in front of it.
+        let mut timing = tee(&field());
+        let program = ["GgrrGG", "rgGGrr"].map(str::to_owned);
+        let nema = "rrrrGG";
+        assert!(timing.serves_crossing("rrGGrr", 0) && timing.serves_crossing(nema, 1));
+        timing.close_crosswalks_without(&program);
+        assert_eq!([0, 1, 2].map(|a| timing.is_open(a)), [false, true, true]);
+        assert!(!timing.serves_crossing("rrGGrr", 0) && timing.serves_crossing(nema, 1));
+        let count = timing.needs(&["GgrrGG", "rrGGrr"]);
+        assert_eq!(count.iter().filter(|need| need.crossing.is_some()).count(), 2);
     }
 
     #[test]

@@ -163,7 +163,7 @@ impl Builder<'_> {
         plan
     }
 
-    /// Returns per crosswalk the approach whose through phase it belongs to.
+    /// Returns per crosswalk the approach whose through phase it belongs to; none where it is closed.
     fn crossings(&self, streets: &[Street]) -> Vec<Option<usize>> {
         let headings = &self.links.headings;
         let of = |crossing: usize| {
@@ -176,7 +176,8 @@ impl Builder<'_> {
             let approaches = others.flat_map(|s| s.approaches.iter().copied());
             approaches.min_by(|a, b| beside(a).total_cmp(&beside(b)))
         };
-        (0..self.timing.crossings()).map(of).collect()
+        let open = |crossing: usize| self.timing.is_open(crossing).then(|| of(crossing)).flatten();
+        (0..self.timing.crossings()).map(open).collect()
     }
 
     /// Returns the shortest green of a phase, seconds: that of a state, and of crosswalks in every cycle.

@@ -365,6 +365,17 @@ fn a_call_at_a_crosswalk_holds_the_through_phase_beside_it() {
 }
 
 #[test]
+fn a_phase_has_no_walk_for_a_crosswalk_that_is_closed() {
+    let settings = SignalSettings { pedestrians: true, ..settings() };
+    let mut timing = timing(&cross(), &settings);
+    // A program that serves the main street alone: the crosswalks of the north and the south are closed.
+    timing.close_crosswalks_without(&[MAIN.to_owned()]);
+    let plan = Plan::new(&cross(), &cross().states, &timing, &config());
+    let walks = |number| plan.phases.iter().find(|p| p.number == number).unwrap().crossings.len();
+    assert_eq!([2, 6, 4, 8].map(walks), [1, 1, 0, 0]);
+}
+
+#[test]
 fn where_arrows_are_said_a_left_turn_without_one_has_no_phase() {
     let arms: [(f64, &[&str]); 3] = [(180.0, &["s", "l"]), (270.0, &["rl"]), (0.0, &["rs"])];
     let mut yielding = links(&arms, &["GgrrGG", "rrGGrr"]);
