@@ -111,7 +111,7 @@ worst: longest delay in an evaluation episode relative to that of the same vehic
  baseline        1.00     1.00        1.00   1.00   1.00           2%         0%    1.00
 "#);
     insta::assert_snapshot!(text::notes(&data).join("\n"), @r#"
-The intervals of fixed-time exclude the luck of tuning and training: each was tuned or trained once per point MDP; --replicates R includes it.
+The intervals of fixed-time exclude the luck of tuning: each was tuned once per point MDP; --replicates R includes it.
 Summaries of max-pressure disagree: better than the baseline by score 0.88, median score 0.50, geometric mean 0.71, worse by ratio of mean delays 1.65, that is 65% more mean delay: it saves where delay is short and loses where it is long.
 The order by ratio of mean delays differs from the order by score: fixed-time 0.56, baseline 1.00, max-pressure 1.65.
 "#);

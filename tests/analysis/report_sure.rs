@@ -46,6 +46,24 @@ fn delays(task: &Task) -> [f64; 2] {
     }
 }
 
+/// Adds so many point MDPs that are like `busy`.
+fn spread(mut manifest: Manifest, more: usize) -> Manifest {
+    let identity = &mut manifest.identity;
+    let of = |of: &str| format!("{of} again");
+    for _ in 0..more {
+        let mut point = identity.points[identity.points.len() - 1].clone();
+        point.point = of(&point.point);
+        let last = identity.sample.draws.len() - 1;
+        let mut draw = identity.sample.draws[last].clone();
+        draw.point.clone_from(&point.point);
+        identity.points.push(point);
+        identity.sample.draws.push(draw);
+    }
+    identity.sample.family_size += more;
+    identity.sample.budget += more;
+    manifest
+}
+
 fn few(root: &Path) -> Layout {
     let manifest = manifest(&["baseline", "fixed-time", "max-pressure"]);
     write_results(root, &manifest, |task| ended(delays(task)))
@@ -174,7 +192,8 @@ fn one_seed_on_every_point_says_nothing_of_chance() {
     let data: Report = reported(&layout);
     let pair = &data.comparison.pairs[0];
     assert_eq!((pair.decided(), pair.ahead.interval), (Decided::Unknown, None));
-    assert_eq!(pair.dominance.unwrap().verdict, Verdict::First);
+    // What is not decided is not dominated either.
+    assert_eq!(pair.dominance.unwrap().verdict, Verdict::Open);
     assert_eq!(data.comparison.ranks, None);
     assert_eq!(file(&layout, "ranks.csv"), "method,rank,probability,against\n");
     assert!(!layout.report().join("ranks.svg").exists());
@@ -191,7 +210,8 @@ fn a_single_method_has_nothing_to_be_compared_with() {
 #[test]
 fn where_more_is_better_the_larger_value_is_ahead_and_its_profile_is_higher() {
     let dir = tempfile::tempdir().unwrap();
-    let mut manifest = manifest(&["baseline", "fixed-time", "max-pressure"]);
+    // A method dominates on ten point MDPs or more.
+    let mut manifest = spread(manifest(&["baseline", "fixed-time", "max-pressure"]), 8);
     manifest.identity.direction = Direction::Higher;
     manifest.identity.baseline = String::new();
     // Two seeds decide only where the difference is the same on both.
@@ -209,4 +229,11 @@ fn where_more_is_better_the_larger_value_is_ahead_and_its_profile_is_higher() {
     assert!(first.bands.is_sorted_by(|a, b| a.1.value >= b.1.value), "{first:?}");
     written(&layout);
     assert!(file(&layout, "profiles.svg").contains("higher is better; a higher curve is better"));
+    let (page, _) = written(&layout);
+    assert!(page.contains("baseline dominates"), "{page}");
+    let apart = tempfile::tempdir().unwrap();
+    assert_eq!(
+        reported(&few(apart.path())).comparison.pairs[0].dominance.unwrap().verdict,
+        Verdict::Open
+    );
 }

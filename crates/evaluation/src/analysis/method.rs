@@ -168,6 +168,7 @@ pub(super) fn paired<T>(
         chosen: evidence.points.len(),
         method: index as u64,
         name: &identity.methods[index],
+        learned_once: evidence.learned_once[index],
         points: chosen,
         design: evidence.given(),
         resamples: identity.sample.resamples(RESAMPLES),

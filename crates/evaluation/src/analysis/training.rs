@@ -191,14 +191,10 @@ fn weighted<'a>(
 /// Returns the trainings, one per task of a learner.
 pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<TrainingSummary> {
     let identity = evidence.identity;
-    let learners: BTreeSet<&str> = results
-        .done()
-        .filter(|(_, record)| learned(record))
-        .map(|(task, _)| &*task.method)
-        .collect();
+    let learners = learned(results);
     let objective = identity.objective.as_str();
     let tasks = results.rows().zip(evidence.tasks).enumerate();
-    let of_learners = tasks.filter(|(_, ((task, _), _))| learners.contains(&*task.method));
+    let of_learners = tasks.filter(|(_, ((task, _), _))| learners.contains(&task.method));
     of_learners
         .map(|(at, ((task, record), row))| {
             let of_reference = evidence
@@ -252,16 +248,22 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
 
 /// Returns the methods that tune or learn: those with an episode of training, and those that diverged.
 pub(super) fn trained(results: &Results) -> BTreeSet<String> {
-    let trains = |record: &Record| learned(record) || record.training().next().is_some();
-    let methods: BTreeSet<&str> = results
-        .done()
-        .filter(|(_, record)| trains(record))
-        .map(|(task, _)| &*task.method)
-        .collect();
+    with_a_record(results, |record| learns(record) || record.training().next().is_some())
+}
+
+/// Returns the methods that learn.
+pub(super) fn learned(results: &Results) -> BTreeSet<String> {
+    with_a_record(results, learns)
+}
+
+/// Returns the methods of which some record is such.
+fn with_a_record(results: &Results, is_such: impl Fn(&Record) -> bool) -> BTreeSet<String> {
+    let done = results.done().filter(|(_, record)| is_such(record));
+    let methods: BTreeSet<&str> = done.map(|(task, _)| &*task.method).collect();
     methods.into_iter().map(str::to_owned).collect()
 }
 
-fn learned(record: &Record) -> bool {
+fn learns(record: &Record) -> bool {
     let diverged = record.summary.reason.as_ref().is_some_and(|r| r.starts_with(DIVERGED));
     diverged || record.training().any(|row| row.metrics.contains_key(RETURN))
 }

@@ -14,7 +14,7 @@ use super::method::MethodSummary;
 use super::points::{PointResult, PointSummary, TaskScore, summarise_points};
 use super::ranking::{Lead, OnCommonPoints, lead, on_common_points, rank};
 use super::reference::Reference;
-use super::training::{LearnerSummary, TrainingSummary, learner, trained, trainings};
+use super::training::{LearnerSummary, TrainingSummary, learned, learner, trained, trainings};
 use super::winners::{Winner, winners};
 use crate::sample::{Design, Sampling};
 use crate::stats::{Direction, Limit};
@@ -51,6 +51,8 @@ pub struct Analysis {
     pub results: Results,
     /// Methods that tune or learn.
     pub trained: BTreeSet<String>,
+    /// Those of them that learn.
+    pub learned: BTreeSet<String>,
     /// The best method of every point MDP, in the order of [`Self::points`].
     pub winners: Vec<Option<Winner>>,
     /// What a failure is; `None` where the task does not say and nobody did.
@@ -87,8 +89,13 @@ impl Analysis {
         let (points, tasks) = summarise_points(results, &reference, measures);
         let episodes = episodes(results, &reference, measures);
         let chosen = choice(identity, design.as_ref(), &points);
+        let learned = learned(results);
+        let once =
+            |method: &String| learned.contains(method) && identity.replicates_of(method) == 1;
+        let learned_once: Vec<bool> = identity.methods.iter().map(once).collect();
         let evidence = Evidence {
             identity,
+            learned_once: &learned_once,
             chosen: &chosen,
             reference: &reference,
             measures,
@@ -114,6 +121,7 @@ impl Analysis {
             common,
             trainings,
             trained: trained(results),
+            learned,
             failure: None,
             reference,
             tasks,

@@ -188,9 +188,9 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
             order.join(", ")
         ));
     }
-    let once = text::trained_once(data);
-    if let (false, Some(m)) = (best.is_reference, once.iter().find(|m| **m == best.method)) {
-        sentences.push(format!("Not included: {m} was tuned or trained only once per point MDP."));
+    let tuned = text::once(data, false);
+    if let (false, Some(m)) = (best.is_reference, tuned.iter().find(|m| **m == best.method)) {
+        sentences.push(format!("Not included: {m} was tuned only once per point MDP."));
     }
     sentences
 }

@@ -8,9 +8,9 @@ use super::figures::{label, shown};
 use super::page::render;
 use super::whole::Report;
 use super::{format, profiles, ranks, text};
-use crate::analysis::{Decided, Pair};
-use crate::stats::Verdict;
+use crate::analysis::{Decided, FEWEST_TO_DOMINATE, Pair};
 use crate::stats::bootstrap::RESAMPLES;
+use crate::stats::{Dominance, Verdict};
 
 const TEMPLATE: &str = include_str!("templates/sure.html");
 
@@ -183,15 +183,23 @@ fn covers(data: &Report) -> String {
     if whole && !causes.is_empty() {
         text.push_str(" All point MDPs were evaluated, so their choice adds no chance.");
     }
-    let once = text::trained_once(data);
-    if !once.is_empty() {
-        let names = format!("once per point MDP: {}", once.join(", "));
+    let tuned = text::once(data, false);
+    if !tuned.is_empty() {
+        let names = format!("once per point MDP: {}", tuned.join(", "));
         text.push_str(&match whole {
-            true => format!(" They do not cover the luck of tuning or training ({names})."),
+            true => format!(" They do not cover the luck of tuning ({names})."),
             false => format!(
-                " They cover the luck of tuning or training ({names}) only as far as it differs between point MDPs."
+                " They cover the luck of tuning ({names}) only as far as it differs between point MDPs."
             ),
         });
+    }
+    let learned = text::once(data, true);
+    if !learned.is_empty() {
+        text.push_str(&format!(
+            " They take all that neighbouring point MDPs differ by for the luck of training of {} (once per point MDP), \
+             so they are rather too wide.",
+            learned.join(", ")
+        ));
     }
     text
 }
@@ -232,8 +240,15 @@ fn dominance(data: &Report) -> Vec<String> {
             shortened(&neither)
         ));
     }
+    let is_open =
+        |(p, d): &(&Pair, Dominance)| d.verdict == Verdict::Open && p.points >= FEWEST_TO_DOMINATE;
+    if pairs().any(|(p, _)| p.points < FEWEST_TO_DOMINATE) {
+        sentences.push(format!(
+            "With fewer than {FEWEST_TO_DOMINATE} point MDPs the report names no method that dominates."
+        ));
+    }
     let open: Vec<String> = pairs()
-        .filter(|(_, d)| d.verdict == Verdict::Open)
+        .filter(is_open)
         .map(|(p, _)| format!("{} and {}", name(p.first), name(p.second)))
         .collect();
     if !open.is_empty() {

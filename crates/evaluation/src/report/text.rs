@@ -220,21 +220,33 @@ pub(super) fn trained_once(data: &Report) -> Vec<&str> {
         .collect()
 }
 
-/// Says whose luck of tuning or training no interval has.
+/// Returns those of [`trained_once`] that tune, or with `learned` those that learn.
+pub(super) fn once(data: &Report, learned: bool) -> Vec<&str> {
+    let mut once = trained_once(data);
+    once.retain(|m| data.learned.contains(*m) == learned);
+    once
+}
+
+/// Says how intervals have the luck of tuning and training.
 fn luck(data: &Report) -> Vec<String> {
     let mut sentences = Vec::new();
-    let once = trained_once(data);
+    let tuned = once(data, false);
     let how = match data.points.len() < data.manifest.identity.sample.family_size {
-        true => {
-            "contain the luck of tuning and training only as far as it differs between point MDPs"
-        }
-        false => "exclude the luck of tuning and training",
+        true => "contain the luck of tuning only as far as it differs between point MDPs",
+        false => "exclude the luck of tuning",
     };
-    if !once.is_empty() {
+    if !tuned.is_empty() {
         sentences.push(format!(
-            "The intervals of {} {how}: each was tuned or trained once per point MDP; --replicates R \
-             includes it.",
-            once.join(", ")
+            "The intervals of {} {how}: each was tuned once per point MDP; --replicates R includes it.",
+            tuned.join(", ")
+        ));
+    }
+    let learned = once(data, true);
+    if !learned.is_empty() {
+        sentences.push(format!(
+            "The intervals of {} are rather too wide: each was trained once per point MDP, so all that neighbouring \
+             point MDPs differ by counts as the luck of training; --replicates R measures it.",
+            learned.join(", ")
         ));
     }
     let reference = &data.reference.name;

@@ -117,7 +117,7 @@ fn beginnings(plan: &SamplePlan, design: &Design, budgets: &[usize]) -> Option<V
             count: 1,
             inclusion: None,
         };
-        let draws = rows.iter().zip(quadrature.rule(&rows).weights).map(draw).collect();
+        let draws = rows.iter().zip(quadrature.rule(&rows, false).weights).map(draw).collect();
         Look { budget: *budget, draws }
     };
     Some(budgets.iter().map(look).collect())

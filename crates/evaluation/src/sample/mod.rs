@@ -96,7 +96,7 @@ pub fn choose_over(
             let quadrature = Quadrature::of(design).expect("the design has a process of its own");
             let mut rows = quadrature.order(design, budget, seed);
             rows.sort_unstable();
-            let weights = quadrature.rule(&rows).weights;
+            let weights = quadrature.rule(&rows, false).weights;
             rows.into_iter().zip(weights).map(|(i, weight)| (i, weight, 1)).collect()
         }
     };

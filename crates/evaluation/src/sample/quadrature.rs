@@ -53,6 +53,7 @@ pub struct Rule {
     importance: Vec<f64>,
     variance: f64,
     unexplained: f64,
+    learned_once: bool,
 }
 
 impl<'a> Quadrature<'a> {
@@ -117,7 +118,9 @@ impl<'a> Quadrature<'a> {
     /// # Arguments
     ///
     /// * `rows` — their positions in the design, each once.
-    pub fn rule(&self, rows: &[usize]) -> Rule {
+    /// * `learned_once` — whether another training could have given another score, so that what no other point MDP
+    ///   explains of a score that was seen is not known either.
+    pub fn rule(&self, rows: &[usize], learned_once: bool) -> Rule {
         let n = rows.len();
         let smooth = |i: usize, j: usize| self.process.smooth(&self.places, rows[i], rows[j]);
         let covariance = DMatrix::from_fn(n, n, smooth);
@@ -134,6 +137,7 @@ impl<'a> Quadrature<'a> {
             nugget,
             importance,
             unexplained,
+            learned_once,
         };
         rule.weights = rule.best_weights();
         rule
@@ -227,8 +231,10 @@ impl Rule {
         let mut error = smooth - 2.0 * weights.dot(&self.with_family) + self.variance;
         let mut unexplained = self.unexplained;
         for ((w, p), nugget) in self.weights.iter().zip(&self.importance).zip(&self.nugget) {
-            // Of what is evaluated, only what weighs more or less than its importance is wrong.
-            unexplained += nugget * ((w - p).powi(2) - p * p);
+            // Of what is evaluated, only what weighs more or less than its importance is wrong; of one of many trainings,
+            // all that it weighs.
+            let wrong = if self.learned_once { *w } else { w - p };
+            unexplained += nugget * (wrong.powi(2) - p * p);
         }
         error += times * unexplained.max(0.0);
         error.max(0.0)
@@ -300,7 +306,7 @@ mod tests {
         let design = three();
         let quadrature = Quadrature::of(&design).unwrap();
         // K = ((1.5, 0.5), (0.5, 1.5)); with the family (0.6875, 2.5 / 3); the mean takes what is left, in halves.
-        let rule = quadrature.rule(&[0, 1]);
+        let rule = quadrature.rule(&[0, 1], false);
         assert!((rule.weights[0] - 0.427_083_333).abs() < 1e-8, "{:?}", rule.weights);
         assert!((rule.weights[1] - 0.572_916_667).abs() < 1e-8);
         assert!((rule.squared_error(1.0) - 0.204_644_097).abs() < 1e-8);
@@ -310,7 +316,7 @@ mod tests {
     fn the_middle_says_most() {
         let design = three();
         let quadrature = Quadrature::of(&design).unwrap();
-        let error = |row: usize| quadrature.rule(&[row]).squared_error(1.0);
+        let error = |row: usize| quadrature.rule(&[row], false).squared_error(1.0);
         assert!(error(1) < error(0) && (error(0) - error(2)).abs() < 1e-12);
     }
 
@@ -319,7 +325,7 @@ mod tests {
         let at: Vec<(f64, f64)> = (0..30).map(|i| (f64::from(i * 7 % 30), 1.0)).collect();
         let design = design(&at);
         let rows: Vec<usize> = (0..30).step_by(3).collect();
-        let rule = Quadrature::of(&design).unwrap().rule(&rows);
+        let rule = Quadrature::of(&design).unwrap().rule(&rows, false);
         let scores: Vec<f64> = rows.iter().map(|r| (*r as f64 * 0.9).sin()).collect();
         let mean: f64 = rule.weights.iter().zip(&scores).map(|(w, y)| w * y).sum();
         let squares = rule
@@ -342,12 +348,12 @@ mod tests {
             let quadrature = Quadrature::of(&design).unwrap();
             for budget in 1..=at.len() {
                 let mut rows = quadrature.order(&design, budget, seed);
-                let rule = quadrature.rule(&rows);
+                let rule = quadrature.rule(&rows, false);
                 prop_assert!((rule.weights.iter().sum::<f64>() - 1.0).abs() < 1e-9);
                 prop_assert!(rule.weights.iter().all(|w| *w >= 0.0));
                 // Whatever the order in which they are given.
                 let reversed: Vec<usize> = rows.iter().rev().copied().collect();
-                let other = quadrature.rule(&reversed);
+                let other = quadrature.rule(&reversed, false);
                 for (a, b) in rule.weights.iter().zip(other.weights.iter().rev()) {
                     prop_assert!((a - b).abs() < 1e-6);
                 }
@@ -356,7 +362,7 @@ mod tests {
                 prop_assert_eq!(rows.len(), budget);
             }
             let rows: Vec<usize> = (0..at.len()).collect();
-            let whole = quadrature.rule(&rows);
+            let whole = quadrature.rule(&rows, false);
             for (w, p) in whole.weights.iter().zip(&design.points) {
                 prop_assert!((w - p.importance).abs() < 1e-9);
             }

@@ -180,6 +180,8 @@ impl<'a> Setting<'a> {
             chosen: points.len(),
             method: index as u64,
             name,
+            // The truth is what was recorded, with the luck of its trainings.
+            learned_once: false,
             points: &points,
             design: Some(&self.design),
             resamples: plan.resamples(resamples),

@@ -207,6 +207,7 @@ mod tests {
             chosen: rows.len(),
             method: 0,
             name,
+            learned_once: false,
             points: &chosen,
             design: Some(&design),
             resamples: 200,

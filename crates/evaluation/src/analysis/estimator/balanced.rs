@@ -15,7 +15,7 @@ use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError};
 
 /// Neighbours in a local mean; with fewer, intervals of 20 to 40 skewed scores are too narrow.
-const NEIGHBOURS: usize = 6;
+pub(super) const NEIGHBOURS: usize = 6;
 
 /// The estimator of balanced samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +46,7 @@ impl Estimator for Balanced {
 /// Returns how the choice of a balanced sample is drawn anew.
 pub(super) fn resampling(sample: Sample<'_>, scores: &[PointObjectives]) -> Resampling {
     let answered = sample.answered(scores.len());
-    let probability = |c: &super::Chosen| c.inclusion.unwrap_or(1.0) * answered;
+    let probability = |c: &super::Chosen| sample.fixed(c.inclusion.unwrap_or(1.0) * answered);
     let inclusion: Vec<f64> = sample.points.iter().map(probability).collect();
     if inclusion.iter().all(|pi| *pi >= 1.0) {
         return Resampling::whole();

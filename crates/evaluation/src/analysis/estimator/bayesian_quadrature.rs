@@ -47,7 +47,7 @@ impl Estimator for BayesianQuadrature {
         statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        if self.is_whole(sample.family_size, scores.len()) {
+        if self.is_whole(sample.family_size, scores.len()) && !sample.learned_once {
             return Whole.estimate_all(sample, scores, statistics, rng);
         }
         let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
@@ -55,7 +55,7 @@ impl Estimator for BayesianQuadrature {
             // Without what is known of the family, neighbours among the chosen ones are all that is left.
             return Representatives.estimate_all(sample, scores, statistics, rng);
         };
-        let rule = quadrature.rule(&rows);
+        let rule = quadrature.rule(&rows, sample.learned_once);
         let weighed: Vec<PointObjectives> = (scores.iter().zip(&rule.weights))
             .map(|(p, weight)| PointObjectives { weight: *weight, ..p.clone() })
             .collect();

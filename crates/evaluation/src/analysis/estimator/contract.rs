@@ -18,6 +18,9 @@ pub struct Sample<'a> {
     pub method: u64,
     /// Name of the method.
     pub name: &'a str,
+    /// Whether the method learned, once on each point MDP. Another training could have given another score, so the
+    /// scores that were seen vary, too, and none of them is taken for known.
+    pub learned_once: bool,
     /// How the point MDPs with a score were chosen, in the order of the scores.
     pub points: &'a [Chosen],
     /// What is known of the whole family, where that was kept.
@@ -163,6 +166,12 @@ impl Estimate {
 }
 
 impl Sample<'_> {
+    /// Returns by which share the choice of a point MDP does not vary, given its probability to be in the sample; 0 where
+    /// its training could have come out otherwise.
+    pub(super) fn fixed(&self, inclusion: f64) -> f64 {
+        if self.learned_once { 0.0 } else { inclusion }
+    }
+
     /// Returns the share of the chosen point MDPs that have a score: what is missing is taken as missing at random.
     pub(super) fn answered(&self, scores: usize) -> f64 {
         if self.chosen == 0 { 1.0 } else { (scores as f64 / self.chosen as f64).min(1.0) }

@@ -10,6 +10,10 @@
 //! | balanced, cheap scores known (M4) | [`Assisted`] | the same, over a model | the same, over its errors |
 //! | all | [`Whole`] | importance | seeds and trainings only |
 //!
+//! A method that learned once on each point MDP has scores that another training would have changed. How much is not
+//! known, so its interval takes all that neighbours differ by for the luck of training ([`Sample::learned_once`]): it is
+//! that of a family without end, of which even the whole is a sample. That is rather too wide.
+//!
 //! To add one: a file with a type that implements [`Estimator`], and its line in [`estimator_of`]; with a sampling of
 //! its own, that is a variant of [`Sampling`], its file in `sample`, and their lines.
 //!

@@ -39,7 +39,8 @@ impl Estimator for Representatives {
         statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let resampling = match self.is_whole(sample.family_size, scores.len()) {
+        let is_known = self.is_whole(sample.family_size, scores.len()) && !sample.learned_once;
+        let resampling = match is_known {
             true => Resampling::whole(),
             false => Resampling::of(contrasts(sample, scores), scores.len() as f64 - 1.0),
         };
@@ -54,7 +55,7 @@ fn contrasts(sample: Sample<'_>, scores: &[PointObjectives]) -> Vec<Contrast> {
     let k = NEIGHBOURS.min(scores.len().saturating_sub(1));
     let of = |(i, p): (usize, &PointObjectives)| {
         let size = f64::from(sample.points[i].count.max(1)) / answered;
-        let within = (1.0 - 1.0 / size).max(0.0);
+        let within = (1.0 - sample.fixed(1.0 / size)).max(0.0);
         if k == 0 || within == 0.0 {
             return None;
         }

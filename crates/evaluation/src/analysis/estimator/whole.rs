@@ -1,11 +1,14 @@
 //! The whole family: every point MDP with its importance.
 //!
 //! Only the noise of seeds and trainings remains. Where results are missing, those that are there are taken for a random
-//! part of the family.
+//! part of the family. What trainings that were not repeated could have given otherwise, neighbours tell
+//! ([`Sample::learned_once`]).
 
 use rand_chacha::ChaCha8Rng;
 
+use super::balanced::NEIGHBOURS;
 use super::contract::{Estimate, Estimator, Sample};
+use super::neighbours::local_means;
 use super::weighted::estimates;
 use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError};
@@ -32,7 +35,65 @@ impl Estimator for Whole {
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
         let weights: Vec<f64> = scores.iter().map(|p| p.weight).collect();
         let share = scores.len() as f64 / sample.family_size.max(1) as f64;
-        let resampling = Resampling::distinct(&weights, &vec![share; scores.len()]);
+        let inclusion = vec![sample.fixed(share); scores.len()];
+        let resampling = if sample.learned_once {
+            let contrasts = local_means(sample.points, &weights, &inclusion, NEIGHBOURS);
+            Resampling::of(contrasts, scores.len() as f64 - 1.0)
+        } else {
+            Resampling::distinct(&weights, &inclusion)
+        };
         estimates(sample, scores, &resampling, statistics, rng)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::super::contract::Chosen;
+    use super::*;
+
+    const FAMILY: usize = 60;
+
+    /// Scores that follow a feature, each with the luck of one training: one in ten goes wrong.
+    fn trained(rng: &mut ChaCha8Rng) -> Vec<PointObjectives> {
+        let of = |i: usize| {
+            let luck = if rng.random::<f64>() < 0.1 { 1.0 } else { 0.0 };
+            let score = 0.5 + i as f64 / FAMILY as f64 + luck;
+            let method = vec![vec![10.0 * score, 10.1 * score]];
+            PointObjectives { weight: 1.0, draws: 1, method, baseline: vec![10.0, 10.1] }
+        };
+        (0..FAMILY).map(of).collect()
+    }
+
+    /// Of 100 intervals, how many hold the mean over all trainings that there could be.
+    fn held(learned_once: bool) -> usize {
+        let truth = 0.5 + (FAMILY as f64 - 1.0) / 2.0 / FAMILY as f64 + 0.1;
+        let at = |i: usize| Chosen { count: 1, at: vec![i as f64], ..Chosen::default() };
+        let points: Vec<Chosen> = (0..FAMILY).map(at).collect();
+        let sample = Sample {
+            family_size: FAMILY,
+            chosen: FAMILY,
+            method: 0,
+            name: "m",
+            learned_once,
+            points: &points,
+            design: None,
+            resamples: 400,
+            alpha: 0.05,
+        };
+        let mut luck = ChaCha8Rng::seed_from_u64(5);
+        let holds = |_: &u64| {
+            let scores = trained(&mut luck);
+            let e = Whole.estimate(sample, &scores, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+            e.interval.is_some_and(|(low, high)| low <= truth && truth <= high)
+        };
+        (0..100u64).filter(holds).count()
+    }
+
+    #[test]
+    fn the_interval_of_a_whole_family_holds_what_other_trainings_would_give() {
+        let (without, with) = (held(false), held(true));
+        assert!(without < 30 && (90..=100).contains(&with), "{without} and {with} of 100");
     }
 }

@@ -48,7 +48,8 @@ impl Estimator for WithoutReplacement {
             .map(|((p, c), pi)| PointObjectives { weight: c.importance / pi, ..p.clone() })
             .collect();
         let weights: Vec<f64> = unbiased.iter().map(|p| p.weight).collect();
-        let resampling = Resampling::distinct(&weights, &inclusion);
+        let fixed: Vec<f64> = inclusion.iter().map(|pi| sample.fixed(*pi)).collect();
+        let resampling = Resampling::distinct(&weights, &fixed);
         let mut all = estimates(sample, &unbiased, &resampling, statistics, rng)?;
         let mut own = Vec::with_capacity(all.len());
         statistics.values(&means(scores)?, &mut own);
