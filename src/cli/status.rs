@@ -16,6 +16,7 @@ use crate::run::batch::cost::Costs;
 use crate::run::batch::{Standing, submission};
 use crate::run::domain::domain_of;
 use crate::store::Layout;
+use crate::store::dropped::read_dropped;
 use crate::store::lock::holder;
 use crate::store::manifest::{Manifest, Task};
 use crate::store::reach::Reach;
@@ -63,7 +64,8 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let [running, queued, held] = [Standing::Running, Standing::Queued, Standing::Held].map(count);
     let begun =
         |t| tally.done[t] || there.tasks.contains(&t) || tally.begun.binary_search(&t).is_ok();
-    let reach = Reach::of(&manifest.identity, &plan, begun);
+    let dropped = read_dropped(&layout, &manifest.identity)?;
+    let reach = Reach::of(&manifest.identity, &plan, &dropped, begun);
     let to_do = |t: &usize| reach.has(*t) && !tally.done[*t];
     let missing = (0..plan.len()).filter(to_do).count();
     let rest = (0..plan.len()).filter(to_do).filter(|t| !there.tasks.contains(t)).count();

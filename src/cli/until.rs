@@ -3,14 +3,18 @@
 use super::refused::Refused;
 use crate::sample::Until;
 
+/// What stands for deciding which method is the best, in place of pairs.
+const FIRST_PLACE: &str = "first-place";
+
 /// When a run stops before its budget is spent.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct UntilArgs {
     /// Stop at the first look at which the intervals of all methods' overall performance have this half-width
     #[arg(long, value_name = "SCORE", conflicts_with = "until_decided")]
     pub until_half_width: Option<f64>,
-    /// Stop at the first look at which every pair of methods is decided, or every pair that is given
-    #[arg(long, value_name = "A:B,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    /// Stop at the first look at which every pair of methods is decided, or every pair that is given, or it is decided
+    /// which method is the best; methods that are surely behind drop out before
+    #[arg(long, value_name = "A:B,...|first-place", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     pub until_decided: Option<String>,
 }
 
@@ -29,6 +33,13 @@ impl UntilArgs {
     /// * `methods` — all that there are.
     pub fn until(&self, judged: &[String], methods: &[String]) -> anyhow::Result<Option<Until>> {
         Ok(match (&self.until_decided, self.until_half_width) {
+            (Some(asked), _) if asked == FIRST_PLACE => {
+                if judged.len() < 2 {
+                    let reason = "it takes two methods to decide between";
+                    return Err(Refused(format!("--until-decided={FIRST_PLACE}: {reason}")).into());
+                }
+                Some(Until::FirstPlace(judged.to_vec()))
+            }
             (Some(pairs), _) => Some(Until::Decided(asked(pairs, judged, methods)?)),
             (None, Some(width)) if width.is_finite() && width > 0.0 => {
                 Some(Until::HalfWidth(width))

@@ -10,6 +10,7 @@ mod nightly;
 
 mod across;
 mod damaged;
+mod dropped;
 mod estimate;
 mod export;
 mod palette;

@@ -10,6 +10,7 @@ use crate::domains;
 use crate::run::domain::Problem;
 use crate::run::plan::Draft;
 use crate::run::session::Session;
+use crate::store::dropped::write_dropped;
 use crate::store::results::Results;
 
 /// Most pairs of methods that are named.
@@ -77,6 +78,11 @@ pub(super) fn next(
     let sections = domains::sections(&session.layout, &now)?;
     let analysis = Analysis::new(&now, sections.measures());
     let Some(standing) = analysis.standing() else { return Ok(None) };
+    let mut all = all;
+    if standing.goes_on() && !standing.behind.is_empty() {
+        all.dropped.extend(standing.behind.iter().cloned());
+        write_dropped(&session.layout, &all.dropped)?;
+    }
     let next = all.at_look(standing.look).filter(|next| standing.goes_on() && is_new(next));
     if args.json {
         line(json!({
@@ -88,6 +94,7 @@ pub(super) fn next(
             "open": standing.open,
             "widest": standing.widest.as_ref().map(|w| &w.0),
             "half_width": standing.widest.as_ref().and_then(|w| w.1),
+            "dropped": standing.behind.iter().map(|d| &d.method).collect::<Vec<_>>(),
         }))?;
     } else if !args.quiet {
         let points = now.manifest.identity.points.len();
@@ -99,7 +106,7 @@ pub(super) fn next(
 
 /// Returns what a look shows, and what follows from it.
 fn said(standing: &Standing, points: usize, then: Option<usize>) -> String {
-    let Standing { look, looks, open, widest, is_enough } = standing;
+    let Standing { look, looks, open, widest, is_enough, behind } = standing;
     let mut text = format!("look {look} of {looks}, {points} point MDPs: ");
     match widest {
         Some((method, Some(width))) => {
@@ -117,7 +124,12 @@ fn said(standing: &Standing, points: usize, then: Option<usize>) -> String {
     }
     text.push_str(&match (is_enough, then) {
         (true, _) => "; that is enough".to_owned(),
-        (false, Some(then)) => format!("; continuing to {then}"),
+        (false, Some(then)) if behind.is_empty() => format!("; continuing to {then}"),
+        (false, Some(then)) => {
+            let named = behind.iter().map(|d| format!("{} (behind {})", d.method, d.behind));
+            let named: Vec<String> = named.collect();
+            format!("; continuing to {then} without {}", named.join(", "))
+        }
         (false, None) => "; the budget is spent".to_owned(),
     });
     text

@@ -124,6 +124,8 @@ pub enum Until {
     HalfWidth(f64),
     /// The intervals of the differences between these pairs of methods do not contain 0
     Decided(Vec<(String, String)>),
+    /// One of these methods is ahead of every other: the intervals of the differences do not contain 0
+    FirstPlace(Vec<String>),
 }
 
 /// The sample at one look.
@@ -156,6 +158,9 @@ impl fmt::Display for Until {
                 write!(f, "it is decided which of {} and {} is better", pairs[0].0, pairs[0].1)
             }
             Self::Decided(pairs) => write!(f, "all {} pairs of methods are decided", pairs.len()),
+            Self::FirstPlace(methods) => {
+                write!(f, "it is decided which of {} methods is the best", methods.len())
+            }
         }
     }
 }

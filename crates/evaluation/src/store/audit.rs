@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::Layout;
 use super::builds::Builds;
+use super::dropped::read_dropped;
 use super::manifest::{Manifest, Task};
 use super::plan::read_plan;
 use super::reach::Reach;
@@ -105,12 +106,19 @@ impl Audit {
             Err(StoreError::Design { path, reason }) => audit.add(path, reason, Remedy::Begin),
             read => read?,
         }
+        let dropped = match read_dropped(layout, &manifest.identity) {
+            Err(StoreError::Malformed { path, reason }) => {
+                audit.add(path, reason, Remedy::Renew);
+                Vec::new()
+            }
+            read => read?,
+        };
         for folder in ["done", "models", "ckpt", "logs"] {
             audit.strays(&layout.root().join(folder))?;
         }
         let repeated = audit.to_repeat();
         let begun = |task: usize| audit.done.contains(&task) || repeated.contains(&task);
-        audit.reach = Reach::of(&manifest.identity, &audit.tasks, begun);
+        audit.reach = Reach::of(&manifest.identity, &audit.tasks, &dropped, begun);
         audit.manifest = Some(manifest);
         Ok(audit)
     }

@@ -21,6 +21,7 @@ pub mod audit;
 pub mod builds;
 mod commit;
 pub mod difference;
+pub mod dropped;
 pub mod error;
 pub mod extent;
 pub mod figures;
@@ -71,6 +72,11 @@ impl Layout {
     /// `plan.jsonl`.
     pub fn plan(&self) -> PathBuf {
         self.root.join("plan.jsonl")
+    }
+
+    /// `dropped.json`: which methods a growing run no longer evaluates.
+    pub fn dropped(&self) -> PathBuf {
+        self.root.join("dropped.json")
     }
 
     /// `design.json`.

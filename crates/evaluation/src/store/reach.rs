@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use super::dropped::{Dropped, Needed};
 use super::manifest::{Identity, Task};
 
 /// The tasks that a run is to do, as far as is known yet.
@@ -20,8 +21,14 @@ impl Reach {
     /// # Arguments
     ///
     /// * `plan` — all tasks, each at its number.
+    /// * `dropped` — methods that are no longer evaluated.
     /// * `begun` — whether something was done on a task, or is by somebody.
-    pub fn of(identity: &Identity, plan: &[Task], begun: impl Fn(usize) -> bool) -> Self {
+    pub fn of(
+        identity: &Identity,
+        plan: &[Task],
+        dropped: &[Dropped],
+        begun: impl Fn(usize) -> bool,
+    ) -> Self {
         let sample = &identity.sample;
         let points: BTreeSet<&str> =
             plan.iter().filter(|t| begun(t.task)).map(|t| &*t.point).collect();
@@ -30,7 +37,8 @@ impl Reach {
         };
         let drawn: BTreeSet<&str> = now.draws.iter().map(|d| d.point.as_str()).collect();
         let looks = sample.growth.as_ref().map_or(0, |growth| growth.looks.len());
-        let has = plan.iter().map(|task| drawn.contains(&*task.point)).collect();
+        let needed = Needed::of(sample, dropped);
+        let has = plan.iter().map(|t| drawn.contains(&*t.point) && needed.has(t)).collect();
         Self { look: Some((look + 1, looks)), has }
     }
 

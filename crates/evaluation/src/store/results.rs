@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::Layout;
 use super::builds::Builds;
+use super::dropped::{Dropped, Needed, read_dropped};
 use super::manifest::{Manifest, Task};
 use super::plan::read_plan;
 use super::record::{OTHER_MANIFEST, Outcome, Record, RowKind};
@@ -28,6 +29,8 @@ pub struct Results {
     pub sha256: String,
     /// What was known of the whole family when a balanced sample was drawn.
     pub design: Option<Design>,
+    /// Methods that a sample that grows no longer has.
+    pub dropped: Vec<Dropped>,
     /// All tasks; of a sample that grows, those of the point MDPs that it has so far.
     plan: Vec<Task>,
     /// The record of every task, in the order of the plan.
@@ -68,13 +71,16 @@ impl Results {
         })?;
         refuse(layout, records.iter().flatten().count(), damaged)?;
         let design = read_design(layout, manifest)?;
-        Ok(Self { manifest: manifest.clone(), sha256, design, plan, records })
+        let dropped = read_dropped(layout, &manifest.identity)?;
+        Ok(Self { manifest: manifest.clone(), sha256, design, dropped, plan, records })
     }
 
     /// Returns the last look that is complete, the first where none is; everything, where the sample does not grow.
     pub fn so_far(self) -> Self {
         let Some(growth) = &self.manifest.identity.sample.growth else { return self };
-        let missing: BTreeSet<&str> = self.missing().map(|task| &*task.point).collect();
+        let needed = Needed::of(&self.manifest.identity.sample, &self.dropped);
+        let missing = self.missing().filter(|task| needed.has(task));
+        let missing: BTreeSet<&str> = missing.map(|task| &*task.point).collect();
         let is_complete = |look: &Look| !look.draws.iter().any(|d| missing.contains(&*d.point));
         let last = growth.looks.iter().rposition(is_complete).unwrap_or(0);
         self.at_look(last).unwrap_or(self)
@@ -95,11 +101,13 @@ impl Results {
         let mut manifest = Manifest::clone(&self.manifest);
         manifest.identity.points.retain(|p| of_look.contains(p.point.as_str()));
         let rows = self.plan.iter().zip(&self.records);
-        let rows = rows.filter(|(task, _)| of_look.contains(&*task.point));
+        let needed = Needed::of(&self.manifest.identity.sample, &self.dropped);
+        let rows = rows.filter(|(task, _)| of_look.contains(&*task.point) && needed.has(task));
         let (plan, records) = rows.map(|(task, record)| (task.clone(), record.clone())).unzip();
         manifest.identity.sample = sample;
         let (sha256, design) = (self.sha256.clone(), self.design.clone());
-        Some(Self { manifest: Arc::new(manifest), sha256, design, plan, records })
+        let dropped = self.dropped.clone();
+        Some(Self { manifest: Arc::new(manifest), sha256, design, dropped, plan, records })
     }
 
     /// Returns all tasks.

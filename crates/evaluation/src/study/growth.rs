@@ -102,22 +102,28 @@ fn judged(recorded: &Recorded, until: &Until) -> Vec<Judged> {
         of: (m, None),
         truth: recorded.truth(&methods[m]),
     };
-    match until {
-        Until::HalfWidth(_) => (0..methods.len()).map(one).collect(),
-        Until::Decided(pairs) => {
-            let of_pair = |(a, b): &(String, String)| {
-                let (a, b) = (position(a)?, position(b)?);
-                let [first, second] = [one(a), one(b)];
-                let truth = match recorded.direction {
-                    Direction::Lower => second.truth - first.truth,
-                    Direction::Higher => first.truth - second.truth,
-                };
-                let name = format!("{} against {}", first.name, second.name);
-                Some(Judged { name, of: (a, Some(b)), truth })
-            };
-            pairs.iter().filter_map(of_pair).collect()
+    let every_pair: Vec<(String, String)>;
+    let pairs = match until {
+        Until::HalfWidth(_) => return (0..methods.len()).map(one).collect(),
+        Until::Decided(pairs) => pairs,
+        Until::FirstPlace(methods) => {
+            let after = |i: usize| methods.iter().skip(i + 1).map(move |b| (i, b));
+            let all = (0..methods.len()).flat_map(after);
+            every_pair = all.map(|(i, b)| (methods[i].clone(), b.clone())).collect();
+            &every_pair
         }
-    }
+    };
+    let of_pair = |(a, b): &(String, String)| {
+        let (a, b) = (position(a)?, position(b)?);
+        let [first, second] = [one(a), one(b)];
+        let truth = match recorded.direction {
+            Direction::Lower => second.truth - first.truth,
+            Direction::Higher => first.truth - second.truth,
+        };
+        let name = format!("{} against {}", first.name, second.name);
+        Some(Judged { name, of: (a, Some(b)), truth })
+    };
+    pairs.iter().filter_map(of_pair).collect()
 }
 
 /// Returns what a run knows of the whole family: nothing of the methods that are judged.
@@ -148,36 +154,112 @@ fn run(
     let looks = looks(&chosen, &setting.design, &plan.budgets)?;
     let chosen = SamplePlan { growth: Some(Growth { until: until.clone(), looks }), ..chosen };
     let mut ends: [Option<Run>; 2] = [None, None];
+    let mut rests = [Rest::default(), Rest::default()];
+    let mut samples: Vec<SamplePlan> = Vec::new();
     for k in 0..plan.budgets.len() {
         let Some(sample) = chosen.at_look(k) else { break };
         let estimates = estimates(setting, &sample, judged, plan.resamples, seed)?;
-        for (end, alpha) in ends.iter_mut().zip([sample.alpha(), ALPHA]) {
+        samples.push(sample);
+        let alphas = [samples[k].alpha(), ALPHA];
+        for ((end, rest), alpha) in ends.iter_mut().zip(&mut rests).zip(alphas) {
             if end.is_some() {
                 continue;
             }
+            let own = |(j, e): (usize, &Estimate)| {
+                rest.closed.get(&j).copied().unwrap_or_else(|| e.about(alpha))
+            };
             let intervals: Vec<Option<(f64, f64)>> =
-                estimates.iter().map(|e| e.about(alpha)).collect();
+                estimates.iter().enumerate().map(own).collect();
             let is_last = k + 1 == plan.budgets.len();
-            let is_enough = intervals.iter().all(|i| i.is_some_and(|i| is_enough(until, i)));
+            let is_enough = rest.is_enough(until, judged, &intervals);
             if is_enough || is_last {
                 let methods: BTreeSet<usize> = judged.iter().flat_map(Judged::positions).collect();
-                let cost_s = methods.iter().map(|m| setting.cost_s(&sample, *m)).sum();
-                let (points, is_early) = (sample.draws.len(), !is_last);
+                let until_when = |m: &usize| rest.dropped.get(m).copied().unwrap_or(k);
+                let cost_s =
+                    methods.iter().map(|m| setting.cost_s(&samples[until_when(m)], *m)).sum();
+                let (points, is_early) = (samples[k].draws.len(), !is_last);
                 *end = Some(Run { points, is_early, is_enough, intervals, cost_s });
+            } else {
+                rest.drop(until, judged, &intervals, k);
             }
         }
     }
     Ok(ends.map(|end| end.expect("a run ends at its last look")))
 }
 
-fn is_enough(until: &Until, (low, high): (f64, f64)) -> bool {
-    match until {
-        Until::HalfWidth(most) => (high - low) / 2.0 <= *most,
-        Until::Decided(_) => low > 0.0 || high < 0.0,
+/// What a run has settled before its end.
+#[derive(Default)]
+struct Rest {
+    /// Methods that dropped out, each with its last look.
+    dropped: BTreeMap<usize, usize>,
+    /// The intervals of pairs of which one method has dropped out, as they were then.
+    closed: BTreeMap<usize, Option<(f64, f64)>>,
+}
+
+impl Rest {
+    /// Whether what is asked for is known.
+    fn is_enough(&self, until: &Until, judged: &[Judged], all: &[Option<(f64, f64)>]) -> bool {
+        match until {
+            Until::HalfWidth(most) => {
+                all.iter().all(|i| i.is_some_and(|(low, high)| (high - low) / 2.0 <= *most))
+            }
+            Until::Decided(_) => judged.iter().zip(all).all(|(j, i)| j.loser(*i).is_some()),
+            Until::FirstPlace(_) => {
+                let open = judged
+                    .iter()
+                    .zip(all)
+                    .enumerate()
+                    .filter(|(j, _)| !self.closed.contains_key(j));
+                let open: Vec<(&Judged, Option<usize>)> =
+                    open.map(|(_, (judged, i))| (judged, judged.loser(*i))).collect();
+                let stay: BTreeSet<usize> = open.iter().flat_map(|(j, _)| j.positions()).collect();
+                let wins = |m: &usize| {
+                    let own = open.iter().filter(|(j, _)| j.positions().any(|of| of == *m));
+                    own.clone().all(|(_, loser)| loser.is_some_and(|loser| loser != *m))
+                };
+                stay.is_empty() || stay.iter().any(wins)
+            }
+        }
+    }
+
+    /// Drops methods as a run does after a look, counted from 0.
+    fn drop(&mut self, until: &Until, judged: &[Judged], all: &[Option<(f64, f64)>], look: usize) {
+        let open = |j: &usize| !self.closed.contains_key(j);
+        let losers: Vec<Option<usize>> =
+            judged.iter().zip(all).map(|(judged, i)| judged.loser(*i)).collect();
+        let places: Vec<usize> = (0..judged.len()).filter(open).collect();
+        let own =
+            |m: usize| places.iter().filter(move |j| judged[**j].positions().any(|of| of == m));
+        let methods: BTreeSet<usize> = places.iter().flat_map(|j| judged[*j].positions()).collect();
+        let drops = |m: &usize| {
+            let behind = own(*m).any(|j| losers[*j] == Some(*m));
+            match until {
+                Until::HalfWidth(_) => false,
+                Until::Decided(_) => behind && own(*m).all(|j| losers[*j].is_some()),
+                Until::FirstPlace(_) => behind,
+            }
+        };
+        let dropped: Vec<usize> = methods.into_iter().filter(drops).collect();
+        for m in dropped {
+            self.dropped.insert(m, look);
+            for j in (0..judged.len()).filter(|j| judged[*j].positions().any(|of| of == m)) {
+                self.closed.entry(j).or_insert(all[j]);
+            }
+        }
     }
 }
 
 impl Judged {
+    /// Returns which of the two methods is behind by more than chance, if one is.
+    fn loser(&self, interval: Option<(f64, f64)>) -> Option<usize> {
+        let (first, second) = (self.of.0, self.of.1?);
+        match interval? {
+            (low, _) if low > 0.0 => Some(second),
+            (_, high) if high < 0.0 => Some(first),
+            _ => None,
+        }
+    }
+
     fn positions(&self) -> impl Iterator<Item = usize> {
         std::iter::once(self.of.0).chain(self.of.1)
     }
@@ -250,7 +332,7 @@ fn put_together(
             .enumerate()
             .map(|(k, j)| (j.name.clone(), coverage(k, j)))
             .collect(),
-        wrong: matches!(until, Until::Decided(_)).then(|| share(&is_wrong)),
+        wrong: (!matches!(until, Until::HalfWidth(_))).then(|| share(&is_wrong)),
         cpu_hours: costs.map(|s| s / n / 3600.0),
     }
 }

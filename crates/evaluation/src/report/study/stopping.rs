@@ -84,7 +84,7 @@ pub(super) fn values(report: &StudyReport<'_>) -> Option<Value> {
         }
     };
     let judged = match until {
-        Until::Decided(_) => "the pairs",
+        Until::Decided(_) | Until::FirstPlace(_) => "the pairs",
         Until::HalfWidth(_) => "the methods",
     };
     Some(context! {

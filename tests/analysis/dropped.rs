@@ -1,0 +1,132 @@
+//! Methods that drop out of a sample that grows: what is still to be done, what counts, and what a damaged list of them
+//! leads to.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use crate::made_up::{evaluations, manifest, reported, write_results};
+use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
+use tsc_family::store::audit::{Audit, Remedy};
+use tsc_family::store::dropped::{Dropped, write_dropped};
+use tsc_family::store::manifest::{Manifest, PointRow, Task};
+use tsc_family::store::record::TaskResult;
+use tsc_family::store::results::Results;
+use tsc_family::store::{Layout, StoreError};
+
+/// Looks at 4 and 8 point MDPs.
+fn growing(until: Until) -> Manifest {
+    let mut manifest = manifest(&["baseline", "fixed-time", "idqn", "ippo"]);
+    let identity = &mut manifest.identity;
+    let (point, draw) = (identity.points[0].clone(), identity.sample.draws[0].clone());
+    let named = |i: usize| format!("p{i}");
+    identity.points = (0..8)
+        .map(|i| {
+            let features = vec![2.0, 100.0 * i as f64];
+            PointRow { point: named(i), features, importance: 0.125, ..point.clone() }
+        })
+        .collect();
+    let draws = |n: usize| -> Vec<Draw> {
+        (0..n).map(|i| Draw { point: named(i), weight: 1.0 / n as f64, ..draw.clone() }).collect()
+    };
+    let look = |budget: usize| Look { budget, draws: draws(budget) };
+    let sample = &mut identity.sample;
+    sample.sampling = Sampling::Balanced;
+    (sample.budget, sample.family_size, sample.draws) = (8, 40, draws(8));
+    sample.growth = Some(Growth { until, looks: vec![look(4), look(8)] });
+    manifest
+}
+
+/// ippo is far behind, fixed-time and idqn are close.
+fn delays(task: &Task) -> [f64; 2] {
+    let place = f64::from(task.point.as_bytes()[1] - b'0');
+    match task.method.as_str() {
+        "baseline" => [100.0, 101.0],
+        "fixed-time" => [50.0 + place, 50.0 - place],
+        "idqn" => [50.0 - place, 51.0 + place],
+        _ => [300.0 + place, 301.0],
+    }
+}
+
+/// The first look is complete; of the second some methods are.
+fn written(root: &Path, until: Until, second: &[&str]) -> Layout {
+    write_results(root, &growing(until), |task| {
+        let is_first = task.point.as_str() < "p4";
+        let rows = evaluations(&delays(task));
+        (is_first || second.contains(&task.method.as_str()))
+            .then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+    })
+}
+
+fn first_place() -> Until {
+    Until::FirstPlace(["fixed-time", "idqn", "ippo"].map(str::to_owned).to_vec())
+}
+
+#[test]
+fn who_is_surely_behind_drops_out_and_the_others_go_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout = written(dir.path(), first_place(), &[]);
+    let standing = reported(&layout).standing().unwrap();
+    assert!(standing.goes_on() && standing.open.len() == 1, "{standing:?}");
+    let named: Vec<&str> = standing.behind.iter().map(|d| d.method.as_str()).collect();
+    assert_eq!((named, standing.behind[0].look), (vec!["ippo"], 1));
+
+    write_dropped(&layout, &standing.behind).unwrap();
+    let all = Results::load_all(&layout).unwrap();
+    let next = all.at_look(1).unwrap();
+    let missing: BTreeSet<&str> = next.missing().map(|t| t.method.as_str()).collect();
+    assert_eq!(missing, BTreeSet::from(["baseline", "fixed-time", "idqn"]));
+    assert_eq!((next.missing().count(), next.plan().len()), (12, 28));
+    let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into));
+    assert_eq!(audit.unwrap().missing(), 0, "the second look has not begun");
+}
+
+#[test]
+fn a_look_is_complete_without_what_was_dropped() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout = written(dir.path(), first_place(), &["baseline", "fixed-time", "idqn"]);
+    let points = || Results::load(&layout).unwrap().manifest.identity.points.len();
+    assert_eq!(points(), 4, "ippo lacks the second look");
+    let ippo = Dropped { method: "ippo".into(), look: 1, behind: "idqn".into() };
+    write_dropped(&layout, &[ippo]).unwrap();
+    assert_eq!(points(), 8);
+    let data = reported(&layout);
+    let ippo = data.methods.iter().find(|m| m.method == "ippo").unwrap();
+    assert_eq!((ippo.rank, ippo.points, ippo.missing), (None, 4, 0));
+    let standing = data.standing().unwrap();
+    assert!(
+        standing.behind.is_empty() && standing.open.iter().all(|(a, b)| a != "ippo" && b != "ippo")
+    );
+}
+
+#[test]
+fn a_method_drops_out_only_when_all_its_pairs_are_decided() {
+    let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());
+    let pairs = vec![pair("fixed-time", "idqn"), pair("idqn", "ippo")];
+    let dir = tempfile::tempdir().unwrap();
+    let layout = written(dir.path(), Until::Decided(pairs), &[]);
+    let standing = reported(&layout).standing().unwrap();
+    assert_eq!(standing.open, [pair("fixed-time", "idqn")]);
+    let named: Vec<&str> = standing.behind.iter().map(|d| d.method.as_str()).collect();
+    assert_eq!(named, ["ippo"], "idqn is ahead of it, and still needed");
+}
+
+#[test]
+fn a_list_that_is_not_of_the_run_is_named_with_the_way_out() {
+    let dir = tempfile::tempdir().unwrap();
+    let layout = written(dir.path(), first_place(), &[]);
+    for (text, reason) in [
+        ("[{\"method\":\"mine\",\"look\":1,\"behind\":\"idqn\"}]", "mine"),
+        ("[{\"method\":\"baseline\",\"look\":1,\"behind\":\"idqn\"}]", "baseline"),
+        ("[{\"method\":\"ippo\",\"look\":2,\"behind\":\"idqn\"}]", "look 2 of 2"),
+        ("[", "EOF"),
+    ] {
+        fs::write(layout.dropped(), text).unwrap();
+        let e = Results::load(&layout).unwrap_err();
+        let said = e.to_string();
+        assert!(matches!(e, StoreError::Malformed { .. }), "{said}");
+        assert!(said.contains(reason) && said.contains("repeat the command"), "{said}");
+        let audit = Audit::of(&layout, Manifest::read(&layout).map(Into::into)).unwrap();
+        assert_eq!(audit.damage.iter().map(|d| d.remedy).collect::<Vec<_>>(), [Remedy::Renew]);
+    }
+}
