@@ -88,14 +88,15 @@ def evaluate(
     *,
     budget: int | str | None = None,
     sampling: str | None = None,
-    eval_seeds: int = 5,
+    eval_seeds: int | None = None,
     against: Sequence[str] = (),
     out: PathLike | None = None,
     sumocfg: PathLike | Sequence[PathLike] = (),
     preset: str | None = None,
     settings: Settings | None = None,
     episodes: int | None = None,
-    replicates: int = 1,
+    replicates: int | None = None,
+    replace: Sequence[str] = (),
     seed: int = 0,
     jobs: int | None = None,
     stall_timeout: int | None = None,
@@ -105,9 +106,10 @@ def evaluate(
 ) -> Result:
     """Evaluates controllers on a sample of a family, ranked beside the methods ``against`` and the baseline.
 
-    ``budget`` is the number of point MDPs, all of them where it is None; the other options are those of
-    ``tsc-family run``. A run is resumable: the same call continues it, and what is done is kept; a controller whose file
-    has changed is another run and needs another ``out``. A controller that fails on a point MDP has a failed record
+    ``budget`` is the number of point MDPs. Where it is None, these are those of the run that is in ``out``, else all. The
+    other options are those of ``tsc-family run``. The same call continues an interrupted run. A call with more
+    controllers, methods or point MDPs adds to the run in ``out``, whose records stay. A controller whose file has
+    changed needs another ``out``, or its name in ``replace``, which computes its records again. A controller that fails on a point MDP has a failed record
     there with its own traceback; the run goes on, and a warning says so.
 
     In the script that a controller is written in, this ends the loading of that script where a worker loads it: whatever
@@ -144,6 +146,8 @@ def evaluate(
     for name, value in options.items():
         if value is not None:
             arguments += [f"--{name}", str(value)]
+    if replace:
+        arguments += ["--replace", ",".join(replace)]
     if retry_failed:
         arguments.append("--retry-failed")
     code, table, words = call(arguments, show_output=False, show_progress=not quiet)

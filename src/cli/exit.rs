@@ -197,9 +197,11 @@ fn sim(error: &SimError) -> u8 {
 
 fn store(error: &StoreError) -> u8 {
     match error {
-        StoreError::Mismatch { .. } | StoreError::Version { .. } | StoreError::Locked { .. } => {
-            MISMATCH
-        }
+        StoreError::Mismatch { .. }
+        | StoreError::Version { .. }
+        | StoreError::Locked { .. }
+        | StoreError::Growing(_)
+        | StoreError::Submitted(_) => MISMATCH,
         StoreError::NotResults(_)
         | StoreError::Manifest { .. }
         | StoreError::Plan { .. }

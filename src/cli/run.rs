@@ -1,16 +1,19 @@
 //! `tsc-family run`: plan, networks, workers, summary.
 
 mod arguments;
+mod begun;
 mod looks;
 
 pub(super) use arguments::RunArgs;
 
+use std::num::NonZeroU32;
 use std::path::Path;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
 use serde_json::json;
 
+use self::begun::Begun;
 use super::estimate::estimate;
 use super::folder::RESULTS;
 use super::handover::{Executes, abroad, hand_over, note_doubled};
@@ -30,11 +33,12 @@ use crate::run::batch::BatchSystem;
 use crate::run::domain::Domain;
 use crate::run::error::RunError;
 use crate::run::method::{Method, Training};
-use crate::run::plan::{Draft, Request, draft};
+use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
 use crate::sample::plan_file::{PlanError, PlanFile};
 use crate::sample::{Design, Sampling, choose_over};
+use crate::store::manifest::Identity;
 use crate::store::results::Results;
 use crate::traffic::sim::SimError;
 
@@ -46,25 +50,49 @@ const ALL: &str = "all";
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let subject = Subject::new(args)?;
-    let mut methods = methods(&args.methods, subject.domain());
+    let out = args.out.clone();
+    let out = out.unwrap_or_else(|| Path::new("results").join(&subject.problem().family().name));
+    let begun = Begun::find(args, &subject, &out)?;
+    let mut methods = match &begun {
+        Some(begun) if args.methods.is_empty() => begun.identity.methods.clone(),
+        Some(begun) => begun.with(methods(&args.methods, subject.domain())),
+        None => methods(&args.methods, subject.domain()),
+    };
     args.controllers.check(subject.domain())?;
     for name in args.controllers.names().filter(|name| !methods.contains(name)).collect::<Vec<_>>()
     {
         methods.push(name);
     }
+    let there = begun.as_ref().map(|begun| &begun.identity);
+    if let Some(name) = args.replace.iter().find(|m| !there.is_some_and(|t| t.methods.contains(m)))
+    {
+        let reason = format!("--replace {name}: {} has no records of it", out.display());
+        return Err(Refused(reason).into());
+    }
     let plan = planned(args, &subject)?;
+    let plan = match &begun {
+        Some(begun) if plan.is_none() && args.budget.is_none() && args.sampling.is_none() => {
+            begun.sample()?
+        }
+        _ => plan,
+    };
     let size = plan.is_none().then(|| subject.problem().family().points.len());
     let request = Request {
         domain: subject.domain(),
         problem: subject.problem(),
         // A sample that grows may grow to the whole family.
-        budget: args.budget.0.or(args.until.flag().and(size)),
+        budget: args.budget.and_then(|budget| budget.0).or(args.until.flag().and(size)),
         sampling: args.sampling.unwrap_or(Sampling::DEFAULT),
         plan: plan.as_ref(),
         methods: &methods,
         base_seed: args.seed,
-        evaluation_seeds: args.eval_seeds.get(),
-        replicates: args.replicates.get(),
+        evaluation_seeds: (args.eval_seeds.map(NonZeroU32::get))
+            .or(there.map(|t| t.evaluation_seeds.len() as u32))
+            .unwrap_or(EVALUATION_SEEDS),
+        replicates: (args.replicates.map(NonZeroU32::get))
+            .or(there.map(|t| t.replicates))
+            .unwrap_or(1),
+        replace: &args.replace,
     };
     let mut draft = draft(&request)?;
     if let Some(method) = &args.against {
@@ -111,8 +139,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         }
         return Ok(exit::DONE);
     }
-    let out = args.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("results").join(&request.problem.family().name));
     RESULTS.check(&out, "--out", Some(args.force))?;
     subject.check_folder()?;
     let made = Counted::new(
@@ -129,7 +155,32 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     };
     made.finish();
     let session = session?;
+    if let Some(kept) = session.grown {
+        say_grown(args, &session, there, kept)?;
+    }
     work(args, &request, &session, jobs)
+}
+
+/// Says how a run that was there has grown.
+fn say_grown(
+    args: &RunArgs,
+    session: &Session<'_>,
+    there: Option<&Identity>,
+    kept: usize,
+) -> anyhow::Result<()> {
+    let tasks = session.manifest.identity.tasks().len();
+    if args.json {
+        return Ok(line(json!({"event": "grown", "records": kept, "tasks": tasks}))?);
+    }
+    if !args.quiet {
+        let before = there.map_or(0, |t| t.tasks().len());
+        let grows = match args.replace.is_empty() {
+            true => format!("grows from {before} to {tasks} tasks"),
+            false => format!("has {tasks} tasks and computes {} again", args.replace.join(", ")),
+        };
+        note(format!("{} {grows}; {kept} records stay", session.layout.root().display()));
+    }
+    Ok(())
 }
 
 /// Says what is to be known of imported scenarios; all of it in a dry run.
@@ -167,7 +218,7 @@ fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>
         return Ok(Some(plan));
     }
     let Some(dir) = &args.assist else { return Ok(None) };
-    let Some(budget) = args.budget.0 else {
+    let Some(budget) = args.budget.and_then(|budget| budget.0) else {
         let reason = "--assist has no effect: every point MDP is evaluated; give a --budget";
         return Err(Refused(reason.to_owned()).into());
     };

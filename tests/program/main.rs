@@ -8,6 +8,7 @@ mod common;
 mod fixture;
 mod quick;
 
+mod adding;
 #[cfg(feature = "libsumo")]
 mod batch;
 mod cartpole_run;

@@ -15,8 +15,9 @@ use crate::store::extent::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 /// `tsc-family run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The same command continues an interrupted run and keeps finished tasks. Another run in the same
-directory is refused.
+The same command continues an interrupted run and keeps finished tasks. With more methods, a larger
+budget or more replicates it adds to the run, whose records stay. Another run in the same directory is
+refused.
 
 Examples:
   tsc-family run --budget 20 --out results/slc
@@ -40,9 +41,9 @@ pub struct RunArgs {
     /// What counts in place of what they say
     #[command(flatten)]
     pub given: GivenArgs,
-    /// Number of point MDPs to evaluate, or `all`
-    #[arg(long, value_name = "N|all", default_value = "all", value_parser = parse_budget)]
-    pub budget: Budget,
+    /// Number of point MDPs to evaluate, or `all` [default: those of the run that is in --out, else all]
+    #[arg(long, value_name = "N|all", value_parser = parse_budget)]
+    pub budget: Option<Budget>,
     /// How the sample is chosen [default: balanced; with --assist bayesian-quadrature]
     #[arg(long, value_enum)]
     pub sampling: Option<Sampling>,
@@ -59,13 +60,16 @@ pub struct RunArgs {
     /// to 10]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub looks: Vec<NonZeroUsize>,
-    /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default:
-    /// baseline,fixed-time,max-pressure,actuated; for `cartpole` ppo,dqn]
+    /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default: those of the run that is in
+    /// --out, else baseline,fixed-time,max-pressure,actuated; for `cartpole` ppo,dqn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Methods that are not the program's own
     #[command(flatten)]
     pub controllers: ControllersArgs,
+    /// Methods of the run in --out whose records are computed again, such as a controller that was changed
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub replace: Vec<String>,
     /// Seed from which all others are derived
     #[arg(long, default_value_t = 0, value_parser = parse_seed)]
     pub seed: u64,
@@ -73,12 +77,13 @@ pub struct RunArgs {
     /// scenario's]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     pub episodes: Option<NonZeroU32>,
-    /// Independent trainings on every point MDP, for methods that tune or learn
-    #[arg(long, value_name = "R", default_value = "1", value_parser = from_one_to::<MOST_REPLICATES>)]
-    pub replicates: NonZeroU32,
-    /// Evaluation episodes per task, the same for all methods
-    #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<MOST_EVALUATION_SEEDS>)]
-    pub eval_seeds: NonZeroU32,
+    /// Independent trainings on every point MDP, for methods that tune or learn [default: those of the run that is in
+    /// --out, else 1]
+    #[arg(long, value_name = "R", value_parser = from_one_to::<MOST_REPLICATES>)]
+    pub replicates: Option<NonZeroU32>,
+    /// Evaluation episodes per task, the same for all methods [default: those of the run that is in --out, else 5]
+    #[arg(long, value_name = "K", value_parser = from_one_to::<MOST_EVALUATION_SEEDS>)]
+    pub eval_seeds: Option<NonZeroU32>,
     /// Where tasks run: on this machine, in a job array of Slurm, or in scripts that another program starts
     #[arg(long, value_enum, default_value_t = Executes::Local)]
     pub executor: Executes,

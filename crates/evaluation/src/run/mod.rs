@@ -12,6 +12,7 @@ pub mod entry;
 pub mod error;
 pub mod executor;
 pub mod fault;
+mod grow;
 pub mod method;
 pub mod model;
 pub mod plan;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::domain::{Domain, Prepared, Problem};
 use super::error::RunError;
+use super::grow;
 use super::method::{Method, Training, find};
 use crate::family::Feature;
 use crate::sample::looks::{halves, looks};
@@ -13,7 +14,7 @@ use crate::sample::{Design, Growth, SampleError, SamplePlan, Sampling, Until, ch
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::plan;
 use crate::store::results::sound_records;
-use crate::store::{Layout, SCHEMA_VERSION, StoreError, difference, extent};
+use crate::store::{Layout, SCHEMA_VERSION, StoreError, extent};
 use basics::files::write_atomically;
 use basics::seed;
 
@@ -38,6 +39,8 @@ pub struct Request<'a> {
     pub evaluation_seeds: u32,
     /// Independent trainings of the methods that tune or learn.
     pub replicates: u32,
+    /// Methods whose records are computed again, in a results directory that has them.
+    pub replace: &'a [String],
 }
 
 /// Evaluation episodes of every task, where nothing else is asked for.
@@ -57,6 +60,7 @@ impl<'a> Request<'a> {
             base_seed: 0,
             evaluation_seeds: EVALUATION_SEEDS,
             replicates: 1,
+            replace: &[],
         }
     }
 }
@@ -219,11 +223,22 @@ pub fn complete(
     Ok((Manifest { identity, provenance }, tasks))
 }
 
-/// Writes plan and manifest into a new results directory, or checks that an existing one holds
-/// the same run. The manifest comes last: with it the directory is complete.
+/// What became of a results directory when a run began.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Established {
+    /// The manifest that counts.
+    pub manifest: Manifest,
+    /// Where the run grew, how many records of before stay.
+    pub grown: Option<usize>,
+}
+
+/// Writes plan and manifest into a new results directory. An existing one that holds the same run stays as it is, with
+/// its own provenance; one that holds a part of the run grows ([`grow`]). The manifest comes last: with it the directory
+/// is complete.
 ///
-/// Returns the manifest that counts: of an existing directory its own, with the first run's
-/// provenance.
+/// # Arguments
+///
+/// * `replaced` — methods whose records are computed again.
 ///
 /// # Errors
 ///
@@ -233,30 +248,34 @@ pub fn establish(
     manifest: Manifest,
     tasks: &[Task],
     design: Option<&Design>,
-) -> Result<Manifest, StoreError> {
-    if layout.manifest().exists() {
-        let existing = Manifest::read(layout)?;
-        return match difference::between(&existing.identity, &manifest.identity) {
-            None => {
-                write_plan(layout, tasks, design, true)?;
-                Ok(existing)
-            }
-            Some(difference) => {
-                // Records of this very run: then what is of another one is the manifest beside them.
-                let records = sound_records(layout, tasks, &manifest.sha256())?;
-                if records > 0 {
-                    return Err(StoreError::OtherManifest { path: layout.manifest(), records });
-                }
-                let (path, command) = (layout.root().to_path_buf(), existing.provenance.command);
-                Err(StoreError::Mismatch { path, difference, command })
-            }
-        };
+    replaced: &[String],
+) -> Result<Established, StoreError> {
+    grow::finish(layout)?;
+    if !layout.manifest().exists() {
+        write_plan(layout, tasks, design, false)?;
+        write_atomically(&layout.manifest(), &manifest.to_json())?;
+        return Ok(Established { manifest, grown: None });
     }
-    write_plan(layout, tasks, design, false)?;
-    let mut json = serde_json::to_vec_pretty(&manifest).expect("a manifest is plain data");
-    json.push(b'\n');
-    write_atomically(&layout.manifest(), &json)?;
-    Ok(manifest)
+    let existing = Manifest::read(layout)?;
+    let (there, now) = (&existing.identity, &manifest.identity);
+    if there == now && replaced.is_empty() {
+        write_plan(layout, tasks, design, true)?;
+        return Ok(Established { manifest: existing, grown: None });
+    }
+    let Some(difference) = grow::obstacle(there, now, replaced) else {
+        let started = existing.provenance.started.clone();
+        let provenance = Provenance { started, ..manifest.provenance };
+        let manifest = Manifest { identity: manifest.identity, provenance };
+        let kept = grow::grow(layout, &existing, (&manifest, tasks), design, replaced)?;
+        return Ok(Established { manifest, grown: Some(kept) });
+    };
+    // Records of this very run: then what is of another one is the manifest beside them.
+    let records = sound_records(layout, tasks, &manifest.sha256())?;
+    if records > 0 {
+        return Err(StoreError::OtherManifest { path: layout.manifest(), records });
+    }
+    let (path, command) = (layout.root().to_path_buf(), existing.provenance.command);
+    Err(StoreError::Mismatch { path, difference, command })
 }
 
 /// Writes the plan, and what the sample was spread over; `missing`: only what is not there any more.
@@ -376,11 +395,11 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let layout = Layout::new(dir.path());
         let (manifest, tasks) = planned(&["tuner"]);
-        establish(&layout, manifest.clone(), &tasks, None).unwrap();
-        establish(&layout, manifest.clone(), &tasks, None).unwrap();
+        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
+        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
         let mut other = manifest;
         other.identity.base_seed = 9;
-        let e = establish(&layout, other, &tasks, None).unwrap_err().to_string();
+        let e = establish(&layout, other, &tasks, None, &[]).unwrap_err().to_string();
         assert!(e.contains("--seed is 0 there and 9 now"), "{e}");
     }
 }

@@ -14,7 +14,7 @@ use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::local::GRACE;
 use super::executor::{Event, Executor, Inline, Launcher, Local};
-use super::plan::{Draft, Request, complete, establish};
+use super::plan::{Draft, Established, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
@@ -34,6 +34,8 @@ pub struct Session<'a> {
     pub manifest: Arc<Manifest>,
     /// Folder of what was prepared.
     pub prepared: PathBuf,
+    /// Where a run that was there has grown, how many of its records stay.
+    pub grown: Option<usize>,
     _lock: RunLock,
 }
 
@@ -64,9 +66,11 @@ pub fn open<'a>(
     let layout = Layout::new(out);
     layout.make()?;
     let lock = lock(&layout, started)?;
-    let manifest = Arc::new(establish(&layout, manifest, &tasks, draft.design.as_ref())?);
-    let session =
-        Session { domain: request.domain, layout, manifest, prepared: folder, _lock: lock };
+    let design = draft.design.as_ref();
+    let Established { manifest, grown } =
+        establish(&layout, manifest, &tasks, design, request.replace)?;
+    let (domain, manifest) = (request.domain, Arc::new(manifest));
+    let session = Session { domain, layout, manifest, prepared: folder, grown, _lock: lock };
     session.stand_in(request.problem, &draft.sample)?;
     tidy_up(&session.layout)?;
     Ok(session)
@@ -94,7 +98,7 @@ pub fn reopen<'a>(
         domain.check_path(path).map_err(RunError::Place)?;
     }
     let lock = lock(layout, now())?;
-    Ok(Session { domain, layout: layout.clone(), manifest, prepared, _lock: lock })
+    Ok(Session { domain, layout: layout.clone(), manifest, prepared, grown: None, _lock: lock })
 }
 
 /// Takes the lock of a results directory.

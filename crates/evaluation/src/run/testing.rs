@@ -237,6 +237,7 @@ pub(super) fn request<'a>(
         base_seed: 0,
         evaluation_seeds,
         replicates,
+        replace: &[],
     }
 }
 

@@ -121,7 +121,7 @@ mod tests {
         let (manifest, tasks) = planned(2);
         let layout = Layout::new(dir.path());
         layout.make().unwrap();
-        let manifest = establish(&layout, manifest, &tasks, None).unwrap();
+        let manifest = establish(&layout, manifest, &tasks, None, &[]).unwrap().manifest;
         let serve = |manifest: Option<String>| {
             let every = Duration::from_secs(60);
             let prepared = Some("prepared".into());

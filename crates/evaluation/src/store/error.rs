@@ -128,6 +128,20 @@ pub enum StoreError {
         /// The command that began the run.
         command: String,
     },
+    /// A run that was to grow, and was interrupted.
+    #[error(
+        "{}: a command that adds to it was interrupted while files took their places; nothing is lost: repeat that \
+         command, or the one that began the run",
+        .0.display()
+    )]
+    Growing(PathBuf),
+    /// A run to which jobs of a batch system may still add records.
+    #[error(
+        "{}: jobs of a batch system may still add records, so nothing can be added to the run; wait until \
+         `tsc-family status` says that all tasks are done, or give another --out",
+        .0.display()
+    )]
+    Submitted(PathBuf),
     /// Another process works on the directory.
     #[error(
         "{} is in use by another run ({holder}); wait for it, stop it, or give another --out",

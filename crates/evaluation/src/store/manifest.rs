@@ -208,13 +208,23 @@ impl Manifest {
         sha256(&json)
     }
 
+    /// Returns the text of its file.
+    pub fn to_json(&self) -> Vec<u8> {
+        let mut json = serde_json::to_vec_pretty(self).expect("a manifest is plain data");
+        json.push(b'\n');
+        json
+    }
+
     /// Reads `manifest.json`.
     ///
     /// # Errors
     ///
     /// [`StoreError::NotResults`] when there is none, nor a plan beside it, [`StoreError::Version`] for another schema,
-    /// [`StoreError::Manifest`] for anything else.
+    /// [`StoreError::Growing`] where a command that adds to the run was interrupted, [`StoreError::Manifest`] for anything else.
     pub fn read(layout: &Layout) -> Result<Self, StoreError> {
+        if Layout::new(layout.growing()).manifest().exists() {
+            return Err(StoreError::Growing(layout.root().to_path_buf()));
+        }
         let path = layout.manifest();
         let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
         let bytes = bytes.ok_or_else(|| match layout.plan().exists() {

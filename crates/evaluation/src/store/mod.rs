@@ -74,6 +74,11 @@ impl Layout {
         self.root.join("plan.jsonl")
     }
 
+    /// `growing/`: the files of a larger run, before they take the places of the old ones.
+    pub fn growing(&self) -> PathBuf {
+        self.root.join("growing")
+    }
+
     /// `dropped.json`: which methods a growing run no longer evaluates.
     pub fn dropped(&self) -> PathBuf {
         self.root.join("dropped.json")

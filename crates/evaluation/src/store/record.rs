@@ -175,6 +175,14 @@ impl Record {
         self.rows.iter().filter(|r| r.kind == RowKind::Training)
     }
 
+    /// Returns the record as that of a task of another plan.
+    pub(crate) fn moved(&self, task: &Task, manifest: &str) -> Self {
+        let mut moved = self.clone();
+        moved.summary.task = task.task;
+        manifest.clone_into(&mut moved.summary.manifest);
+        moved.sealed()
+    }
+
     fn sealed(mut self) -> Self {
         self.summary.rows = self.rows.len();
         self.summary.checksum = self.checksum();

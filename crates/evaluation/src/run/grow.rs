@@ -1,0 +1,323 @@
+//! A results directory takes in more: further methods, point MDPs and trainings, and a controller that was changed.
+//!
+//! A record depends on its own method and point MDP, not on what else is in the run. So the records that are there stay:
+//! they get the number of their task in the new plan and the sha256 of the new manifest, and are then those that a run of
+//! everything at once would have made. What is missing is then done as usual.
+//!
+//! The new files are written into the folder `growing/`, its manifest last, and then take the places of the old ones. If that
+//! is interrupted, [`finish`] goes on with it; nobody reads the directory before.
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use crate::sample::{Design, SamplePlan};
+use crate::store::error::StoreError;
+use crate::store::manifest::{Identity, Manifest, Task};
+use crate::store::plan::{read_plan, write_plan};
+use crate::store::results::Results;
+use crate::store::{Layout, difference};
+use basics::files::{
+    self, FileError, beneath, limits, make_folder_beneath, replace, write_atomically,
+};
+
+/// Folders of results that take the place of the old ones.
+const FOLDERS: [&str; 2] = ["done", "models"];
+
+/// Folders whose files are called by numbers of the old plan.
+const NUMBERED: [&str; 3] = ["logs", "ckpt", "jobs"];
+
+/// Returns what stands between an existing run and a larger one, in words; `None` if the existing one can grow to it.
+///
+/// # Arguments
+///
+/// * `replaced` — methods whose records are to be computed again.
+pub fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) -> Option<String> {
+    let mut same = now.clone();
+    let stays = |method: &String| there.methods.contains(method);
+    if there.methods.iter().all(|m| now.methods.contains(m)) {
+        same.methods.clone_from(&there.methods);
+    }
+    same.controllers.retain(|own| stays(&own.name));
+    for own in &mut same.controllers {
+        let before = there.controllers.iter().find(|before| before.name == own.name);
+        if let Some(before) = before.filter(|_| replaced.contains(&own.name)) {
+            own.clone_from(before);
+        }
+    }
+    // A setting of a method that is new here has been read by nobody.
+    for method in now.methods.iter().filter(|m| !stays(m)) {
+        let section = method.replace('-', "_");
+        if let (Some(own), Some(before)) =
+            (same.settings.get_mut(&section), there.settings.get(&section))
+        {
+            own.clone_from(before);
+        }
+    }
+    if same.replicates >= there.replicates {
+        same.replicates = there.replicates;
+        same.replicated.clone_from(&there.replicated);
+    }
+    let grows = |sample: &SamplePlan| sample.growth.is_some();
+    let has = |point: &str| now.points.iter().any(|row| row.point == point);
+    let contains = there.points.iter().all(|row| has(&row.point));
+    if contains && !grows(&there.sample) && !grows(&now.sample) {
+        same.sample.clone_from(&there.sample);
+        same.points.retain(|row| there.points.iter().any(|before| before.point == row.point));
+    } else if !contains && !grows(&now.sample) && now.points.len() > there.points.len() {
+        return Some(format!(
+            "the sample of {} point MDPs does not contain all {} of the one there; a sample by Bayesian quadrature \
+             (--assist) and --budget all do",
+            now.points.len(),
+            there.points.len()
+        ));
+    }
+    let difference = difference::between(there, &same)?;
+    let changed = there.controllers.iter().find(|before| {
+        same.controllers.iter().any(|own| own.name == before.name && own != *before)
+    });
+    Some(match changed {
+        Some(own) => format!("{difference}; --replace {} computes its records again", own.name),
+        None => difference,
+    })
+}
+
+/// Lets a results directory grow, and returns how many records stay.
+///
+/// # Arguments
+///
+/// * `tasks` — those of the new manifest.
+/// * `replaced` — methods whose records are to be computed again.
+///
+/// # Errors
+///
+/// [`StoreError`] when a record is damaged, jobs of a batch system may still add records, or the disk is at fault.
+pub fn grow(
+    layout: &Layout,
+    there: &Manifest,
+    (manifest, tasks): (&Manifest, &[Task]),
+    design: Option<&Design>,
+    replaced: &[String],
+) -> Result<usize, StoreError> {
+    let before = Results::load_known(layout, &there.clone().into())?;
+    if layout.jobs().exists() && before.missing().next().is_some() {
+        return Err(StoreError::Submitted(layout.root().to_path_buf()));
+    }
+    let growing = Layout::new(layout.growing());
+    remove(layout, layout.growing().as_path())?;
+    let sha256 = manifest.sha256();
+    let key = |task: &Task| (task.method.clone(), task.point.clone(), task.replicate, task.seed);
+    let places: HashMap<_, &Task> = tasks.iter().map(|task| (key(task), task)).collect();
+    let mut kept = 0;
+    for (task, record) in before.done() {
+        let Some(place) = places.get(&key(task)).filter(|_| !replaced.contains(&task.method))
+        else {
+            continue;
+        };
+        put(
+            layout,
+            &growing.record(place.task),
+            record.moved(place, &sha256).to_text().as_bytes(),
+        )?;
+        let model = files::if_present(files::read(&layout.model(task.task), limits::ARCHIVE))?;
+        if let Some(model) = model {
+            put(layout, &growing.model(place.task), &model)?;
+        }
+        kept += 1;
+    }
+    for name in FOLDERS {
+        make_folder_beneath(layout.root(), &growing.root().join(name))?;
+    }
+    write_plan(&growing, tasks)?;
+    if let Some(design) = design {
+        write_atomically(&growing.design(), &design.to_json())?;
+    }
+    write_atomically(&growing.manifest(), &manifest.to_json())?;
+    finish(layout)?;
+    read_plan(layout, &manifest.identity)?;
+    Ok(kept)
+}
+
+/// Puts new files into the places of old ones, where that was begun; removes what was not complete.
+///
+/// # Errors
+///
+/// [`StoreError::Io`] when the directory cannot be written.
+pub fn finish(layout: &Layout) -> Result<(), StoreError> {
+    let growing = Layout::new(layout.growing());
+    if !growing.root().exists() {
+        return Ok(());
+    }
+    if growing.manifest().exists() {
+        let root = layout.root();
+        for name in NUMBERED {
+            remove(layout, &root.join(name))?;
+        }
+        for name in FOLDERS {
+            let (new, old) = (growing.root().join(name), root.join(name));
+            // Where it is not there, it has its place already.
+            if new.exists() {
+                remove(layout, &old)?;
+                rename(&new, &old)?;
+            }
+        }
+        for (new, old) in [(growing.plan(), layout.plan()), (growing.design(), layout.design())] {
+            if new.exists() {
+                rename(&new, &old)?;
+            }
+        }
+        layout.make()?;
+        rename(&growing.manifest(), &layout.manifest())?;
+    }
+    remove(layout, growing.root())
+}
+
+/// Writes a file of the new results.
+fn put(layout: &Layout, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    replace(layout.root(), path, &layout.tmp(), bytes)
+}
+
+fn rename(from: &Path, to: &Path) -> Result<(), StoreError> {
+    Ok(fs::rename(from, to).map_err(FileError::at("replace", to))?)
+}
+
+/// Removes a folder of a results directory with all that is in it.
+fn remove(layout: &Layout, path: &Path) -> Result<(), StoreError> {
+    beneath(layout.root(), path)?;
+    match fs::remove_dir_all(path) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::at("remove", path)(e).into()),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::plan::establish;
+    use crate::run::testing::with_request;
+    use crate::store::record::{Record, TaskResult};
+
+    fn names(methods: &[&str]) -> Vec<String> {
+        methods.iter().map(|m| (*m).to_owned()).collect()
+    }
+
+    fn committed(layout: &Layout, manifest: &Manifest, tasks: &[Task]) {
+        for task in tasks {
+            Record::finished(task, &manifest.sha256(), TaskResult::default())
+                .commit(layout)
+                .unwrap();
+        }
+    }
+
+    /// The text of every record, in the order of the plan.
+    fn texts(layout: &Layout, tasks: &[Task]) -> Vec<Option<String>> {
+        tasks.iter().map(|task| fs::read_to_string(layout.record(task.task)).ok()).collect()
+    }
+
+    #[test]
+    fn records_stay_and_are_those_of_a_run_of_everything_at_once() {
+        let dir = tempfile::tempdir().unwrap();
+        let (small, large) = (Layout::new(dir.path().join("a")), Layout::new(dir.path().join("b")));
+        [&small, &large].iter().for_each(|layout| layout.make().unwrap());
+        let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
+        establish(&small, before.clone(), &tasks, None, &[]).unwrap();
+        committed(&small, &before, &tasks);
+        fs::create_dir_all(small.model(1).parent().unwrap()).unwrap();
+        fs::write(small.model(1), "a model").unwrap();
+
+        let (now, tasks) = with_request(&names(&["other", "tuner"]), 2, 3);
+        let mut now = now;
+        // The order is that of the run that is there.
+        now.identity.methods = names(&["zero", "tuner", "other"]);
+        let tasks = {
+            drop(tasks);
+            now.identity.tasks()
+        };
+        let grown = establish(&small, now.clone(), &tasks, None, &[]).unwrap();
+        assert_eq!(grown.grown, Some(4));
+        establish(&large, now.clone(), &tasks, None, &[]).unwrap();
+        committed(&large, &now, &tasks);
+        let (small_texts, large_texts) = (texts(&small, &tasks), texts(&large, &tasks));
+        let missing = small_texts.iter().filter(|text| text.is_none()).count();
+        assert_eq!(
+            (tasks.len(), missing),
+            (10, 6),
+            "two trainings more of each, and the new method"
+        );
+        for (a, b) in small_texts.iter().zip(&large_texts).filter(|(a, _)| a.is_some()) {
+            assert_eq!(a, b);
+        }
+        let place = tasks.iter().find(|t| t.method == "tuner" && t.replicate == 0).unwrap();
+        assert_eq!(fs::read_to_string(small.model(place.task)).unwrap(), "a model");
+        assert!(!small.growing().exists());
+        assert_eq!(Results::load(&small).unwrap().missing().count(), 6);
+        // Again it is the same run.
+        assert_eq!(establish(&small, now, &tasks, None, &[]).unwrap().grown, None);
+    }
+
+    #[test]
+    fn what_was_interrupted_is_said_and_goes_on() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path().join("r"));
+        layout.make().unwrap();
+        let (before, tasks) = with_request(&names(&["tuner"]), 2, 1);
+        establish(&layout, before.clone(), &tasks, None, &[]).unwrap();
+        committed(&layout, &before, &tasks);
+        let (mut now, _) = with_request(&names(&["tuner", "other"]), 2, 1);
+        now.identity.methods = names(&["zero", "tuner", "other"]);
+        let tasks = now.identity.tasks();
+        // As after the records have their places and before the manifest has.
+        establish(&layout, now.clone(), &tasks, None, &[]).unwrap();
+        let growing = Layout::new(layout.growing());
+        fs::create_dir(growing.root()).unwrap();
+        fs::rename(layout.manifest(), growing.manifest()).unwrap();
+        fs::write(layout.manifest(), before.to_json()).unwrap();
+        let e = Results::load(&layout).unwrap_err();
+        assert!(e.to_string().contains("nothing is lost: repeat that command"), "{e}");
+        establish(&layout, now, &tasks, None, &[]).unwrap();
+        assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
+
+        // What was not complete goes.
+        fs::create_dir_all(growing.record(0).parent().unwrap()).unwrap();
+        fs::write(growing.record(0), "half a rec").unwrap();
+        finish(&layout).unwrap();
+        assert!(!growing.root().exists());
+        assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
+    }
+
+    #[test]
+    fn a_method_is_computed_again_where_that_is_asked_for() {
+        let dir = tempfile::tempdir().unwrap();
+        let layout = Layout::new(dir.path().join("r"));
+        layout.make().unwrap();
+        let (manifest, tasks) = with_request(&names(&["tuner", "other"]), 2, 1);
+        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
+        committed(&layout, &manifest, &tasks);
+        let other = names(&["other"]);
+        let grown = establish(&layout, manifest, &tasks, None, &other).unwrap().grown;
+        assert_eq!(grown, Some(4));
+        let results = Results::load(&layout).unwrap();
+        assert!(results.missing().all(|task| task.method == "other"));
+        assert_eq!(results.missing().count(), 2);
+    }
+
+    #[test]
+    fn what_would_change_records_is_another_run() {
+        let (there, _) = with_request(&names(&["tuner"]), 2, 1);
+        let (now, _) = with_request(&names(&["tuner", "other"]), 2, 1);
+        let mut now = now.identity;
+        now.methods = names(&["zero", "tuner", "other"]);
+        assert_eq!(obstacle(&there.identity, &now, &[]), None);
+        let with = |change: &dyn Fn(&mut Identity)| {
+            let mut changed = now.clone();
+            change(&mut changed);
+            obstacle(&there.identity, &changed, &[]).unwrap()
+        };
+        assert!(with(&|i| i.base_seed = 9).contains("--seed"));
+        assert!(with(&|i| drop(i.evaluation_seeds.pop())).contains("--eval-seeds"));
+        assert!(with(&|i| drop(i.methods.remove(1))).contains("--methods"));
+        assert!(with(&|i| i.tsc_family = "9.9.9".to_owned()).contains("tsc-family"));
+        assert!(with(&|i| i.points[0].content = "x".to_owned()).contains("point MDP"));
+    }
+}

@@ -1,0 +1,74 @@
+//! What of a run is there already: a command in its folder adds to it.
+
+use std::path::Path;
+
+use crate::cli::refused::Refused;
+use crate::cli::subject::Subject;
+use crate::files::{self, limits};
+use crate::sample::plan_file::PlanFile;
+use crate::sample::{Design, Sampling};
+use crate::store::Layout;
+use crate::store::error::StoreError;
+use crate::store::manifest::{Identity, Manifest};
+
+use super::RunArgs;
+
+/// A run that is there, of the scenario that is asked for.
+pub(super) struct Begun {
+    layout: Layout,
+    pub(super) identity: Identity,
+}
+
+impl Begun {
+    /// Returns the run in a folder that a command adds to; `None` where there is none of this scenario, or one of a sample
+    /// that grows look by look.
+    pub(super) fn find(
+        args: &RunArgs,
+        subject: &Subject,
+        out: &Path,
+    ) -> anyhow::Result<Option<Self>> {
+        let mut layout = Layout::new(out);
+        let mut read = Manifest::read(&layout);
+        if matches!(read, Err(StoreError::Growing(_))) {
+            layout = Layout::new(layout.growing());
+            read = Manifest::read(&layout);
+        }
+        // Whatever else is wrong with it is said where the run is opened.
+        let Ok(Manifest { identity, .. }) = read else { return Ok(None) };
+        let is_other = identity.domain != subject.domain().name()
+            || identity.scenario != subject.problem().family().name;
+        if is_other || identity.sample.growth.is_some() || args.until.flag().is_some() {
+            return Ok(None);
+        }
+        let given: Vec<String> = args.controllers.names().collect();
+        if let Some(own) = identity.controllers.iter().find(|own| !given.contains(&own.name)) {
+            let (out, name) = (out.display(), &own.name);
+            let reason = format!(
+                "{out} has the controller {name} ({}), which is not given; give it again, or another --out",
+                own.source
+            );
+            return Err(Refused(reason).into());
+        }
+        Ok(Some(Self { layout, identity }))
+    }
+
+    /// Returns its methods, and after them those that are asked for besides.
+    pub(super) fn with(&self, asked: Vec<String>) -> Vec<String> {
+        let mut all = self.identity.methods.clone();
+        let more: Vec<String> = asked.into_iter().filter(|method| !all.contains(method)).collect();
+        all.extend(more);
+        all
+    }
+
+    /// Returns its sample; `None` where it has the whole family.
+    pub(super) fn sample(&self) -> anyhow::Result<Option<PlanFile>> {
+        let Identity { scenario, sample, .. } = &self.identity;
+        if sample.sampling == Sampling::All {
+            return Ok(None);
+        }
+        let bytes = files::if_present(files::read(&self.layout.design(), limits::DOCUMENT))?;
+        // One that is damaged is named where the run is opened.
+        let design: Option<Design> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        Ok(Some(PlanFile::new(scenario, sample.clone(), design)))
+    }
+}

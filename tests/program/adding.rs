@@ -1,0 +1,132 @@
+//! `tsc-family run` in the folder of a run: what is there stays, and what is added is what a run of everything at once has.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::common::{stderr, stdout};
+use serde_json::Value;
+
+const PPO: &str = "--set ppo.total_steps=2048";
+const DQN: &str = "--set dqn.total_steps=2000";
+
+fn run(args: &str, dir: &Path) -> Output {
+    let program = env!("CARGO_BIN_EXE_tsc-family");
+    let args = format!("run cartpole {args}");
+    Command::new(program).args(args.split_whitespace()).current_dir(dir).output().unwrap()
+}
+
+fn done(args: &str, dir: &Path) -> String {
+    let output = run(args, dir);
+    assert!(output.status.success(), "{}", stderr(&output));
+    stderr(&output)
+}
+
+fn refused(args: &str, dir: &Path) -> (Option<i32>, String) {
+    let output = run(args, dir);
+    (output.status.code(), stderr(&output))
+}
+
+/// The records of a run by their files' names, without wall-clock values.
+fn records(out: &Path) -> BTreeMap<String, Vec<Value>> {
+    let entries = fs::read_dir(out.join("done/000")).unwrap();
+    let of = |entry: Result<fs::DirEntry, _>| {
+        let entry = entry.unwrap();
+        let text = fs::read_to_string(entry.path()).unwrap();
+        let mut lines: Vec<Value> =
+            text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        lines[0].as_object_mut().unwrap().remove("wall");
+        (entry.file_name().into_string().unwrap(), lines)
+    };
+    entries.map(of).collect()
+}
+
+fn identity(out: &Path) -> Value {
+    let text = fs::read_to_string(out.join("manifest.json")).unwrap();
+    serde_json::from_str::<Value>(&text).unwrap()["identity"].take()
+}
+
+fn assert_same(dir: &Path, a: &str, b: &str) {
+    let (a, b) = (dir.join(a), dir.join(b));
+    assert_eq!(identity(&a), identity(&b));
+    assert_eq!(records(&a), records(&b));
+    for file in ["plan.jsonl", "report/scores.csv", "report/pairs.csv"] {
+        assert_eq!(fs::read(a.join(file)).unwrap(), fs::read(b.join(file)).unwrap(), "{file}");
+    }
+}
+
+#[test]
+fn methods_seeds_and_trainings_are_added_as_if_they_had_been_asked_for_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    done(
+        &format!("{PPO} --methods ppo --budget 4 --eval-seeds 2 --seed 7 --out grown"),
+        dir.path(),
+    );
+    // Budget, seeds and sample are those of the folder.
+    let both = format!("{PPO} {DQN} --seed 7");
+    let said = done(&format!("{both} --methods dqn --out grown"), dir.path());
+    assert!(said.contains("grown grows from 4 to 8 tasks; 4 records stay"), "{said}");
+    let said = done(&format!("{both} --replicates 2 --out grown"), dir.path());
+    assert!(said.contains("grown grows from 8 to 16 tasks; 8 records stay"), "{said}");
+    let once = "--methods ppo,dqn --replicates 2 --budget 4 --eval-seeds 2 --out once";
+    done(&format!("{both} {once}"), dir.path());
+    assert_same(dir.path(), "grown", "once");
+    let again = done(&format!("{both} --out grown"), dir.path());
+    assert!(!again.contains("grows"), "{again}");
+}
+
+#[test]
+fn a_sample_grows_where_it_contains_the_one_that_is_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let quadrature = format!("{PPO} --methods ppo --eval-seeds 2 --sampling bayesian-quadrature");
+    done(&format!("{quadrature} --budget 3 --out grown"), dir.path());
+    let said = done(&format!("{quadrature} --budget 5 --out grown"), dir.path());
+    assert!(said.contains("grown grows from 3 to 5 tasks; 3 records stay"), "{said}");
+    done(&format!("{quadrature} --budget 5 --out once"), dir.path());
+    assert_same(dir.path(), "grown", "once");
+
+    done("--methods ppo --eval-seeds 2 --budget 3 --out balanced", dir.path());
+    let (code, said) =
+        refused("--methods ppo --eval-seeds 2 --budget 5 --out balanced", dir.path());
+    assert_eq!(code, Some(5));
+    assert!(said.contains("does not contain all 3 of the one there"), "{said}");
+    assert_eq!(records(&dir.path().join("balanced")).len(), 3);
+}
+
+#[test]
+fn a_method_is_computed_again_where_that_is_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let both = format!("{PPO} {DQN}");
+    done(&format!("{both} --methods ppo,dqn --budget 2 --eval-seeds 2 --out r"), dir.path());
+    let before = records(&dir.path().join("r"));
+    let said = done(&format!("{both} --replace dqn --out r"), dir.path());
+    assert!(said.contains("r has 4 tasks and computes dqn again; 2 records stay"), "{said}");
+    assert_eq!(records(&dir.path().join("r")), before, "the same build makes the same records");
+    let (code, said) = refused(&format!("{both} --replace ppi --out r"), dir.path());
+    assert!(code == Some(2) && said.contains("has no records of it"), "{said}");
+}
+
+#[test]
+fn what_would_change_records_is_still_another_run() {
+    let dir = tempfile::tempdir().unwrap();
+    done(&format!("{PPO} --methods ppo --budget 2 --eval-seeds 2 --out r"), dir.path());
+    for (args, differs) in [
+        ("--methods ppo --eval-seeds 3 --out r", "--eval-seeds is 2 there and 3 now"),
+        ("--methods ppo --seed 1 --out r", "--seed is 0 there and 1 now"),
+        ("--methods dqn --set environment.start=0.05 --out r", "environment.start"),
+    ] {
+        let (code, said) = refused(&format!("{PPO} {args}"), dir.path());
+        assert!(code == Some(5) && said.contains(differs), "{args}: {said}");
+    }
+    // A setting of a method that is not there has been read by nobody.
+    let said =
+        done(&format!("{PPO} {DQN} --methods dqn --set dqn.batch_size=16 --out r"), dir.path());
+    assert!(said.contains("2 records stay"), "{said}");
+    let check = Command::new(env!("CARGO_BIN_EXE_tsc-family"))
+        .args(["check", "r"])
+        .current_dir(dir.path())
+        .output()
+        .unwrap();
+    assert!(check.status.success(), "{}{}", stdout(&check), stderr(&check));
+}
