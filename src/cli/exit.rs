@@ -210,6 +210,7 @@ fn store(error: &StoreError) -> u8 {
         | StoreError::Malformed { .. }
         | StoreError::Record { .. }
         | StoreError::Records(_)
+        | StoreError::Packed(_)
         | StoreError::OtherManifest { .. } => USAGE,
         StoreError::Io(e) => file(e),
     }

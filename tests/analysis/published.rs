@@ -33,6 +33,28 @@ fn unpacked(run: &Path, to: &Path) {
     assert!(Command::new("sh").args(["-c", unpack]).current_dir(to).status().unwrap().success());
 }
 
+/// Checks that the records of a run give the same page where they are still packed, and that nothing is added to them.
+fn packed_reads_the_same(folder: &Path, run_at: &Path, html: &[u8]) {
+    let to = folder.join("packed");
+    fs::create_dir(&to).unwrap();
+    for name in ["manifest.json", "records.tar.xz", "design.json", "places.json"] {
+        if run_at.join(name).exists() {
+            fs::copy(run_at.join(name), to.join(name)).unwrap();
+        }
+    }
+    succeed(folder, "report packed");
+    assert!(fs::read(to.join("report/index.html")).unwrap() == html, "{}", run_at.display());
+    let whole = stdout(&run(folder, "check packed --json"));
+    assert!(whole.contains("\"damaged\":0"), "{whole}");
+    let status = stdout(&run(folder, "status packed"));
+    assert!(!status.contains(" 0 of "), "{status}");
+    let resumed = run(folder, "resume packed");
+    let said = stderr(&resumed);
+    assert!(!resumed.status.success(), "{said}");
+    assert!(said.contains("its records are packed") || said.contains("use that version"), "{said}");
+    fs::remove_dir_all(&to).unwrap();
+}
+
 #[test]
 fn every_published_run_is_sound_and_reported() {
     let runs = published();
@@ -54,7 +76,8 @@ fn every_published_run_is_sound_and_reported() {
         let expected = if whole["missing"] == 0 { 0 } else { 6 };
         assert_eq!(output.status.code(), Some(expected), "{}: {said}", path.display());
         succeed(folder.path(), &format!("report {number}"));
-        assert!(to.join("report/index.html").exists());
+        let html = fs::read(to.join("report/index.html")).unwrap();
+        packed_reads_the_same(folder.path(), path, &html);
         if whole["missing"] == 0 && whole["failed"] == 0 {
             let estimate =
                 format!("estimate {number} --budgets 10 --repeats 2 --out {number}/estimate");

@@ -33,7 +33,7 @@ const NUMBERED: [&str; 3] = ["logs", "ckpt", "jobs"];
 /// # Arguments
 ///
 /// * `replaced` — methods whose records are to be computed again.
-pub fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) -> Option<String> {
+pub(super) fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) -> Option<String> {
     let mut same = now.clone();
     let stays = |method: &String| there.methods.contains(method);
     if there.methods.iter().all(|m| now.methods.contains(m)) {
@@ -93,7 +93,7 @@ pub fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) -> Option
 /// # Errors
 ///
 /// [`StoreError`] when a record is damaged, jobs of a batch system may still add records, or the disk is at fault.
-pub fn grow(
+pub(super) fn grow(
     layout: &Layout,
     there: &Manifest,
     (manifest, tasks): (&Manifest, &[Task]),
@@ -144,7 +144,7 @@ pub fn grow(
 /// # Errors
 ///
 /// [`StoreError::Io`] when the directory cannot be written.
-pub fn finish(layout: &Layout) -> Result<(), StoreError> {
+pub(super) fn finish(layout: &Layout) -> Result<(), StoreError> {
     let growing = Layout::new(layout.growing());
     if !growing.root().exists() {
         return Ok(());

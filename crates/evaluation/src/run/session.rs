@@ -18,8 +18,10 @@ use super::plan::{Draft, Established, Request, complete, establish};
 use super::watchdog::STALL_TIMEOUT_S;
 use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
+use crate::store::error::StoreError;
 use crate::store::lock::{Holder, RunLock};
 use crate::store::manifest::{GIT, Manifest, Provenance, Task};
+use crate::store::packed::is_packed;
 use crate::store::results::Results;
 use crate::store::scratch::tidy_up;
 use basics::files::{FileError, beneath};
@@ -103,6 +105,9 @@ pub fn reopen<'a>(
 
 /// Takes the lock of a results directory.
 fn lock(layout: &Layout, started: String) -> Result<RunLock, RunError> {
+    if is_packed(layout) {
+        return Err(StoreError::Packed(layout.root().to_path_buf()).into());
+    }
     let version = env!("CARGO_PKG_VERSION").to_owned();
     Ok(RunLock::take(layout, &Holder { pid: std::process::id(), version, started })?)
 }

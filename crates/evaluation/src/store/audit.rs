@@ -9,6 +9,7 @@ use super::Layout;
 use super::builds::Builds;
 use super::dropped::read_dropped;
 use super::manifest::{Manifest, Task};
+use super::packed::is_packed;
 use super::plan::read_plan;
 use super::reach::Reach;
 use super::record::{Outcome, Record};
@@ -160,8 +161,9 @@ impl Audit {
             self.add(layout.manifest(), reason, Remedy::Begin);
             return Ok(());
         }
+        let packed = is_packed(layout);
         for Damaged { task, path, reason } in damaged {
-            self.add(path, reason, Remedy::Repeat(task));
+            self.add(path, reason, if packed { Remedy::Restore } else { Remedy::Repeat(task) });
         }
         Ok(())
     }

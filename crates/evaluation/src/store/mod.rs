@@ -31,6 +31,7 @@ pub mod manifest;
 pub mod metrics;
 pub mod opaque;
 pub mod own;
+pub mod packed;
 pub mod plan;
 pub mod reach;
 pub mod record;
@@ -77,6 +78,11 @@ impl Layout {
     /// `growing/`: the files of a larger run, before they take the places of the old ones.
     pub fn growing(&self) -> PathBuf {
         self.root.join("growing")
+    }
+
+    /// `records.tar.xz`: the records of a published run.
+    pub fn packed(&self) -> PathBuf {
+        self.root.join("records.tar.xz")
     }
 
     /// `dropped.json`: which methods a growing run no longer evaluates.

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -221,8 +222,26 @@ impl Record {
             }
             Err(e) => return Err(e.into()),
         };
-        let fail = |reason: String| StoreError::Record { path: path.clone(), reason };
-        let record = Self::parse(&text).map_err(&fail)?;
+        Self::of_text(&text, &path, task, manifest).map(Some)
+    }
+
+    /// Returns the record of a task that a text is.
+    ///
+    /// # Arguments
+    ///
+    /// * `path` — where the text is from, for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Record`] when it is truncated, altered, or of another task or manifest.
+    pub(super) fn of_text(
+        text: &str,
+        path: &Path,
+        task: &Task,
+        manifest: &str,
+    ) -> Result<Self, StoreError> {
+        let fail = |reason: String| StoreError::Record { path: path.to_path_buf(), reason };
+        let record = Self::parse(text).map_err(&fail)?;
         let s = &record.summary;
         if s.schema_version != SCHEMA_VERSION {
             let reason = format!("schema version {}, expected {SCHEMA_VERSION}", s.schema_version);
@@ -236,7 +255,7 @@ impl Record {
         {
             return Err(fail(format!("it is of task {} ({} on {})", s.task, s.method, s.point)));
         }
-        Ok(Some(record))
+        Ok(record)
     }
 
     /// Returns the text of the record's file.

@@ -10,6 +10,7 @@ use super::Layout;
 use super::builds::Builds;
 use super::dropped::{Dropped, Needed, read_dropped};
 use super::manifest::{Manifest, Task};
+use super::packed::Packed;
 use super::plan::read_plan;
 use super::record::{OTHER_MANIFEST, Outcome, Record, RowKind};
 use crate::sample::{Design, Look};
@@ -176,7 +177,14 @@ pub(super) fn read_records<T: Send>(
     found: &mut dyn FnMut(usize, Option<T>),
 ) -> Result<Vec<Damaged>, StoreError> {
     let mut damaged = Vec::new();
-    let read = |task: &Task| Record::read(layout, task, sha256).map(|record| record.map(of));
+    let packed = Packed::of(layout)?;
+    let read = |task: &Task| {
+        let record = match &packed {
+            Some(packed) => packed.record(task, sha256)?,
+            None => Record::read(layout, task, sha256)?,
+        };
+        Ok(record.map(of))
+    };
     for part in tasks.chunks(AT_ONCE) {
         let read: Vec<_> = part.par_iter().map(read).collect();
         for (&Task { task, .. }, record) in part.iter().zip(read) {

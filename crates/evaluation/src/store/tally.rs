@@ -8,6 +8,8 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::Layout;
+use super::packed::Packed;
+use crate::store::error::StoreError;
 use basics::files::{self, FileError};
 
 /// Bytes of a record in which its outcome stands, unless names are very long.
@@ -36,9 +38,20 @@ impl Tally {
     ///
     /// # Errors
     ///
-    /// [`FileError`] when a folder or record cannot be read.
-    pub fn of(layout: &Layout, tasks: usize) -> Result<Self, FileError> {
+    /// [`StoreError`] when a folder or record cannot be read.
+    pub fn of(layout: &Layout, tasks: usize) -> Result<Self, StoreError> {
         let mut done = vec![false; tasks];
+        if let Some(packed) = Packed::of(layout)? {
+            let text = |task: usize| packed.text(task);
+            let has = |task: &usize, what: &[u8]| {
+                let head = text(*task).map_or(&[][..], str::as_bytes);
+                let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+                line.windows(what.len()).any(|part| part == what)
+            };
+            (0..tasks).for_each(|task| done[task] = text(task).is_some());
+            let failed = (0..tasks).filter(|task| has(task, FAILED)).collect();
+            return Ok(Self { done, failed, begun: Vec::new() });
+        }
         numbers(&layout.record(0), tasks, &mut |task| done[task] = true)?;
         let mut begun = Vec::new();
         numbers(&layout.checkpoint(0), tasks, &mut |task| {
