@@ -8,9 +8,8 @@
 use std::time::Instant;
 
 use rustix::time::{ClockId, clock_gettime};
-use tsc_family::cartpole::dynamics::{Context, Dynamics, Variant};
-use tsc_family::cartpole::environment::{CartPole, GYMNASIUM_START};
-use tsc_family::cartpole::settings::Scenario;
+use tsc_family::cartpole::{CartPole, Context, Dynamics, GYMNASIUM_START, Scenario, Variant};
+use tsc_family::control_tasks::scenario::Settings as _;
 use tsc_family::rl::environment::play;
 use tsc_family::rl::sb3::Trainer;
 use tsc_family::rl::sb3::dqn::Dqn;
@@ -50,7 +49,7 @@ fn measure(trainer: &mut dyn Trainer, seed: u64) -> Measured {
     let mut environment = cart_pole();
     let mut total = 0.0;
     for k in 0..EPISODES {
-        let mut policy = |observation: &[f32]| trainer.act(observation);
+        let mut policy = |observation: &[f32], action: &mut [f32]| trainer.act(observation, action);
         total += play(&mut environment, seed::evaluation(seed, k), &mut policy).total;
     }
     Measured { processor_s, wall_s, mean_return: total / f64::from(EPISODES) }

@@ -1,8 +1,12 @@
-//! The domains that this program can evaluate on; a further one is a folder and a line here.
+//! The domains that this program can evaluate on; a further one is a file and a line here.
 
 use std::sync::OnceLock;
 
-use crate::cartpole;
+use control_tasks::cartpole::CartPoles;
+use control_tasks::domain::TaskDomain;
+use control_tasks::mountain_car::MountainCars;
+use control_tasks::pendulum::Pendulums;
+
 use crate::family::FamilyError;
 use crate::report::{Look, Plain, Report, Sections};
 use crate::run::domain::Domain;
@@ -17,7 +21,11 @@ use crate::traffic::report::TrafficSections;
 static TRAFFIC: OnceLock<Traffic> = OnceLock::new();
 
 /// All domains but traffic signals, whose problems need more of the command line.
-const OTHERS: [Entry; 1] = [cartpole::load::ENTRY];
+const OTHERS: [Entry; 3] = [
+    TaskDomain::<CartPoles>::ENTRY,
+    TaskDomain::<Pendulums>::ENTRY,
+    TaskDomain::<MountainCars>::ENTRY,
+];
 
 /// Sets traffic signals with further methods; to be called once, before anything asks for them.
 ///
@@ -127,7 +135,7 @@ mod tests {
         assert_eq!(of("name = \"a\""), Ok(None));
         assert_eq!(of("= broken"), Ok(None));
         let e = of("domain = \"swimmer\"").unwrap_err();
-        let expected = "scenario.toml: domain = \"swimmer\": expected one of traffic, cartpole";
+        let expected = "scenario.toml: domain = \"swimmer\": expected one of traffic, cartpole, pendulum, mountain-car";
         assert!(e.ends_with(expected), "{e}");
         assert_eq!(entry_of("cartpole").unwrap().map(|e| e.domain.name()), Some("cartpole"));
         assert!(entry_of("smoke").unwrap().is_none() && entry_of("nowhere").unwrap().is_none());

@@ -1,6 +1,6 @@
 //! CartPole's dynamics against gymnasium's, step by step (`scripts/cartpole_steps.py` writes the table).
 
-use tsc_family::cartpole::dynamics::{Context, Dynamics, State, Variant, fell};
+use tsc_family::cartpole::{Context, Dynamics, State, Variant, fell};
 
 /// Largest difference: absolute, relative where numbers are larger than 1.
 const TOLERANCE: f64 = 1e-12;
@@ -19,7 +19,9 @@ fn rows() -> Vec<Row> {
     let mut table = csv::Reader::from_path("tests/cartpole/gymnasium.csv").unwrap();
     let row = |record: csv::StringRecord| {
         let n: Vec<f64> = record.iter().skip(1).map(|n| n.parse().unwrap()).collect();
-        let context = Context::from_features(n[..5].try_into().unwrap());
+        let [length_m, masscart_kg, masspole_kg, force_n, gravity_mps2] =
+            n[..5].try_into().unwrap();
+        let context = Context { length_m, masscart_kg, masspole_kg, force_n, gravity_mps2 };
         let variant = match &record[0] {
             "carl-compat" => Variant::CarlCompat,
             "physical" => Variant::Physical,

@@ -1,8 +1,7 @@
 //! Trainings on gymnasium's own cart and pole; `cargo bench --bench cartpole` makes ten of each.
 
-use tsc_family::cartpole::dynamics::{Context, Dynamics, Variant};
-use tsc_family::cartpole::environment::{CartPole, GYMNASIUM_START};
-use tsc_family::cartpole::settings::Scenario;
+use tsc_family::cartpole::{CartPole, Context, Dynamics, GYMNASIUM_START, Scenario, Variant};
+use tsc_family::control_tasks::scenario::Settings as _;
 use tsc_family::nn::archive::Archive;
 use tsc_family::rl::environment::play;
 use tsc_family::rl::sb3::Trainer;
@@ -17,7 +16,8 @@ fn cart_pole() -> CartPole {
 fn mean_return(trainer: &mut dyn Trainer) -> f64 {
     let total: f64 = (0..100)
         .map(|k| {
-            let mut policy = |observation: &[f32]| trainer.act(observation);
+            let mut policy =
+                |observation: &[f32], action: &mut [f32]| trainer.act(observation, action);
             play(&mut cart_pole(), seed::evaluation(0, k), &mut policy).total
         })
         .sum();

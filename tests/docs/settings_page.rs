@@ -4,7 +4,8 @@
 
 use std::fs;
 
-use tsc_family::cartpole::settings::Scenario;
+use tsc_family::control_tasks::scenario::Settings;
+use tsc_family::control_tasks::{cartpole, mountain_car, pendulum};
 use tsc_family::settings::page::markdown;
 use tsc_family::traffic::settings::table::defaults;
 
@@ -18,9 +19,15 @@ fn the_page_of_settings_says_what_they_are() {
     let page = fs::read_to_string(PAGE).unwrap();
     let (by_hand, _) = page.split_once(MARK).expect("the page has the mark");
     let signals = markdown("", &defaults().sections());
-    let poles = markdown("CartPole: ", &Scenario::default().sections());
-    let expected =
-        format!("{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}");
+    let poles = markdown("CartPole: ", &cartpole::Scenario::default().sections());
+    let pendulums = markdown("Pendulum: ", &pendulum::Scenario::default().sections());
+    let cars = mountain_car::Scenario::default();
+    // Its other sections are those of the pendulum.
+    let cars = markdown("Mountain car: ", &cars.sections()[..1]);
+    let expected = format!(
+        "{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}\n## Pendulums\n\n{pendulums}\n\
+         ## Mountain cars\n\nThe sections of training and methods are those of the pendulum.\n\n{cars}"
+    );
     if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
         fs::write(PAGE, &expected).unwrap();
         return;
@@ -32,9 +39,12 @@ fn the_page_of_settings_says_what_they_are() {
 
 #[test]
 fn a_setting_that_is_a_word_says_which_words_there_are() {
-    let (signals, scenario) = (defaults(), Scenario::default());
+    let (signals, cart, pendulum) =
+        (defaults(), cartpole::Scenario::default(), pendulum::Scenario::default());
     let mut words = 0;
-    for (section, settings) in signals.sections().into_iter().chain(scenario.sections()) {
+    for (section, settings) in
+        signals.sections().into_iter().chain(cart.sections()).chain(pendulum.sections())
+    {
         for setting in settings.table() {
             let default = (setting.default)();
             let Some(word) = default.strip_prefix('"').and_then(|d| d.strip_suffix('"')) else {

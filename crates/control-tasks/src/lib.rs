@@ -1,3 +1,18 @@
-//! Families of control tasks: gymnasium's cart and pole so far.
+//! Families of control tasks: dynamics with a context, and the methods that learn in them.
+//!
+//! A task is one file: its [`dynamics`](episodes::Dynamics), its family and what evaluation has to know of it, as a
+//! [`task::Task`]. All else is generic: [`episodes`], [`context`], [`scenario`], [`problem`], [`trial`], [`domain`] and
+//! [`load`]. A method is one file of [`methods`] with its settings; what it computes is in the crate of learners.
 
 pub mod cartpole;
+pub mod context;
+pub mod domain;
+pub mod episodes;
+pub mod load;
+pub mod methods;
+pub mod mountain_car;
+pub mod pendulum;
+pub mod problem;
+pub mod scenario;
+pub mod task;
+pub mod trial;

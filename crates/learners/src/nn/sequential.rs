@@ -6,7 +6,7 @@ use super::convolution::{Image, KERNEL};
 use super::init::Init;
 use super::kernel::{Activation, affine};
 use super::tile::{
-    TILE, bias_gradient, from_tile, input_gradient, linear, to_tile, weight_gradient,
+    TILE, bias_gradient, from_tile, input_gradient, linear, linear_more, to_tile, weight_gradient,
 };
 use super::{Network, Part, linear_parts, room};
 
@@ -66,6 +66,7 @@ pub struct Sequential {
     input: Vec<f32>,
     output: Vec<f32>,
     scratch: Vec<f32>,
+    tangent: Vec<f32>,
 }
 
 impl Sequential {
@@ -79,6 +80,7 @@ impl Sequential {
             input: vec![],
             output: vec![],
             scratch: vec![],
+            tangent: vec![],
         }
     }
 
@@ -126,6 +128,117 @@ impl Sequential {
             init(i).layer(inputs, outputs, rng, &mut parameters);
         }
         parameters
+    }
+}
+
+impl Sequential {
+    /// Returns how the outputs move when the parameters move in a direction: `J d`, shape `[rows, outputs]`.
+    ///
+    /// Belongs to the last [`Network::forward`], with the same parameters and inputs.
+    pub fn tangent(&mut self, parameters: &[f32], inputs: &[f32], direction: &[f32]) -> &[f32] {
+        let count = inputs.len() / self.inputs;
+        let widest = self.layers.iter().map(|l| l.outputs).max().unwrap_or(0);
+        room(&mut self.tangent, count * self.outputs);
+        let (mut before_it, mut moved) =
+            room(&mut self.scratch, 2 * widest * TILE).split_at_mut(widest * TILE);
+        for tile in 0..count.div_ceil(TILE) {
+            for i in 0..self.layers.len() {
+                let (before, rest) = self.layers.split_at_mut(i);
+                let layer = &mut rest[0];
+                let x = match before.last_mut() {
+                    Some(previous) => &*part(&mut previous.values, tile, previous.outputs),
+                    None => &*part(&mut self.input, tile, self.inputs),
+                };
+                let (w, _) = layer.split(parameters);
+                let (dw, dbias) = layer.split(direction);
+                let y = &mut moved[..layer.outputs * TILE];
+                match &layer.map {
+                    Map::Linear => linear(x, dw, dbias, y),
+                    // It is the first layer, whose inputs do not move.
+                    Map::Convolution(image) => image.forward(x, dw, dbias, y),
+                }
+                if i > 0 {
+                    linear_more(&before_it[..layer.inputs * TILE], w, layer.outputs, y);
+                }
+                layer.activation.gradient(part(&mut layer.values, tile, layer.outputs), y);
+                std::mem::swap(&mut before_it, &mut moved);
+            }
+            let rows = (count - tile * TILE).min(TILE);
+            let output = &mut self.tangent[tile * TILE * self.outputs..][..rows * self.outputs];
+            from_tile(&before_it[..self.outputs * TILE], self.outputs, output);
+        }
+        &self.tangent[..count * self.outputs]
+    }
+
+    /// Writes the gradient of `sum(outputs * output_gradient)` by the inputs, shape `[rows, inputs]`, and by nothing else.
+    ///
+    /// Belongs to the last [`Network::forward`], with the same parameters and inputs.
+    pub fn backward_to_inputs(
+        &mut self,
+        parameters: &[f32],
+        output_gradient: &[f32],
+        gradient: &mut [f32],
+    ) {
+        self.back(parameters, output_gradient, None, Some(gradient));
+    }
+
+    /// The backward pass, by parameters or inputs.
+    fn back(
+        &mut self,
+        parameters: &[f32],
+        output_gradient: &[f32],
+        mut gradient: Option<&mut [f32]>,
+        mut by_inputs: Option<&mut [f32]>,
+    ) {
+        let widest = self.layers.iter().map(|l| l.outputs).max().unwrap_or(0).max(self.inputs);
+        let (head, tail) = (widest * TILE, widest * TILE);
+        let scratch = room(&mut self.scratch, head + 2 * tail);
+        let (rows, scratch) = scratch.split_at_mut(head);
+        let (mut dy, mut dx) = scratch.split_at_mut(tail);
+        for tile in 0..output_gradient.len().div_ceil(TILE * self.outputs) {
+            let from = &output_gradient[tile * TILE * self.outputs..];
+            let from = &from[..from.len().min(TILE * self.outputs)];
+            to_tile(from, self.outputs, &mut dy[..self.outputs * TILE]);
+            for i in (0..self.layers.len()).rev() {
+                let (before, rest) = self.layers.split_at_mut(i);
+                let layer = &mut rest[0];
+                let length = layer.outputs * TILE;
+                let activation = layer.activation;
+                activation
+                    .gradient(part(&mut layer.values, tile, layer.outputs), &mut dy[..length]);
+                let (w, _) = layer.split(parameters);
+                if let Some(gradient) = &mut gradient {
+                    let (dw, dbias) =
+                        gradient[layer.offset..][..layer.parameters()].split_at_mut(w.len());
+                    let x = match before.last_mut() {
+                        Some(previous) => &*part(&mut previous.values, tile, previous.outputs),
+                        None => &*part(&mut self.input, tile, self.inputs),
+                    };
+                    match &layer.map {
+                        Map::Linear => {
+                            weight_gradient(x, &dy[..length], &mut rows[..length], dw, tile > 0);
+                            bias_gradient(&dy[..length], dbias, tile > 0);
+                        }
+                        Map::Convolution(image) => {
+                            image.backward(x, &dy[..length], dw, dbias, tile > 0)
+                        }
+                    }
+                }
+                if i > 0 || by_inputs.is_some() {
+                    assert!(
+                        i > 0 || layer.map == Map::Linear,
+                        "no gradient by the inputs of a convolution"
+                    );
+                    input_gradient(&dy[..length], w, &mut dx[..layer.inputs * TILE], false);
+                    std::mem::swap(&mut dy, &mut dx);
+                }
+            }
+            if let Some(by_inputs) = &mut by_inputs {
+                let rows = from.len() / self.outputs;
+                let to = &mut by_inputs[tile * TILE * self.inputs..][..rows * self.inputs];
+                from_tile(&dy[..self.inputs * TILE], self.inputs, to);
+            }
+        }
     }
 }
 
@@ -203,48 +316,11 @@ impl Network for Sequential {
     fn backward(
         &mut self,
         parameters: &[f32],
-        inputs: &[f32],
+        _: &[f32],
         output_gradient: &[f32],
         gradient: &mut [f32],
     ) {
-        let widest = self.layers.iter().map(|l| l.outputs).max().unwrap_or(0);
-        let (head, tail) = (widest * TILE, widest * TILE);
-        let scratch = room(&mut self.scratch, head + 2 * tail);
-        let (rows, scratch) = scratch.split_at_mut(head);
-        let (mut dy, mut dx) = scratch.split_at_mut(tail);
-        for tile in 0..inputs.len().div_ceil(TILE * self.inputs) {
-            let from = &output_gradient[tile * TILE * self.outputs..];
-            let from = &from[..from.len().min(TILE * self.outputs)];
-            to_tile(from, self.outputs, &mut dy[..self.outputs * TILE]);
-            for i in (0..self.layers.len()).rev() {
-                let (before, rest) = self.layers.split_at_mut(i);
-                let layer = &mut rest[0];
-                let length = layer.outputs * TILE;
-                let activation = layer.activation;
-                activation
-                    .gradient(part(&mut layer.values, tile, layer.outputs), &mut dy[..length]);
-                let (w, _) = layer.split(parameters);
-                let (dw, dbias) =
-                    gradient[layer.offset..][..layer.parameters()].split_at_mut(w.len());
-                let x = match before.last_mut() {
-                    Some(previous) => &*part(&mut previous.values, tile, previous.outputs),
-                    None => &*part(&mut self.input, tile, self.inputs),
-                };
-                match &layer.map {
-                    Map::Linear => {
-                        weight_gradient(x, &dy[..length], &mut rows[..length], dw, tile > 0);
-                        bias_gradient(&dy[..length], dbias, tile > 0);
-                    }
-                    Map::Convolution(image) => {
-                        image.backward(x, &dy[..length], dw, dbias, tile > 0)
-                    }
-                }
-                if i > 0 {
-                    input_gradient(&dy[..length], w, &mut dx[..layer.inputs * TILE], false);
-                    std::mem::swap(&mut dy, &mut dx);
-                }
-            }
-        }
+        self.back(parameters, output_gradient, Some(gradient), None);
     }
 }
 
@@ -280,6 +356,52 @@ mod tests {
             let parameters = random(network.parameters(), 1);
             let inputs = random(rows * 20, 2);
             check_gradient(&mut network, &parameters, &inputs, &random(rows * 3, 3));
+        }
+    }
+
+    #[test]
+    fn tangents_and_gradients_by_inputs_are_those_of_finite_differences() {
+        let rows = 40;
+        let mut convolved = idqn();
+        let mut plain = Sequential::new(5).linear(7, Activation::Tanh).linear(3, Activation::Tanh);
+        for network in [&mut convolved, &mut plain] {
+            let width = network.inputs();
+            let parameters = random(network.parameters(), 1);
+            let inputs = random(rows * width, 2);
+            let direction = random(network.parameters(), 4);
+            network.forward(&parameters, &inputs);
+            let tangent = network.tangent(&parameters, &inputs, &direction).to_vec();
+            let mut at = |step: f32| {
+                let moved: Vec<f32> =
+                    parameters.iter().zip(&direction).map(|(p, d)| p + step * d).collect();
+                network.forward(&moved, &inputs).to_vec()
+            };
+            let (up, down) = (at(1e-3), at(-1e-3));
+            let (mut length, mut difference) = (0.0f32, 0.0f32);
+            for ((u, d), t) in up.iter().zip(&down).zip(&tangent) {
+                let slope = (u - d) / 2e-3;
+                length += slope * slope;
+                difference += (slope - t) * (slope - t);
+            }
+            assert!(
+                length > 1.0 && (difference / length).sqrt() < 0.02,
+                "{difference} of {length}"
+            );
+        }
+        let (parameters, inputs) = (random(plain.parameters(), 1), random(rows * 5, 2));
+        let weights = random(rows * 3, 3);
+        let mut gradient = vec![0.0; rows * 5];
+        plain.forward(&parameters, &inputs);
+        plain.backward_to_inputs(&parameters, &weights, &mut gradient);
+        for (i, gradient) in gradient.iter().enumerate() {
+            let mut at = |step: f32| {
+                let mut moved = inputs.clone();
+                moved[i] += step;
+                let outputs = plain.forward(&parameters, &moved);
+                outputs.iter().zip(&weights).map(|(y, w)| f64::from(y * w)).sum::<f64>()
+            };
+            let slope = (at(1e-2) - at(-1e-2)) / 2e-2;
+            assert!((slope - f64::from(*gradient)).abs() < 2e-3, "{i}: {slope} {gradient}");
         }
     }
 

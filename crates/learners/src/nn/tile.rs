@@ -48,7 +48,11 @@ pub(super) fn linear(x: &[f32], w: &[f32], bias: &[f32], y: &mut [f32]) {
     for (y, bias) in y.chunks_exact_mut(TILE).zip(bias) {
         y.fill(*bias);
     }
-    let outputs = bias.len();
+    linear_more(x, w, bias.len(), y);
+}
+
+/// Adds `x w` to `y`, of `outputs` rows of a tile.
+pub(super) fn linear_more(x: &[f32], w: &[f32], outputs: usize, y: &mut [f32]) {
     for (x, w) in x.chunks(DEPTH * TILE).zip(w.chunks(DEPTH * outputs)) {
         Arch::new().dispatch(Product { x, w, outputs, across: 1, down: outputs, y, add: true });
     }

@@ -1,4 +1,4 @@
-//! What an algorithm learns in: states as vectors of numbers, numbered actions, rewards.
+//! What an algorithm learns in: states as vectors of numbers, actions that are numbered or vectors, rewards.
 
 use crate::nn::archive::{Archive, ArchiveError};
 
@@ -20,19 +20,55 @@ impl Step {
     }
 }
 
+/// What an agent can do in a step. In either case an action is a slice of [`Actions::width`] numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Actions {
+    /// One of so many, numbered from 0.
+    Numbered(usize),
+    /// Numbers, each from `-limit` to `limit`.
+    Continuous {
+        /// How many numbers.
+        count: usize,
+        /// The largest of them, in the environment's unit.
+        limit: f32,
+    },
+}
+
+impl Actions {
+    /// Returns how many numbers an action has.
+    pub fn width(self) -> usize {
+        match self {
+            Self::Numbered(_) => 1,
+            Self::Continuous { count, .. } => count,
+        }
+    }
+
+    /// Returns how many numbers a policy gives for a state: a logit or value per numbered action, or the action itself.
+    pub fn outputs(self) -> usize {
+        match self {
+            Self::Numbered(count) | Self::Continuous { count, .. } => count,
+        }
+    }
+}
+
 /// A decision process of one agent, as in gymnasium.
 pub trait Environment {
     /// Numbers of an observation.
     fn width(&self) -> usize;
 
-    /// Number of actions, which are 0 up to it.
-    fn actions(&self) -> usize;
+    /// What an agent can do.
+    fn actions(&self) -> Actions;
 
     /// Begins the episode of a seed and writes its first observation.
     fn reset(&mut self, seed: u64, observation: &mut [f32]);
 
     /// Takes an action and writes the observation after it.
-    fn step(&mut self, action: usize, observation: &mut [f32]) -> Step;
+    fn step(&mut self, action: &[f32], observation: &mut [f32]) -> Step;
+
+    /// Returns what an episode that is over, with this sum of rewards, came to in the unit that methods are judged by.
+    fn score(&self, total: f64) -> f64 {
+        total
+    }
 
     /// Adds the state of a running episode to an archive.
     fn save(&self, prefix: &str, archive: &mut Archive);
@@ -50,6 +86,8 @@ pub trait Environment {
 pub struct Outcome {
     /// Sum of rewards.
     pub total: f64,
+    /// What [`Environment::score`] says of it.
+    pub score: f64,
     /// Steps it took.
     pub steps: u32,
 }
@@ -58,16 +96,19 @@ pub struct Outcome {
 pub fn play(
     environment: &mut dyn Environment,
     seed: u64,
-    policy: &mut dyn FnMut(&[f32]) -> usize,
+    policy: &mut dyn FnMut(&[f32], &mut [f32]),
 ) -> Outcome {
     let mut observation = vec![0.0; environment.width()];
+    let mut action = vec![0.0; environment.actions().width()];
     environment.reset(seed, &mut observation);
-    let mut outcome = Outcome { total: 0.0, steps: 0 };
+    let mut outcome = Outcome { total: 0.0, score: 0.0, steps: 0 };
     loop {
-        let step = environment.step(policy(&observation), &mut observation);
+        policy(&observation, &mut action);
+        let step = environment.step(&action, &mut observation);
         outcome.total += f64::from(step.reward);
         outcome.steps += 1;
         if step.over() {
+            outcome.score = environment.score(outcome.total);
             return outcome;
         }
     }

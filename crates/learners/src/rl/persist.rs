@@ -63,6 +63,14 @@ pub(crate) fn depends_on_both(outputs: &[f32], width: usize) -> bool {
     rows().len() < 2 || (actions && states)
 }
 
+/// Whether outputs, a row of `width` per state, differ between states in any of them.
+pub(crate) fn depends_on_state(outputs: &[f32], width: usize) -> bool {
+    let mut rows = outputs.chunks_exact(width);
+    let Some(first) = rows.next() else { return true };
+    let differs = |a: f32, b: f32| (a - b).abs() > SAME * a.abs().max(b.abs()).max(1.0);
+    rows.len() == 0 || rows.any(|row| row.iter().zip(first).any(|(a, b)| differs(*a, *b)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -77,6 +85,13 @@ mod tests {
         let times: std::collections::BTreeSet<usize> =
             spread(960).map(|place| place % 30).collect();
         assert!(times.len() > 10, "{times:?}");
+    }
+
+    #[test]
+    fn an_action_that_is_the_same_in_all_states_is_no_policy() {
+        assert!(depends_on_state(&[1.0, 2.0, 1.0, 2.1], 2));
+        assert!(!depends_on_state(&[1.0, 2.0, 1.0, 2.0], 2));
+        assert!(depends_on_state(&[1.0, 2.0], 2) && depends_on_state(&[], 2));
     }
 
     #[test]

@@ -35,6 +35,12 @@ impl Generator {
         self.0.random_range(0..end)
     }
 
+    /// Returns a standard normal number (Box and Muller, 1958), the same on every machine.
+    pub fn normal(&mut self) -> f64 {
+        let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.unit()));
+        radius * libm::cos(2.0 * std::f64::consts::PI * self.unit())
+    }
+
     /// The generator itself, for distributions.
     pub fn rng(&mut self) -> &mut ChaCha8Rng {
         &mut self.0
@@ -63,6 +69,17 @@ impl Generator {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn normal_numbers_have_mean_0_deviation_1_and_tails() {
+        let mut generator = Generator::new(1, &[]);
+        let numbers: Vec<f64> = (0..100_000).map(|_| generator.normal()).collect();
+        let moment = |k| numbers.iter().map(|x| f64::powi(*x, k)).sum::<f64>() / 1e5;
+        let found = [moment(1), moment(2), moment(3), moment(4)];
+        for (found, expected) in found.into_iter().zip([0.0, 1.0, 0.0, 3.0]) {
+            assert!((found - expected).abs() < 0.06, "{found} {expected}");
+        }
+    }
 
     #[test]
     fn a_restored_generator_goes_on_as_before() {

@@ -19,7 +19,7 @@ use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
 use crate::nn::{self, Activation, Network};
-use crate::rl::environment::Environment;
+use crate::rl::environment::{Actions, Environment};
 use crate::rl::persist::depends_on_both;
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
@@ -57,9 +57,16 @@ struct Buffers {
 
 impl<E: Environment> Dqn<E> {
     /// Returns a training that has not begun.
+    ///
+    /// # Panics
+    ///
+    /// When actions are not numbered.
     pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
         let lane = Lanes::new(vec![environment]);
-        let (width, actions) = (lane.width(), lane.actions());
+        let Actions::Numbered(actions) = lane.actions() else {
+            panic!("deep Q-learning needs numbered actions");
+        };
+        let width = lane.width();
         let layer = |network: Sequential, _| network.linear(settings.hidden, Activation::Relu);
         let network = (0..HIDDEN_LAYERS).fold(Sequential::new(width), layer);
         let network = network.linear(actions, Activation::None);
@@ -106,7 +113,7 @@ impl<E: Environment> Dqn<E> {
         } else {
             largest(self.network.single(&self.parameters, before))
         };
-        let step = self.lane.step(0, action, after, seeds);
+        let step = self.lane.step(0, &[action as f32], after, seeds);
         self.replay.push(&Transition {
             state: before,
             action,
@@ -186,8 +193,8 @@ impl<E: Environment> Trainer for Dqn<E> {
         self.steps >= self.settings.total_steps
     }
 
-    fn act(&mut self, observation: &[f32]) -> usize {
-        largest(self.network.single(&self.parameters, observation))
+    fn act(&mut self, observation: &[f32], action: &mut [f32]) {
+        action[0] = largest(self.network.single(&self.parameters, observation)) as f32;
     }
 
     fn is_finite(&self) -> bool {
@@ -280,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_training_can_stop_after_every_update() {
-        check_trainer(|seed| Dqn::new(settings(), Corridor::default(), seed));
+        check_trainer(&Corridor::default(), |seed| Dqn::new(settings(), Corridor::default(), seed));
     }
 
     #[test]

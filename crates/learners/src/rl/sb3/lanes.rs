@@ -2,7 +2,7 @@
 
 use super::Progress;
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::rl::environment::{Environment, Step};
+use crate::rl::environment::{Actions, Environment, Step};
 
 /// An environment and its running episode.
 #[derive(Debug, Clone)]
@@ -19,9 +19,10 @@ pub(super) struct Lanes<E> {
     lanes: Vec<Lane<E>>,
     /// Episodes begun, in all environments.
     begun: u32,
-    /// Episodes ended since [`Self::report`], and the sum of their returns.
+    /// Episodes ended since [`Self::report`], and the sums of their returns and scores.
     ended: u32,
     returns: f64,
+    scores: f64,
 }
 
 impl<E: Environment> Lanes<E> {
@@ -35,6 +36,7 @@ impl<E: Environment> Lanes<E> {
             begun: 0,
             ended: 0,
             returns: 0.0,
+            scores: 0.0,
         }
     }
 
@@ -46,7 +48,7 @@ impl<E: Environment> Lanes<E> {
         self.lanes[0].environment.width()
     }
 
-    pub(super) fn actions(&self) -> usize {
+    pub(super) fn actions(&self) -> Actions {
         self.lanes[0].environment.actions()
     }
 
@@ -70,7 +72,7 @@ impl<E: Environment> Lanes<E> {
     pub(super) fn step(
         &mut self,
         lane: usize,
-        action: usize,
+        action: &[f32],
         after: &mut [f32],
         seeds: &mut dyn FnMut(u32) -> u64,
     ) -> Step {
@@ -79,6 +81,7 @@ impl<E: Environment> Lanes<E> {
         *total += f64::from(step.reward);
         if step.over() {
             self.ended += 1;
+            self.scores += environment.score(*total);
             self.returns += std::mem::take(total);
             environment.reset(seeds(self.begun), observation);
             self.begun += 1;
@@ -92,8 +95,10 @@ impl<E: Environment> Lanes<E> {
     pub(super) fn report(&mut self) -> Progress {
         let episodes = std::mem::take(&mut self.ended);
         let returns = std::mem::take(&mut self.returns);
-        let mean_return = (episodes > 0).then(|| returns / f64::from(episodes));
-        Progress { begun: self.begun, episodes, mean_return, ..Progress::default() }
+        let scores = std::mem::take(&mut self.scores);
+        let mean = |sum: f64| (episodes > 0).then(|| sum / f64::from(episodes));
+        let (mean_return, mean_score) = (mean(returns), mean(scores));
+        Progress { begun: self.begun, episodes, mean_return, mean_score, ..Progress::default() }
     }
 
     pub(super) fn save(&self, prefix: &str, archive: &mut Archive) {

@@ -5,11 +5,18 @@
 //! after every update; what it then saves is all that it goes on from, with the same bytes at the end.
 
 mod actor_critic;
+pub mod ars;
+mod distribution;
 pub mod dqn;
 mod lanes;
+mod off_policy;
 pub mod ppo;
+mod rollout;
+pub mod sac;
+pub mod td3;
 #[cfg(test)]
 mod testing;
+pub mod trpo;
 
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +58,8 @@ pub struct Progress {
     pub episodes: u32,
     /// Mean return of these episodes.
     pub mean_return: Option<f64>,
+    /// Mean of what [`super::environment::Environment::score`] says of them.
+    pub mean_score: Option<f64>,
     /// Mean loss of the updates.
     pub loss: Option<f64>,
     /// Mean entropy of the policy in the updates.
@@ -72,8 +81,8 @@ pub trait Trainer {
     /// Whether all steps of the training are done.
     fn finished(&self) -> bool;
 
-    /// Returns the action that is thought best.
-    fn act(&mut self, observation: &[f32]) -> usize;
+    /// Writes the action that is thought best.
+    fn act(&mut self, observation: &[f32], action: &mut [f32]);
 
     /// Whether all that was learned are numbers; where they are not, training has diverged.
     fn is_finite(&self) -> bool;

@@ -8,21 +8,19 @@
 //! - **Minibatches** come from one permutation per pass; the last one may be smaller.
 //! - **A cut episode** has the value of the state after it.
 
-mod loss;
-mod rollout;
+pub(super) mod loss;
 mod settings;
 
 use rand::seq::SliceRandom;
 
 use self::loss::{Losses, Minibatch};
-use self::rollout::Rollout;
 pub use self::settings::Settings;
 use super::actor_critic::ActorCritic;
 use super::lanes::Lanes;
-use super::{Progress, Schedule, Trainer, largest};
+use super::rollout::Rollout;
+use super::{Progress, Schedule, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::Environment;
-use crate::rl::persist::depends_on_both;
 use crate::rl::random::Generator;
 
 /// A training of a policy and its value.
@@ -37,10 +35,6 @@ pub struct Ppo<E> {
     rollout: Rollout,
     order: Vec<usize>,
     minibatch: Minibatch,
-    /// Logarithms of the probabilities of the actions in one state.
-    logs: Vec<f32>,
-    /// State after a step.
-    after: Vec<f32>,
 }
 
 impl<E: Environment> Ppo<E> {
@@ -59,11 +53,9 @@ impl<E: Environment> Ppo<E> {
             sampling: Generator::new(seed, &["sampling"]),
             shuffling: Generator::new(seed, &["shuffling"]),
             steps: 0,
-            rollout: Rollout::new(lanes.count(), settings.num_steps, width),
+            rollout: Rollout::new(lanes.count(), settings.num_steps, width, actions.width()),
             order: Vec::new(),
-            minibatch: Minibatch::default(),
-            logs: vec![0.0; actions],
-            after: vec![0.0; width],
+            minibatch: Minibatch::new(actions),
             lanes,
             settings,
         }
@@ -71,23 +63,8 @@ impl<E: Environment> Ppo<E> {
 
     /// Plays the steps of an update.
     fn collect(&mut self, seeds: &mut dyn FnMut(u32) -> u64) {
-        self.lanes.begin(seeds);
-        self.rollout.clear();
-        for time in 0..self.settings.num_steps {
-            for lane in 0..self.lanes.count() {
-                let state = self.lanes.observation(lane);
-                let place = self.rollout.place(lane, time);
-                self.rollout.see(place, state);
-                loss::log_softmax(self.networks.logits(state), &mut self.logs);
-                let action = draw(&self.logs, &mut self.sampling);
-                let step = self.lanes.step(lane, action, &mut self.after, seeds);
-                self.rollout.act(place, action, self.logs[action], step, &self.after);
-                self.steps += 1;
-            }
-        }
-        for lane in 0..self.lanes.count() {
-            self.rollout.cut(lane, self.lanes.observation(lane));
-        }
+        self.rollout.collect(&mut self.networks, &mut self.lanes, &mut self.sampling, seeds);
+        self.steps += self.rollout.len() as u64;
     }
 
     /// Learns from the steps of an update.
@@ -104,11 +81,12 @@ impl<E: Environment> Ppo<E> {
             order.shuffle(self.shuffling.rng());
             for places in order.chunks(self.settings.minibatch_size) {
                 self.minibatch.gather(&self.rollout, places);
-                let (logits, values) = self.networks.forward(&self.minibatch.states);
-                self.minibatch.loss(logits, values, &self.settings, clip_range, losses);
-                let Minibatch { states, by_logits, by_values, .. } = &self.minibatch;
+                let outputs = self.networks.forward(&self.minibatch.states);
+                self.minibatch.loss(outputs, &self.settings, clip_range, losses);
+                let Minibatch { states, by_outputs, by_log_std, by_values, .. } = &self.minibatch;
                 let max_grad_norm = self.settings.max_grad_norm;
-                self.networks.descend(states, by_logits, by_values, learning_rate, max_grad_norm);
+                self.networks.back(states, by_outputs, by_log_std, by_values);
+                self.networks.descend(learning_rate, max_grad_norm);
             }
         }
         self.order = order;
@@ -134,8 +112,8 @@ impl<E: Environment> Trainer for Ppo<E> {
         self.steps >= self.settings.total_steps
     }
 
-    fn act(&mut self, observation: &[f32]) -> usize {
-        largest(self.networks.logits(observation))
+    fn act(&mut self, observation: &[f32], action: &mut [f32]) {
+        self.networks.best(observation, action);
     }
 
     fn is_finite(&self) -> bool {
@@ -144,8 +122,7 @@ impl<E: Environment> Trainer for Ppo<E> {
 
     fn is_alive(&mut self) -> bool {
         let states = self.rollout.probes();
-        let (logits, _) = self.networks.forward(&states);
-        depends_on_both(logits, self.logs.len())
+        self.networks.is_alive(&states)
     }
 
     fn learned(&self, prefix: &str, archive: &mut Archive) {
@@ -173,23 +150,11 @@ impl<E: Environment> Trainer for Ppo<E> {
     }
 }
 
-/// Draws an action from the logarithms of probabilities.
-fn draw(logs: &[f32], generator: &mut Generator) -> usize {
-    let mut left = generator.unit() as f32;
-    for (action, log) in logs.iter().enumerate() {
-        left -= libm::expf(*log);
-        if left < 0.0 {
-            return action;
-        }
-    }
-    // Rounding may leave a trace: the last action that can happen.
-    logs.iter().rposition(|log| *log > f32::NEG_INFINITY).unwrap_or(0)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{Corridor, check_trainer, play};
+    use super::super::testing::{Corridor, Slider, check_trainer, outcome, play, updates};
     use super::*;
+    use crate::rl::environment::Actions;
 
     fn settings() -> Settings {
         Settings {
@@ -230,7 +195,43 @@ mod tests {
 
     #[test]
     fn a_training_can_stop_after_every_update() {
-        check_trainer(trainer);
+        check_trainer(&Corridor::default(), trainer);
+        check_trainer(&Slider::default(), |seed| Ppo::new(settings(), Slider::default, seed));
+    }
+
+    #[test]
+    fn a_slider_is_learned() {
+        let mut ppo = Ppo::new(Settings { total_steps: 20_000, ..settings() }, Slider::default, 3);
+        ppo.advance(u64::MAX, &mut |k| u64::from(k));
+        let total = outcome(&Slider::default(), &mut ppo);
+        // The best is about -1.03.
+        assert!(total > -1.2, "{total}");
+    }
+
+    #[test]
+    fn a_gradient_step_is_that_of_stable_baselines3() {
+        let all = updates();
+        for (name, actions) in [
+            ("ppo-numbered", Actions::Numbered(2)),
+            ("ppo-continuous", Actions::Continuous { count: 2, limit: 1.0 }),
+        ] {
+            let update = &all[name];
+            let settings =
+                Settings { entropy_coefficient: 0.2, max_grad_norm: 0.3, hidden: 5, ..settings() };
+            let mut networks = ActorCritic::new(3, actions, 5, 1e-5, 1);
+            networks.parameters = update.numbers("before");
+            let mut minibatch = Minibatch::of(
+                actions,
+                ["states", "actions", "logs", "advantages", "returns"]
+                    .map(|part| update.numbers(part)),
+            );
+            let outputs = networks.forward(&minibatch.states);
+            minibatch.loss(outputs, &settings, 0.2, &mut Losses::default());
+            let Minibatch { states, by_outputs, by_log_std, by_values, .. } = &minibatch;
+            networks.back(states, by_outputs, by_log_std, by_values);
+            networks.descend(0.01, settings.max_grad_norm);
+            update.check("then", &networks.parameters, 1e-5);
+        }
     }
 
     #[test]
@@ -245,13 +246,5 @@ mod tests {
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..129));
         assert!(ppo.is_finite());
-    }
-
-    #[test]
-    fn actions_are_drawn_as_often_as_they_are_likely() {
-        let mut generator = Generator::new(1, &[]);
-        let logs = [0.25f32.ln(), 0.75f32.ln()];
-        let count = (0..10_000).filter(|_| draw(&logs, &mut generator) == 1).count();
-        assert!((7350..7650).contains(&count), "{count}");
     }
 }

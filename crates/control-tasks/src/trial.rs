@@ -1,68 +1,60 @@
-//! A method on a cart and pole, as evaluation sees it.
+//! A method in a control task, as evaluation sees it.
 
-use super::environment::{CartPole, HORIZON};
-use super::settings::Scenario;
-use super::{dqn, ppo};
+use crate::episodes::Episodes;
+use crate::methods::Begin;
+use crate::scenario::Settings;
+use crate::task::{Scale, Task};
 use basics::seed;
 use evaluation::run::domain::{Course, Next, Played, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::store::record::Metrics;
-use learners::nn::archive::{Archive, ArchiveError};
+use learners::nn::archive::Archive;
 use learners::rl::environment::play;
-use learners::rl::sb3::dqn::Dqn;
-use learners::rl::sb3::ppo::Ppo;
 use learners::rl::sb3::{Progress, Trainer};
-
-/// Name of the objective: the return divided by the best one, 500; from 0 to 1.
-pub const NORMALISED_RETURN: &str = "normalised_return";
 
 /// Steps of training that a row of the record stands for, or a few more: an update is not cut.
 pub const ROW_STEPS: u64 = 2000;
 
-/// Makes a training of a method from a seed.
-type Begin = dyn Fn(u64) -> Box<dyn Trainer>;
-
 /// A method and its environment.
-pub struct PoleTrial {
-    environment: CartPole,
+pub struct TaskTrial<T: Task> {
+    environment: Episodes<T::Dynamics>,
+    scale: Scale,
     seed: u64,
     begin: Box<Begin>,
     trainer: Box<dyn Trainer>,
 }
 
-impl PoleTrial {
+impl<T: Task> TaskTrial<T> {
     /// Returns a method, untrained; `None` where there is none of this name.
     pub fn new(
-        environment: CartPole,
-        scenario: &Scenario,
+        environment: Episodes<T::Dynamics>,
+        scenario: &T::Scenario,
         method: &str,
         seed: u64,
     ) -> Option<Self> {
-        let there = environment.clone();
-        let begin: Box<Begin> = if method == ppo::METHOD.name {
-            let config = scenario.ppo.clone();
-            Box::new(move |seed| Box::new(Ppo::new((&config).into(), || there.clone(), seed)))
-        } else if method == dqn::METHOD.name {
-            let config = scenario.dqn.clone();
-            Box::new(move |seed| Box::new(Dqn::new((&config).into(), there.clone(), seed)))
-        } else {
-            return None;
-        };
+        let begin = scenario.begin(method, environment.clone())?;
         let trainer = begin(seed);
-        Some(Self { environment, seed, begin, trainer })
+        Some(Self { scale: T::scale(&environment), environment, seed, begin, trainer })
     }
 
-    /// Takes over a model.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it does not fit the method's networks.
-    pub fn load(&mut self, model: &Archive) -> Result<(), ArchiveError> {
-        self.trainer.load("", model)
+    /// Returns the row of a part of a training; objective and return are those of the episodes that ended in it, with
+    /// the actions of training.
+    fn row(&self, progress: &Progress) -> Metrics {
+        let Progress { steps, episodes, mean_return, mean_score, loss, entropy, epsilon, begun: _ } =
+            *progress;
+        named([
+            ("return", mean_return),
+            (T::OBJECTIVE.metric, mean_score.map(|score| self.scale.of(score))),
+            ("episodes", Some(f64::from(episodes))),
+            ("steps", Some(steps as f64)),
+            ("loss", loss.filter(|l| l.is_finite())),
+            ("entropy", entropy.filter(|e| e.is_finite())),
+            ("epsilon", epsilon),
+        ])
     }
 }
 
-impl Trial for PoleTrial {
+impl<T: Task> Trial for TaskTrial<T> {
     fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
         if let Some(saved) = course.saved() {
             self.trainer = (self.begin)(seed::restart(self.seed, course.restarts()));
@@ -73,7 +65,7 @@ impl Trial for PoleTrial {
             let progress = self.trainer.advance(steps, &mut |k| course.seed(k));
             // That of the episode that began last, in this part or before.
             let seed = course.seed(progress.begun.saturating_sub(1));
-            course.episode(seed, row(&progress));
+            course.episode(seed, self.row(&progress));
             let finite = progress.loss.is_none_or(f64::is_finite);
             if !finite || !self.trainer.is_finite() {
                 let what = if finite { "a parameter" } else { "the loss" };
@@ -106,11 +98,15 @@ impl Trial for PoleTrial {
     }
 
     fn episode(&mut self, seed: u64) -> Result<Metrics, TrialError> {
-        let Self { environment, trainer, .. } = self;
-        let outcome = play(environment, seed, &mut |observation| trainer.act(observation));
+        let Self { environment, trainer, scale, .. } = self;
+        let outcome =
+            play(environment, seed, &mut |observation, action| trainer.act(observation, action));
+        let [zero, one] = scale.names.unwrap_or_default();
         Ok(named([
-            (NORMALISED_RETURN, Some(outcome.total / f64::from(HORIZON))),
             ("return", Some(outcome.total)),
+            (T::OBJECTIVE.metric, Some(scale.of(outcome.score))),
+            (zero, scale.names.map(|_| scale.zero)),
+            (one, scale.names.map(|_| scale.one)),
         ]))
     }
 
@@ -125,21 +121,6 @@ impl Trial for PoleTrial {
     }
 }
 
-/// Returns the row of a part of a training; score and return are those of the episodes that ended in it, with
-/// the actions of training.
-fn row(progress: &Progress) -> Metrics {
-    let Progress { steps, episodes, mean_return, loss, entropy, epsilon, begun: _ } = *progress;
-    named([
-        (NORMALISED_RETURN, mean_return.map(|r| r / f64::from(HORIZON))),
-        ("return", mean_return),
-        ("episodes", Some(f64::from(episodes))),
-        ("steps", Some(steps as f64)),
-        ("loss", loss.filter(|l| l.is_finite())),
-        ("entropy", entropy.filter(|e| e.is_finite())),
-        ("epsilon", epsilon),
-    ])
-}
-
 /// Returns the metrics that there are.
 fn named<const N: usize>(metrics: [(&str, Option<f64>); N]) -> Metrics {
     metrics.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
@@ -147,9 +128,9 @@ fn named<const N: usize>(metrics: [(&str, Option<f64>); N]) -> Metrics {
 
 #[cfg(test)]
 mod tests {
-    use super::super::dynamics::{Context, Dynamics, Variant};
-    use super::super::environment::CARL_START;
     use super::*;
+    use crate::cartpole::{CARL_START, CartPole, CartPoles, Context, Dynamics, Scenario, Variant};
+    use crate::methods::{ars, dqn, ppo, trpo};
     use evaluation::run::fault::CheckpointError;
 
     /// Keeps rows and checkpoints of a training.
@@ -180,24 +161,30 @@ mod tests {
         }
     }
 
-    fn trial(method: &str, settings: &[&str]) -> PoleTrial {
+    fn trial(method: &str, settings: &[&str]) -> TaskTrial<CartPoles> {
         let dynamics = Dynamics::new(Context::default(), Variant::CarlCompat);
-        let short = ["ppo.total_steps=6000", "dqn.total_steps=6000", "ppo.num_steps=500"];
+        let short = [
+            "ppo.total_steps=6000",
+            "dqn.total_steps=6000",
+            "trpo.total_steps=6000",
+            "ppo.num_steps=500",
+            "trpo.num_steps=500",
+        ];
         let overrides: Vec<_> = short.iter().chain(settings).map(|s| s.parse().unwrap()).collect();
         let scenario = Scenario::read("", "a.toml", &overrides).unwrap();
-        PoleTrial::new(CartPole::new(dynamics, CARL_START), &scenario, method, 7).unwrap()
+        TaskTrial::new(CartPole::new(dynamics, CARL_START), &scenario, method, 7).unwrap()
     }
 
     #[test]
     fn a_training_has_a_row_every_2000_steps_and_goes_on_from_each_with_the_same_bytes() {
-        for method in [ppo::METHOD.name, dqn::METHOD.name] {
+        for method in [ppo::METHOD.name, dqn::METHOD.name, trpo::METHOD.name] {
             let (mut whole, mut kept) = (trial(method, &[]), Kept::default());
             whole.train(&mut kept).unwrap();
             let steps: Vec<f64> = kept.rows.iter().map(|(_, m)| m["steps"]).collect();
             assert_eq!(steps, [2000.0, 4000.0, 6000.0]);
             for (seed, metrics) in &kept.rows {
                 assert!(*seed >= 1000 && metrics["episodes"] > 0.0);
-                assert_eq!(metrics[NORMALISED_RETURN], metrics["return"] / 500.0);
+                assert_eq!(metrics["normalised_return"], metrics["return"] / 500.0);
                 assert!(metrics.iter().all(|(_, v)| v.is_finite()));
             }
             let model = whole.model().unwrap();
@@ -215,9 +202,24 @@ mod tests {
     }
 
     #[test]
+    fn random_search_goes_on_with_the_same_bytes_too() {
+        let short = ["ars.total_steps=9000"];
+        let (mut whole, mut kept) = (trial(ars::METHOD.name, &short), Kept::default());
+        whole.train(&mut kept).unwrap();
+        let model = whole.model().unwrap();
+        for state in &kept.states {
+            let mut rest = Kept { saved: Some(state.clone()), ..Kept::default() };
+            let mut resumed = trial(ars::METHOD.name, &short);
+            resumed.train(&mut rest).unwrap();
+            assert!(resumed.model().unwrap().to_bytes() == model.to_bytes());
+        }
+        assert!(kept.states.len() > 2);
+    }
+
+    #[test]
     fn an_episode_s_score_is_the_share_of_the_best_return() {
         let metrics = trial(ppo::METHOD.name, &[]).episode(3).unwrap();
-        assert_eq!(metrics[NORMALISED_RETURN], metrics["return"] / 500.0);
+        assert_eq!(metrics["normalised_return"], metrics["return"] / 500.0);
         assert!(metrics["return"] >= 1.0 && metrics["return"] < 200.0);
     }
 

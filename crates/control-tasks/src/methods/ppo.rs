@@ -1,13 +1,11 @@
 //! `ppo`: proximal policy optimisation, as Stable-Baselines3 has it.
 
+use super::{Begin, weights};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
+use learners::rl::environment::Environment;
 use learners::rl::sb3::Schedule;
-use learners::rl::sb3::ppo::Settings;
-
-/// Numbers of an observation, and actions.
-const INPUTS: f64 = 4.0;
-const ACTIONS: f64 = 2.0;
+use learners::rl::sb3::ppo::{Ppo, Settings};
 
 /// `ppo` as evaluation knows it.
 pub const METHOD: Method = Method {
@@ -62,15 +60,18 @@ settings! {
 }
 
 impl Config {
-    /// Returns products and sums of a step, updates included.
-    pub(super) fn work(&self) -> f64 {
+    /// Returns products and sums of a step, updates included, for observation and action of so many numbers.
+    pub(crate) fn work(&self, numbers: usize) -> f64 {
         // Policy and value, forward and twice as much backward.
-        2.0 * 3.0 * self.update_epochs as f64 * weights(self.hidden)
+        2.0 * 3.0 * self.update_epochs as f64 * weights(numbers, self.hidden, self.hidden)
     }
 }
 
-/// Returns the weights of a network with two hidden layers of this size.
-pub(super) fn weights(hidden: usize) -> f64 {
-    let hidden = hidden as f64;
-    hidden * (INPUTS + hidden + ACTIONS)
+/// Returns how trainings begin.
+pub(crate) fn begin<E: Environment + Clone + 'static>(
+    config: &Config,
+    environment: E,
+) -> Box<Begin> {
+    let config = config.clone();
+    Box::new(move |seed| Box::new(Ppo::new((&config).into(), || environment.clone(), seed)))
 }

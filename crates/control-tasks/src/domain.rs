@@ -1,43 +1,31 @@
-//! Carts and poles as a domain of evaluation.
+//! A control task as a domain of evaluation.
+
+use std::marker::PhantomData;
 
 use serde_json::{Map, Value};
 
-use super::dynamics::{Context, Dynamics};
-use super::environment::{CartPole, HORIZON};
-use super::family::NAME;
-use super::settings::Scenario;
-use super::trial::{NORMALISED_RETURN, PoleTrial, ROW_STEPS};
-use super::{dqn, ppo};
+use crate::context;
+use crate::episodes::{Dynamics, Episodes};
+use crate::scenario::Settings;
+use crate::task::{Task, scenario_of};
+use crate::trial::{ROW_STEPS, TaskTrial};
 use evaluation::run::domain::{Domain, Effort, EffortOf, Objective, Site, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::run::method::Method;
-use evaluation::stats::{Direction, Limit, Side};
+use evaluation::stats::Limit;
+use learners::rl::environment::Environment;
 
-/// The methods.
-const METHODS: [Method; 2] = [ppo::METHOD, dqn::METHOD];
-
-/// Normalised return below which a point MDP is not solved: the pole falls within 25 of 500 steps.
-const UNSOLVED: f64 = 0.05;
-
-/// Processor time of a step of evaluation, seconds; measured, see `benches/README.md`.
-const STEP_S: f64 = 5e-7;
-
-/// Carts and poles, judged by the share of the best return.
+/// A control task, judged by its objective.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct CartPoles;
+pub struct TaskDomain<T>(pub(crate) PhantomData<T>);
 
-impl Domain for CartPoles {
+impl<T: Task> Domain for TaskDomain<T> {
     fn name(&self) -> &'static str {
-        NAME
+        T::NAME
     }
 
     fn objective(&self) -> Objective {
-        Objective {
-            metric: NORMALISED_RETURN,
-            title: "normalised return",
-            unit: "",
-            direction: Direction::Higher,
-        }
+        T::OBJECTIVE
     }
 
     fn baseline(&self) -> Option<&'static str> {
@@ -45,18 +33,27 @@ impl Domain for CartPoles {
     }
 
     fn training_row(&self) -> (&'static str, &'static str) {
-        let what = "A part of a training is 2,000 steps, or one update where that takes more; its normalised return is \
-                    the mean over the episodes that ended in it.";
-        ("part", what)
+        match T::OBJECTIVE.title {
+            "normalised return" => (
+                "part",
+                "A part of a training is 2,000 steps, or one update where that takes more; its normalised return is \
+                 the mean over the episodes that ended in it.",
+            ),
+            _ => (
+                "part",
+                "A part of a training is 2,000 steps, or one update where that takes more; its figures are means \
+                 over the episodes that ended in it.",
+            ),
+        }
     }
 
     fn failure(&self) -> Option<Limit> {
-        let metric = NORMALISED_RETURN.to_owned();
-        Some(Limit { metric, side: Side::Below, value: UNSOLVED })
+        let (side, value) = T::FAILURE;
+        Some(Limit { metric: T::OBJECTIVE.metric.to_owned(), side, value })
     }
 
     fn methods(&self) -> &[Method] {
-        &METHODS
+        T::Scenario::METHODS
     }
 
     fn trial(
@@ -66,28 +63,27 @@ impl Domain for CartPoles {
         seed: u64,
     ) -> Result<Box<dyn Trial>, TrialError> {
         let input = |message: String| TrialError::Input(message.into());
-        let scenario = scenario_of(site.settings).map_err(input)?;
-        let context: Context = site.point.environment.parse().map_err(|e: String| {
+        let scenario = scenario_of::<T>(site.settings).map_err(input)?;
+        let context = context::parse::<T>(&site.point.environment).map_err(|e| {
             input(format!("manifest.json: environment of {}: {e}", site.point.point))
         })?;
-        let dynamics = Dynamics::new(context, scenario.environment.dynamics);
-        let environment = CartPole::new(dynamics, scenario.environment.start);
-        let trial = PoleTrial::new(environment, &scenario, method, seed);
+        let environment = Episodes::of(T::dynamics(&scenario, &context));
+        let trial = TaskTrial::<T>::new(environment, &scenario, method, seed);
         let trial = trial.ok_or_else(|| input(format!("there is no method {method:?}")))?;
         Ok(Box::new(trial))
     }
 
     fn efforts(&self, settings: &Value) -> Result<Box<EffortOf>, String> {
-        let Scenario { ppo, dqn, .. } = scenario_of(settings)?;
+        let scenario = scenario_of::<T>(settings)?;
+        let default: Vec<f64> = T::FEATURES.iter().map(|f| f.default).collect();
+        let environment = Episodes::of(T::dynamics(&scenario, &default));
+        let numbers = environment.width() + environment.actions().outputs();
         Ok(Box::new(move |method, _, _| {
-            let (steps, work) = match method.name == dqn::METHOD.name {
-                true => (dqn.total_steps, dqn.work() / dqn::Config::default().work()),
-                false => (ppo.total_steps, ppo.work() / ppo::Config::default().work()),
-            };
+            let (steps, work) = scenario.effort(method.name, numbers).unwrap_or_default();
             Effort {
                 training: u32::try_from(steps.div_ceil(ROW_STEPS)).unwrap_or(u32::MAX),
                 training_s: ROW_STEPS as f64 * method.decision_s * work,
-                evaluation_s: f64::from(HORIZON) * STEP_S,
+                evaluation_s: f64::from(T::Dynamics::HORIZON) * T::STEP_S,
                 is_informed: true,
             }
         }))
@@ -95,10 +91,11 @@ impl Domain for CartPoles {
 
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {
         let mut card = Map::new();
+        let all = serde_json::to_value(scenario_of::<T>(settings)?).map_err(|e| e.to_string())?;
         for (name, key) in
             [("settings", method), ("preset", "preset"), ("environment", "environment")]
         {
-            let value = settings.get(key).cloned();
+            let value = all.get(key).cloned();
             let value = value.ok_or_else(|| format!("the scenario has no settings of {key}"))?;
             card.insert(name.to_owned(), value);
         }
@@ -106,19 +103,16 @@ impl Domain for CartPoles {
     }
 }
 
-/// Returns the scenario of a manifest's settings.
-fn scenario_of(settings: &Value) -> Result<Scenario, String> {
-    serde_json::from_value(settings.clone()).map_err(|e| format!("manifest.json: settings: {e}"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cartpole::{CartPoles, Scenario};
+    use crate::methods::{dqn, ppo};
 
     fn effort(preset: &str, method: &Method) -> Effort {
         let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
         let settings = serde_json::to_value(scenario).unwrap();
-        CartPoles.efforts(&settings).unwrap()(method, 1, &|_| None)
+        TaskDomain::<CartPoles>::default().efforts(&settings).unwrap()(method, 1, &|_| None)
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! `dqn`: deep Q-learning, as Stable-Baselines3 has it.
 
-use super::ppo::weights;
+use super::{Begin, weights};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
-use learners::rl::sb3::dqn::Settings;
+use learners::rl::environment::Environment;
+use learners::rl::sb3::dqn::{Dqn, Settings};
 
 /// `dqn` as evaluation knows it.
 pub const METHOD: Method = Method {
@@ -55,10 +56,19 @@ settings! {
 }
 
 impl Config {
-    /// Returns products and sums of a step, updates included.
-    pub(super) fn work(&self) -> f64 {
+    /// Returns products and sums of a step, updates included, for observation and action of so many numbers.
+    pub(crate) fn work(&self, numbers: usize) -> f64 {
         let updates = f64::from(self.gradient_steps) / self.train_frequency as f64;
         // Both networks forward, and one twice as much backward.
-        4.0 * updates * self.batch_size as f64 * weights(self.hidden)
+        4.0 * updates * self.batch_size as f64 * weights(numbers, self.hidden, self.hidden)
     }
+}
+
+/// Returns how trainings begin.
+pub(crate) fn begin<E: Environment + Clone + 'static>(
+    config: &Config,
+    environment: E,
+) -> Box<Begin> {
+    let config = config.clone();
+    Box::new(move |seed| Box::new(Dqn::new((&config).into(), environment.clone(), seed)))
 }

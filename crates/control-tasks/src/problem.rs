@@ -1,61 +1,69 @@
-//! A scenario of carts and poles: settings and a family.
+//! A scenario of a control task: settings and a family.
 
 use std::collections::BTreeSet;
 
 use serde_json::Value;
 
-use super::dynamics::Variant;
-use super::family::{self, ContextError};
-use super::settings::Scenario;
+use crate::context::{self, ContextError};
+use crate::scenario::Settings;
+use crate::task::{self, Task};
 use basics::hash::sha256;
 use evaluation::family::MdpFamily;
 use evaluation::run::domain::{Prepared, PreparedPoint, Problem};
 use evaluation::run::fault::Cause;
 
-/// What stands in manifests for a simulator.
-const SIMULATOR: &str = "CartPole with the equations of gymnasium 1.4.0";
-
-/// A scenario of carts and poles.
+/// A scenario of a control task.
 #[derive(Debug, Clone)]
-pub struct CartPoleProblem {
-    scenario: Scenario,
+pub struct TaskProblem<T: Task> {
+    scenario: T::Scenario,
     family: MdpFamily,
 }
 
-impl CartPoleProblem {
+impl<T: Task> TaskProblem<T> {
     /// Returns the problem of a scenario.
     ///
     /// # Arguments
     ///
-    /// * `family` — whose features are names of [`family::FEATURES`], gymnasium's values where one is missing;
-    ///   `None` takes CARL's.
+    /// * `family` — whose features are those of the task, or some; `None` takes the task's own.
     ///
     /// # Errors
     ///
-    /// [`ContextError`] when a point MDP is no cart and pole.
-    pub fn new(scenario: Scenario, family: Option<MdpFamily>) -> Result<Self, ContextError> {
-        let mut family = family.unwrap_or_else(|| family::family(&scenario.name));
-        let variant = scenario.environment.dynamics;
+    /// [`ContextError`] when a point MDP is none of the task.
+    pub fn new(scenario: T::Scenario, family: Option<MdpFamily>) -> Result<Self, ContextError> {
+        let mut family = family.unwrap_or_else(|| task::family::<T>(scenario.name()));
         for point in &family.points {
-            let value = family::context(&family.features, point)?.masspole_kg;
-            if let Some(limit) = variant.heaviest_pole_kg().filter(|limit| value >= *limit) {
-                return Err(ContextError::Inertia { point: point.id.clone(), value, limit });
-            }
+            context::context::<T>(&scenario, &family.features, point)?;
         }
-        if variant == Variant::CarlCompat {
-            family.describing = family::without_effect_left_out(&family);
+        let without = T::without_effect(&scenario);
+        if !without.is_empty() {
+            family.describing = left_out(&family, without);
         }
         Ok(Self { scenario, family })
     }
 }
 
-impl Problem for CartPoleProblem {
+/// Returns the features of every point MDP without some; nothing where there is no other feature.
+fn left_out(family: &MdpFamily, without: &[&str]) -> Vec<Vec<f64>> {
+    let acts = |f: &usize| !without.contains(&family.features[*f].name.as_str());
+    let acting: Vec<usize> = (0..family.features.len()).filter(acts).collect();
+    let row =
+        |point: &evaluation::family::PointMdp| acting.iter().map(|f| point.features[*f]).collect();
+    if acting.is_empty() { Vec::new() } else { family.points.iter().map(row).collect() }
+}
+
+impl<T: Task> Problem for TaskProblem<T> {
     fn family(&self) -> &MdpFamily {
         &self.family
     }
 
     fn settings(&self) -> Value {
-        serde_json::to_value(&self.scenario).expect("a scenario is plain data")
+        let of = |scenario: &T::Scenario| {
+            serde_json::to_value(scenario).expect("a scenario is plain data")
+        };
+        let (mut settings, default) = (of(&self.scenario), of(&T::Scenario::default()));
+        let all = settings.as_object_mut().expect("a scenario is a table");
+        all.retain(|name, value| !T::LATER.contains(&name.as_str()) || default[name] != *value);
+        settings
     }
 
     fn prepare(
@@ -63,10 +71,11 @@ impl Problem for CartPoleProblem {
         chosen: &BTreeSet<&str>,
         done: &(dyn Fn(&str) + Sync),
     ) -> Result<Prepared, Cause> {
-        let mut prepared = Prepared { simulator: SIMULATOR.to_owned(), ..Prepared::default() };
+        let mut prepared = Prepared { simulator: T::SIMULATOR.to_owned(), ..Prepared::default() };
         for point in self.family.points.iter().filter(|p| chosen.contains(p.id.as_str())) {
-            let environment = family::context(&self.family.features, point)?.to_string();
-            let content = sha256(format!("cartpole {environment}").as_bytes());
+            let context = context::context::<T>(&self.scenario, &self.family.features, point)?;
+            let environment = context::text::<T>(&context);
+            let content = sha256(format!("{} {environment}", T::NAME).as_bytes());
             let made = PreparedPoint { environment, content, ..PreparedPoint::default() };
             prepared.points.insert(point.id.clone(), made);
             done(&point.id);
@@ -78,7 +87,10 @@ impl Problem for CartPoleProblem {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cartpole::{CartPoles, Scenario};
     use evaluation::family::{Feature, PointMdp};
+
+    type CartPoleProblem = TaskProblem<CartPoles>;
 
     fn problem(preset: &str) -> CartPoleProblem {
         let scenario = Scenario::read(&format!("preset = {preset:?}"), "a.toml", &[]).unwrap();
@@ -104,6 +116,19 @@ mod tests {
         assert_eq!(of("physical"), None);
         let e = of("carl-compat").unwrap();
         assert!(e.starts_with("masspole_kg of heavy is 1.5: from 1.467 kg on"), "{e}");
+    }
+
+    #[test]
+    fn a_manifest_has_later_methods_only_where_somebody_set_them() {
+        let with = |setting: &str| {
+            let scenario = Scenario::read("", "a.toml", &[setting.parse().unwrap()]).unwrap();
+            CartPoleProblem::new(scenario, None).unwrap().settings()
+        };
+        let settings = with("trpo.gamma=0.9");
+        assert!((settings["trpo"]["gamma"].as_f64().unwrap() - 0.9).abs() < 1e-6);
+        assert!(settings.get("ars").is_none() && settings.get("dqn").is_some());
+        let read: Scenario = serde_json::from_value(with("trpo.gamma=0.99")).unwrap();
+        assert_eq!(read.trpo, Scenario::default().trpo);
     }
 
     #[test]

@@ -1,0 +1,192 @@
+//! A car in a valley whose motor is too weak to climb out at once: gymnasium's `MountainCarContinuous-v0`.
+//!
+//! Equations, constants and the order of the arithmetic are gymnasium's (1.4.0,
+//! `envs/classic_control/continuous_mountain_car.py`): the state is rounded to single precision after every step. The paper
+//! varies the largest speed, the goal and the power of the motor, but gives no values.
+//!
+//! Deviation: the grid of values is ours, around gymnasium's.
+
+use crate::episodes::{Dynamics, Episodes};
+use crate::methods::{ars, ppo, sac, td3, trpo};
+use crate::scenario::scenario;
+use crate::task::{ContextFeature, Scale, Task, grid};
+use evaluation::family::PointMdp;
+use evaluation::run::domain::Objective;
+use evaluation::settings::setting::settings;
+use evaluation::stats::{Direction, Side};
+use learners::rl::environment::Actions;
+use learners::rl::random::Generator;
+
+/// Ends of the track.
+const POSITIONS: [f64; 2] = [-1.2, 0.6];
+
+/// Pull of gravity down the valley.
+const GRAVITY: f64 = 0.0025;
+
+/// Reward at the goal.
+const GOAL: f64 = 100.0;
+
+/// A car and its goal. Positions, speeds and power are in gymnasium's units, per step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MountainCar {
+    /// Largest speed.
+    pub max_speed: f64,
+    /// Position at which an episode ends.
+    pub goal: f64,
+    /// Speed that the motor adds in a step at most.
+    pub power: f64,
+    /// Ends of where episodes start.
+    pub start: [f64; 2],
+}
+
+/// Position and velocity.
+pub type State = [f64; 2];
+
+impl MountainCar {
+    /// Returns the reward of an action, the state afterwards, and whether the goal is reached.
+    pub fn step(&self, [position, velocity]: State, action: f64) -> (f64, State, bool) {
+        let force = action.clamp(-1.0, 1.0);
+        let mut velocity = velocity + force * self.power - GRAVITY * libm::cos(3.0 * position);
+        velocity = velocity.clamp(-self.max_speed, self.max_speed);
+        let position = (position + velocity).clamp(POSITIONS[0], POSITIONS[1]);
+        if position == POSITIONS[0] && velocity < 0.0 {
+            velocity = 0.0;
+        }
+        let reached = position >= self.goal && velocity >= 0.0;
+        let reward = if reached { GOAL } else { 0.0 } - action * action * 0.1;
+        (reward, [position, velocity].map(|n| f64::from(n as f32)), reached)
+    }
+}
+
+impl Dynamics for MountainCar {
+    const LABEL: &'static str = "mountain-car";
+    const HORIZON: u32 = 999;
+    const WIDTH: usize = 2;
+    type State = State;
+
+    fn actions(&self) -> Actions {
+        Actions::Continuous { count: 1, limit: 1.0 }
+    }
+
+    fn start(&self, generator: &mut Generator) -> State {
+        let [low, high] = self.start;
+        [low + (high - low) * generator.unit(), 0.0]
+    }
+
+    fn observe(&self, state: &State, observation: &mut [f32]) {
+        observation.iter_mut().zip(state).for_each(|(o, s)| *o = *s as f32);
+    }
+
+    fn act(&self, state: &mut State, action: &[f32]) -> (f64, bool) {
+        let (reward, after, reached) = self.step(*state, f64::from(action[0]));
+        *state = after;
+        (reward, reached)
+    }
+}
+
+settings! {
+    /// Where methods act.
+    pub struct Environment, source "gymnasium 1.4.0, MountainCarContinuous-v0" {
+        /// Lowest position at which episodes start.
+        start_low: f64 = -0.6, in -1.2..=0.0, at most start_high;
+        /// Highest position at which episodes start.
+        start_high: f64 = -0.4, in -1.2..=0.0;
+    }
+}
+
+scenario! {
+    task: MountainCars,
+    environment: Environment,
+    methods: { ppo, sac, td3, trpo, ars }
+}
+
+/// Mountain cars.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MountainCars;
+
+impl Task for MountainCars {
+    const NAME: &'static str = "mountain-car";
+    const WHAT: &'static str = "a mountain car";
+    const SIMULATOR: &'static str = "MountainCarContinuous with the equations of gymnasium 1.4.0";
+    const FEATURES: &'static [ContextFeature] = &[
+        ContextFeature { name: "max_speed", unit: "", default: 0.07, short: "s" },
+        ContextFeature { name: "goal_position", unit: "", default: 0.45, short: "g" },
+        ContextFeature { name: "power", unit: "", default: 0.0015, short: "p" },
+    ];
+    const OBJECTIVE: Objective =
+        Objective { metric: "return", title: "return", unit: "", direction: Direction::Higher };
+    // An episode that reaches the goal has more than 0, and one of full power for all steps -99.9.
+    const FAILURE: (Side, f64) = (Side::Below, 0.05);
+    const STEP_S: f64 = 5e-7;
+    const EMBEDDED: &'static str = include_str!("../../../scenarios/mountain-car.toml");
+    const TUNED: &'static str = include_str!("../../../scenarios/presets/mountain-car-tuned.toml");
+    type Scenario = Scenario;
+    type Dynamics = MountainCar;
+
+    fn points() -> Vec<PointMdp> {
+        let values: [&[f64]; 3] = [
+            &[0.035, 0.05, 0.07, 0.1],
+            &[0.25, 0.35, 0.45, 0.55],
+            &[0.0005, 0.001, 0.0015, 0.002, 0.003],
+        ];
+        grid(Self::FEATURES, &values, |c| {
+            format!("speed up to {}, goal at {}, power {}", c[0], c[1], c[2])
+        })
+    }
+
+    fn check(_: &Scenario, context: &[f64]) -> Result<(), (usize, String)> {
+        match context[1] > POSITIONS[1] {
+            true => Err((1, format!("the track ends at {}", POSITIONS[1]))),
+            false => Ok(()),
+        }
+    }
+
+    fn dynamics(scenario: &Scenario, context: &[f64]) -> MountainCar {
+        let &[max_speed, goal, power] = context else {
+            unreachable!("a context has all features");
+        };
+        let Environment { start_low, start_high } = scenario.environment;
+        MountainCar { max_speed, goal, power, start: [start_low, start_high] }
+    }
+
+    fn scale(_: &Episodes<MountainCar>) -> Scale {
+        Scale::SAME
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::testing::{check_episodes, check_family, check_features};
+    use learners::rl::environment::play;
+
+    #[test]
+    fn it_is_a_task() {
+        check_family::<MountainCars>(80);
+        check_episodes::<MountainCars>();
+    }
+
+    /// The push that swings a car out of the valley: with its velocity.
+    fn swung(context: &[f64]) -> f64 {
+        let mut environment = Episodes::of(MountainCars::dynamics(&Scenario::default(), context));
+        let mut policy = |o: &[f32], a: &mut [f32]| a[0] = if o[1] < 0.0 { -1.0 } else { 1.0 };
+        play(&mut environment, 1, &mut policy).total
+    }
+
+    #[test]
+    fn every_feature_changes_what_happens() {
+        check_features::<MountainCars>(&Scenario::default());
+    }
+
+    #[test]
+    fn gymnasium_s_car_can_be_swung_out_and_a_weak_one_takes_longer() {
+        let own = swung(&[0.07, 0.45, 0.0015]);
+        assert!(own > 85.0 && swung(&[0.07, 0.45, 0.0005]) < own, "{own}");
+    }
+
+    #[test]
+    fn a_goal_beyond_the_track_is_refused() {
+        let e = MountainCars::check(&Scenario::default(), &[0.07, 0.7, 0.001]).unwrap_err();
+        assert_eq!(e, (1, "the track ends at 0.6".to_owned()));
+    }
+}

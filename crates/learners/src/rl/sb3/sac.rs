@@ -1,0 +1,364 @@
+//! Soft actor-critic (Haarnoja et al., 2018), as Stable-Baselines3's `SAC`.
+//!
+//! Choices where implementations differ, beside those of [`super::off_policy`]:
+//! - **Policy**: one network gives mean and logarithm of the deviation of a normal number per action, the logarithm cut
+//!   to -20..2; its hyperbolic tangent is the action. The density has 1e-6 added where it is divided by.
+//! - **Critics**: half the mean squared error each, towards the smaller target value less the entropy's cost.
+//! - **Entropy coefficient**: learned in its logarithm, towards an entropy of minus the number of actions; the losses of
+//!   an update use the coefficient from before the update. With [`Settings::learned_entropy_coefficient`] off it is
+//!   fixed.
+//! - **Order**: coefficient, critics, policy (against the critics just moved), targets.
+
+use super::off_policy::{Batch, Critics, Followed, Learner, OffPolicy, Play, network};
+use crate::nn::adam::Adam;
+use crate::nn::archive::{Archive, ArchiveError};
+use crate::nn::{Activation, Network};
+use crate::rl::environment::Environment;
+use crate::rl::random::Generator;
+
+/// Range of the logarithm of a deviation.
+const LOG_STD: [f32; 2] = [-20.0, 2.0];
+
+/// Added to what the density of an action is divided by.
+const DENSITY_EPSILON: f32 = 1e-6;
+
+/// Half the logarithm of 2 pi.
+const HALF_LOG_TAU: f32 = 0.918_938_5;
+
+/// Settings of the algorithm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Steps of the training.
+    pub total_steps: u64,
+    /// Step size of Adam, for policy, critics and coefficient.
+    pub learning_rate: f32,
+    /// Adam's epsilon.
+    pub adam_epsilon: f32,
+    /// Discount per step.
+    pub gamma: f32,
+    /// Share by which the targets follow the critics.
+    pub tau: f32,
+    /// Steps in the replay buffer.
+    pub buffer_size: usize,
+    /// Steps per update.
+    pub batch_size: usize,
+    /// Steps before the first update, whose actions are uniform.
+    pub learning_starts: u64,
+    /// Steps between two blocks of updates.
+    pub train_frequency: u64,
+    /// Updates of a block.
+    pub gradient_steps: u32,
+    /// Weight of the entropy, at first.
+    pub entropy_coefficient: f32,
+    /// Whether it is learned.
+    pub learned_entropy_coefficient: bool,
+    /// Units of both hidden layers of every network.
+    pub hidden: usize,
+}
+
+/// A training.
+pub type Sac<E> = OffPolicy<E, SoftActorCritic>;
+
+/// What is learned.
+#[derive(Debug, Clone)]
+pub struct SoftActorCritic {
+    settings: Settings,
+    actions: usize,
+    policy: Followed,
+    critics: Critics,
+    /// Logarithm of the entropy coefficient.
+    log_coefficient: [f32; 1],
+    adam: Adam,
+    now: Drawn,
+    after: Drawn,
+    by_outputs: Vec<f32>,
+}
+
+/// Actions drawn in some states.
+#[derive(Debug, Clone, Default)]
+struct Drawn {
+    /// Standard normal numbers, one per state and number of an action.
+    noise: Vec<f32>,
+    /// States and actions side by side.
+    pairs: Vec<f32>,
+    /// Logarithms of the densities of the actions, one per state.
+    logs: Vec<f32>,
+}
+
+impl<E: Environment> Sac<E> {
+    /// Returns a training that has not begun.
+    ///
+    /// # Panics
+    ///
+    /// When actions are numbered.
+    pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
+        let play = Play {
+            total_steps: settings.total_steps,
+            buffer_size: settings.buffer_size,
+            batch_size: settings.batch_size,
+            learning_starts: settings.learning_starts,
+            train_frequency: settings.train_frequency,
+            gradient_steps: settings.gradient_steps,
+        };
+        Self::start(play, environment, seed, |width, actions| {
+            SoftActorCritic::new(settings, width, actions, seed)
+        })
+    }
+}
+
+impl SoftActorCritic {
+    fn new(settings: Settings, width: usize, actions: usize, seed: u64) -> Self {
+        let Settings { learning_rate, adam_epsilon, hidden, .. } = settings;
+        let hidden = [hidden, hidden];
+        let policy = network(width, &hidden, 2 * actions, Activation::None);
+        Self {
+            policy: Followed::new(policy, learning_rate, adam_epsilon, seed, "policy"),
+            critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
+            log_coefficient: [libm::logf(settings.entropy_coefficient)],
+            adam: Adam::new(1, learning_rate, adam_epsilon),
+            now: Drawn::default(),
+            after: Drawn::default(),
+            by_outputs: Vec::new(),
+            actions,
+            settings,
+        }
+    }
+
+    /// One update with given normal numbers, in [`Self::now`] and [`Self::after`].
+    fn learn(&mut self, batch: &Batch) -> f64 {
+        let (count, actions) = (batch.rewards.len(), self.actions);
+        let share = 1.0 / count as f32;
+        let Self { settings, policy, critics, .. } = self;
+        self.after.draw(
+            policy.network.forward(&policy.parameters, &batch.nexts),
+            &batch.nexts,
+            actions,
+        );
+        let outputs = policy.network.forward(&policy.parameters, &batch.states);
+        self.now.draw(outputs, &batch.states, actions);
+        self.by_outputs.clear();
+        self.by_outputs.extend_from_slice(outputs);
+        let coefficient = libm::expf(self.log_coefficient[0]);
+        if settings.learned_entropy_coefficient {
+            let target = -(actions as f32);
+            let slope = -share * self.now.logs.iter().map(|log| log + target).sum::<f32>();
+            self.adam.step(&mut self.log_coefficient, &[slope], None);
+        }
+        self.after.logs.iter_mut().for_each(|log| *log *= coefficient);
+        let squares =
+            critics.learn(batch, &self.after.pairs, &self.after.logs, settings.gamma, 0.5);
+        let (_, by_actions) = critics.by_actions(&self.now.pairs, actions, false);
+        let rows =
+            self.by_outputs.chunks_exact_mut(2 * actions).zip(by_actions.chunks_exact(actions));
+        let width = self.now.pairs.len() / count;
+        for (i, (outputs, by_action)) in rows.enumerate() {
+            for k in 0..actions {
+                let action = self.now.pairs[(i + 1) * width - actions + k];
+                let flat = 1.0 - action * action;
+                // By the number before the tangent: of the density, and of the value.
+                let by_log = 2.0 * action * flat / (flat + DENSITY_EPSILON);
+                let slope = share * (coefficient * by_log - by_action[k] * flat);
+                let log_std = outputs[actions + k];
+                let deviation = libm::expf(log_std.clamp(LOG_STD[0], LOG_STD[1]));
+                let inside = (LOG_STD[0]..=LOG_STD[1]).contains(&log_std);
+                let by_log_std =
+                    slope * self.now.noise[i * actions + k] * deviation - share * coefficient;
+                outputs[k] = slope;
+                outputs[actions + k] = if inside { by_log_std } else { 0.0 };
+            }
+        }
+        policy.descend(&batch.states, &self.by_outputs);
+        critics.follow(settings.tau);
+        0.5 * squares
+    }
+}
+
+impl Drawn {
+    /// Draws the noise of so many numbers.
+    fn roll(&mut self, count: usize, draws: &mut Generator) {
+        self.noise.clear();
+        self.noise.extend((0..count).map(|_| draws.normal() as f32));
+    }
+
+    /// Makes actions of outputs and noise.
+    fn draw(&mut self, outputs: &[f32], states: &[f32], actions: usize) {
+        self.pairs.clear();
+        self.logs.clear();
+        let rows = outputs.chunks_exact(2 * actions).zip(self.noise.chunks_exact(actions));
+        let count = rows.len();
+        for ((outputs, noise), state) in rows.zip(states.chunks_exact(states.len() / count)) {
+            self.pairs.extend_from_slice(state);
+            let mut log = 0.0;
+            for (k, noise) in noise.iter().enumerate() {
+                let log_std = outputs[actions + k].clamp(LOG_STD[0], LOG_STD[1]);
+                let action = libm::tanhf(outputs[k] + libm::expf(log_std) * noise);
+                log += -0.5 * noise * noise - log_std - HALF_LOG_TAU;
+                log -= libm::logf(1.0 - action * action + DENSITY_EPSILON);
+                self.pairs.push(action);
+            }
+            self.logs.push(log);
+        }
+    }
+}
+
+impl Learner for SoftActorCritic {
+    fn explore(&mut self, observation: &[f32], draws: &mut Generator, action: &mut [f32]) {
+        let outputs = self.policy.network.single(&self.policy.parameters, observation);
+        for (k, action) in action.iter_mut().enumerate() {
+            let log_std = outputs[self.actions + k].clamp(LOG_STD[0], LOG_STD[1]);
+            *action = libm::tanhf(outputs[k] + libm::expf(log_std) * draws.normal() as f32);
+        }
+    }
+
+    fn best(&mut self, observation: &[f32], action: &mut [f32]) {
+        let outputs = self.policy.network.single(&self.policy.parameters, observation);
+        action.iter_mut().zip(outputs).for_each(|(action, mean)| *action = libm::tanhf(*mean));
+    }
+
+    fn outputs(&mut self, observations: &[f32]) -> &[f32] {
+        self.policy.network.forward(&self.policy.parameters, observations)
+    }
+
+    #[expect(private_interfaces, reason = "only algorithms of this folder are learners")]
+    fn update(&mut self, batch: &Batch, draws: &mut Generator) -> f64 {
+        let count = batch.rewards.len() * self.actions;
+        self.now.roll(count, draws);
+        self.after.roll(count, draws);
+        self.learn(batch)
+    }
+
+    fn is_finite(&self) -> bool {
+        self.policy.is_finite() && self.critics.is_finite() && self.log_coefficient[0].is_finite()
+    }
+
+    fn learned(&self, prefix: &str, archive: &mut Archive) {
+        self.policy.learned(&format!("{prefix}policy."), archive);
+        self.critics.each(|critic, name| critic.learned(&format!("{prefix}{name}"), archive));
+    }
+
+    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        self.policy.load(&format!("{prefix}policy."), archive)?;
+        self.critics.try_each(|critic, name| critic.load(&format!("{prefix}{name}"), archive))
+    }
+
+    fn save(&self, prefix: &str, archive: &mut Archive) {
+        self.policy.save(&format!("{prefix}policy."), archive);
+        self.critics.each(|critic, name| critic.save(&format!("{prefix}{name}"), archive));
+        archive.put_f32(format!("{prefix}log_coefficient"), &[1], &self.log_coefficient);
+        self.adam.save(&format!("{prefix}coefficient."), archive);
+    }
+
+    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        self.policy.restore(&format!("{prefix}policy."), archive)?;
+        self.critics
+            .try_each(|critic, name| critic.restore(&format!("{prefix}{name}"), archive))?;
+        self.log_coefficient
+            .copy_from_slice(archive.f32(&format!("{prefix}log_coefficient"), &[1])?);
+        self.adam.restore(&format!("{prefix}coefficient."), archive)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Trainer;
+    use super::super::testing::{Slider, check_trainer, outcome, updates};
+    use super::*;
+
+    fn settings() -> Settings {
+        Settings {
+            total_steps: 1600,
+            learning_rate: 3e-3,
+            adam_epsilon: 1e-8,
+            gamma: 0.9,
+            tau: 0.02,
+            buffer_size: 500,
+            batch_size: 32,
+            learning_starts: 50,
+            train_frequency: 2,
+            gradient_steps: 1,
+            entropy_coefficient: 1.0,
+            learned_entropy_coefficient: true,
+            hidden: 16,
+        }
+    }
+
+    #[test]
+    fn a_training_can_stop_after_every_update_and_learns() {
+        check_trainer(&Slider::default(), |seed| Sac::new(settings(), Slider::default(), seed));
+        let mut sac = Sac::new(settings(), Slider::default(), 3);
+        sac.advance(u64::MAX, &mut |k| u64::from(k));
+        let total = outcome(&Slider::default(), &mut sac);
+        assert!(total > -1.2, "{total}");
+    }
+
+    /// What learns, as it was before an update of Stable-Baselines3.
+    fn before(settings: Settings) -> SoftActorCritic {
+        let update = &updates()["sac"];
+        let mut learner = SoftActorCritic::new(settings, 3, 2, 1);
+        learner.policy.parameters = update.numbers("before.policy");
+        for (k, critic) in learner.critics.both.iter_mut().enumerate() {
+            critic.parameters = update.numbers(&format!("before.critics.{k}"));
+            critic.target = update.numbers(&format!("before.targets.{k}"));
+        }
+        learner.now.noise = update.numbers("now");
+        learner.after.noise = update.numbers("after");
+        learner
+    }
+
+    #[test]
+    fn an_update_is_that_of_stable_baselines3() {
+        let update = &updates()["sac"];
+        let mut learner = before(Settings {
+            learning_rate: 0.01,
+            gamma: 0.99,
+            tau: 0.005,
+            hidden: 5,
+            ..settings()
+        });
+        learner.learn(&update.batch());
+        update.check("then.policy", &learner.policy.parameters, 1e-5);
+        for (k, critic) in learner.critics.both.iter().enumerate() {
+            update.check(&format!("then.critics.{k}"), &critic.parameters, 1e-5);
+            update.check(&format!("then.targets.{k}"), &critic.target, 1e-5);
+        }
+        update.check("then.log_coefficient", &learner.log_coefficient, 1e-6);
+    }
+
+    #[test]
+    fn the_policy_s_gradient_is_that_of_finite_differences() {
+        // Critics that hardly move leave the loss of the policy as a function of the policy only.
+        let settings =
+            Settings { learning_rate: 1e-12, hidden: 5, entropy_coefficient: 0.3, ..settings() };
+        let batch = updates()["sac"].batch();
+        let mut learner = before(settings.clone());
+        learner.learn(&batch);
+        let loss = |parameters: &[f32]| {
+            let mut learner = before(settings.clone());
+            let outputs = learner.policy.network.forward(parameters, &batch.states);
+            learner.now.draw(outputs, &batch.states, 2);
+            let (values, _) = learner.critics.by_actions(&learner.now.pairs, 2, false);
+            let rows = values.iter().zip(&learner.now.logs);
+            rows.map(|(value, log)| f64::from(0.3 * log - value)).sum::<f64>() / 6.0
+        };
+        let parameters = learner.policy.parameters.clone();
+        for i in 0..parameters.len() {
+            let at = |step: f32| {
+                let mut moved = parameters.clone();
+                moved[i] += step;
+                loss(&moved)
+            };
+            let slope = (at(3e-3) - at(-3e-3)) / 6e-3;
+            let found = f64::from(learner.policy.gradient[i]);
+            assert!((slope - found).abs() < 0.02 * found.abs().max(0.5), "{i}: {slope} {found}");
+        }
+    }
+
+    #[test]
+    fn a_fixed_coefficient_stays() {
+        let fixed =
+            Settings { learned_entropy_coefficient: false, entropy_coefficient: 0.2, ..settings() };
+        let mut sac = Sac::new(fixed, Slider::default(), 3);
+        sac.advance(200, &mut |k| u64::from(k));
+        assert_eq!(sac.learner.log_coefficient, [libm::logf(0.2)]);
+    }
+}

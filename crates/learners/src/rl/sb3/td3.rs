@@ -1,0 +1,290 @@
+//! Twin delayed deep deterministic policy gradient (Fujimoto et al., 2018), as Stable-Baselines3's `TD3`.
+//!
+//! Choices where implementations differ, beside those of [`super::off_policy`]:
+//! - **Policy**: a network whose last layer has a hyperbolic tangent; its slow copy gives the actions of targets.
+//! - **Exploration**: normal noise on the action, cut to -1..1. Stable-Baselines3's default is none.
+//! - **Targets**: the slow policy's action with cut normal noise, and the smaller of the slow critics' values.
+//! - **Critics**: the mean squared error each.
+//! - **Delay**: the policy, by the first critic, and all slow copies move at every second update, the second one first.
+
+use super::off_policy::{Batch, Critics, Followed, Learner, OffPolicy, Play, network};
+use crate::nn::archive::{Archive, ArchiveError};
+use crate::nn::{Activation, Network};
+use crate::rl::environment::Environment;
+use crate::rl::random::Generator;
+
+/// Settings of the algorithm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Steps of the training.
+    pub total_steps: u64,
+    /// Step size of Adam, for policy and critics.
+    pub learning_rate: f32,
+    /// Adam's epsilon.
+    pub adam_epsilon: f32,
+    /// Discount per step.
+    pub gamma: f32,
+    /// Share by which slow copies follow.
+    pub tau: f32,
+    /// Steps in the replay buffer.
+    pub buffer_size: usize,
+    /// Steps per update.
+    pub batch_size: usize,
+    /// Steps before the first update, whose actions are uniform.
+    pub learning_starts: u64,
+    /// Steps between two blocks of updates.
+    pub train_frequency: u64,
+    /// Updates of a block.
+    pub gradient_steps: u32,
+    /// Updates of the critics per update of the policy.
+    pub policy_delay: u32,
+    /// Deviation of the noise on actions while learning; actions are from -1 to 1.
+    pub action_noise: f32,
+    /// Deviation of the noise on the actions of targets.
+    pub target_noise: f32,
+    /// Largest noise on the actions of targets.
+    pub target_noise_clip: f32,
+    /// Units of the first hidden layer of every network.
+    pub hidden: usize,
+    /// Units of the second one.
+    pub second_hidden: usize,
+}
+
+/// A training.
+pub type Td3<E> = OffPolicy<E, TwinDelayed>;
+
+/// What is learned.
+#[derive(Debug, Clone)]
+pub struct TwinDelayed {
+    settings: Settings,
+    actions: usize,
+    policy: Followed,
+    critics: Critics,
+    updates: u32,
+    /// Standard normal numbers for the actions of targets.
+    noise: Vec<f32>,
+    /// States and actions side by side.
+    pairs: Vec<f32>,
+    costs: Vec<f32>,
+    by_outputs: Vec<f32>,
+}
+
+impl<E: Environment> Td3<E> {
+    /// Returns a training that has not begun.
+    ///
+    /// # Panics
+    ///
+    /// When actions are numbered.
+    pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
+        let play = Play {
+            total_steps: settings.total_steps,
+            buffer_size: settings.buffer_size,
+            batch_size: settings.batch_size,
+            learning_starts: settings.learning_starts,
+            train_frequency: settings.train_frequency,
+            gradient_steps: settings.gradient_steps,
+        };
+        Self::start(play, environment, seed, |width, actions| {
+            TwinDelayed::new(settings, width, actions, seed)
+        })
+    }
+}
+
+impl TwinDelayed {
+    fn new(settings: Settings, width: usize, actions: usize, seed: u64) -> Self {
+        let Settings { learning_rate, adam_epsilon, hidden, second_hidden, .. } = settings;
+        let hidden = [hidden, second_hidden];
+        let policy = network(width, &hidden, actions, Activation::Tanh);
+        Self {
+            policy: Followed::new(policy, learning_rate, adam_epsilon, seed, "policy"),
+            critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
+            updates: 0,
+            noise: Vec::new(),
+            pairs: Vec::new(),
+            costs: Vec::new(),
+            by_outputs: Vec::new(),
+            actions,
+            settings,
+        }
+    }
+
+    /// One update with given normal numbers, in [`Self::noise`].
+    fn learn(&mut self, batch: &Batch) -> f64 {
+        let Self { settings, policy, critics, actions, .. } = self;
+        let (count, actions) = (batch.rewards.len(), *actions);
+        self.updates += 1;
+        let limit = settings.target_noise_clip;
+        let outputs = policy.network.forward(&policy.target, &batch.nexts);
+        beside(&batch.nexts, outputs, count, &mut self.pairs, |i, action| {
+            let noise = (settings.target_noise * self.noise[i]).clamp(-limit, limit);
+            (action + noise).clamp(-1.0, 1.0)
+        });
+        self.costs.resize(count, 0.0);
+        let loss = critics.learn(batch, &self.pairs, &self.costs, settings.gamma, 1.0);
+        if self.updates.is_multiple_of(settings.policy_delay) {
+            let outputs = policy.network.forward(&policy.parameters, &batch.states);
+            beside(&batch.states, outputs, count, &mut self.pairs, |_, action| action);
+            let (_, by_actions) = critics.by_actions(&self.pairs, actions, true);
+            self.by_outputs.clear();
+            self.by_outputs.extend(by_actions.iter().map(|g| -g / count as f32));
+            policy.descend(&batch.states, &self.by_outputs);
+            critics.follow(settings.tau);
+            policy.follow(settings.tau);
+        }
+        loss
+    }
+}
+
+/// Writes states and actions side by side, the number of a place being changed on the way.
+fn beside(
+    states: &[f32],
+    actions: &[f32],
+    count: usize,
+    pairs: &mut Vec<f32>,
+    change: impl Fn(usize, f32) -> f32,
+) {
+    let (width, numbers) = (states.len() / count, actions.len() / count);
+    pairs.clear();
+    for (row, state) in states.chunks_exact(width).enumerate() {
+        pairs.extend_from_slice(state);
+        pairs.extend((row * numbers..(row + 1) * numbers).map(|i| change(i, actions[i])));
+    }
+}
+
+impl Learner for TwinDelayed {
+    fn explore(&mut self, observation: &[f32], draws: &mut Generator, action: &mut [f32]) {
+        self.best(observation, action);
+        if self.settings.action_noise > 0.0 {
+            for action in action {
+                let noise = self.settings.action_noise * draws.normal() as f32;
+                *action = (*action + noise).clamp(-1.0, 1.0);
+            }
+        }
+    }
+
+    fn best(&mut self, observation: &[f32], action: &mut [f32]) {
+        action.copy_from_slice(self.policy.network.single(&self.policy.parameters, observation));
+    }
+
+    fn outputs(&mut self, observations: &[f32]) -> &[f32] {
+        self.policy.network.forward(&self.policy.parameters, observations)
+    }
+
+    #[expect(private_interfaces, reason = "only algorithms of this folder are learners")]
+    fn update(&mut self, batch: &Batch, draws: &mut Generator) -> f64 {
+        self.noise.clear();
+        self.noise.extend((0..batch.rewards.len() * self.actions).map(|_| draws.normal() as f32));
+        self.learn(batch)
+    }
+
+    fn is_finite(&self) -> bool {
+        self.policy.is_finite() && self.critics.is_finite()
+    }
+
+    fn learned(&self, prefix: &str, archive: &mut Archive) {
+        self.policy.learned(&format!("{prefix}policy."), archive);
+        self.critics.each(|critic, name| critic.learned(&format!("{prefix}{name}"), archive));
+    }
+
+    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        self.policy.load(&format!("{prefix}policy."), archive)?;
+        self.critics.try_each(|critic, name| critic.load(&format!("{prefix}{name}"), archive))
+    }
+
+    fn save(&self, prefix: &str, archive: &mut Archive) {
+        self.policy.save(&format!("{prefix}policy."), archive);
+        self.critics.each(|critic, name| critic.save(&format!("{prefix}{name}"), archive));
+        archive.put(&format!("{prefix}updates"), self.updates);
+    }
+
+    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        self.policy.restore(&format!("{prefix}policy."), archive)?;
+        self.critics
+            .try_each(|critic, name| critic.restore(&format!("{prefix}{name}"), archive))?;
+        self.updates = archive.get(&format!("{prefix}updates"))?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Trainer;
+    use super::super::testing::{Slider, check_trainer, outcome, updates};
+    use super::*;
+
+    fn settings() -> Settings {
+        Settings {
+            total_steps: 1600,
+            learning_rate: 3e-3,
+            adam_epsilon: 1e-8,
+            gamma: 0.9,
+            tau: 0.02,
+            buffer_size: 500,
+            batch_size: 32,
+            learning_starts: 200,
+            train_frequency: 1,
+            gradient_steps: 1,
+            policy_delay: 2,
+            action_noise: 0.1,
+            target_noise: 0.2,
+            target_noise_clip: 0.5,
+            hidden: 16,
+            second_hidden: 12,
+        }
+    }
+
+    #[test]
+    fn a_training_can_stop_after_every_update_and_learns() {
+        check_trainer(&Slider::default(), |seed| Td3::new(settings(), Slider::default(), seed));
+        let mut td3 = Td3::new(settings(), Slider::default(), 3);
+        td3.advance(u64::MAX, &mut |k| u64::from(k));
+        let total = outcome(&Slider::default(), &mut td3);
+        assert!(total > -1.2, "{total}");
+    }
+
+    #[test]
+    fn an_update_is_that_of_stable_baselines3() {
+        let update = &updates()["td3"];
+        let same = Settings {
+            learning_rate: 0.01,
+            gamma: 0.99,
+            tau: 0.005,
+            hidden: 5,
+            second_hidden: 5,
+            policy_delay: 1,
+            ..settings()
+        };
+        let mut learner = TwinDelayed::new(same, 3, 2, 1);
+        learner.policy.parameters = update.numbers("before.policy");
+        learner.policy.target = update.numbers("before.policy_target");
+        for (k, critic) in learner.critics.both.iter_mut().enumerate() {
+            critic.parameters = update.numbers(&format!("before.critics.{k}"));
+            critic.target = update.numbers(&format!("before.targets.{k}"));
+        }
+        learner.noise = update.numbers("noise");
+        learner.learn(&update.batch());
+        update.check("then.policy", &learner.policy.parameters, 1e-5);
+        update.check("then.policy_target", &learner.policy.target, 1e-5);
+        for (k, critic) in learner.critics.both.iter().enumerate() {
+            update.check(&format!("then.critics.{k}"), &critic.parameters, 1e-5);
+            update.check(&format!("then.targets.{k}"), &critic.target, 1e-5);
+        }
+    }
+
+    #[test]
+    fn the_policy_moves_at_every_second_update() {
+        let mut td3 = Td3::new(settings(), Slider::default(), 3);
+        td3.advance(200, &mut |k| u64::from(k));
+        let mut moved = Vec::new();
+        for _ in 0..4 {
+            let (policy, critic) = (
+                td3.learner.policy.parameters.clone(),
+                td3.learner.critics.both[0].parameters.clone(),
+            );
+            td3.update();
+            assert!(td3.learner.critics.both[0].parameters != critic);
+            moved.push(td3.learner.policy.parameters != policy);
+        }
+        assert_eq!(moved, [false, true, false, true]);
+    }
+}

@@ -1,0 +1,466 @@
+//! Trust region policy optimisation (Schulman et al., 2015), as sb3-contrib's `TRPO`.
+//!
+//! Choices where implementations differ:
+//! - **Networks** and advantages are those of [`super::ppo`]; advantages are standardised over all steps of an update.
+//! - **Metric**: Fisher's, over all steps, plus a damping. It is exact: the outputs' move `J v`, the distribution's metric
+//!   times it, then `J^T u`. At the policy that played it equals the Hessian of the mean divergence, which sb3-contrib
+//!   differentiates twice.
+//! - **Divergence** of a continuous action is the mean over its numbers, not the sum.
+//! - **Direction**: conjugate gradients from a little normal noise, no preconditioning.
+//! - **Step**: the longest within twice the target divergence, made shorter until the surrogate improves and the mean
+//!   divergence of the new policy from the old is below the target; else the policy stays.
+//! - **Value**: Adam on the squared error, in minibatches of a permutation per pass, without cutting the gradient.
+//! - **A cut episode** has the value of the state after it.
+
+use rand::seq::SliceRandom;
+
+use super::actor_critic::{ActorCritic, Outputs};
+use super::lanes::Lanes;
+use super::ppo::loss::standardise;
+use super::rollout::Rollout;
+use super::{Progress, Trainer};
+use crate::nn::archive::{Archive, ArchiveError};
+use crate::rl::environment::Environment;
+use crate::rl::random::Generator;
+
+/// Deviation of the noise that conjugate gradients begin with.
+const START: f64 = 1e-4;
+
+/// Squared length of the residual below which they end.
+const RESIDUAL: f64 = 1e-10;
+
+/// Settings of the algorithm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Steps of the training, in all environments together.
+    pub total_steps: u64,
+    /// Environments side by side.
+    pub environments: usize,
+    /// Steps per environment and update.
+    pub num_steps: usize,
+    /// Steps per gradient step of the value.
+    pub minibatch_size: usize,
+    /// Passes of the value over the steps of an update.
+    pub critic_epochs: usize,
+    /// Step size of Adam, which moves the value only.
+    pub learning_rate: f32,
+    /// Adam's epsilon.
+    pub adam_epsilon: f32,
+    /// Discount per step.
+    pub gamma: f32,
+    /// Discount of later errors in the advantage.
+    pub gae_lambda: f32,
+    /// Largest mean divergence of an update.
+    pub target_kl: f32,
+    /// Steps of conjugate gradients.
+    pub cg_steps: u32,
+    /// Added to the metric's diagonal.
+    pub cg_damping: f32,
+    /// Factor by which a step is made shorter.
+    pub line_search_factor: f32,
+    /// Steps tried.
+    pub line_search_steps: u32,
+    /// Units of both hidden layers of either network.
+    pub hidden: usize,
+}
+
+/// A training of a policy and its value.
+#[derive(Debug, Clone)]
+pub struct Trpo<E> {
+    settings: Settings,
+    networks: ActorCritic,
+    lanes: Lanes<E>,
+    sampling: Generator,
+    shuffling: Generator,
+    steps: u64,
+    rollout: Rollout,
+    order: Vec<usize>,
+    batch: Batch,
+    vectors: Vectors,
+}
+
+/// All steps of an update.
+#[derive(Debug, Clone, Default)]
+struct Batch {
+    states: Vec<f32>,
+    advantages: Vec<f32>,
+    /// What the policy said before the update, and the logarithms of its deviations.
+    outputs: Vec<f32>,
+    log_std: Vec<f32>,
+    by_outputs: Vec<f32>,
+    by_log_std: Vec<f32>,
+    by_values: Vec<f32>,
+    /// States of a minibatch.
+    rows: Vec<f32>,
+}
+
+/// Vectors over the parameters of the policy: those of its network, then the logarithms of its deviations.
+#[derive(Debug, Clone, Default)]
+struct Vectors {
+    gradient: Vec<f32>,
+    direction: Vec<f32>,
+    residual: Vec<f32>,
+    search: Vec<f32>,
+    product: Vec<f32>,
+    before: Vec<f32>,
+}
+
+impl<E: Environment> Trpo<E> {
+    /// Returns a training that has not begun; `environment` makes the environments side by side.
+    pub fn new(settings: Settings, environment: impl Fn() -> E, seed: u64) -> Self {
+        let lanes = Lanes::new((0..settings.environments.max(1)).map(|_| environment()).collect());
+        let (width, actions) = (lanes.width(), lanes.actions());
+        let Settings { hidden, adam_epsilon, num_steps, .. } = settings;
+        Self {
+            networks: ActorCritic::new(width, actions, hidden, adam_epsilon, seed),
+            sampling: Generator::new(seed, &["sampling"]),
+            shuffling: Generator::new(seed, &["shuffling"]),
+            steps: 0,
+            rollout: Rollout::new(lanes.count(), num_steps, width, actions.width()),
+            order: Vec::new(),
+            batch: Batch::default(),
+            vectors: Vectors::default(),
+            lanes,
+            settings,
+        }
+    }
+
+    /// Learns from the steps of an update; returns the mean loss of the value and the mean entropy.
+    fn update(&mut self) -> (f64, f64) {
+        let Settings { gamma, gae_lambda, .. } = self.settings;
+        self.rollout.estimate(&mut self.networks, gamma, gae_lambda);
+        let entropy = self.improve_policy();
+        (self.improve_value(), entropy)
+    }
+
+    /// Moves the policy; returns its mean entropy before.
+    fn improve_policy(&mut self) -> f64 {
+        let Settings { target_kl, cg_steps, cg_damping, .. } = self.settings;
+        let (surrogate, entropy) = self.gradient();
+        let Self { networks, batch, vectors, shuffling, .. } = self;
+        solve(vectors, cg_steps, shuffling, &mut |v, product| {
+            fisher(networks, batch, cg_damping, v, product);
+        });
+        let Vectors { direction, product, before, .. } = vectors;
+        fisher(networks, batch, cg_damping, direction, product);
+        let longest = (2.0 * f64::from(target_kl) / dot(direction, product)).sqrt();
+        let [network, deviations] = networks.of_policy();
+        before.clear();
+        before.extend_from_slice(&networks.parameters[network.clone()]);
+        before.extend_from_slice(&networks.parameters[deviations.clone()]);
+        let mut length = longest as f32;
+        for _ in 0..self.settings.line_search_steps {
+            let places = network.clone().chain(deviations.clone());
+            for ((place, before), d) in places.zip(&*before).zip(&*direction) {
+                networks.parameters[place] = before + length * d;
+            }
+            let (new, divergence) = judge(networks, batch, &self.rollout);
+            if divergence < target_kl && new > surrogate {
+                return entropy;
+            }
+            length *= self.settings.line_search_factor;
+        }
+        let places = network.chain(deviations);
+        places.zip(before).for_each(|(place, before)| networks.parameters[place] = *before);
+        entropy
+    }
+
+    /// Writes the gradient of the surrogate by the policy; returns the surrogate and the mean entropy.
+    fn gradient(&mut self) -> (f32, f64) {
+        let Self { networks, rollout, batch, vectors, .. } = self;
+        let count = rollout.len();
+        batch.states.clear();
+        batch.advantages.clear();
+        for place in 0..count {
+            let sample = rollout.sample(place);
+            batch.states.extend_from_slice(sample.state);
+            batch.advantages.push(sample.advantage);
+        }
+        standardise(&mut batch.advantages);
+        let Outputs { policy, log_std, .. } = networks.forward(&batch.states);
+        replace(&mut batch.outputs, policy);
+        replace(&mut batch.log_std, log_std);
+        batch.by_outputs.resize(batch.outputs.len(), 0.0);
+        batch.by_log_std.clear();
+        batch.by_log_std.resize(batch.log_std.len(), 0.0);
+        let width = batch.outputs.len() / count;
+        let share = 1.0 / count as f32;
+        let (mut surrogate, mut entropies) = (0.0, 0.0);
+        for place in 0..count {
+            let sample = rollout.sample(place);
+            let outputs = &batch.outputs[place * width..][..width];
+            let log = networks.distribution.log(outputs, &batch.log_std, sample.action);
+            let gain = libm::expf(log - sample.log) * batch.advantages[place];
+            surrogate += share * gain;
+            let by_outputs = &mut batch.by_outputs[place * width..][..width];
+            let (by_log_std, log_std) = (&mut batch.by_log_std, &batch.log_std);
+            let entropy = networks.distribution.gradient(
+                outputs,
+                log_std,
+                sample.action,
+                gain,
+                0.0,
+                share,
+                by_outputs,
+                by_log_std,
+            );
+            entropies += f64::from(entropy) / count as f64;
+        }
+        let [network, deviations] = networks.of_policy();
+        vectors.gradient.resize(network.len() + deviations.len(), 0.0);
+        let (by_network, by_deviations) = vectors.gradient.split_at_mut(network.len());
+        networks.back_policy(&batch.states, &batch.by_outputs, by_network);
+        by_deviations.copy_from_slice(&batch.by_log_std);
+        (surrogate, entropies)
+    }
+
+    /// Moves the value; returns its mean squared error.
+    fn improve_value(&mut self) -> f64 {
+        let Self { networks, rollout, batch, .. } = self;
+        let Settings { minibatch_size, learning_rate, .. } = self.settings;
+        let (mut loss, mut count) = (0.0, 0u32);
+        self.order.clear();
+        self.order.extend(0..rollout.len());
+        for _ in 0..self.settings.critic_epochs {
+            self.order.shuffle(self.shuffling.rng());
+            for places in self.order.chunks(minibatch_size) {
+                batch.rows.clear();
+                places.iter().for_each(|p| batch.rows.extend_from_slice(rollout.sample(*p).state));
+                let values = networks.values(&batch.rows);
+                batch.by_values.clear();
+                let (mut squares, share) = (0.0, 1.0 / places.len() as f32);
+                for (value, place) in values.iter().zip(places) {
+                    let error = value - rollout.sample(*place).value;
+                    squares += f64::from(share * error * error);
+                    batch.by_values.push(share * 2.0 * error);
+                }
+                networks.descend_value(&batch.rows, &batch.by_values, learning_rate);
+                loss += squares;
+                count += 1;
+            }
+        }
+        loss / f64::from(count.max(1))
+    }
+}
+
+/// Writes Fisher's metric, with a damping, times a vector.
+fn fisher(
+    networks: &mut ActorCritic,
+    batch: &mut Batch,
+    damping: f32,
+    v: &[f32],
+    product: &mut Vec<f32>,
+) {
+    let Batch { states, outputs, log_std, by_outputs, .. } = batch;
+    let [network, _] = networks.of_policy();
+    let width = outputs.len() * networks.inputs() / states.len();
+    let share = width as f32 / outputs.len() as f32;
+    product.resize(v.len(), 0.0);
+    by_outputs.copy_from_slice(networks.tangent(states, &v[..network.len()]));
+    let mut by_deviation = 0.0;
+    for (outputs, moved) in outputs.chunks_exact(width).zip(by_outputs.chunks_exact_mut(width)) {
+        by_deviation = networks.distribution.metric(outputs, log_std, share, moved);
+    }
+    let (by_network, by_deviations) = product.split_at_mut(network.len());
+    networks.back_policy(states, by_outputs, by_network);
+    by_deviations.iter_mut().zip(&v[network.len()..]).for_each(|(p, v)| *p = by_deviation * v);
+    product.iter_mut().zip(v).for_each(|(p, v)| *p += damping * v);
+}
+
+/// Solves `metric direction = gradient` by conjugate gradients.
+fn solve(
+    vectors: &mut Vectors,
+    steps: u32,
+    draws: &mut Generator,
+    metric: &mut dyn FnMut(&[f32], &mut Vec<f32>),
+) {
+    let Vectors { gradient, direction, residual, search, product, .. } = vectors;
+    direction.clear();
+    direction.extend(gradient.iter().map(|_| (START * draws.normal()) as f32));
+    metric(direction, product);
+    residual.clear();
+    residual.extend(gradient.iter().zip(&*product).map(|(g, p)| g - p));
+    let mut square = dot(residual, residual);
+    replace(search, residual);
+    for _ in 0..steps {
+        if square < RESIDUAL {
+            return;
+        }
+        metric(search, product);
+        let alpha = (square / dot(search, product)) as f32;
+        direction.iter_mut().zip(&*search).for_each(|(d, s)| *d += alpha * s);
+        residual.iter_mut().zip(&*product).for_each(|(r, p)| *r -= alpha * p);
+        let new = dot(residual, residual);
+        let beta = (new / square) as f32;
+        square = new;
+        search.iter_mut().zip(&*residual).for_each(|(s, r)| *s = r + beta * *s);
+    }
+}
+
+/// Returns the surrogate of the policy as it is now, and its mean divergence from that before.
+fn judge(networks: &mut ActorCritic, batch: &Batch, rollout: &Rollout) -> (f32, f32) {
+    let count = rollout.len();
+    let (outputs, log_std, distribution) = networks.say(&batch.states);
+    let width = outputs.len() / count;
+    let share = 1.0 / count as f32;
+    let (mut surrogate, mut divergence) = (0.0, 0.0);
+    for place in 0..count {
+        let sample = rollout.sample(place);
+        let row = place * width..(place + 1) * width;
+        let new = &outputs[row.clone()];
+        let ratio = libm::expf(distribution.log(new, log_std, sample.action) - sample.log);
+        surrogate += share * ratio * batch.advantages[place];
+        let old = (&batch.outputs[row], batch.log_std.as_slice());
+        divergence += share * distribution.divergence((new, log_std), old);
+    }
+    (surrogate, divergence)
+}
+
+fn replace(to: &mut Vec<f32>, from: &[f32]) {
+    to.clear();
+    to.extend_from_slice(from);
+}
+
+/// Returns the inner product, in double precision.
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
+}
+
+impl<E: Environment> Trainer for Trpo<E> {
+    fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress {
+        let (mut losses, mut entropies, mut count) = (0.0, 0.0, 0u32);
+        while !self.finished() && self.steps < steps {
+            self.rollout.collect(&mut self.networks, &mut self.lanes, &mut self.sampling, seeds);
+            self.steps += self.rollout.len() as u64;
+            let (loss, entropy) = self.update();
+            losses += loss;
+            entropies += entropy;
+            count += 1;
+        }
+        let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
+        let (loss, entropy) = (mean(losses), mean(entropies));
+        Progress { steps: self.steps, loss, entropy, ..self.lanes.report() }
+    }
+
+    fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    fn finished(&self) -> bool {
+        self.steps >= self.settings.total_steps
+    }
+
+    fn act(&mut self, observation: &[f32], action: &mut [f32]) {
+        self.networks.best(observation, action);
+    }
+
+    fn is_finite(&self) -> bool {
+        self.networks.is_finite()
+    }
+
+    fn is_alive(&mut self) -> bool {
+        self.networks.is_alive(&self.rollout.probes())
+    }
+
+    fn learned(&self, prefix: &str, archive: &mut Archive) {
+        self.networks.learned(prefix, archive);
+    }
+
+    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        self.networks.load(prefix, archive)
+    }
+
+    fn save(&self, prefix: &str, archive: &mut Archive) {
+        archive.put(&format!("{prefix}steps"), self.steps);
+        self.networks.save(prefix, archive);
+        self.sampling.save(&format!("{prefix}sampling"), archive);
+        self.shuffling.save(&format!("{prefix}shuffling"), archive);
+        self.lanes.save(prefix, archive);
+    }
+
+    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
+        self.steps = archive.get(&format!("{prefix}steps"))?;
+        self.networks.restore(prefix, archive)?;
+        self.sampling.restore(&format!("{prefix}sampling"), archive)?;
+        self.shuffling.restore(&format!("{prefix}shuffling"), archive)?;
+        self.lanes.restore(prefix, archive)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Corridor, Slider, check_trainer, outcome, play, updates};
+    use super::*;
+    use crate::rl::environment::Actions;
+
+    fn settings() -> Settings {
+        Settings {
+            total_steps: 6000,
+            environments: 3,
+            num_steps: 43,
+            minibatch_size: 32,
+            critic_epochs: 10,
+            learning_rate: 3e-3,
+            adam_epsilon: 1e-5,
+            gamma: 0.9,
+            gae_lambda: 0.95,
+            target_kl: 0.01,
+            cg_steps: 15,
+            cg_damping: 0.1,
+            line_search_factor: 0.8,
+            line_search_steps: 10,
+            hidden: 32,
+        }
+    }
+
+    #[test]
+    fn a_training_can_stop_after_every_update_and_learns() {
+        check_trainer(&Corridor::default(), |seed| Trpo::new(settings(), Corridor::default, seed));
+        check_trainer(&Slider::default(), |seed| Trpo::new(settings(), Slider::default, seed));
+        let mut trpo =
+            Trpo::new(Settings { total_steps: 12_000, ..settings() }, Corridor::default, 3);
+        trpo.advance(u64::MAX, &mut |k| u64::from(k));
+        assert_eq!(play(&mut trpo), 4);
+        let mut trpo =
+            Trpo::new(Settings { total_steps: 40_000, ..settings() }, Slider::default, 3);
+        trpo.advance(u64::MAX, &mut |k| u64::from(k));
+        let total = outcome(&Slider::default(), &mut trpo);
+        assert!(total > -1.3, "{total}");
+    }
+
+    #[test]
+    fn an_update_is_that_of_sb3_contrib() {
+        let all = updates();
+        for (name, actions) in [
+            ("trpo-numbered", Actions::Numbered(2)),
+            ("trpo-continuous", Actions::Continuous { count: 2, limit: 1.0 }),
+        ] {
+            let update = &all[name];
+            let few = Settings { critic_epochs: 2, learning_rate: 0.01, hidden: 5, ..settings() };
+            let mut trpo = Trpo::new(few, Slider::default, 1);
+            trpo.networks = ActorCritic::new(3, actions, 5, 1e-5, 1);
+            trpo.networks.parameters = update.numbers("before");
+            let parts = ["states", "actions", "logs", "advantages", "returns"];
+            trpo.rollout = Rollout::of(parts.map(|part| update.numbers(part)));
+            trpo.improve_policy();
+            trpo.improve_value();
+            assert!(trpo.networks.parameters != update.numbers("before"));
+            // Conjugate gradients begin with a little noise, which is 0 there.
+            update.check("then", &trpo.networks.parameters, 2e-4);
+        }
+    }
+
+    #[test]
+    fn a_step_that_cannot_improve_leaves_the_policy() {
+        let update = &updates()["trpo-continuous"];
+        let never = Settings { target_kl: 1e-30, hidden: 5, ..settings() };
+        let mut trpo = Trpo::new(never, Slider::default, 1);
+        trpo.networks =
+            ActorCritic::new(3, Actions::Continuous { count: 2, limit: 1.0 }, 5, 1e-5, 1);
+        trpo.networks.parameters = update.numbers("before");
+        let parts = ["states", "actions", "logs", "advantages", "returns"];
+        trpo.rollout = Rollout::of(parts.map(|part| update.numbers(part)));
+        trpo.improve_policy();
+        assert_eq!(trpo.networks.parameters, update.numbers("before"));
+    }
+}
