@@ -19,15 +19,13 @@ use crate::control::LaneObservation;
 use crate::sim::topology::edge;
 use crate::sim::tripinfo::Trip;
 use crate::sim::{Link, Scene, SignalInfo};
+use crate::vocabulary::Heading;
 
 /// Edges from which and to which a vehicle drives.
 pub type Way = (String, String);
 
 /// Returns the way of every vehicle of an episode by its id, given the seed.
 pub type Ways = Box<dyn Fn(u64) -> BTreeMap<String, Way>>;
-
-/// Short names of directions of travel, clockwise from north.
-const EIGHT: [&str; 8] = ["NB", "NE", "EB", "SE", "SB", "SW", "WB", "NW"];
 
 /// The order in which engineers list directions, and turns.
 const ORDER: ([&str; 8], &str) = (["NB", "SB", "EB", "WB", "NE", "NW", "SE", "SW"], "LTR");
@@ -180,7 +178,8 @@ fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
     // Four directions, as long as they tell the approaches of the scene apart.
     let nearest = |heading_deg: f64, parts: usize| {
         let step_deg = 360.0 / parts as f64;
-        (normalise_degrees(heading_deg) / step_deg).round() as usize % parts * (EIGHT.len() / parts)
+        (normalise_degrees(heading_deg) / step_deg).round() as usize % parts
+            * (Heading::ALL.len() / parts)
     };
     let distinct: BTreeSet<usize> = headings.values().map(|deg| nearest(*deg, 4)).collect();
     let parts = if distinct.len() == headings.len() { 4 } else { 8 };
@@ -188,7 +187,7 @@ fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
     let mut movements: Vec<Movement> = found
         .into_iter()
         .map(|(movement, _, turn)| {
-            let direction = EIGHT[nearest(headings[&movement.way.0], parts)];
+            let direction = Heading::ALL[nearest(headings[&movement.way.0], parts)];
             let letter = match turn {
                 Turn::Through => "T",
                 Turn::Left if side.is_right() => "L",

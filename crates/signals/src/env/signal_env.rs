@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::control::{Drive, GreenPhase, Observation, SignalSpec};
+use crate::existing::{Control, ExistingPlan};
 use crate::program::RingPhase;
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
@@ -14,14 +15,14 @@ use basics::units::SECONDS_PER_HOUR;
 use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
-use super::dual_ring::DualRing;
+use super::dual_ring::{DualRing, fixed_cycle};
 use super::limits::{approach_edges, share_turns};
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
 use super::on_red::OnRed;
 use super::pedestrians::{PedestrianTotals, Pedestrians};
 use super::side::as_right_hand;
-use super::signal::{aligned, program};
+use super::signal::{aligned, fixed, program};
 use super::world::World;
 
 /// State of the decision process after a step.
@@ -308,9 +309,13 @@ impl<S: Sim> SignalEnv<S> {
             let drive = if signal.has_one_green() { &Drive::OwnProgram } else { drive };
             self.cabinets[i] = (*drive == Drive::Decisions)
                 .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
-            let installed = match &self.cabinets[i] {
-                Some(cabinet) => Some(cabinet.program().clone()),
-                None => program(signal, drive)?,
+            let installed = match (&self.cabinets[i], drive) {
+                (Some(cabinet), _) => Some(cabinet.program().clone()),
+                (None, Drive::Existing) => {
+                    let info = &self.scene.signals[i];
+                    existing_cycle(self.world.existing(info)?, &self.scene, info)?
+                }
+                (None, drive) => program(signal, drive)?,
             };
             let installed = installed.map(|program| self.on_red[i].program(program));
             match &installed {
@@ -322,8 +327,23 @@ impl<S: Sim> SignalEnv<S> {
                 }
                 None => self.sim.select(i, &self.scene.signals[i].active_program)?,
             }
-            if let Drive::DualRing(config) = drive {
-                let rings = DualRing::new(&self.scene, &self.scene.signals[i], signal, config);
+            let rings =
+                match drive {
+                    Drive::DualRing(config) => {
+                        Some(DualRing::new(&self.scene, &self.scene.signals[i], signal, config))
+                    }
+                    Drive::Existing if installed.is_none() => {
+                        let info = &self.scene.signals[i];
+                        let plan = self.world.existing(info)?;
+                        let rings = DualRing::existing(&self.scene, info, signal, plan);
+                        Some(rings.map_err(|reason| SimError::Signal {
+                            signal: info.id.clone(),
+                            reason,
+                        })?)
+                    }
+                    _ => None,
+                };
+            if let Some(rings) = rings {
                 self.sim.show(i, &self.on_red[i].shown(rings.shown()))?;
                 self.rings[i] = Some(rings);
             } else if self.cabinets[i].is_none() {
@@ -520,6 +540,20 @@ impl<S: Sim> SignalEnv<S> {
                 .collect(),
         })
     }
+}
+
+/// Returns the program of an existing plan; `None` for one that sees vehicles.
+fn existing_cycle(
+    plan: &ExistingPlan,
+    scene: &Scene,
+    signal: &SignalInfo,
+) -> Result<Option<Program>, SimError> {
+    if plan.control != Control::Pretimed {
+        return Ok(None);
+    }
+    let phases = fixed_cycle(plan, scene, signal)
+        .map_err(|reason| SimError::Signal { signal: signal.id.clone(), reason })?;
+    Ok(Some(fixed(phases)))
 }
 
 /// Returns what a signal runs: what was installed, or its own program.

@@ -9,8 +9,7 @@
 //! - **Volumes** are those of the file times its growth, with the peak hour factor and the heavy vehicles of its
 //!   movements. A movement is the turn that leads to its destination. Deviation: of several destinations to one side
 //!   each gets the same share.
-//! - **Control** is not read: phases, splits and offsets have no part in an intersection. A free right turn is a lane at
-//!   the signal.
+//! - **Control** has no part in an intersection; see [`plans`](super::plans). A free right turn is a lane at the signal.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,10 +20,12 @@ use osm_signals::turn::exits;
 use sheet::Fault;
 
 use super::Utdf;
+use super::plans::Names;
 use super::tables::{Cell, Cells, Node, Records};
+use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{Approach, Arrivals, Counted, Intersection, check_arms, gathered};
 use crate::family::doubts::Doubt;
-use crate::turning::header::Heading;
+use crate::vocabulary::Heading;
 use basics::units::{FOOT_M, KMH_TO_MPH};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
@@ -50,6 +51,9 @@ const MIN_LINKS: usize = 3;
 
 /// Least angle between two arms, degrees: nearer ones have no junction between them.
 const MIN_ANGLE_DEG: f64 = 5.0;
+
+/// What is said of plans that a file has and nobody can show.
+pub(super) const NO_PLAN: &str = "plans that cannot be shown are left out";
 
 /// Most bends that a street goes through.
 const MOST_BENDS: usize = 20;
@@ -83,6 +87,8 @@ pub struct Converted {
     pub found: Vec<String>,
     /// What is doubtful, and what is not used.
     pub doubts: Vec<Doubt>,
+    /// The plans that they have today.
+    pub plans: Plans,
 }
 
 /// What is said of single intersections.
@@ -101,6 +107,7 @@ struct Said {
     left_out: Vec<String>,
     several_exits: Vec<String>,
     one_controller: Vec<String>,
+    no_plan: Vec<String>,
 }
 
 /// A movement of a lane group.
@@ -126,12 +133,13 @@ impl Utdf {
         self.check_network().map_err(|message| at(&self.file, Fault { line: 1, message }))?;
         let mut said = Said::default();
         let mut rows = Vec::new();
+        let mut plans = Plans { file: self.file.clone(), is_utdf: true, all: Vec::new() };
         let mut with_volumes = 0;
         let signals: Vec<&Node> =
             self.tables.nodes.iter().filter(|node| self.is_signal(node)).collect();
         for node in &signals {
             let made = self.signal(node, &mut said).map_err(|fault| at(&self.file, fault))?;
-            let Some(arms) = made else { continue };
+            let Some((arms, names)) = made else { continue };
             let total: f64 = arms.iter().filter_map(|a| a.counted).map(|c| c.total_vph()).sum();
             with_volumes += usize::from(total > 0.0);
             let total_lanes =
@@ -152,6 +160,16 @@ impl Utdf {
                 continue;
             }
             rows.push(intersection);
+            match self.plan(&node.id, &names).map_err(|fault| at(&self.file, fault))? {
+                None => {}
+                Some(Err(reason)) => said.no_plan.push(format!("node {}: {reason}", node.id)),
+                Some(Ok(plan)) => plans.all.push(NamedPlan {
+                    intersection: node.id.clone(),
+                    period: String::new(),
+                    plan,
+                    line: node.line,
+                }),
+            }
         }
         if rows.is_empty() {
             let mut message = format!(
@@ -163,15 +181,19 @@ impl Utdf {
             }
             return Err(at(&self.file, Fault { line: 1, message }));
         }
+        let of_plans = match plans.all.len() {
+            0 => String::new(),
+            count => format!(", {count} with a plan"),
+        };
         let found = vec![format!(
-            "UTDF: {} of {} signals, {with_volumes} with volumes; {} nodes",
+            "UTDF: {} of {} signals, {with_volumes} with volumes{of_plans}; {} nodes",
             rows.len(),
             signals.len(),
             self.tables.nodes.len()
         )];
         let mut doubts = said.doubts();
         doubts.extend(self.unused());
-        Ok(Converted { intersections: rows, found, doubts })
+        Ok(Converted { intersections: rows, found, doubts, plans })
     }
 
     /// Checks the defaults of the network.
@@ -199,8 +221,12 @@ impl Utdf {
         }
     }
 
-    /// Returns the rows of a signal; `None` if it is left out.
-    fn signal(&self, node: &Node, said: &mut Said) -> Result<Option<Vec<Approach>>, Fault> {
+    /// Returns the rows of a signal, and the movements that its columns are; `None` if it is left out.
+    fn signal(
+        &self,
+        node: &Node,
+        said: &mut Said,
+    ) -> Result<Option<(Vec<Approach>, Names)>, Fault> {
         let id = &node.id;
         let none = Cells::new();
         let link =
@@ -240,6 +266,7 @@ impl Utdf {
             return Ok(None);
         }
         let mut arms = Vec::new();
+        let mut names = Names::new();
         for (i, (heading, other)) in up.iter().enumerate() {
             let own: Vec<&Movement> = movements.iter().filter(|m| m.heading == *heading).collect();
             let others = (0..ids.len()).filter(|j| *j != i && lanes_out[*j] > 0);
@@ -292,9 +319,15 @@ impl Utdf {
                 imputed: false,
             };
             give(&mut arm, &own, &ways, said);
+            for m in own {
+                let exists = |turn: &Turn| arm.movements.contains(letter(*turn));
+                if let Some(turn) = ways.turn(m).filter(exists) {
+                    names.insert(m.column.clone(), (*heading, turn));
+                }
+            }
             arms.push(arm);
         }
-        Ok(Some(arms))
+        Ok(Some((arms, names)))
     }
 
     /// Returns the direction from a node to another, degrees clockwise from north.
@@ -431,7 +464,7 @@ impl Utdf {
             lanes.keys().chain(volumes.keys()).chain(to.keys()).collect();
         let mut movements = Vec::new();
         for column in columns {
-            let Some((heading, turn)) = movement(column) else { continue };
+            let Some((heading, turn)) = Heading::of_movement(column) else { continue };
             let optional = |cells: &Cells, name: &str| {
                 cells.get(column).map(|cell| number(cell, name)).transpose()
             };
@@ -477,16 +510,17 @@ impl Utdf {
     /// Returns what of the file is not used.
     fn unused(&self) -> Option<Doubt> {
         let tables = &self.tables;
-        let records = tables.links.keys().chain(tables.lanes.keys()).map(|(name, _)| name.clone());
-        let mut names: BTreeSet<String> =
-            records.filter(|name| !READ.contains(&name.as_str())).collect();
+        let is_read = |name: &String| {
+            READ.contains(&name.as_str()) || super::plans::READ.contains(&name.as_str())
+        };
+        let streets = tables.links.keys().chain(tables.lanes.keys());
+        let timing = tables.phases.keys().chain(tables.timeplans.keys());
+        let mut names: BTreeSet<String> = streets
+            .chain(timing)
+            .map(|(name, _)| name.clone())
+            .filter(|name| !is_read(name))
+            .collect();
         names.extend(tables.unknown.iter().cloned());
-        if !tables.phases.is_empty() {
-            names.insert("[Phases]".to_owned());
-        }
-        if !tables.timeplans.is_empty() {
-            names.insert("[Timeplans]".to_owned());
-        }
         let names: Vec<String> = names.into_iter().collect();
         (!names.is_empty())
             .then(|| Doubt::whole(format!("records that are not used: {}", names.join(", "))))
@@ -561,11 +595,7 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
         if m.lanes == 0 && m.volume_vph > 0.0 && !shares(m) {
             said.no_lane.push(lost(m));
         }
-        letters.insert(match turn {
-            Turn::Left => 'l',
-            Turn::Through => 's',
-            Turn::Right => 'r',
-        });
+        letters.insert(letter(turn));
         *volumes.entry(turn).or_default() += m.volume_vph;
         total += m.volume_vph;
         peaks += m.volume_vph / m.peak_hour_factor.unwrap_or(1.0);
@@ -594,6 +624,15 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
     });
 }
 
+/// Returns the letter of a turn in the table of approaches.
+fn letter(turn: Turn) -> char {
+    match turn {
+        Turn::Left => 'l',
+        Turn::Through => 's',
+        Turn::Right => 'r',
+    }
+}
+
 fn words(turn: Turn) -> &'static str {
     match turn {
         Turn::Left => "left",
@@ -602,19 +641,7 @@ fn words(turn: Turn) -> &'static str {
     }
 }
 
-/// Returns the direction and the turn of a movement's column; `None` for one that is no movement.
-fn movement(column: &str) -> Option<(Heading, Turn)> {
-    let heading = Heading::ALL.into_iter().find(|h| column.starts_with(h.name()))?;
-    let turn = match &column[heading.name().len()..] {
-        "L" | "L2" | "U" => Turn::Left,
-        "T" => Turn::Through,
-        "R" | "R2" => Turn::Right,
-        _ => return None,
-    };
-    Some((heading, turn))
-}
-
-fn number(cell: &Cell, record: &str) -> Result<f64, Fault> {
+pub(super) fn number(cell: &Cell, record: &str) -> Result<f64, Fault> {
     let number = cell.text.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| {
         Fault::new(cell.line, format!("{record} = {:?}: expected a number", cell.text))
@@ -668,6 +695,7 @@ impl Said {
             ),
             ("a lane that left and right turns share serves right turns only", self.shared_right),
             ("nodes of one controller are simulated apart", self.one_controller),
+            (NO_PLAN, self.no_plan),
         ];
         doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
     }
