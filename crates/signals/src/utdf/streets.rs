@@ -46,6 +46,10 @@ const DEFAULT_MPH: f64 = 30.0;
 /// Length where a link has none, feet.
 const DEFAULT_FT: f64 = 1000.0;
 
+/// Lengths of bays that are simulated, metres.
+const LEAST_STORAGE_M: f64 = 5.0;
+const MOST_STORAGE_M: f64 = 1000.0;
+
 /// Fewest links of a signal: with two there is nothing to decide.
 const MIN_LINKS: usize = 3;
 
@@ -59,7 +63,9 @@ pub(super) const NO_PLAN: &str = "plans that cannot be shown are left out";
 const MOST_BENDS: usize = 20;
 
 /// Records that are read, in lower case.
-const READ: [&str; 16] = [
+const READ: [&str; 18] = [
+    "storage",
+    "stlanes",
     "up id",
     "lanes",
     "name",
@@ -102,6 +108,8 @@ struct Said {
     no_exit: Vec<String>,
     no_lane: Vec<String>,
     renamed: Vec<String>,
+    no_bay: Vec<String>,
+    part_of_bay: Vec<String>,
     shared_right: Vec<String>,
     shared_left: Vec<String>,
     left_out: Vec<String>,
@@ -121,6 +129,8 @@ struct Movement {
     volume_vph: f64,
     peak_hour_factor: Option<f64>,
     heavy: Option<f64>,
+    /// Length of its bay, metres, and how many of its lanes are in it.
+    storage: Option<(f64, Option<u32>)>,
 }
 
 impl Utdf {
@@ -307,6 +317,8 @@ impl Utdf {
                 bearing_deg: bearings[i],
                 lanes_in: own.iter().map(|m| m.lanes).sum(),
                 lanes_out: lanes_out[i],
+                left_storage_m: None,
+                right_storage_m: None,
                 left_turn_lanes: left,
                 right_turn_lanes: right,
                 speed_mph,
@@ -319,6 +331,23 @@ impl Utdf {
                 imputed: false,
             };
             give(&mut arm, &own, &ways, said);
+            for m in own.iter().filter(|m| m.lanes > 0) {
+                let Some((storage_m, lanes)) = m.storage else { continue };
+                let (bay, own_lanes) = match ways.turn(m).unwrap_or(m.turn) {
+                    Turn::Left => (&mut arm.left_storage_m, arm.left_turn_lanes),
+                    Turn::Right => (&mut arm.right_storage_m, arm.right_turn_lanes),
+                    Turn::Through => continue,
+                };
+                let at = format!("node {id}, {}", m.column);
+                if own_lanes == 0 || !(LEAST_STORAGE_M..=MOST_STORAGE_M).contains(&storage_m) {
+                    said.no_bay.push(format!("{at}: {storage_m:.0} m"));
+                    continue;
+                }
+                if lanes.is_some_and(|lanes| lanes < m.lanes) {
+                    said.part_of_bay.push(at);
+                }
+                *bay = Some(bay.unwrap_or_default().max(storage_m));
+            }
             for m in own {
                 let exists = |turn: &Turn| arm.movements.contains(letter(*turn));
                 if let Some(turn) = ways.turn(m).filter(exists) {
@@ -455,9 +484,19 @@ impl Utdf {
         let of = |records: &Records, name: &str| -> Cells {
             records.get(&(name.to_owned(), id.to_owned())).cloned().unwrap_or_default()
         };
-        let [lanes, shared, to, volumes, growth, factors, heavy] =
-            ["lanes", "shared", "dest node", "volume", "growth", "phf", "heavyvehicles"]
-                .map(|name| of(&self.tables.lanes, name));
+        let [lanes, shared, to, volumes, growth, factors, heavy, storage, in_bay] = [
+            "lanes",
+            "shared",
+            "dest node",
+            "volume",
+            "growth",
+            "phf",
+            "heavyvehicles",
+            "storage",
+            "stlanes",
+        ]
+        .map(|name| of(&self.tables.lanes, name));
+        let unit_m = if self.tables.is_metric() { 1.0 } else { FOOT_M };
         let default =
             |name: &str| self.tables.network.get(name).and_then(|v| v.parse::<f64>().ok());
         let columns: BTreeSet<&String> =
@@ -490,7 +529,13 @@ impl Utdf {
             let factor = range(&factors, "phf", 0.25, 1.0)?.or_else(|| default("phf"));
             let percent =
                 range(&heavy, "heavyvehicles", 0.0, 100.0)?.map(|percent| percent / 100.0);
+            let bay_m =
+                range(&storage, "storage", 0.0, MOST_LENGTH_M)?.map(|length| length * unit_m);
+            let in_bay = in_bay.get(column).map(|cell| whole(cell, "stlanes")).transpose()?;
             movements.push(Movement {
+                storage: bay_m
+                    .filter(|m| *m > 0.0 && in_bay != Some(0))
+                    .map(|m| ((m * 10.0).round() / 10.0, in_bay)),
                 column: column.clone(),
                 heading,
                 turn,
@@ -694,6 +739,14 @@ impl Said {
                 self.no_lane,
             ),
             ("a lane that left and right turns share serves right turns only", self.shared_right),
+            (
+                "storage lengths of movements without turn lanes of their own, or out of range, are not used",
+                self.no_bay,
+            ),
+            (
+                "bays have fewer lanes than turn there; all lanes of the turn are as long as the bay",
+                self.part_of_bay,
+            ),
             ("nodes of one controller are simulated apart", self.one_controller),
             (NO_PLAN, self.no_plan),
         ];

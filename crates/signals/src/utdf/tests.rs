@@ -48,13 +48,19 @@ fn signals_become_intersections_with_lanes_lengths_and_volumes() {
         (counted.heavy_vehicles, counted.arrivals),
         (Some(0.03), Some(Arrivals::PeakHourFactor(0.92)))
     );
+    // Bays of 150, 250 and 200 ft.
+    let bays: Vec<_> = one.arms.iter().map(|a| (a.left_storage_m, a.right_storage_m)).collect();
+    assert_eq!(
+        bays,
+        [(Some(45.7), None), (Some(76.2), Some(61.0)), (Some(45.7), None), (Some(61.0), None)]
+    );
     // The T: no southern exit for the eastbound through lane, and a street with a bend.
     let letters: Vec<&str> = two.arms.iter().map(|a| a.movements.as_str()).collect();
     assert_eq!(letters, ["lr", "sr", "ls"]);
     assert_eq!(two.arms[2].length_m, ((1000.0_f64 + 800.0) * 3.048).round() / 10.0);
     assert!(
         said(&converted).contains(
-            "records that are not used: allow rtor, lock timings, master, mingap, pedcalls"
+            "records that are not used: allow rtor, lock timings, master, mingap, pedcalls, peds"
         ),
         "{}",
         said(&converted)
