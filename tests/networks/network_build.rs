@@ -159,6 +159,7 @@ fn every_shape_builds_and_is_sound() {
     let index = Index::load_if_present(out.path()).unwrap().unwrap();
     let phases: Vec<_> = index.rows().map(|r| (r.point.as_str(), r.arms, r.phases)).collect();
     let expected = [
+        ("bays", 3, 3),
         ("crooked-five", 5, 3),
         ("cross", 4, 2),
         ("double-lefts", 4, 8),

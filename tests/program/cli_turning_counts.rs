@@ -192,7 +192,10 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
         .unwrap();
     succeed(folder.path(), "build-networks --utdf n.csv --turning-counts c.csv --out both");
     let table = fs::read_to_string(folder.path().join("both/approaches.csv")).unwrap();
-    assert!(table.contains(",lr,,30.5,5,0,6,") && table.contains(",lsr,45.7,,80,310,45,0.9,"), "{table}");
+    assert!(
+        table.contains(",lr,,30.5,5,0,6,") && table.contains(",lsr,45.7,,80,310,45,0.9,"),
+        "{table}"
+    );
     // The file in a wrong place is called what it is.
     let bad = "[family]\napproaches = \"n.csv\"\n";
     fs::write(folder.path().join("bad.toml"), bad).unwrap();

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use osm_signals::Turn;
+
 use super::error::TrafficError;
 use super::held::Held;
 use super::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
@@ -71,6 +73,12 @@ pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
             })
         })
         .collect();
+    for stream in &demand.streams {
+        for turn in [Turn::Left, Turn::Right] {
+            let length_m = stream.storage.and_then(|storage| storage.of_turn(turn));
+            world.bays.extend(length_m.map(|m| (stream.from.clone(), turn, m)));
+        }
+    }
     let again = demand.clone();
     world.ways = Some(Box::new(move |seed| again.ways(seed)));
     world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));

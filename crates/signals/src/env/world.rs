@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use osm_signals::DrivingSide;
 
-use super::by_movement::Ways;
+use super::by_movement::{Bays, Ways};
 use super::side::driving_side;
 use crate::existing::ExistingPlan;
 use crate::sim::SignalInfo;
@@ -38,6 +38,8 @@ pub struct World {
     pub side: DrivingSide,
     /// How vehicles turn, where the demand says so.
     pub turn_shares: Vec<TurnShare>,
+    /// Turn lanes that are shorter than their street.
+    pub bays: Bays,
     /// The plan that its signal has today, where somebody brought one.
     pub existing: Option<ExistingPlan>,
     /// Its files, of which SUMO may get private copies; `None` reads them as they are.
@@ -97,6 +99,7 @@ impl World {
             ways: None,
             side: driving_side(&intake.config),
             turn_shares: Vec::new(),
+            bays: Bays::new(),
             existing: None,
             files: Some((intake.config, intake.sources)),
             day_plan: false,
