@@ -13,7 +13,7 @@ mod tables;
 pub(crate) type Reader = fn(&[u8]);
 
 /// All readers; the seeds of each are in `seeds/NAME`.
-pub(crate) const READERS: [(&str, Reader); 24] = [
+pub(crate) const READERS: [(&str, Reader); 25] = [
     ("pbf", maps::pbf),
     ("xml", maps::xml),
     ("gz", maps::gz),
@@ -24,6 +24,7 @@ pub(crate) const READERS: [(&str, Reader); 24] = [
     ("approaches", tables::approaches),
     ("turning-counts", tables::turning_counts),
     ("utdf", tables::utdf),
+    ("existing", tables::existing),
     ("scenario", tables::scenario),
     ("set", tables::set),
     ("sumocfg", sumo::sumocfg),

@@ -3,6 +3,7 @@
 use tsc_family::family::MdpFamily;
 use tsc_family::family::error::FamilyError;
 use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::existing::{NamedPlan, schedule, table};
 use tsc_family::traffic::family::approaches::{Approach, read_uncounted, to_csv};
 use tsc_family::traffic::family::load::{LoadedScenario, from_text};
 use tsc_family::traffic::network::demand::DemandSpec;
@@ -85,6 +86,31 @@ pub(crate) fn utdf(bytes: &[u8]) {
     }
     if let Ok(converted) = utdf.intersections() {
         simulated(converted.intersections.into_iter().flat_map(|i| i.arms).collect());
+        let numbered = converted.plans.all.into_iter().enumerate();
+        let numbered = numbered.map(|(i, plan)| NamedPlan { intersection: i.to_string(), ..plan });
+        shown(&numbered.collect::<Vec<_>>());
+    }
+}
+
+/// A table of existing plans.
+pub(crate) fn existing(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Ok(plans) = table::read(text, "plans.csv") {
+        shown(&plans.all);
+    }
+}
+
+/// Checks that plans read back as they are written, and have a cycle that can be shown.
+fn shown(plans: &[NamedPlan]) {
+    if plans.is_empty() {
+        return;
+    }
+    let text = table::to_csv(plans);
+    let again = table::read(&text, "plans.csv").expect("what is written is read");
+    assert_eq!(table::to_csv(&again.all), text);
+    for named in plans {
+        let (timed, cycle_s) = schedule(&named.plan);
+        assert!(timed.iter().all(|t| t.begin_s <= cycle_s), "{named:?}");
     }
 }
 

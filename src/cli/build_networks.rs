@@ -23,7 +23,7 @@ use crate::traffic::network::prune::{Pruned, prune};
 use crate::traffic::network_files::NetworkFiles;
 use crate::traffic::problem::{self, networks};
 use crate::traffic::turning::Period;
-use crate::traffic::utdf::Utdf;
+use crate::traffic::utdf::{Utdf, read_plans};
 
 /// Budget of the command that is suggested in the end.
 const EXAMPLE_BUDGET: usize = 20;
@@ -37,6 +37,7 @@ Examples:
   tsc-family build-networks --osm utah-latest.osm.pbf --boundary=-112.1,40.7,-111.8,40.8 \
       --signals signals.csv --aadt counts.geojson --out networks/my-city
   tsc-family build-networks --utdf my-network.csv --out networks/my-network
+  tsc-family build-networks networks/my-city --existing plans.csv --out networks/with-plans
   tsc-family build-networks networks/my-city --turning-counts counts.csv --period am=07:00-09:00 \
       --period pm=16:00-18:00 --out networks/counted
   sumo-gui -c networks/salt-lake-city/L4-S30-D300-Q500-l0-r0/*.sumocfg")]
@@ -62,6 +63,10 @@ pub struct BuildNetworksArgs {
     /// (repeatable)
     #[arg(long, value_name = "FILE")]
     pub turning_counts: Vec<PathBuf>,
+    /// Plans that the signals have today, for the method existing: a table with a row per phase, or UTDF [default: those of
+    /// the scenario or of --utdf]
+    #[arg(long, value_name = "FILE", conflicts_with = "osm")]
+    pub existing: Option<PathBuf>,
     /// Part of the day whose busiest hour is simulated, such as am=07:00-09:00, or am=07:00-09:00,500 with its hours
     /// per year (repeatable) [default: the busiest hour of all counts]
     #[arg(long, value_name = "NAME=FROM-TO[,HOURS]", requires = "turning_counts")]
@@ -85,7 +90,7 @@ pub(super) fn run(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         return osm::run(&args.osm, extract, to, counted, args.scenario.settings(), args.quiet);
     }
     args.osm.without_extract(&args.scenario.scenario)?;
-    if !args.turning_counts.is_empty() || !args.utdf.is_empty() {
+    if !args.turning_counts.is_empty() || !args.utdf.is_empty() || args.existing.is_some() {
         return with_volumes(args);
     }
     let loaded = args.scenario.signals(&args.scenario.settings())?;
@@ -149,7 +154,8 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
         .map(|file| Path::new("networks").join(file.file_stem().unwrap_or_default()));
     let Some(out) = args.out.clone().or(from_utdf) else {
         return Err(Refused(format!(
-            "{scenario}: --turning-counts makes a scenario of its own; say with --out in which folder"
+            "{scenario}: --{} makes a scenario of its own; say with --out in which folder",
+            if args.turning_counts.is_empty() { "existing" } else { "turning-counts" }
         ))
         .into());
     };
@@ -164,11 +170,19 @@ fn with_volumes(args: &BuildNetworksArgs) -> anyhow::Result<u8> {
     };
     let path = Path::new(scenario);
     let folder = if path.is_dir() { Some(path) } else { path.parent().filter(|_| path.is_file()) };
-    let sources: Vec<_> = args.utdf.iter().map(|file| ("utdf", file.clone())).collect();
+    let utdf = args.utdf.iter().map(|file| ("utdf", file.clone()));
+    let sources: Vec<_> =
+        utdf.chain(args.existing.iter().map(|file| ("existing", file.clone()))).collect();
+    let given = args.existing.as_deref().map(read_plans).transpose()?;
+    for doubt in given.iter().flat_map(|(_, doubts)| doubts) {
+        note(format!("warning: {}", doubt.brief()));
+    }
+    let plans = given.map(|(plans, _)| plans).or_else(|| uncounted.plans.clone());
     let made = counted(&CountedRequest {
         uncounted: &uncounted,
         folder: folder.filter(|_| converted.is_none()),
         files: &args.turning_counts,
+        plans: plans.as_ref(),
         sources: &sources,
         periods: &args.period,
         overrides: &args.scenario.settings(),

@@ -30,7 +30,6 @@ use crate::cli::values::assisted;
 use crate::files::{self, limits};
 use crate::pulse;
 use crate::run::batch::BatchSystem;
-use crate::run::domain::Domain;
 use crate::run::error::RunError;
 use crate::run::method::{Method, Training};
 use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
@@ -40,6 +39,7 @@ use crate::sample::plan_file::{PlanError, PlanFile};
 use crate::sample::{Design, Sampling, choose_over};
 use crate::store::manifest::Identity;
 use crate::store::results::Results;
+use crate::traffic::control::existing;
 use crate::traffic::sim::SimError;
 
 /// Most warnings that a run prints when it begins.
@@ -55,8 +55,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let begun = Begun::find(args, &subject, &out)?;
     let mut methods = match &begun {
         Some(begun) if args.methods.is_empty() => begun.identity.methods.clone(),
-        Some(begun) => begun.with(methods(&args.methods, subject.domain())),
-        None => methods(&args.methods, subject.domain()),
+        Some(begun) => begun.with(methods(&args.methods, &subject)),
+        None => methods(&args.methods, &subject),
     };
     args.controllers.check(subject.domain())?;
     for name in args.controllers.names().filter(|name| !methods.contains(name)).collect::<Vec<_>>()
@@ -234,14 +234,18 @@ fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>
     Ok(Some(PlanFile::new(&family.name, sample, Some(design))))
 }
 
-/// Returns the methods by name; `all` stands for every one, none for the domain's default.
-fn methods(names: &[String], domain: &dyn Domain) -> Vec<String> {
+/// Returns the methods by name; `all` stands for every one that can run, none for the domain's default and what signals do
+/// today.
+fn methods(names: &[String], subject: &Subject) -> Vec<String> {
     let named = |wanted: &dyn Fn(&Method) -> bool| {
-        domain.methods().iter().filter(|m| wanted(m)).map(|m| m.name.to_owned()).collect()
+        let methods = subject.domain().methods().iter();
+        methods.filter(|m| wanted(m)).map(|m| m.name.to_owned()).collect()
     };
     match names {
-        [] => named(&|m| m.default),
-        names if names.iter().any(|name| name == ALL) => named(&|_| true),
+        [] => named(&|m| m.default || subject.today() == Some(m.name)),
+        names if names.iter().any(|name| name == ALL) => {
+            named(&|m| m.name != existing::METHOD.name || subject.today() == Some(m.name))
+        }
         names => names.to_vec(),
     }
 }

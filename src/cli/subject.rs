@@ -17,11 +17,16 @@ use crate::run::method::Method;
 use crate::run::plan::Draft;
 use crate::settings::overrides::Override;
 use crate::traffic::city::folder::default_folder;
+use crate::traffic::control::{existing, program};
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::SimError;
 use crate::traffic::sim::obstacle::Given;
+use crate::traffic::utdf::read_plans;
+
+/// Most point MDPs that a message names.
+const MOST_NAMED: usize = 6;
 
 /// What is evaluated.
 pub(super) enum Subject {
@@ -41,11 +46,30 @@ impl Subject {
             let problem = (entry.load)(name, &args.scenario.settings())?;
             return Ok(Self::Other(entry, problem));
         }
-        let loaded = scenario(args)?;
+        let mut loaded = scenario(args)?;
+        if let Some(path) = &args.existing {
+            let (plans, doubts) = read_plans(path)?;
+            doubts.iter().for_each(|doubt| note(format!("warning: {}", doubt.brief())));
+            loaded.plans = Some(plans);
+        }
         let networks = args.networks.clone().unwrap_or_else(|| default_folder(name, &loaded));
         let problem =
             SignalProblem::new(loaded, folder(name), networks, &args.sumocfg, &args.given.given())?;
+        if !args.quiet {
+            let doubts = problem.existing.doubts.iter().cloned().chain(problem.existing.left_out());
+            doubts.for_each(|doubt| note(format!("warning: {}", doubt.brief())));
+        }
         Ok(Self::Signals(Box::new(problem)))
+    }
+
+    /// Returns the method that does what signals do today, where that is known of all of them.
+    pub(super) fn today(&self) -> Option<&'static str> {
+        let Self::Signals(problem) = self else { return None };
+        let all = problem.family().points.iter().map(|point| point.id.as_str()).collect();
+        match problem.is_imported() {
+            true => Some(program::METHOD.name),
+            false => problem.without_existing(&all).is_empty().then_some(existing::METHOD.name),
+        }
     }
 
     /// Reads a scenario as it is, without SUMO scenarios in place of its family.
@@ -101,6 +125,7 @@ impl Subject {
             Self::Other(entry, _) => return of_others(args, entry.domain, draft),
         };
         let imported = problem.is_imported();
+        has_plans(problem, draft)?;
         if imported && args.networks.is_some() {
             let reason =
                 "--networks has no effect: the SUMO scenarios bring their networks; leave it out";
@@ -137,6 +162,34 @@ impl Subject {
     }
 }
 
+/// Refuses the method `existing` where plans are missing.
+fn has_plans(problem: &SignalProblem, draft: &Draft) -> Result<(), Refused> {
+    if !draft.methods.iter().any(|name| name == existing::METHOD.name) {
+        return Ok(());
+    }
+    if problem.is_imported() {
+        return Err(Refused(
+            "the method existing runs plans that are given; what SUMO scenarios have today is the method program".to_owned(),
+        ));
+    }
+    let family = problem.family();
+    let chosen = draft.sample.draws.iter().map(|draw| draw.point.as_str()).collect();
+    let lacking = problem.without_existing(&chosen);
+    let few = lacking.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join(", ");
+    let more = if lacking.len() > MOST_NAMED { ", ..." } else { "" };
+    match lacking.len() {
+        0 => Ok(()),
+        count if problem.existing.of_point.is_empty() => Err(Refused(format!(
+            "no plan was given for the method existing ({count} point MDPs); give one with --existing FILE, or              `existing = \"FILE\"` in [family] of the scenario, or leave the method out"
+        ))),
+        count => Err(Refused(format!(
+            "no plan was given, or none that can be shown, for {count} of {} point MDPs ({few}{more}), which the method \
+             existing needs; complete the table, leave them out of the sample (--plan), or leave the method out",
+            family.points.len().min(chosen.len())
+        ))),
+    }
+}
+
 /// Refuses what has no effect on other domains than traffic signals.
 fn without_effect(args: &RunArgs, domain: &str) -> anyhow::Result<()> {
     let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
@@ -147,6 +200,9 @@ fn without_effect(args: &RunArgs, domain: &str) -> anyhow::Result<()> {
     }
     if args.networks.is_some() {
         return refuse("--networks", "it has no networks; leave it out");
+    }
+    if args.existing.is_some() {
+        return refuse("--existing", "it has no signals; leave it out");
     }
     if args.episodes.is_some() {
         let reason =

@@ -30,6 +30,8 @@ fn spec(point: &str, bearings_deg: &[f64]) -> IntersectionSpec {
         lanes_out: 2,
         left_turn_lanes: 0,
         right_turn_lanes: 0,
+        left_storage_m: None,
+        right_storage_m: None,
         speed_mps: 13.41,
         length_m: 234.5,
         inflow_vph: 400.0,
@@ -56,6 +58,19 @@ fn with_double_lefts() -> IntersectionSpec {
     s
 }
 
+/// Bays of two lengths, one arm with one of them only, and one whose lanes all turn.
+fn with_bays() -> IntersectionSpec {
+    let mut s = IntersectionSpec { point: "bays".into(), ..with_double_lefts() };
+    for arm in &mut s.arms {
+        (arm.left_storage_m, arm.right_storage_m) = (Some(80.0), Some(30.0));
+    }
+    s.arms[1].right_storage_m = None;
+    s.arms.remove(3);
+    let stem = &mut s.arms[1];
+    (stem.lanes_in, stem.left_turn_lanes, stem.right_turn_lanes) = (2, 1, 1);
+    s
+}
+
 fn one_way() -> IntersectionSpec {
     let mut s = IntersectionSpec { point: "one-way".into(), ..cross() };
     s.arms[0].lanes_in = 0;
@@ -68,6 +83,7 @@ fn shapes() -> Vec<IntersectionSpec> {
     vec![
         cross(),
         with_double_lefts(),
+        with_bays(),
         one_way(),
         tee(),
         spec("wye", &[0.0, 120.0, 240.0]),
@@ -139,10 +155,11 @@ fn every_shape_builds_and_is_sound() {
     let (signal, options) = (SignalSettings::default(), BuildOptions::default());
     let summary =
         build_all(&shapes(), &network, &demand, &signal, out.path(), options, &progress).unwrap();
-    assert_eq!((summary.built, done.lock().unwrap().len()), (9, 9));
+    assert_eq!((summary.built, done.lock().unwrap().len()), (10, 10));
     let index = Index::load_if_present(out.path()).unwrap().unwrap();
     let phases: Vec<_> = index.rows().map(|r| (r.point.as_str(), r.arms, r.phases)).collect();
     let expected = [
+        ("bays", 3, 3),
         ("crooked-five", 5, 3),
         ("cross", 4, 2),
         ("double-lefts", 4, 8),
@@ -226,8 +243,8 @@ fn two_builds_are_equal_byte_by_byte_and_leave_nothing_else_behind() {
     build(&shapes(), one.path(), false).unwrap();
     build(&shapes(), other.path(), false).unwrap();
     assert_eq!(files(one.path()), files(other.path()));
-    assert_eq!(fs::read_dir(one.path()).unwrap().count(), 9 + 2);
-    assert_eq!(files(one.path()).len(), 9 * 4 + 1);
+    assert_eq!(fs::read_dir(one.path()).unwrap().count(), 10 + 2);
+    assert_eq!(files(one.path()).len(), 10 * 4 + 1);
 }
 
 #[test]
@@ -391,4 +408,47 @@ fn a_program_that_vehicles_would_see_before_the_default_one_is_found() {
     let other = "<tlLogic id=\"c\" type=\"static\" programID=\"zzz\"></tlLogic><tlLogic";
     let fault = fault(&cross_net().replacen("<tlLogic", other, 1));
     assert!(fault.ends_with("program \"program\" is not the one that SUMO starts with"), "{fault}");
+}
+
+#[test]
+fn bays_are_pieces_of_the_street_and_change_nothing_at_the_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    let bays = with_bays();
+    let mut whole = IntersectionSpec { point: "whole".into(), ..bays.clone() };
+    for arm in &mut whole.arms {
+        (arm.left_storage_m, arm.right_storage_m) = (None, None);
+    }
+    let left = IntersectionSpec { point: "left".into(), side: DrivingSide::Left, ..bays.clone() };
+    let built = build(&[bays, whole, left], folder.path(), false).unwrap();
+    let net = |point: &str| {
+        NetFile::parse(&fs::read_to_string(&built.files[point].net).unwrap()).unwrap()
+    };
+    let (bays, whole) = (net("bays"), net("whole"));
+    let lanes = |net: &NetFile, edge: &str| {
+        let of: Vec<f64> =
+            net.lanes.iter().filter(|l| l.edge == edge).map(|l| l.length_m).collect();
+        (of.len(), of.first().copied().unwrap_or_default())
+    };
+    // 234.5 m: 30 m with all four lanes, 50 m without the right one, the rest without the two left ones.
+    assert_eq!(
+        [lanes(&bays, "in0"), lanes(&bays, "up0"), lanes(&bays, "far0")],
+        [(4, 30.0), (3, 50.0), (1, 154.5)]
+    );
+    assert_eq!(
+        [lanes(&bays, "in1"), lanes(&bays, "up1"), lanes(&bays, "far1")],
+        [(2, 80.0), (1, 154.5), (0, 0.0)]
+    );
+    assert_eq!(lanes(&whole, "in0"), (4, 234.5));
+    assert_eq!((&bays.links, &bays.programs), (&whole.links, &whole.programs));
+    assert_eq!(lanes(&net("left"), "far0"), (1, 154.5));
+    let demand = DemandSpec::read(&built.files["bays"].demand).unwrap();
+    assert_eq!(
+        (demand.streams[0].from.as_str(), &demand.streams[0].upstream[..]),
+        ("in0", &["far0".to_owned(), "up0".to_owned()][..])
+    );
+    let (_, routes) = demand.routes(1);
+    assert!(routes.contains("edges=\"far0 up0 in0 out2\""), "{routes}");
+    // Without bays nothing is written that was not before.
+    let text = fs::read_to_string(&built.files["whole"].demand).unwrap();
+    assert!(!text.contains("upstream") && !text.contains("storage"), "{text}");
 }

@@ -74,6 +74,8 @@ fn mirrored(rows: &[Approach]) -> Vec<Approach> {
             bearing_deg: (10.0 * (360.0 - row.bearing_deg)).round() / 10.0 % 360.0,
             left_turn_lanes: row.right_turn_lanes,
             right_turn_lanes: row.left_turn_lanes,
+            left_storage_m: row.right_storage_m,
+            right_storage_m: row.left_storage_m,
             movements: row.movements.chars().rev().map(letter).collect(),
             ..row.clone()
         })

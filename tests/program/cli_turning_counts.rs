@@ -171,7 +171,7 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     assert!(text.contains("UTDF: 2 of 2 signals, 2 with volumes"), "{text}");
     assert!(text.contains("2 networks in networks/n/networks: 2 built"), "{text}");
     assert!(stderr(&output).contains("records that are not used"), "{}", stderr(&output));
-    let run_it = "run networks/n --budget all --methods nema,fixed-time --eval-seeds 1 --set demand.horizon_s=120 --out r";
+    let run_it = "run networks/n --budget all --methods nema,fixed-time,existing --eval-seeds 1 --set demand.horizon_s=120 --out r";
     let result = succeed(folder.path(), run_it);
     assert!(result.contains("2/2"), "{result}");
     movements_make_up_the_delay(&folder.path().join("r/report"));
@@ -181,6 +181,8 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
         "i0001,nema,0,c,phase,1,1,1,1,EBL,,",
         "i0002,nema,0,c,phase,6,2,1,2,EBT EBR,,",
         ",fixed-time,0,c,stage,1,,,,",
+        "i0001,existing,0,c,phase,2,1,1,2,EBT,EBL EBR,15,3,34,4.3,1.2,7,14,max,100,39.5,coordinated,0,2 6",
+        "i0002,existing,0,c,phase,8,2,2,2,NBL,NBR,8,3,27.6,3.3,1.1,7,18,none,100,32,coordinated,32,2 6",
     ] {
         assert!(sheet.contains(row), "{row}: {sheet}");
     }
@@ -190,7 +192,10 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
         .unwrap();
     succeed(folder.path(), "build-networks --utdf n.csv --turning-counts c.csv --out both");
     let table = fs::read_to_string(folder.path().join("both/approaches.csv")).unwrap();
-    assert!(table.contains(",lr,5,0,6,") && table.contains(",lsr,80,310,45,0.9,"), "{table}");
+    assert!(
+        table.contains(",lr,,30.5,5,0,6,") && table.contains(",lsr,45.7,,80,310,45,0.9,"),
+        "{table}"
+    );
     // The file in a wrong place is called what it is.
     let bad = "[family]\napproaches = \"n.csv\"\n";
     fs::write(folder.path().join("bad.toml"), bad).unwrap();
@@ -222,7 +227,7 @@ fn movements_make_up_the_delay(report: &Path) {
         sum[0] += number(&row, "volume_vph") * number(&row, "delay_s");
         sum[1] += number(&row, "volume_vph");
     }
-    assert_eq!(sums.len(), 6);
+    assert_eq!(sums.len(), 8);
     for row in rows("scores.csv") {
         let [delay, vehicles] = sums[&(row["point"].clone(), row["method"].clone())];
         let expected = number(&row, "delay_s");
@@ -232,4 +237,120 @@ fn movements_make_up_the_delay(report: &Path) {
             delay / vehicles
         );
     }
+}
+
+/// One phase per street, four arms.
+const PLAN: &str = "intersection,control,cycle_s,phase,ring,barrier,position,movements,yielding,split_s,yellow_s,all_red_s,\
+    walk_s,clearance_s,recall\n\
+    7,pretimed,70,2,1,1,1,NBT NBR,NBL,40,4,1,7,12,max\n7,,,6,2,1,1,SBT,SBL,40,4,1,,,max\n\
+    7,,,4,1,2,1,EBT,EBL,30,3.5,1.5,,,max\n7,,,8,2,2,1,WBT,WBL,30,3.5,1.5,,,max\n";
+
+#[test]
+fn an_existing_plan_is_simulated_and_compared_with() {
+    let folder = with_table();
+    counts(&folder.path().join("c.csv"));
+    fs::write(folder.path().join("p.csv"), PLAN).unwrap();
+    succeed(
+        folder.path(),
+        "build-networks a.toml --turning-counts c.csv --existing p.csv --out city",
+    );
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    assert!(read("city/scenario.toml").contains("existing = \"existing.csv\""));
+    // It runs by default, and the page begins with it.
+    let command = "run city --budget all --eval-seeds 2 --set demand.horizon_s=600 --set fixed_time.simulations=8 \
+                   --against existing --out r";
+    succeed(folder.path(), command);
+    let manifest: serde_json::Value = serde_json::from_str(&read("r/manifest.json")).unwrap();
+    let plan = &manifest["identity"]["points"][0]["given"]["existing"];
+    assert_eq!(plan["ways"]["NBL"][0], serde_json::json!(["in2", "out3"]), "{plan}");
+    let page = read("r/report/index.html");
+    assert!(page.contains("which is what is done today"), "no headline");
+    assert!(page.contains("pretimed, cycle 70 s, offset 0 s"), "no caption");
+    assert!(folder.path().join("r/report/against-existing/index.html").is_file());
+    // Greens of 35 and 25 s, yellow of 4 s and all-red of 1 s; SUMO can run it.
+    let plans = read("r/report/plans.csv");
+    let row = plans.lines().find(|row| row.contains(",existing,")).unwrap();
+    assert!(row.contains("70"), "{row}");
+    // Another plan is another run, and a table of approaches takes plans without being written again.
+    let other = read("p.csv").replace(",30,3.5", ",60,3.5").replace("pretimed,70", "pretimed,100");
+    fs::write(folder.path().join("q.csv"), other).unwrap();
+    succeed(
+        folder.path(),
+        "run city --existing q.csv --budget all --methods existing --eval-seeds 1 --set demand.horizon_s=600 --out q",
+    );
+    let delay = |path: &str| -> f64 {
+        let mut reader = csv::Reader::from_path(folder.path().join(path)).unwrap();
+        let mut rows = reader.deserialize::<BTreeMap<String, String>>().map(Result::unwrap);
+        rows.find(|row| row["method"] == "existing").unwrap()["delay_s"].parse().unwrap()
+    };
+    assert!(
+        delay("q/report/scores.csv") > delay("r/report/scores.csv"),
+        "a cycle of 100 s is longer"
+    );
+}
+
+#[test]
+fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
+    let folder = with_table();
+    counts(&folder.path().join("c.csv"));
+    succeed(folder.path(), "build-networks a.toml --turning-counts c.csv --out city");
+    fs::write(folder.path().join("p.csv"), PLAN).unwrap();
+    let refused = |arguments: &str| {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {}", stderr(&output));
+        assert!(!folder.path().join("x").exists(), "{arguments}: nothing is written");
+        stderr(&output)
+    };
+    let e = refused("run city --methods existing --out x");
+    assert!(
+        e.contains(
+            "no plan was given for the method existing (1 point MDPs); give one with --existing"
+        ),
+        "{e}"
+    );
+    let e = refused("run city --existing c.csv --out x");
+    assert!(e.contains("c.csv, line 1: no column intersection"), "{e}");
+    let e = refused("run city --existing none.csv --out x");
+    assert!(e.contains("none.csv"), "{e}");
+    let e = refused("run smoke --existing p.csv --methods existing --out x");
+    assert!(e.contains("existing plans belong to real intersections"), "{e}");
+    let e = refused("run cartpole --existing p.csv --out x");
+    assert!(e.contains("--existing has no effect"), "{e}");
+    let e = refused("build-networks city --existing p.csv");
+    assert!(e.contains("--existing makes a scenario of its own; say with --out"), "{e}");
+    let network =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/signals/tests/utdf/two-signals.csv");
+    let text = fs::read_to_string(network).unwrap();
+    fs::write(folder.path().join("n.csv"), text.split("[Phases]").next().unwrap()).unwrap();
+    let e = refused("run city --existing n.csv --out x");
+    assert!(
+        e.contains("n.csv, line 1: no plan that can be shown: it has no section [Phases]"),
+        "{e}"
+    );
+    fs::write(folder.path().join("n.csv"), text).unwrap();
+    let e = refused("run city --existing n.csv --out x");
+    assert!(
+        e.contains("none of the intersections with a plan (1, 2) is one of the scenario (7)"),
+        "{e}"
+    );
+    fs::write(folder.path().join("t.xml"), "<additional/>").unwrap();
+    let e = refused("run city --existing t.xml --out x");
+    assert!(e.contains("XML, not a table of phases; programs of SUMO run with --sumocfg"), "{e}");
+    for (from, to, expected) in [
+        ("NBT NBR,NBL", "NBR,NBL", "p.csv, line 2: intersection 7: NBT has no phase"),
+        ("EBT,EBL", "EBT NBT,EBL", "which cross; correct ring and barrier, or let one yield"),
+        ("SBT,SBL", "NET,SBL", "it has movements of NE traffic, but no approach goes that way"),
+        ("pretimed,70", "pretimed,80", "the cycle is 80 s, but the splits"),
+        (",40,4,1,7,12,max", ",forty,4,1,7,12,max", "p.csv, line 2: split_s = \"forty\""),
+    ] {
+        let changed = PLAN.replace(from, to);
+        assert_ne!(changed, PLAN, "{from}");
+        fs::write(folder.path().join("p.csv"), changed).unwrap();
+        let e = refused("run city --existing p.csv --methods existing --out x");
+        assert!(e.contains(expected), "{expected}: {e}");
+    }
+    // A SUMO scenario has its own program.
+    let config = "city/networks/i0007/i0007.sumocfg";
+    let e = refused(&format!("run --sumocfg {config} --methods existing --out x"));
+    assert!(e.contains("what SUMO scenarios have today is the method program"), "{e}");
 }

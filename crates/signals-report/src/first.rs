@@ -7,6 +7,20 @@ use evaluation::analysis::{Analysis, PointSummary, Reference};
 use evaluation::report::format;
 use evaluation::sample::Measure;
 use evaluation::stats::score::weighted_mean;
+use signals::control::{existing, program};
+use signals::network_files::GENERATED;
+
+/// Returns the method that does what signals do today: the plans that were given, or the programs of SUMO scenarios of
+/// somebody's own.
+pub(super) fn today(data: &Analysis) -> Option<&'static str> {
+    let identity = &data.manifest.identity;
+    let has = |name: &str| identity.methods.iter().any(|m| m == name);
+    let imported = || identity.points.iter().all(|point| point.environment != GENERATED);
+    if has(existing::METHOD.name) {
+        return Some(existing::METHOD.name);
+    }
+    (has(program::METHOD.name) && imported()).then_some(program::METHOD.name)
+}
 
 /// Says how many vehicle-hours the best method saves over the family, in the time that was simulated and, where the
 /// settings say which share of a day an hour of it has, in a day; `None` where intersections or vehicles were not
@@ -16,7 +30,10 @@ pub(super) fn gain(data: &Analysis) -> Option<String> {
     if identity.objective != DELAY {
         return None;
     }
-    let (best, reference) = (data.best()?.index, data.reference.index?);
+    let of_today = today(data).and_then(|name| data.methods.iter().find(|m| m.method == name));
+    let reference =
+        of_today.filter(|m| m.rank.is_some()).map(|m| m.index).or(data.reference.index)?;
+    let best = data.best()?.index;
     let intersections = data.family_instances()?;
     let horizon_s = demand::horizon_s(identity)?;
     let saved = |p: &PointSummary| {

@@ -1,6 +1,7 @@
 //! What reports say of traffic signals beside what they say of any task: levels of service, what is overloaded, the
 //! map, signal plans; and the page on the quality of a family that was derived from a map.
 
+mod capacity;
 mod demand;
 mod first;
 mod happened;

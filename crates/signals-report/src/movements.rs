@@ -1,12 +1,16 @@
 //! Results by movement: `movements.csv`, and a table on the page where there are few intersections.
 //!
-//! Deviation: the level of service of a movement is that of the simulator's delay, which contains slowing down and waiting
-//! to enter; the Highway Capacity Manual has control delay, and F wherever demand exceeds capacity.
+//! Levels of service are those of the simulator's delay, and F where the volume of the lane group exceeds its capacity, as in
+//! the Highway Capacity Manual (chapter 19).
+//!
+//! Deviation: the manual has control delay; the simulator's also contains slowing down and waiting to enter.
 
 use std::collections::BTreeMap;
 
 use minijinja::{Value, context};
+use serde_json::Value as Json;
 
+use super::capacity::{Basis, Capacity};
 use super::level_of_service::letter;
 use super::shown::Seen;
 use basics::units::SECONDS_PER_HOUR;
@@ -24,10 +28,13 @@ pub(crate) const TABLE: &str = "movements.csv";
 /// Most intersections whose movements the page shows.
 const FEW: usize = 12;
 
+/// Street that a vehicle of a queue takes, metres (HCM: 25 ft).
+const VEHICLE_M: f64 = 7.6;
+
 /// Share of unfinished vehicles from which on a movement is marked: more arrive than leave.
 const UNSERVED: f64 = 0.1;
 
-const HEADER: [&str; 13] = [
+const HEADER: [&str; 20] = [
     "point",
     "method",
     "replicate",
@@ -41,6 +48,13 @@ const HEADER: [&str; 13] = [
     "unfinished_share",
     "queue_50_veh",
     "queue_95_veh",
+    "lane_group",
+    "green_share",
+    "capacity_vph",
+    "v_c",
+    "hcm_delay_s",
+    "storage_m",
+    "queue_storage_ratio",
 ];
 
 /// Results by movement of a task.
@@ -88,7 +102,10 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
     let hours = hours(data);
     let rows = shown.movements.iter().flat_map(|task| {
         let identity = &data.manifest.identity;
-        task.results.iter().map(move |m| {
+        let capacities = basis(data).map(|basis| basis.capacities(&task.results));
+        task.results.iter().enumerate().map(move |(i, m)| {
+            let capacity = capacities.as_ref().and_then(|all| all[i]);
+            let supply = m.supply.as_ref();
             let cells = vec![
                 identity.points[task.point].point.clone(),
                 identity.methods[task.method].clone(),
@@ -98,11 +115,18 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
                 m.to.clone(),
                 number(Some(m.vehicles_veh / hours)),
                 number(m.delay_s),
-                m.delay_s.map_or_else(String::new, |delay_s| letter(delay_s).to_string()),
+                level(m, capacity).map_or_else(String::new, |level| level.to_string()),
                 number(m.stops),
                 number(unfinished(m)),
                 number(Some(m.queue_50_veh)),
                 number(Some(m.queue_95_veh)),
+                supply.map_or_else(String::new, |s| s.group.clone()),
+                number(supply.map(|s| s.protected_share + s.permissive_share)),
+                number(capacity.and_then(|c| c.group_vph)),
+                number(capacity.map(|c| c.ratio).filter(|ratio| ratio.is_finite())),
+                number(capacity.and_then(|c| c.delay_s)),
+                number(m.storage_m),
+                number(queue_ratio(m)),
             ];
             titled.row(task.point, cells)
         })
@@ -120,9 +144,14 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     let many = data.points.len() > FEW;
     let points: Vec<Value> =
         (0..data.points.len()).filter(|_| !many).filter_map(|p| point(seen, p)).collect();
-    Some(
-        context! { points, many, few => FEW, chosen => data.points.len(), baseline => identity.baseline.as_str() },
-    )
+    Some(context! {
+        points,
+        many,
+        few => FEW,
+        chosen => data.points.len(),
+        baseline => identity.baseline.as_str(),
+        saturation => basis(data).map(|basis| basis.saturation_vph),
+    })
 }
 
 /// Returns the movements of an intersection under the best method and under the baseline.
@@ -140,21 +169,28 @@ fn point(seen: Seen<'_>, point: usize) -> Option<Value> {
         .collect();
     let all = of(*compared.first()?)?;
     let hours = hours(data);
+    let capacities: Vec<Option<Vec<Option<Capacity>>>> = (compared.iter())
+        .map(|method| Some(basis(data)?.capacities(&of(*method)?.results)))
+        .collect();
     let rows: Vec<Value> = all
         .results
         .iter()
         .map(|m| {
-            let cells = compared.iter().map(|method| {
+            let cells = compared.iter().zip(&capacities).map(|(method, capacities)| {
                 let own = of(*method).and_then(|task| {
-                    task.results.iter().find(|r| (&r.from, &r.to) == (&m.from, &m.to))
+                    let mut all = task.results.iter().enumerate();
+                    all.find(|(_, r)| (&r.from, &r.to) == (&m.from, &m.to))
                 });
-                own.map(|own| {
+                own.map(|(i, own)| {
+                    let capacity = capacities.as_ref().and_then(|all| all[i]);
                     let unserved = unfinished(own).is_some_and(|share| share > UNSERVED);
                     context! {
                         delay => own.delay_s.map(|s| format!("{s:.1}")),
-                        level => own.delay_s.map(|s| letter(s).to_string()),
+                        level => level(own, capacity).map(|level| level.to_string()),
+                        ratio => capacity.map_or_else(|| "-".to_owned(), |c| ratio_text(c.ratio)),
                         stops => own.stops.map(|stops| format!("{stops:.2}")),
                         queue => format!("{:.0}", own.queue_95_veh),
+                        spills => queue_ratio(own).is_some_and(|ratio| ratio > 1.0),
                         unserved,
                     }
                 })
@@ -169,6 +205,30 @@ fn point(seen: Seen<'_>, point: usize) -> Option<Value> {
     let names: Vec<String> = compared.iter().map(|m| named(data, &identity.methods[*m])).collect();
     let title = shown.title(&data.points[point].row);
     Some(context! { title, names, rows, weight => format::percent(data.points[point].weight) })
+}
+
+/// Returns the level of service of a movement: F where its lane group is above capacity.
+fn level(movement: &MovementResult, capacity: Option<Capacity>) -> Option<char> {
+    let delay_s = movement.delay_s?;
+    Some(if capacity.is_some_and(|c| c.ratio > 1.0) { 'F' } else { letter(delay_s) })
+}
+
+fn ratio_text(ratio: f64) -> String {
+    if ratio.is_finite() { format!("{ratio:.2}") } else { "no green".to_owned() }
+}
+
+/// Returns the 95% queue as a share of the storage length; `None` without one.
+fn queue_ratio(movement: &MovementResult) -> Option<f64> {
+    Some(movement.queue_95_veh * VEHICLE_M / movement.storage_m?)
+}
+
+/// Returns what capacities are computed with; `None` where the settings do not say it.
+fn basis(data: &Analysis) -> Option<Basis> {
+    let settings = &data.manifest.identity.settings;
+    let saturation_vph = settings.get("fixed_time")?.get("saturation_flow_vph")?.as_f64()?;
+    let side = settings.get("network").and_then(|network| network.get("driving_side"));
+    let is_right_hand = side.and_then(Json::as_str).is_none_or(|side| side == "right");
+    Some(Basis { saturation_vph, hours: hours(data), is_right_hand })
 }
 
 fn unfinished(movement: &MovementResult) -> Option<f64> {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
+use super::first;
 use super::happened::happened;
 use super::hours;
 use super::intersections::{geojson, spots, table};
@@ -63,6 +64,10 @@ impl TrafficSections {
 }
 
 impl Sections for TrafficSections {
+    fn today(&self, data: &Analysis) -> Option<&'static str> {
+        first::today(data)
+    }
+
     fn measures(&self) -> &dyn Measures {
         &TrafficMeasures
     }

@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use osm_signals::Turn;
+
 use super::error::TrafficError;
 use super::held::Held;
 use super::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
 use crate::env::world::TurnShare;
 use crate::env::{SignalEnv, World};
+use crate::existing::{ExistingPlan, GIVEN};
 use crate::network::demand::DemandSpec;
 use crate::settings::{Detail, Scenario};
 use crate::sim::Sim;
@@ -70,6 +73,12 @@ pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
             })
         })
         .collect();
+    for stream in &demand.streams {
+        for turn in [Turn::Left, Turn::Right] {
+            let length_m = stream.storage.and_then(|storage| storage.of_turn(turn));
+            world.bays.extend(length_m.map(|m| (stream.from.clone(), turn, m)));
+        }
+    }
     let again = demand.clone();
     world.ways = Some(Box::new(move |seed| again.ways(seed)));
     world.routes = Some(Box::new(move |seed, path| demand.write_routes(seed, path).map(drop)));
@@ -96,6 +105,22 @@ pub fn given(point: &PointRow) -> Result<Given, SimError> {
         path: PathBuf::from(&point.environment),
         reason: format!("the manifest says of it what no run writes: {e}"),
     })
+}
+
+/// Returns the plan that the signal of a generated point MDP has today, as its manifest keeps it.
+///
+/// # Errors
+///
+/// What the manifest says instead.
+pub fn existing_plan(point: &PointRow) -> Result<Option<ExistingPlan>, String> {
+    let plan = point.given.get(GIVEN).filter(|_| point.environment == GENERATED);
+    let plan: Option<ExistingPlan> = plan
+        .map(|plan| serde_json::from_value(plan.clone()))
+        .transpose()
+        .map_err(|e| format!("the manifest's existing plan is none: {e}"))?;
+    // A manifest may come from a stranger.
+    plan.as_ref().map_or(Ok(()), |plan| plan.check().map(drop))?;
+    Ok(plan)
 }
 
 /// Returns the world of a planned point MDP after checking that its files are those of the plan, and holds
@@ -135,7 +160,9 @@ pub fn planned_world(
         let name = file_name(&point.point, ending);
         held.add(&files.folder.join(&name), point.sha256.get(&name))?;
     }
-    Ok((generated_world(&files)?, held))
+    let existing = existing_plan(point)
+        .map_err(|reason| SimError::Config { path: files.net.clone(), reason })?;
+    Ok((World { existing, ..generated_world(&files)? }, held))
 }
 
 /// Returns the sha256 of a SUMO configuration and of every file that SUMO reads with it, by its name as seen from the

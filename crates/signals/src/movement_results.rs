@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::env::by_movement::MovementTotals;
+use basics::units::SECONDS_PER_HOUR;
 
 /// Queues whose percentiles are kept.
 const PERCENTILES: [f64; 2] = [0.5, 0.95];
@@ -35,6 +36,30 @@ pub struct MovementResult {
     pub queue_50_veh: f64,
     /// Queue that 95% of the decisions do not exceed, vehicles.
     pub queue_95_veh: f64,
+    /// Length of its turn lanes where they are shorter than the street, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub storage_m: Option<f64>,
+    /// What decides its capacity; absent in records of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supply: Option<Supply>,
+}
+
+/// Lanes and green of a movement, means over evaluation episodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supply {
+    /// Names of the movements of its lane group, between blanks.
+    pub group: String,
+    /// Lanes from which it can be made.
+    pub lanes: u32,
+    /// Lanes of its lane group.
+    pub group_lanes: u32,
+    /// Share of the time with green and the right of way.
+    pub protected_share: f64,
+    /// Share of the time with green that yields.
+    pub permissive_share: f64,
+    /// How often green begins, per hour.
+    pub greens_per_h: f64,
 }
 
 /// Totals by movement of the episodes so far.
@@ -57,6 +82,7 @@ impl ByEpisode {
                     all.delay_s += one.delay_s;
                     all.stops += one.stops;
                     all.queue_veh.extend(one.queue_veh);
+                    all.lights.add(one.lights);
                 }
             }
         }
@@ -81,10 +107,26 @@ impl ByEpisode {
                 stops: mean(t.stops),
                 queue_50_veh,
                 queue_95_veh,
+                storage_m: t.storage_m,
+                supply: supply(t),
             }
         };
         self.totals.iter().map(of).collect()
     }
+}
+
+/// Returns lanes and green of a movement; `None` where nothing was noted of its lights.
+fn supply(t: &MovementTotals) -> Option<Supply> {
+    let seconds = f64::from(t.lights.seconds);
+    let share = |of: u32| f64::from(of) / seconds;
+    (seconds > 0.0).then(|| Supply {
+        group: t.group.clone(),
+        lanes: t.lanes[0],
+        group_lanes: t.lanes[1],
+        protected_share: share(t.lights.protected_s),
+        permissive_share: share(t.lights.permissive_s),
+        greens_per_h: share(t.lights.greens) * SECONDS_PER_HOUR,
+    })
 }
 
 /// Returns the least value that a share of the values does not exceed; 0 of nothing.

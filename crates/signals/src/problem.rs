@@ -9,11 +9,13 @@ use serde_json::Value;
 use super::content;
 use super::environment::hash_scenario;
 use super::error::TrafficError;
+use super::existing::GIVEN;
 use super::family::load::LoadedScenario;
 use super::network::build::{BuildOptions, BuildSummary, build_all};
 use super::network::error::NetworkError;
 use super::network::intersection::{IntersectionSpec, intersections};
 use super::network_files::{GENERATED, NetworkFiles};
+use super::placed::{Placed, placed};
 use super::sim::SimError;
 use super::sim::intake::Intake;
 use super::sim::obstacle::{Given, in_words};
@@ -36,6 +38,8 @@ pub struct SignalProblem {
     /// SUMO scenarios by the id of their point MDP; empty where networks are generated.
     pub imported: BTreeMap<String, Intake>,
     family: MdpFamily,
+    /// Plans that signals have today, by point MDP.
+    pub existing: Placed,
     /// What is to be said of the SUMO scenarios, once they were looked at.
     warnings: OnceLock<Vec<String>>,
 }
@@ -63,7 +67,18 @@ impl SignalProblem {
             [] => (loaded.family.clone(), BTreeMap::new()),
             configs => imported_family(configs, given)?,
         };
-        Ok(Self { loaded, folder, networks, imported, family, warnings: OnceLock::new() })
+        let existing = match &loaded.plans {
+            Some(plans) if imported.is_empty() => placed(&loaded, plans)?.whole(plans)?,
+            _ => Placed::default(),
+        };
+        let warnings = OnceLock::new();
+        Ok(Self { loaded, folder, networks, imported, family, existing, warnings })
+    }
+
+    /// Returns which of some point MDPs have no plan that the method `existing` could run.
+    pub fn without_existing(&self, points: &BTreeSet<&str>) -> Vec<String> {
+        let lacks = |point: &&&str| !self.existing.of_point.contains_key(**point);
+        points.iter().filter(lacks).map(|point| (*point).to_owned()).collect()
     }
 
     /// Looks at the SUMO scenarios, once: loads each and derives its signals, and returns what is to be said of them. Of a
@@ -117,7 +132,9 @@ impl SignalProblem {
                 content: content::of_point(&self.loaded, index),
                 sha256: files.sha256,
                 places: self.loaded.members[index].iter().filter_map(place).collect(),
-                given: BTreeMap::new(),
+                given: (self.existing.of_point.get(&id).into_iter())
+                    .map(|plan| (GIVEN.to_owned(), serde_json::to_value(plan).expect("plain data")))
+                    .collect(),
             };
             (id, made)
         };

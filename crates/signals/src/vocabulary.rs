@@ -1,8 +1,81 @@
 //! Words that whoever builds, simulates and controls signals shares; those of the ground, such as
 //! [`Turn`](osm_signals::Turn), are in `osm_signals`.
 
+use std::fmt::{self, Display};
+
+use osm_signals::Turn;
+
 /// Width of a lane of which a network says nothing, metres (SUMO's default).
 pub const DEFAULT_LANE_WIDTH_M: f64 = 3.2;
+
+/// A direction of travel: `NB` is northbound, so the vehicles come from the south.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Heading {
+    /// Northbound.
+    North,
+    /// Northeastbound.
+    NorthEast,
+    /// Eastbound.
+    East,
+    /// Southeastbound.
+    SouthEast,
+    /// Southbound.
+    South,
+    /// Southwestbound.
+    SouthWest,
+    /// Westbound.
+    West,
+    /// Northwestbound.
+    NorthWest,
+}
+
+impl Heading {
+    /// All of them, clockwise from north.
+    pub const ALL: [Self; 8] = [
+        Self::North,
+        Self::NorthEast,
+        Self::East,
+        Self::SouthEast,
+        Self::South,
+        Self::SouthWest,
+        Self::West,
+        Self::NorthWest,
+    ];
+
+    /// Returns the short name, as in `NBL`.
+    pub fn name(self) -> &'static str {
+        ["NB", "NE", "EB", "SE", "SB", "SW", "WB", "NW"][self as usize]
+    }
+
+    /// Returns the direction with which a name begins, such as that of `NBL` or of the arm `NB Main St`.
+    pub fn begins(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|heading| name.starts_with(heading.name()))
+    }
+
+    /// Returns the direction and the turn of a movement's name, such as `NBL`; `None` for one that is no movement. A
+    /// second left or right (`NBL2`) is one of several exits on that side, and U-turns count as left turns.
+    pub fn of_movement(name: &str) -> Option<(Self, Turn)> {
+        let heading = Self::begins(name)?;
+        let turn = match &name[heading.name().len()..] {
+            "L" | "L2" | "U" => Turn::Left,
+            "T" => Turn::Through,
+            "R" | "R2" => Turn::Right,
+            _ => return None,
+        };
+        Some((heading, turn))
+    }
+
+    /// Returns the direction of travel, degrees clockwise from north.
+    pub fn degrees(self) -> f64 {
+        45.0 * f64::from(self as u8)
+    }
+}
+
+impl Display for Heading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
 
 /// What a movement sees in a phase, from worst to best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -26,6 +26,7 @@ Examples:
   tsc-family run smoke --methods idqn --episodes 20 --set signal.delta_time_s=5 --out results/short
   tsc-family run --sumocfg city/a.sumocfg --sumocfg city/b.sumocfg --methods program,max-pressure
   tsc-family run cartpole --preset tuned --budget 40 --methods ppo,dqn
+  tsc-family run networks/my-network --existing plans.csv --against existing --out results/today
   tsc-family run --budget 40 --assist results/all --methods idqn --out results/idqn
   tsc-family run --budget 80 --until-decided --methods idqn,mplight --out results/decided
   tsc-family run --budget 80 --executor slurm --sbatch cluster.sbatch --out results/slc
@@ -60,8 +61,13 @@ pub struct RunArgs {
     /// to 10]
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub looks: Vec<NonZeroUsize>,
+    /// Plans that the signals have today, for the method existing: a table with a row per phase, or UTDF [default: those of
+    /// the scenario]
+    #[arg(long, value_name = "FILE", conflicts_with = "sumocfg")]
+    pub existing: Option<PathBuf>,
     /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default: those of the run that is in
-    /// --out, else baseline,fixed-time,max-pressure,actuated; for `cartpole` ppo,dqn]
+    /// --out, else baseline,fixed-time,max-pressure,actuated,nema, with --sumocfg also program, with plans also existing;
+    /// for `cartpole` ppo,dqn]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Methods that are not the program's own

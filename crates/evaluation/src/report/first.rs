@@ -5,6 +5,7 @@
 
 use super::sections::About;
 use super::sure::certain;
+use super::today::{relative, today};
 use super::whole::Report;
 use super::words::{Words, limit_in_words};
 use super::{format, policies, rests, text};
@@ -84,7 +85,10 @@ fn with_unit(words: &Words, value: f64) -> String {
 fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
     let Words { instance, amount, noun, .. } = &data.words;
     let others = || data.methods.iter().filter(|m| m.rank.is_some() && m.method != best.method);
-    let rival = if data.reference.is_none() || best.is_reference {
+    let today = today(data);
+    let rival = if today.is_some_and(|today| today.index != best.index) {
+        today
+    } else if data.reference.is_none() || best.is_reference || today.is_some() {
         others().next()
     } else {
         data.methods.iter().find(|m| m.is_reference)
@@ -110,7 +114,10 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
         if difference < 0.0 { "less" } else { "more" },
     );
     let worse = data.direction().is_worse(own, of_rival);
-    let score = best.overall.filter(|_| !data.reference.is_none() && !best.is_reference);
+    let score = match today {
+        Some(_) => relative(data, best, rival),
+        None => best.overall.filter(|_| !data.reference.is_none() && !best.is_reference),
+    };
     text.push_str(&match (score, worse) {
         (Some(score), true) => format!(
             ", but {instance} by {instance} {} on average: it loses where there is much {noun}.",
@@ -128,7 +135,7 @@ fn gain(data: &Report, best: &MethodSummary) -> Vec<String> {
         let points = format::count(points, "point MDP");
         format!("These means are over the {points} on which both have results.")
     }));
-    if !best.is_reference {
+    if !best.is_reference && today.is_none_or(|today| today.index != best.index) {
         sentences.extend(data.sections.says(About::Gain, data));
     }
     sentences

@@ -3,6 +3,7 @@
 use super::first::{AS_MUCH, change};
 use super::format;
 use super::sections::About;
+use super::today;
 use super::whole::Report;
 use super::words::Words;
 use crate::analysis::{Decided, MethodSummary, Pair};
@@ -14,6 +15,9 @@ pub(super) fn headline(data: &Report) -> String {
 
 /// Returns the best method and its score.
 fn verdict(data: &Report) -> String {
+    if let Some(headline) = today::headline(data) {
+        return headline + &unranked(data);
+    }
     let reference = data.reference.in_full();
     let others = data.methods.iter().filter(|m| !m.is_reference && m.overall.is_some()).count();
     match data.best() {

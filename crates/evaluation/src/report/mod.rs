@@ -41,6 +41,7 @@ mod sure;
 pub mod svg;
 pub mod text;
 pub mod titles;
+mod today;
 mod traces;
 mod whole;
 mod words;

@@ -152,6 +152,11 @@ pub struct Look {
 
 /// What a domain adds to a report.
 pub trait Sections: std::fmt::Debug + Sync {
+    /// Returns the method that does what is done today, which the first page compares with; `None` where that is not known.
+    fn today(&self, _data: &Analysis) -> Option<&'static str> {
+        None
+    }
+
     /// Returns what it measures beside the objective.
     fn measures(&self) -> &dyn Measures {
         &NoMeasures

@@ -85,6 +85,8 @@ impl Street {
             lanes_out: 2,
             left_turn_lanes: 1,
             right_turn_lanes: 0,
+            left_storage_m: None,
+            right_storage_m: None,
             speed_mps: mph_to_mps(SPEED_MPH),
             length_m: LENGTH_M,
             inflow_vph: 0.0,
@@ -246,6 +248,8 @@ fn loops() -> String {
 fn stream(from: usize, to: usize, inflow_vph: f64) -> Stream {
     Stream {
         from: format!("in{from}"),
+        upstream: Vec::new(),
+        storage: None,
         inflow_vph,
         arrivals: None,
         heavy_vehicles: None,

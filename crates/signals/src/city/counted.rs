@@ -7,13 +7,15 @@ use toml::{Table, Value};
 
 use super::error::CityError;
 use super::folder::{
-    APPROACHES_FILE, SCENARIO_FILE, networks_folder, scenario_name, write_sources,
+    APPROACHES_FILE, EXISTING_FILE, SCENARIO_FILE, networks_folder, scenario_name, write_sources,
 };
 use super::input::input_file;
 use super::surroundings::{INTERSECTIONS_FILE, STREETS_FILE};
+use crate::existing::{self, NamedPlan, Plans};
 use crate::family::approaches::{Approach, to_csv};
 use crate::family::doubts::Doubt;
 use crate::family::load::{LoadedScenario, Uncounted, from_text};
+use crate::placed::placed;
 use crate::turning::{Joined, Period, TurningCounts};
 use basics::files::{self, beneath, limits, write_atomically};
 use evaluation::family::error::FamilyError;
@@ -28,6 +30,8 @@ pub struct CountedRequest<'a> {
     pub folder: Option<&'a Path>,
     /// Files of counts; none to take the volumes that the approaches have.
     pub files: &'a [PathBuf],
+    /// Plans that its signals have today.
+    pub plans: Option<&'a Plans>,
     /// Other files that it was made from, with what they are.
     pub sources: &'a [(&'static str, PathBuf)],
     /// Periods of the day; none for the busiest hour of all that was counted.
@@ -69,18 +73,34 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
     };
     let joined = with_traffic(joined, request)?;
     let table = to_csv(&joined.approaches);
-    let text = scenario_text(request)?;
     let file = out.join(SCENARIO_FILE).display().to_string();
-    let counted = from_text(&text, &file, &[], &|_| Ok(table.clone()))?;
+    let (mut joined, mut plans) = (joined, None);
+    if let Some(given) = request.plans {
+        let loaded =
+            from_text(&scenario_text(request, false)?, &file, &[], &|_| Ok(table.clone()))?;
+        let found = placed(&loaded, given)?.whole(given)?;
+        joined.doubts.extend(found.left_out());
+        joined.doubts.extend(found.doubts.iter().cloned());
+        let is_shown =
+            |plan: &&NamedPlan| !found.refused.iter().any(|(refused, _)| refused == *plan);
+        let shown: Vec<NamedPlan> = given.all.iter().filter(is_shown).cloned().collect();
+        plans = (!found.of_point.is_empty()).then(|| existing::table::to_csv(&shown));
+    }
+    let text = scenario_text(request, plans.is_some())?;
+    let counted = from_text(&text, &file, &[], &|name| {
+        Ok(plans.clone().filter(|_| name == EXISTING_FILE).unwrap_or_else(|| table.clone()))
+    })?;
     files::make_folder_beneath(out, out)?;
-    for (name, text) in [(APPROACHES_FILE, &table), (SCENARIO_FILE, &text)] {
+    let mut written = vec![(APPROACHES_FILE, &table), (SCENARIO_FILE, &text)];
+    written.extend(plans.as_ref().map(|plans| (EXISTING_FILE, plans)));
+    for (name, text) in &written {
         write_atomically(&out.join(name), text.as_bytes())?;
     }
     let counts = request.files.iter().map(|path| ("turning-counts", path));
     let files = request.sources.iter().map(|(role, path)| (*role, path)).chain(counts);
     let inputs: Vec<_> =
         files.map(|(role, path)| input_file(role, path)).collect::<Result<_, _>>()?;
-    write_sources(out, &inputs, &[(APPROACHES_FILE, &table), (SCENARIO_FILE, &text)])?;
+    write_sources(out, &inputs, &written)?;
     for name in [INTERSECTIONS_FILE, STREETS_FILE] {
         let Some(folder) = request.folder.filter(|folder| folder.join(name).is_file()) else {
             continue;
@@ -138,7 +158,7 @@ fn with_traffic(mut joined: Joined, request: &CountedRequest<'_>) -> Result<Join
 }
 
 /// Returns the text of the scenario that is written.
-fn scenario_text(request: &CountedRequest<'_>) -> Result<String, CityError> {
+fn scenario_text(request: &CountedRequest<'_>, has_plans: bool) -> Result<String, CityError> {
     let mut table: Table = request.uncounted.text.parse().expect("it has been read before");
     table.insert("name".to_owned(), scenario_name(request.out).into());
     for setting in request.overrides {
@@ -147,6 +167,10 @@ fn scenario_text(request: &CountedRequest<'_>) -> Result<String, CityError> {
     let family = table.entry("family").or_insert_with(|| Table::new().into());
     if let Some(family) = family.as_table_mut() {
         family.insert("approaches".to_owned(), APPROACHES_FILE.into());
+        family.remove("existing");
+        if has_plans {
+            family.insert("existing".to_owned(), EXISTING_FILE.into());
+        }
         if let Some(periods) = hours(request.periods) {
             family.insert("periods".to_owned(), periods);
         }

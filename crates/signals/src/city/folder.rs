@@ -15,6 +15,9 @@ pub const SCENARIO_FILE: &str = "scenario.toml";
 /// Name of the table of approaches within a city's folder.
 pub const APPROACHES_FILE: &str = "approaches.csv";
 
+/// Name of the table of existing plans within a city's folder.
+pub const EXISTING_FILE: &str = "existing.csv";
+
 /// Name of the table of point MDPs within a city's folder.
 pub const FAMILY_FILE: &str = "family.csv";
 
@@ -78,7 +81,7 @@ pub(super) fn check(out: &Path) -> Result<(), CityError> {
         serde_json::from_slice(&bytes).unwrap_or_default()
     };
     let (quality, sources) = (read(QUALITY_FILE), read(SOURCES_FILE));
-    for name in [APPROACHES_FILE, SCENARIO_FILE] {
+    for name in [APPROACHES_FILE, SCENARIO_FILE, EXISTING_FILE] {
         let path = out.join(name);
         let known = [&quality, &sources].map(|file| file["written"][name].clone());
         if path.exists() && !known.contains(&sha256_file(&path)?.into()) {

@@ -25,6 +25,8 @@ fn spec(intersection: &Intersection, side: DrivingSide) -> IntersectionSpec {
             lanes_out: arm.lanes_out,
             left_turn_lanes,
             right_turn_lanes,
+            left_storage_m: None,
+            right_storage_m: None,
             speed_mps: mph_to_mps(arm.speed_mph),
             length_m: arm.length_m,
             inflow_vph: 0.0,

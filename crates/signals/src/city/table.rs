@@ -28,6 +28,8 @@ fn rows(site: &Site<'_>, settings: &IntersectionSettings) -> Vec<Approach> {
         lanes_out: arm.lanes_out,
         left_turn_lanes: arm.left_turn_lanes,
         right_turn_lanes: arm.right_turn_lanes,
+        left_storage_m: None,
+        right_storage_m: None,
         speed_mph: rounded(arm.speed_mph),
         length_m: rounded(arm.length_m.clamp(shortest_m, longest_m)),
         aadt_veh_per_day_per_lane: traffic.aadt_per_lane.round(),

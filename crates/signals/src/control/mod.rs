@@ -6,6 +6,7 @@
 pub mod actuated;
 pub mod baseline;
 pub mod dual_ring;
+pub mod existing;
 pub mod fixed_time;
 mod heads;
 pub mod idqn;
@@ -206,6 +207,8 @@ pub enum Drive {
     OwnActuated(f64),
     /// Dual-ring control, which decides every second; see [`nema`].
     DualRing(dual_ring::Config),
+    /// The plan that the signal has today, with its own times; see [`existing`].
+    Existing,
     /// A cycle of green phases with their durations, seconds, without the yellows in between.
     Cycle(Vec<(GreenPhase, f64)>),
 }

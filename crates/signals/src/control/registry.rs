@@ -20,7 +20,8 @@ macro_rules! methods {
             super::mplight::Config,
             super::mplight_star::Config,
             super::mplight_star_resco::Config,
-            super::program
+            super::program,
+            super::existing
         }
     };
 }

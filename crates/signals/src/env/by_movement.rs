@@ -6,6 +6,8 @@
 //!
 //! - **Delay** is that of the objective: time loss and departure delay, until the end for vehicles that have not arrived.
 //! - **Stops** are SUMO's: how often a vehicle came below 0.1 m/s.
+//! - **Green** is what the lights really showed its links, second by second: with the right of way (`G`) and yielding (`g`).
+//! - **Lane group**: movements of an approach that share lanes, directly or through others (HCM, chapter 19).
 //! - **Queue** is the number of vehicles in the detection zone that have halted, on the lane of the movement that has most,
 //!   at every decision. Movements that share a lane share its queue.
 
@@ -19,15 +21,13 @@ use crate::control::LaneObservation;
 use crate::sim::topology::edge;
 use crate::sim::tripinfo::Trip;
 use crate::sim::{Link, Scene, SignalInfo};
+use crate::vocabulary::{Heading, Light};
 
 /// Edges from which and to which a vehicle drives.
 pub type Way = (String, String);
 
 /// Returns the way of every vehicle of an episode by its id, given the seed.
 pub type Ways = Box<dyn Fn(u64) -> BTreeMap<String, Way>>;
-
-/// Short names of directions of travel, clockwise from north.
-const EIGHT: [&str; 8] = ["NB", "NE", "EB", "SE", "SB", "SW", "WB", "NW"];
 
 /// The order in which engineers list directions, and turns.
 const ORDER: ([&str; 8], &str) = (["NB", "SB", "EB", "WB", "NE", "NW", "SE", "SW"], "LTR");
@@ -55,7 +55,52 @@ pub struct MovementTotals {
     pub stops: f64,
     /// Vehicles in the queue at every decision.
     pub queue_veh: Vec<f64>,
+    /// Names of the movements of its lane group, in the order of engineers.
+    pub group: String,
+    /// Lanes from which it can be made, and those of its lane group.
+    pub lanes: [u32; 2],
+    /// Length of its turn lanes where they are shorter than the street, metres.
+    pub storage_m: Option<f64>,
+    /// What its lights showed.
+    pub lights: Lights,
 }
+
+/// What lights showed in an episode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Lights {
+    /// Seconds of green with the right of way.
+    pub protected_s: u32,
+    /// Seconds of green that yields.
+    pub permissive_s: u32,
+    /// How often green began.
+    pub greens: u32,
+    /// All seconds.
+    pub seconds: u32,
+}
+
+impl Lights {
+    /// Takes what is shown for some seconds.
+    fn take(&mut self, light: Light, was: Light, seconds: u32) {
+        self.seconds += seconds;
+        match light {
+            Light::Protected => self.protected_s += seconds,
+            Light::Permissive => self.permissive_s += seconds,
+            Light::Red => return,
+        }
+        self.greens += u32::from(was == Light::Red);
+    }
+
+    /// Adds those of another episode.
+    pub fn add(&mut self, other: Self) {
+        self.protected_s += other.protected_s;
+        self.permissive_s += other.permissive_s;
+        self.greens += other.greens;
+        self.seconds += other.seconds;
+    }
+}
+
+/// Turn lanes that are shorter than their street: edge at the signal, turn, and length in metres.
+pub type Bays = Vec<(String, Turn, f64)>;
 
 /// A movement of a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -67,6 +112,10 @@ struct Movement {
     links: Vec<usize>,
     /// Indices in [`Scene::lanes`].
     lanes: Vec<usize>,
+    turn: Option<Turn>,
+    /// Names of its lane group, and how many lanes that has.
+    group: (String, u32),
+    storage_m: Option<f64>,
 }
 
 /// Collects what an episode is made of.
@@ -74,14 +123,34 @@ struct Movement {
 pub(super) struct ByMovement {
     movements: Vec<Movement>,
     queues_veh: Vec<Vec<f64>>,
+    lights: Vec<(Lights, Light)>,
 }
 
 impl ByMovement {
     /// Returns what collects the movements of a scene, which is that of right-hand traffic.
-    pub(super) fn new(scene: &Scene, side: DrivingSide) -> Self {
-        let movements = movements(scene, side);
+    pub(super) fn new(scene: &Scene, side: DrivingSide, bays: &Bays) -> Self {
+        let mut movements = movements(scene, side);
+        for movement in &mut movements {
+            let own =
+                bays.iter().find(|bay| bay.0 == movement.way.0 && Some(bay.1) == movement.turn);
+            movement.storage_m = own.map(|bay| bay.2);
+        }
         let queues_veh = vec![Vec::new(); movements.len()];
-        Self { movements, queues_veh }
+        let lights = vec![(Lights::default(), Light::Red); movements.len()];
+        Self { movements, queues_veh, lights }
+    }
+
+    /// Takes what a signal shows for some seconds.
+    pub(super) fn show(&mut self, signal: &str, state: &str, seconds: u32) {
+        let of_link =
+            |link: &usize| state.as_bytes().get(*link).map(|c| Light::of_letter((*c).into()));
+        for (movement, (lights, was)) in self.movements.iter().zip(&mut self.lights) {
+            if movement.signal == signal {
+                let light = movement.links.iter().filter_map(of_link).max().unwrap_or(Light::Red);
+                lights.take(light, *was, seconds);
+                *was = light;
+            }
+        }
     }
 
     /// Takes the queues of a decision.
@@ -101,17 +170,25 @@ impl ByMovement {
         trips: &[Trip],
         ways: &BTreeMap<String, Way>,
     ) -> Vec<MovementTotals> {
-        let total = |(m, queue_veh): (&Movement, &mut Vec<f64>)| MovementTotals {
-            from: m.way.0.clone(),
-            to: m.way.1.clone(),
-            name: m.name.clone(),
-            signal: m.signal.clone(),
-            links: m.links.clone(),
-            queue_veh: std::mem::take(queue_veh),
-            ..MovementTotals::default()
-        };
+        let lights = std::mem::take(&mut self.lights);
+        let total =
+            |((m, queue_veh), (lights, _)): ((&Movement, &mut Vec<f64>), (Lights, Light))| {
+                MovementTotals {
+                    from: m.way.0.clone(),
+                    to: m.way.1.clone(),
+                    name: m.name.clone(),
+                    signal: m.signal.clone(),
+                    links: m.links.clone(),
+                    queue_veh: std::mem::take(queue_veh),
+                    group: m.group.0.clone(),
+                    lanes: [m.lanes.len() as u32, m.group.1],
+                    storage_m: m.storage_m,
+                    lights,
+                    ..MovementTotals::default()
+                }
+            };
         let mut totals: Vec<MovementTotals> =
-            self.movements.iter().zip(&mut self.queues_veh).map(total).collect();
+            self.movements.iter().zip(&mut self.queues_veh).zip(lights).map(total).collect();
         for trip in trips {
             let Some((from, to)) = ways.get(&trip.id) else { continue };
             let Some(total) = totals.iter_mut().find(|t| t.from == *from && t.to == *to) else {
@@ -180,7 +257,8 @@ fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
     // Four directions, as long as they tell the approaches of the scene apart.
     let nearest = |heading_deg: f64, parts: usize| {
         let step_deg = 360.0 / parts as f64;
-        (normalise_degrees(heading_deg) / step_deg).round() as usize % parts * (EIGHT.len() / parts)
+        (normalise_degrees(heading_deg) / step_deg).round() as usize % parts
+            * (Heading::ALL.len() / parts)
     };
     let distinct: BTreeSet<usize> = headings.values().map(|deg| nearest(*deg, 4)).collect();
     let parts = if distinct.len() == headings.len() { 4 } else { 8 };
@@ -188,7 +266,7 @@ fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
     let mut movements: Vec<Movement> = found
         .into_iter()
         .map(|(movement, _, turn)| {
-            let direction = EIGHT[nearest(headings[&movement.way.0], parts)];
+            let direction = Heading::ALL[nearest(headings[&movement.way.0], parts)];
             let letter = match turn {
                 Turn::Through => "T",
                 Turn::Left if side.is_right() => "L",
@@ -199,11 +277,30 @@ fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
             let count = named.entry(name.clone()).or_default();
             *count += 1;
             let name = if *count > 1 { format!("{name}{count}") } else { name };
-            Movement { name, ..movement }
+            Movement { name, turn: Some(turn), ..movement }
         })
         .collect();
     movements.sort_by_key(|m| listed_before(&m.name));
+    group(&mut movements);
     movements
+}
+
+/// Gives movements their lane groups.
+fn group(movements: &mut [Movement]) {
+    for index in 0..movements.len() {
+        let mut members = vec![index];
+        let mut lanes: BTreeSet<usize> = movements[index].lanes.iter().copied().collect();
+        while let Some(next) = (0..movements.len()).find(|other| {
+            let m = &movements[*other];
+            !members.contains(other) && m.lanes.iter().any(|lane| lanes.contains(lane))
+        }) {
+            members.push(next);
+            lanes.extend(&movements[next].lanes);
+        }
+        members.sort_unstable();
+        let names: Vec<&str> = members.iter().map(|m| movements[*m].name.as_str()).collect();
+        movements[index].group = (names.join(" "), lanes.len() as u32);
+    }
 }
 
 /// Returns the place of a movement in the order in which engineers list them, by its name.
@@ -248,8 +345,31 @@ mod tests {
     }
 
     #[test]
+    fn movements_that_share_lanes_are_a_group_and_have_the_green_that_is_shown() {
+        let bays = vec![("n".to_owned(), Turn::Left, 45.7), ("n".to_owned(), Turn::Right, 20.0)];
+        let mut by_movement = ByMovement::new(&scene(), DrivingSide::Right, &bays);
+        // Links: right and through of one lane, left of another one, and a through lane of the cross street.
+        for (state, seconds) in [("GGgr", 20), ("yyyr", 4), ("rrrG", 30), ("rrrr", 1), ("rrGr", 5)]
+        {
+            by_movement.show("s", state, seconds);
+            by_movement.show("another", "GGGG", seconds);
+        }
+        let totals = by_movement.finish(&[], &BTreeMap::new());
+        let of = |name: &str| totals.iter().find(|t| t.name == name).unwrap();
+        assert_eq!((of("SBT").group.as_str(), of("SBT").lanes), ("SBT SBR", [1, 1]));
+        assert_eq!((of("SBL").group.as_str(), of("SBL").storage_m), ("SBL", Some(45.7)));
+        assert_eq!((of("SBR").storage_m, of("EBT").storage_m), (Some(20.0), None));
+        let left = Lights { protected_s: 5, permissive_s: 20, greens: 2, seconds: 60 };
+        assert_eq!(of("SBL").lights, left);
+        assert_eq!(
+            of("EBT").lights,
+            Lights { protected_s: 30, permissive_s: 0, greens: 1, seconds: 60 }
+        );
+    }
+
+    #[test]
     fn vehicles_count_in_their_movement_and_queues_on_its_longest_lane() {
-        let mut by_movement = ByMovement::new(&scene(), DrivingSide::Right);
+        let mut by_movement = ByMovement::new(&scene(), DrivingSide::Right, &Bays::new());
         let queue = |queue: f64| LaneObservation { queue, ..LaneObservation::default() };
         by_movement.decide(&[queue(3.0), queue(1.0), queue(0.0)]);
         by_movement.decide(&[queue(0.0), queue(4.0), queue(0.0)]);

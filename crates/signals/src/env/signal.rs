@@ -55,7 +55,7 @@ impl DecisionProgram {
 }
 
 /// Returns the program that a drive needs; `None` for the network's own, for decisions, whose program
-/// the signal's cabinet has, and for dual rings, which are no program.
+/// the signal's cabinet has, for dual rings, which are no program, and for existing plans, which the world has.
 ///
 /// # Errors
 ///
@@ -73,7 +73,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
     };
     let make = |kind, phases| Some(Program { id: INSTALLED.into(), kind, phases });
     Ok(match drive {
-        Drive::OwnProgram | Drive::Decisions | Drive::DualRing(_) => None,
+        Drive::OwnProgram | Drive::Decisions | Drive::DualRing(_) | Drive::Existing => None,
         Drive::OwnEqualSplit(green_s) => make(
             ProgramKind::Static,
             own(&|state, least_s, most_s| {
@@ -104,6 +104,11 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
             make(ProgramKind::Static, cycle(&phases, timing))
         }
     })
+}
+
+/// Returns a program of phases of fixed durations.
+pub fn fixed(phases: Vec<ProgramPhase>) -> Program {
+    Program { id: INSTALLED.into(), kind: ProgramKind::Static, phases }
 }
 
 /// Returns the phase that a fixed cycle is in at a time, and how long it still lasts, seconds, as

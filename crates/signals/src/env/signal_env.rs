@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::control::{Drive, GreenPhase, Observation, SignalSpec};
+use crate::existing::{Control, ExistingPlan};
 use crate::program::RingPhase;
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
@@ -14,14 +15,14 @@ use basics::units::SECONDS_PER_HOUR;
 use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive};
-use super::dual_ring::DualRing;
+use super::dual_ring::{DualRing, fixed_cycle};
 use super::limits::{approach_edges, share_turns};
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
 use super::on_red::OnRed;
 use super::pedestrians::{PedestrianTotals, Pedestrians};
 use super::side::as_right_hand;
-use super::signal::{aligned, program};
+use super::signal::{aligned, fixed, program};
 use super::world::World;
 
 /// State of the decision process after a step.
@@ -64,6 +65,8 @@ pub struct SignalEnv<S> {
     /// Who wants to cross at each signal, where they push buttons.
     pedestrians: Vec<Option<Pedestrians>>,
     seed: u64,
+    /// What signals that run no program show.
+    shown: Vec<String>,
     /// What the others run.
     programs: Vec<Option<Running>>,
     /// Arguments that have SUMO read private copies; `None` before the first episode.
@@ -111,6 +114,7 @@ impl<S: Sim> SignalEnv<S> {
             rings: Vec::new(),
             pedestrians: Vec::new(),
             seed: 0,
+            shown: Vec::new(),
             programs: Vec::new(),
             copies: None,
             at_begin: BTreeMap::new(),
@@ -167,10 +171,11 @@ impl<S: Sim> SignalEnv<S> {
         self.rings = vec![None; self.signals.len()];
         self.seed = seed;
         self.pedestrians = self.draw_pedestrians();
+        self.shown = vec![String::new(); self.signals.len()];
         self.programs = vec![None; self.signals.len()];
         self.time_s = self.world.begin_s;
         self.counts = StepCounts::default();
-        let by_movement = || ByMovement::new(&self.scene, self.world.side);
+        let by_movement = || ByMovement::new(&self.scene, self.world.side, &self.world.bays);
         self.by_movement = (self.collects_movements && self.world.ways.is_some()).then(by_movement);
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
         Ok(())
@@ -306,9 +311,13 @@ impl<S: Sim> SignalEnv<S> {
             let drive = if signal.has_one_green() { &Drive::OwnProgram } else { drive };
             self.cabinets[i] = (*drive == Drive::Decisions)
                 .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
-            let installed = match &self.cabinets[i] {
-                Some(cabinet) => Some(cabinet.program().clone()),
-                None => program(signal, drive)?,
+            let installed = match (&self.cabinets[i], drive) {
+                (Some(cabinet), _) => Some(cabinet.program().clone()),
+                (None, Drive::Existing) => {
+                    let info = &self.scene.signals[i];
+                    existing_cycle(self.world.existing(info)?, &self.scene, info)?
+                }
+                (None, drive) => program(signal, drive)?,
             };
             let installed = installed.map(|program| self.on_red[i].program(program));
             match &installed {
@@ -320,8 +329,27 @@ impl<S: Sim> SignalEnv<S> {
                 }
                 None => self.sim.select(i, &self.scene.signals[i].active_program)?,
             }
-            if let Drive::DualRing(config) = drive {
-                let rings = DualRing::new(&self.scene, &self.scene.signals[i], signal, config);
+            let rings =
+                match drive {
+                    Drive::DualRing(config) => {
+                        Some(DualRing::new(&self.scene, &self.scene.signals[i], signal, config))
+                    }
+                    Drive::Existing if installed.is_none() => {
+                        let info = &self.scene.signals[i];
+                        let plan = self.world.existing(info)?;
+                        let rings = DualRing::existing(&self.scene, info, signal, plan);
+                        Some(rings.map_err(|reason| SimError::Signal {
+                            signal: info.id.clone(),
+                            reason,
+                        })?)
+                    }
+                    _ => None,
+                };
+            if let Some(cabinet) = &self.cabinets[i] {
+                self.shown[i].clone_from(&cabinet.program().phases[0].state);
+            }
+            if let Some(rings) = rings {
+                rings.shown().clone_into(&mut self.shown[i]);
                 self.sim.show(i, &self.on_red[i].shown(rings.shown()))?;
                 self.rings[i] = Some(rings);
             } else if self.cabinets[i].is_none() {
@@ -370,19 +398,26 @@ impl<S: Sim> SignalEnv<S> {
             }
         }
         while left_s > 0 {
-            for (request, cabinet) in self.request.iter_mut().zip(&mut self.cabinets) {
+            for (i, (request, cabinet)) in
+                self.request.iter_mut().zip(&mut self.cabinets).enumerate()
+            {
                 *request = cabinet.as_mut().and_then(Cabinet::due);
+                if let (Some(phase), Some(cabinet)) = (&request, cabinet) {
+                    self.shown[i].clone_from(&cabinet.program().phases[*phase as usize].state);
+                }
             }
             self.set_phases()?;
             let next = self.cabinets.iter().flatten().filter_map(Cabinet::next_s).min();
             let mut seconds = next.map_or(left_s, |next| next.min(left_s));
             if self.rings.iter().any(Option::is_some)
                 || self.pedestrians.iter().any(Option::is_some)
+                || (self.by_movement.is_some() && self.programs.iter().any(Option::is_some))
             {
                 seconds = seconds.min(1);
             }
             self.let_pedestrians_go()?;
             self.run(seconds)?;
+            self.note_lights(seconds)?;
             self.advance_rings(seconds)?;
             self.cabinets.iter_mut().flatten().for_each(|cabinet| cabinet.elapse(seconds));
             left_s -= seconds;
@@ -440,6 +475,28 @@ impl<S: Sim> SignalEnv<S> {
             if let Some(state) = rings.as_mut().and_then(|r| r.second(&self.nearest_m, pedestrians))
             {
                 self.sim.show(i, &self.on_red[i].shown(state))?;
+                state.clone_into(&mut self.shown[i]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes what was shown for some seconds, where results by movement are asked for.
+    fn note_lights(&mut self, seconds: u32) -> Result<(), SimError> {
+        let Some(by_movement) = &mut self.by_movement else { return Ok(()) };
+        if self.programs.iter().any(Option::is_some) {
+            self.sim.observe(&mut self.snapshot)?;
+        }
+        for (i, spec) in self.specs.iter().enumerate() {
+            let state = match &self.programs[i] {
+                None => Some(&self.shown[i]),
+                Some(running) => {
+                    let phases = &running.program.phases;
+                    phases.get(self.snapshot.phases[i] as usize).map(|phase| &phase.state)
+                }
+            };
+            if let Some(state) = state {
+                by_movement.show(&spec.id, state, seconds);
             }
         }
         Ok(())
@@ -518,6 +575,20 @@ impl<S: Sim> SignalEnv<S> {
                 .collect(),
         })
     }
+}
+
+/// Returns the program of an existing plan; `None` for one that sees vehicles.
+fn existing_cycle(
+    plan: &ExistingPlan,
+    scene: &Scene,
+    signal: &SignalInfo,
+) -> Result<Option<Program>, SimError> {
+    if plan.control != Control::Pretimed {
+        return Ok(None);
+    }
+    let phases = fixed_cycle(plan, scene, signal)
+        .map_err(|reason| SimError::Signal { signal: signal.id.clone(), reason })?;
+    Ok(Some(fixed(phases)))
 }
 
 /// Returns what a signal runs: what was installed, or its own program.

@@ -55,6 +55,8 @@ pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
         ways: None,
         side: osm_signals::DrivingSide::Right,
         turn_shares: vec![],
+        bays: Vec::new(),
+        existing: None,
         files: None,
         day_plan: false,
     }

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use osm_signals::DrivingSide;
 
-use super::by_movement::Ways;
+use super::by_movement::{Bays, Ways};
 use super::side::driving_side;
+use crate::existing::ExistingPlan;
+use crate::sim::SignalInfo;
 use crate::sim::copies::copy;
 use crate::sim::error::SimError;
 use crate::sim::intake::Intake;
@@ -36,6 +38,10 @@ pub struct World {
     pub side: DrivingSide,
     /// How vehicles turn, where the demand says so.
     pub turn_shares: Vec<TurnShare>,
+    /// Turn lanes that are shorter than their street.
+    pub bays: Bays,
+    /// The plan that its signal has today, where somebody brought one.
+    pub existing: Option<ExistingPlan>,
     /// Its files, of which SUMO may get private copies; `None` reads them as they are.
     pub files: Option<(SumoConfig, Sources)>,
     /// Whether programs change by the clock as they do in the scenario, which would take signals away from whoever
@@ -93,8 +99,24 @@ impl World {
             ways: None,
             side: driving_side(&intake.config),
             turn_shares: Vec::new(),
+            bays: Bays::new(),
+            existing: None,
             files: Some((intake.config, intake.sources)),
             day_plan: false,
+        })
+    }
+
+    /// Returns the plan that its signal has today.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError::Signal`] without one, and for a plan that was not made for this signal's network.
+    pub(super) fn existing(&self, signal: &SignalInfo) -> Result<&ExistingPlan, SimError> {
+        self.existing.as_ref().ok_or_else(|| SimError::Signal {
+            signal: signal.id.clone(),
+            reason:
+                "no existing plan was given for it; give one with --existing, or run other methods"
+                    .to_owned(),
         })
     }
 

@@ -6,7 +6,7 @@
 //! missing and gets imputed; 0 is a count of no vehicle. What is believed although it is doubtful is named by
 //! [`super::doubts`].
 //!
-//! Optional columns: what was counted by turn ([`Counted`]), and the `period` of the day that the counts are of. An
+//! Optional columns: the lengths of turn lanes ([`STORAGE`]), what was counted by turn ([`Counted`]), and the `period` of the day that the counts are of. An
 //! intersection with rows of several periods is several point MDPs.
 
 mod approach;
@@ -51,6 +51,16 @@ pub const COLUMNS: [&str; 13] = [
     "movements",
 ];
 
+/// Optional columns of the lengths of turn lanes, metres.
+pub const STORAGE: [&str; 2] = ["left_storage_m", "right_storage_m"];
+
+/// Shortest piece of a street upstream of a turn lane, metres: two vehicles. A turn lane that leaves less is as long as the
+/// street.
+pub const LEAST_PIECE_M: f64 = 15.0;
+
+/// Lengths that a turn lane may have, metres.
+const STORAGE_M: std::ops::RangeInclusive<f64> = 5.0..=1000.0;
+
 /// Optional column of the period of the day.
 pub const PERIOD: &str = "period";
 
@@ -88,7 +98,7 @@ fn read_with(
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     let header_line = sheet.header_line();
-    let known = [&COLUMNS[..], &[PERIOD], &VOLUMES, &MANNERS].concat();
+    let known = [&COLUMNS[..], &STORAGE, &[PERIOD], &VOLUMES, &MANNERS].concat();
     let columns = Columns::find(sheet.headers(), &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;
@@ -134,6 +144,10 @@ fn read_with(
 fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, String> {
     let text = |name: &str| row.text(columns.at(name)).to_owned();
     let number = |name: &str| columns.number(row, name);
+    let optional = |name: &str| match columns.get(name) {
+        Some(_) => columns.optional(row, name),
+        None => Ok(None),
+    };
     let placed = |name: &str| !row.text(columns.at(name)).is_empty();
     // A table without places is one of intersections that no map shows.
     let is_placed = placed("latitude") || placed("longitude");
@@ -148,6 +162,8 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, Strin
         lanes_out: columns.whole(row, "lanes_out")?,
         left_turn_lanes: columns.whole(row, "left_turn_lanes")?,
         right_turn_lanes: columns.whole(row, "right_turn_lanes")?,
+        left_storage_m: optional(STORAGE[0])?,
+        right_storage_m: optional(STORAGE[1])?,
         speed_mph: number("speed_mph")?,
         length_m: number("length_m")?,
         aadt_veh_per_day_per_lane: columns.optional_count(row, "aadt_veh_per_day_per_lane")?,
@@ -177,6 +193,19 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
         }
     })?;
     number("length_m", row.length_m, 1.0, 100_000.0)?;
+    for (name, storage_m, lanes) in [
+        (STORAGE[0], row.left_storage_m, row.left_turn_lanes),
+        (STORAGE[1], row.right_storage_m, row.right_turn_lanes),
+    ] {
+        let Some(storage_m) = storage_m else { continue };
+        number(name, storage_m, *STORAGE_M.start(), *STORAGE_M.end())?;
+        if lanes == 0 {
+            let of = name.replace("_storage_m", "_turn_lanes");
+            return Err(format!(
+                "{name} = {storage_m}, but {of} is 0; give the lanes, or leave {name} empty"
+            ));
+        }
+    }
     if let Some(aadt) = row.aadt_veh_per_day_per_lane {
         number("aadt_veh_per_day_per_lane", aadt, 0.0, 1e7)?;
     }
@@ -257,6 +286,21 @@ mod tests {
         assert!(e.ends_with("swap latitude and longitude"), "{e}");
         let e = error("7,A,40,-111,0,2,1,1,0,110,200,9000,lsr\n");
         assert!(e.ends_with("if it is in km/h, multiply the column by 0.621371"), "{e}");
+    }
+
+    #[test]
+    fn storage_lengths_belong_to_turn_lanes() {
+        let error = |row: &str| {
+            let header = HEADER.replace("movements", "movements,left_storage_m,right_storage_m");
+            read(&format!("{header}{row}"), "a.csv").unwrap_err().to_string()
+        };
+        let e = error("7,A,40,-111,0,2,1,1,0,30,200,9000,lsr,60,30\n");
+        assert_eq!(
+            e,
+            "a.csv, line 2: right_storage_m = 30, but right_turn_lanes is 0; give the lanes, or leave right_storage_m empty"
+        );
+        let e = error("7,A,40,-111,0,2,1,1,0,30,200,9000,lsr,1,\n");
+        assert!(e.contains("left_storage_m = 1: expected"), "{e}");
     }
 
     #[test]

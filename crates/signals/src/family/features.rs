@@ -158,6 +158,8 @@ mod tests {
             lanes_out,
             left_turn_lanes: 0,
             right_turn_lanes: 0,
+            left_storage_m: None,
+            right_storage_m: None,
             speed_mph: 30.0,
             length_m: 250.0,
             aadt_veh_per_day_per_lane: aadt,

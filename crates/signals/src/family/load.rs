@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use sheet::Fault;
+use sheet::uneven::is_utdf;
 use toml::Table;
 
 use super::approaches::{self, Approach, Intersection, check_arms};
@@ -11,9 +12,11 @@ use super::describing::describing;
 use super::doubts::{self, Doubt};
 use super::features::{group, per_approach_features, point_id};
 use super::points;
+use crate::existing::{self, Plans};
 use crate::settings::check::check;
 use crate::settings::inflow::InflowSources;
 use crate::settings::{Detail, Preset, Scenario, SixFeatures};
+use crate::vocabulary::Heading;
 use basics::suggest::did_you_mean;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
@@ -40,9 +43,6 @@ const EMBEDDED_TABLES: [(&str, &str); 2] = [
     ("smoke.csv", include_str!("../../../../scenarios/smoke.csv")),
 ];
 
-/// Directions of travel with which the names of arms may begin.
-const HEADINGS: [&str; 8] = ["NB", "NE", "EB", "SE", "SB", "SW", "WB", "NW"];
-
 /// A scenario with its family and what the family was derived from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadedScenario {
@@ -60,6 +60,8 @@ pub struct LoadedScenario {
     pub members: Vec<Vec<usize>>,
     /// What is doubtful in the table, and what of it is changed; nothing for a table that the program carries.
     pub doubts: Vec<Doubt>,
+    /// Plans that its signals have today.
+    pub plans: Option<Plans>,
 }
 
 /// Loads a scenario by path or embedded name.
@@ -91,7 +93,7 @@ pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, F
         }
         return Ok(loaded);
     }
-    let path = existing(name)?;
+    let path = file_that_exists(name)?;
     let text = read_scenario(&path)?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let table = |table: &str| read_text(&folder.join(table));
@@ -107,6 +109,8 @@ pub struct Uncounted {
     pub text: String,
     /// Its intersections; what follows from daily counts may be missing.
     pub intersections: Vec<Intersection>,
+    /// Plans that its signals have today.
+    pub plans: Option<Plans>,
 }
 
 /// Loads a scenario to which turning counts are given: its approaches need no count.
@@ -119,7 +123,7 @@ pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, F
     let (text, file, folder) = match embedded {
         Some((_, text)) => ((*text).to_owned(), format!("{name}.toml (embedded)"), PathBuf::new()),
         None => {
-            let path = existing(name)?;
+            let path = file_that_exists(name)?;
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
             (read_scenario(&path)?, path.display().to_string(), folder)
         }
@@ -142,11 +146,12 @@ pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, F
             .map_err(|e| unreadable(e, &file, "family.approaches", &path))?,
     };
     let intersections = approaches::read_uncounted(&table, &path)?;
-    Ok(Uncounted { scenario, text, intersections })
+    let plans = plans_of(&scenario, &file, &|table| read_text(&folder.join(table)))?;
+    Ok(Uncounted { scenario, text, intersections, plans })
 }
 
 /// Returns the file of a scenario.
-fn existing(name: &str) -> Result<PathBuf, FamilyError> {
+fn file_that_exists(name: &str) -> Result<PathBuf, FamilyError> {
     let path = Path::new(name);
     if !path.exists() {
         let embedded: Vec<_> = EMBEDDED.iter().map(|(n, _)| *n).collect();
@@ -226,6 +231,7 @@ fn with_detail(
     table: &dyn Fn(&str) -> Result<String, FamilyError>,
     detail: Detail,
 ) -> Result<LoadedScenario, FamilyError> {
+    let tables = table;
     let (mut scenario, bins_without_effect) = settings_of(text, file, overrides, detail)?;
     let file = &with_flags(file, overrides);
     check(&scenario, file)?;
@@ -238,14 +244,34 @@ fn with_detail(
             scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
             let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
             doubts.extend(bins_without_effect);
-            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
+            let plans = plans_of(&scenario, file, &tables)?;
+            Ok(LoadedScenario {
+                scenario,
+                text,
+                table,
+                family,
+                intersections,
+                members,
+                doubts,
+                plans,
+            })
         }
         (None, Some(path)) => {
             let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
             let family = points::read(&scenario.name, &table, path)?;
             let members = vec![Vec::new(); family.points.len()];
             let (intersections, doubts) = (vec![], doubts::of_points(&family));
-            Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts })
+            let plans = plans_of(&scenario, file, &tables)?;
+            Ok(LoadedScenario {
+                scenario,
+                text,
+                table,
+                family,
+                intersections,
+                members,
+                doubts,
+                plans,
+            })
         }
         (approaches, _) => Err(FamilyError::Setting {
             file: file.to_owned(),
@@ -256,6 +282,21 @@ fn with_detail(
                 .into(),
         }),
     }
+}
+
+/// Returns the plans that a scenario names.
+fn plans_of(
+    scenario: &Scenario,
+    file: &str,
+    table: &dyn Fn(&str) -> Result<String, FamilyError>,
+) -> Result<Option<Plans>, FamilyError> {
+    let Some(path) = &scenario.family.existing else { return Ok(None) };
+    let text = table(path).map_err(|e| unreadable(e, file, "family.existing", path))?;
+    if is_utdf(text.as_bytes()) {
+        let message = "a network in UTDF, not a table of phases; give it with --existing, or with build-networks --utdf";
+        return Err(at(path, Fault { line: 1, message: message.to_owned() }));
+    }
+    existing::table::read(&text, path).map(Some)
 }
 
 /// Returns what messages call a scenario whose settings are replaced.
@@ -483,7 +524,7 @@ fn streets(intersection: &Intersection) -> Option<String> {
     let mut streets: Vec<&str> = Vec::new();
     for arm in &intersection.arms {
         let (direction, street) = arm.arm.split_once(' ')?;
-        HEADINGS.contains(&direction).then_some(())?;
+        Heading::ALL.iter().any(|h| h.name() == direction).then_some(())?;
         if !streets.contains(&street) {
             streets.push(street);
         }

@@ -22,10 +22,12 @@ use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, Normal};
 use serde::{Deserialize, Serialize};
 
+use super::bays::{Storage, pieces};
 use super::error::NetworkError;
 use super::intersection::IntersectionSpec;
 use super::movements::{ArmMovement, incoming_edge, movements};
 use super::peak::{peaked_s, quartered_s};
+use super::plain::SIGNAL;
 use crate::family::approaches::{Arrivals, Counted};
 use crate::settings::{DemandSettings, SUMO_SIGMA, is_sumo_sigma, is_zero};
 use basics::files::FileError;
@@ -100,8 +102,14 @@ fn sumo_sigma() -> f64 {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stream {
-    /// Edge on which they start.
+    /// Edge on which they come to the signal, and start where there is none before it.
     pub from: String,
+    /// Edges before that, from which they come, in the order in which they drive.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub upstream: Vec<String>,
+    /// Turn lanes that are shorter than the street.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub storage: Option<Storage>,
     /// Rate of the Poisson process, vehicles per hour.
     pub inflow_vph: f64,
     /// When they come within the horizon; `None`: as the peak hour factor of the demand says.
@@ -173,6 +181,13 @@ impl DemandSpec {
             let weight = |turn| counted.map_or_else(|| shares.of(turn), |c| c.turn_vph(turn));
             Ok(Stream {
                 from: incoming_edge(i),
+                upstream: pieces(spec, i, SIGNAL)
+                    .into_iter()
+                    .skip(1)
+                    .map(|p| p.edge)
+                    .rev()
+                    .collect(),
+                storage: Storage::of(&spec.arms[i]),
                 inflow_vph,
                 arrivals: counted.and_then(|c| c.arrivals),
                 heavy_vehicles: counted.and_then(|c| c.heavy_vehicles),
@@ -279,7 +294,12 @@ impl DemandSpec {
         for stream in &self.streams {
             for RouteShare { to, .. } in &stream.routes {
                 let from = &stream.from;
-                push(&mut text, format_args!("<route id=\"{from}-{to}\" edges=\"{from} {to}\"/>"));
+                let upstream: String =
+                    stream.upstream.iter().map(|edge| format!("{edge} ")).collect();
+                push(
+                    &mut text,
+                    format_args!("<route id=\"{from}-{to}\" edges=\"{upstream}{from} {to}\"/>"),
+                );
             }
         }
         for v in vehicles {

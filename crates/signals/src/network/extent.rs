@@ -76,7 +76,7 @@ impl DemandSpec {
             }
             let names = routes.iter().map(|route| &route.to);
             let plain = |c: char| c.is_ascii_alphanumeric() || "_-.#:".contains(c);
-            for name in names.chain([from, depart_lane, depart_speed]) {
+            for name in names.chain(&stream.upstream).chain([from, depart_lane, depart_speed]) {
                 if name.is_empty() || !name.chars().all(plain) {
                     return Err(format!("{name:?} is no name of an edge, a lane or a speed"));
                 }

@@ -29,6 +29,12 @@ pub struct Arm {
     pub left_turn_lanes: u32,
     /// Incoming lanes, among `lanes_in`, from which only a right turn is allowed.
     pub right_turn_lanes: u32,
+    /// Length of the left-turn lanes, metres; `None`: that of the road.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_storage_m: Option<f64>,
+    /// Length of the right-turn lanes, metres; `None`: that of the road.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub right_storage_m: Option<f64>,
     /// Speed limit, metres per second.
     pub speed_mps: f64,
     /// Length of the incoming road, metres.
@@ -87,6 +93,8 @@ impl IntersectionSpec {
             lanes_out: (lanes / 2).max(1),
             left_turn_lanes: left,
             right_turn_lanes: right,
+            left_storage_m: None,
+            right_storage_m: None,
             speed_mps: mph_to_mps(features.speed_mph),
             length_m: features.length_m,
             inflow_vph: features.inflow_vph * (1.0 + approach_spread * steps / 5.0_f64.sqrt()),
@@ -119,12 +127,16 @@ impl Arm {
         });
         let (left_turn_lanes, right_turn_lanes) =
             side.swapped((approach.left_turn_lanes, approach.right_turn_lanes));
+        let (left_storage_m, right_storage_m) =
+            side.swapped((approach.left_storage_m, approach.right_storage_m));
         Self {
             bearing_deg: side.bearing_deg(normalise_degrees(approach.bearing_deg)),
             lanes_in: approach.lanes_in,
             lanes_out: approach.lanes_out,
             left_turn_lanes,
             right_turn_lanes,
+            left_storage_m,
+            right_storage_m,
             speed_mps: mph_to_mps(approach.speed_mph),
             length_m: approach.length_m * settings.length_scale,
             inflow_vph: simulated_inflow_vph(approach, settings),

@@ -5,6 +5,7 @@
 //! [`validate`] checks it, [`demand`] fills it, [`build`] does all of that for a family and
 //! [`index`] notices when a file is altered.
 
+pub mod bays;
 pub mod build;
 pub mod demand;
 pub mod error;

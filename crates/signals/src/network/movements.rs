@@ -137,6 +137,8 @@ pub(crate) mod shapes {
             lanes_out: 2,
             left_turn_lanes: 0,
             right_turn_lanes: 0,
+            left_storage_m: None,
+            right_storage_m: None,
             speed_mps: 13.41,
             length_m: 200.0,
             inflow_vph: 400.0,

@@ -134,7 +134,7 @@ impl Netconvert {
         let layout = layout(spec)?;
         let exit_length_m = settings.exit_length_m;
         write(folder, "p.edg.xml", &plain::edges(spec, &layout, exit_length_m))?;
-        write(folder, "p.con.xml", &plain::connections(&layout))?;
+        write(folder, "p.con.xml", &plain::connections(spec, &layout))?;
 
         let attempt = |corner_m| -> Result<_, NetworkError> {
             let nodes = plain::nodes(spec, &layout, exit_length_m, corner_m, plain::PLAIN);

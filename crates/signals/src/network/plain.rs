@@ -3,6 +3,9 @@
 //! Node `c` is the signal. Arm `k`, clockwise from north, has the incoming edge `in{k}` from node
 //! `n{k}` and the outgoing edge `out{k}` to node `x{k}`, where it has lanes in that direction.
 //!
+//! A street with bays consists of pieces, see [`bays`](super::bays): `in{k}` is the one at the signal, `up{k}` and `far{k}` lie
+//! upstream.
+//!
 //! In left-hand traffic, which netconvert's `--lefthand` builds, the drawing is the mirror image: arms
 //! count anticlockwise, and lanes from the left, as SUMO counts them there.
 //!
@@ -12,9 +15,10 @@
 
 use std::fmt::Write;
 
+use super::bays::{Piece, pieces, ways};
 use super::intersection::{Arm, IntersectionSpec};
 use super::lanes::LaneLayout;
-use super::movements::{incoming_edge, outgoing_edge};
+use super::movements::outgoing_edge;
 use super::phases::ProgramPhase;
 use crate::vocabulary::DEFAULT_LANE_WIDTH_M;
 
@@ -66,6 +70,10 @@ pub fn nodes(
             (format!("n{i}"), arm.lanes_in, arm.length_m),
             (format!("x{i}"), layout.exit_lanes[i], exit_length_m),
         ];
+        let opening = |piece: &Piece| (piece.from.clone(), piece.lanes, piece.begins_m);
+        let street = if arm.lanes_in > 0 { pieces(spec, i, SIGNAL) } else { Vec::new() };
+        let openings = street.iter().rev().skip(1).map(opening);
+        let ends: Vec<_> = ends.into_iter().chain(openings).collect();
         for (id, _, length_m) in ends.iter().filter(|(_, lanes, _)| *lanes > 0) {
             let (sin, cos) = arm.bearing_deg.to_radians().sin_cos();
             let (east, y) = ((length_m + radius_m) * sin, (length_m + radius_m) * cos);
@@ -81,12 +89,15 @@ pub fn nodes(
 pub fn edges(spec: &IntersectionSpec, layout: &LaneLayout, exit_length_m: f64) -> String {
     let mut edges = String::new();
     for (i, arm) in spec.arms.iter().enumerate() {
-        let (node, end) = (format!("n{i}"), format!("x{i}"));
-        let directions = [
-            (incoming_edge(i), node.as_str(), SIGNAL, arm.lanes_in, arm.length_m),
-            (outgoing_edge(i), SIGNAL, end.as_str(), layout.exit_lanes[i], exit_length_m),
-        ];
-        for (id, from, to, lanes, length_m) in directions.into_iter().filter(|d| d.3 > 0) {
+        let end = format!("x{i}");
+        let street = if arm.lanes_in > 0 { pieces(spec, i, SIGNAL) } else { Vec::new() };
+        let incoming = street
+            .iter()
+            .map(|p| (p.edge.clone(), p.from.as_str(), p.to.as_str(), p.lanes, p.length_m));
+        let outgoing =
+            (outgoing_edge(i), SIGNAL, end.as_str(), layout.exit_lanes[i], exit_length_m);
+        let directions = incoming.chain([outgoing]);
+        for (id, from, to, lanes, length_m) in directions.filter(|d| d.3 > 0) {
             let speed_mps = arm.speed_mps;
             line(
                 &mut edges,
@@ -101,7 +112,7 @@ pub fn edges(spec: &IntersectionSpec, layout: &LaneLayout, exit_length_m: f64) -
 }
 
 /// Returns the connections file.
-pub fn connections(layout: &LaneLayout) -> String {
+pub fn connections(spec: &IntersectionSpec, layout: &LaneLayout) -> String {
     let mut connections = String::new();
     for c in &layout.connections {
         let (from, to) = (c.movement.from_edge(), c.movement.to_edge());
@@ -113,6 +124,20 @@ pub fn connections(layout: &LaneLayout) -> String {
                  toLane=\"{to_lane}\"/>"
             ),
         );
+    }
+    for (i, _) in spec.arms.iter().enumerate().filter(|(_, arm)| arm.lanes_in > 0) {
+        for pair in pieces(spec, i, SIGNAL).windows(2) {
+            let (from, to) = (&pair[1].edge, &pair[0].edge);
+            for (from_lane, to_lane) in ways(&pair[1], &pair[0]) {
+                line(
+                    &mut connections,
+                    format_args!(
+                        "<connection from=\"{from}\" to=\"{to}\" fromLane=\"{from_lane}\" \
+                         toLane=\"{to_lane}\"/>"
+                    ),
+                );
+            }
+        }
     }
     document("connections", &connections)
 }
@@ -192,7 +217,7 @@ mod tests {
     #[test]
     fn a_connection_names_edges_and_lanes() {
         let s = spec(&[0.0, 180.0]);
-        let connections = connections(&layout(&s).unwrap());
+        let connections = connections(&s, &layout(&s).unwrap());
         let first = r#"<connection from="in0" to="out1" fromLane="0" toLane="0"/>"#;
         assert!(connections.contains(first), "{connections}");
     }

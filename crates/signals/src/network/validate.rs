@@ -4,6 +4,7 @@
 //! matrix, independently of the geometry that chose the phases: of two links that meet, at most
 //! one may be unconditionally green, and a permissive one must yield.
 
+use super::bays::pieces;
 use super::intersection::IntersectionSpec;
 use super::lanes::{LaneLayout, layout};
 use super::movements::{incoming_edge, outgoing_edge};
@@ -39,11 +40,13 @@ fn check_lanes(
     exit_length_m: f64,
 ) -> Result<(), String> {
     for (i, arm) in spec.arms.iter().enumerate() {
-        let edges = [
-            (incoming_edge(i), arm.lanes_in, arm.length_m),
-            (outgoing_edge(i), layout.exit_lanes[i], exit_length_m),
-        ];
-        for (edge, lanes, length_m) in edges {
+        let street = if arm.lanes_in > 0 { pieces(spec, i, SIGNAL) } else { Vec::new() };
+        let outgoing = (outgoing_edge(i), layout.exit_lanes[i], exit_length_m);
+        let none = (incoming_edge(i), 0, 0.0);
+        let incoming = street.into_iter().map(|p| (p.edge, p.lanes, p.length_m));
+        for (edge, lanes, length_m) in
+            [none].into_iter().filter(|_| arm.lanes_in == 0).chain(incoming).chain([outgoing])
+        {
             let found: Vec<_> = net.lanes.iter().filter(|l| l.edge == edge).collect();
             if found.len() != lanes as usize {
                 return Err(format!("{edge} has {} lanes instead of {lanes}", found.len()));

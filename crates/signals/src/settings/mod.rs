@@ -162,6 +162,10 @@ settings! {
         /// manifests where there is none.
         #[serde(skip_serializing_if = "Option::is_none")]
         periods: Option<BTreeMap<String, f64>> = None;
+        /// Table of the plans that signals have today, relative to the scenario file; the method `existing` runs them. Left
+        /// out of manifests where there is none.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        existing: Option<String> = None;
         /// Sources of the table's inflows, shown on the pages of results. They change no result.
         #[serde(skip_serializing_if = "Option::is_none")]
         inflows: Option<InflowSources> = None;

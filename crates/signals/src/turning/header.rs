@@ -1,57 +1,6 @@
 //! What the columns of a count table hold, by their names.
 
-use std::fmt::Display;
-
-/// A direction of travel: `NB` is northbound, so the vehicles come from the south.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Heading {
-    /// Northbound.
-    North,
-    /// Northeastbound.
-    NorthEast,
-    /// Eastbound.
-    East,
-    /// Southeastbound.
-    SouthEast,
-    /// Southbound.
-    South,
-    /// Southwestbound.
-    SouthWest,
-    /// Westbound.
-    West,
-    /// Northwestbound.
-    NorthWest,
-}
-
-impl Heading {
-    /// All of them, clockwise from north.
-    pub const ALL: [Self; 8] = [
-        Self::North,
-        Self::NorthEast,
-        Self::East,
-        Self::SouthEast,
-        Self::South,
-        Self::SouthWest,
-        Self::West,
-        Self::NorthWest,
-    ];
-
-    /// Returns the short name, as in `NBL`.
-    pub fn name(self) -> &'static str {
-        ["NB", "NE", "EB", "SE", "SB", "SW", "WB", "NW"][self as usize]
-    }
-
-    /// Returns the direction of travel, degrees clockwise from north.
-    pub fn degrees(self) -> f64 {
-        45.0 * f64::from(self as u8)
-    }
-}
-
-impl Display for Heading {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
+pub use crate::vocabulary::Heading;
 
 /// Where vehicles go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -206,7 +206,7 @@ impl TurningCounts {
 }
 
 /// Returns a name as it is compared: without case, leading zeros, and what separates words.
-fn comparable(id: &str) -> String {
+pub(crate) fn comparable(id: &str) -> String {
     let plain = safe_id(&id.to_lowercase());
     if plain.chars().all(|c| c.is_ascii_digit()) {
         plain.trim_start_matches('0').to_owned()

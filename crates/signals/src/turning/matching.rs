@@ -15,11 +15,11 @@ const CLOSE_DEG: f64 = 12.0;
 
 /// The arms of directions.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Matching {
+pub(crate) struct Matching {
     /// Per direction its arm, if there is one.
-    pub(super) arms: Vec<Option<usize>>,
+    pub(crate) arms: Vec<Option<usize>>,
     /// Whether another assignment is nearly as good, as at an intersection whose streets lie at 45 degrees.
-    pub(super) is_ambiguous: bool,
+    pub(crate) is_ambiguous: bool,
 }
 
 /// Returns the arms from which vehicles travel in these directions: each arm once, with the least sum of squared
@@ -28,7 +28,7 @@ pub(super) struct Matching {
 /// # Arguments
 ///
 /// * `bearings_deg` — from the centre to each arm that leads to the signal.
-pub(super) fn matching(headings: &[Heading], bearings_deg: &[f64]) -> Matching {
+pub(crate) fn matching(headings: &[Heading], bearings_deg: &[f64]) -> Matching {
     let mut search = Search { headings, bearings_deg, all: Vec::new() };
     search.extend(&mut Vec::new(), 0.0);
     search.all.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -6,6 +6,7 @@
 //!
 //! [`Utdf::intersections`] makes approaches of it.
 
+mod plans;
 mod streets;
 mod tables;
 
@@ -14,11 +15,14 @@ use std::path::Path;
 use sheet::uneven::{self, is_utdf};
 use sheet::{Fault, file};
 
+use crate::existing::{Plans, table};
+use crate::family::doubts::Doubt;
 use crate::family::load::Uncounted;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::safe_id;
 pub use streets::Converted;
+use streets::NO_PLAN;
 use tables::Tables;
 
 /// A network in UTDF, from one or more files.
@@ -80,7 +84,8 @@ impl Utdf {
         );
         let scenario = toml::from_str(&text).expect("the text is a scenario");
         let intersections = converted.intersections.clone();
-        Ok((Uncounted { scenario, text, intersections }, converted))
+        let plans = Some(converted.plans.clone()).filter(|plans| !plans.all.is_empty());
+        Ok((Uncounted { scenario, text, intersections, plans }, converted))
     }
 
     /// Checks that what makes intersections is there.
@@ -95,6 +100,38 @@ impl Utdf {
         );
         Err(at(&self.file, Fault { line: 1, message }))
     }
+}
+
+/// Reads the plans that signals have today: a table of phases, or UTDF, of which all but the plans is passed over.
+///
+/// # Errors
+///
+/// [`FamilyError::Csv`] with file and line: neither of the two, no plan that can be shown.
+pub fn read_plans(path: &Path) -> Result<(Plans, Vec<Doubt>), FamilyError> {
+    let file = path.display().to_string();
+    let wrong = |message: String| at(&file, Fault { line: 1, message });
+    let bytes = file::read(path, file::TABLE_BYTES).map_err(|e| wrong(e.to_string()))?;
+    if is_utdf(&bytes) {
+        let Converted { plans, doubts, .. } = Utdf::read(&[path])?.intersections()?;
+        let doubts: Vec<Doubt> =
+            doubts.into_iter().filter(|doubt| doubt.brief().starts_with(NO_PLAN)).collect();
+        if plans.all.is_empty() {
+            let why = doubts
+                .first()
+                .map_or_else(|| "it has no section [Phases]".to_owned(), Doubt::brief);
+            return Err(wrong(format!(
+                "no plan that can be shown: {why}; export the network with its phases, or give a table of phases"
+            )));
+        }
+        return Ok((plans, doubts));
+    }
+    let text = sheet::decode(&bytes).map_err(|fault| at(&file, fault))?;
+    if text.trim_start().starts_with('<') {
+        return Err(wrong(
+            "XML, not a table of phases; programs of SUMO run with --sumocfg, as the method program".to_owned(),
+        ));
+    }
+    Ok((table::read(&text, &file)?, Vec::new()))
 }
 
 #[cfg(test)]

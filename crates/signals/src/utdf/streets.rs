@@ -9,8 +9,7 @@
 //! - **Volumes** are those of the file times its growth, with the peak hour factor and the heavy vehicles of its
 //!   movements. A movement is the turn that leads to its destination. Deviation: of several destinations to one side
 //!   each gets the same share.
-//! - **Control** is not read: phases, splits and offsets have no part in an intersection. A free right turn is a lane at
-//!   the signal.
+//! - **Control** has no part in an intersection; see [`plans`](super::plans). A free right turn is a lane at the signal.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,10 +20,12 @@ use osm_signals::turn::exits;
 use sheet::Fault;
 
 use super::Utdf;
+use super::plans::Names;
 use super::tables::{Cell, Cells, Node, Records};
+use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{Approach, Arrivals, Counted, Intersection, check_arms, gathered};
 use crate::family::doubts::Doubt;
-use crate::turning::header::Heading;
+use crate::vocabulary::Heading;
 use basics::units::{FOOT_M, KMH_TO_MPH};
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
@@ -45,17 +46,26 @@ const DEFAULT_MPH: f64 = 30.0;
 /// Length where a link has none, feet.
 const DEFAULT_FT: f64 = 1000.0;
 
+/// Lengths of bays that are simulated, metres.
+const LEAST_STORAGE_M: f64 = 5.0;
+const MOST_STORAGE_M: f64 = 1000.0;
+
 /// Fewest links of a signal: with two there is nothing to decide.
 const MIN_LINKS: usize = 3;
 
 /// Least angle between two arms, degrees: nearer ones have no junction between them.
 const MIN_ANGLE_DEG: f64 = 5.0;
 
+/// What is said of plans that a file has and nobody can show.
+pub(super) const NO_PLAN: &str = "plans that cannot be shown are left out";
+
 /// Most bends that a street goes through.
 const MOST_BENDS: usize = 20;
 
 /// Records that are read, in lower case.
-const READ: [&str; 16] = [
+const READ: [&str; 18] = [
+    "storage",
+    "stlanes",
     "up id",
     "lanes",
     "name",
@@ -83,6 +93,8 @@ pub struct Converted {
     pub found: Vec<String>,
     /// What is doubtful, and what is not used.
     pub doubts: Vec<Doubt>,
+    /// The plans that they have today.
+    pub plans: Plans,
 }
 
 /// What is said of single intersections.
@@ -96,11 +108,14 @@ struct Said {
     no_exit: Vec<String>,
     no_lane: Vec<String>,
     renamed: Vec<String>,
+    no_bay: Vec<String>,
+    part_of_bay: Vec<String>,
     shared_right: Vec<String>,
     shared_left: Vec<String>,
     left_out: Vec<String>,
     several_exits: Vec<String>,
     one_controller: Vec<String>,
+    no_plan: Vec<String>,
 }
 
 /// A movement of a lane group.
@@ -114,6 +129,8 @@ struct Movement {
     volume_vph: f64,
     peak_hour_factor: Option<f64>,
     heavy: Option<f64>,
+    /// Length of its bay, metres, and how many of its lanes are in it.
+    storage: Option<(f64, Option<u32>)>,
 }
 
 impl Utdf {
@@ -126,12 +143,13 @@ impl Utdf {
         self.check_network().map_err(|message| at(&self.file, Fault { line: 1, message }))?;
         let mut said = Said::default();
         let mut rows = Vec::new();
+        let mut plans = Plans { file: self.file.clone(), is_utdf: true, all: Vec::new() };
         let mut with_volumes = 0;
         let signals: Vec<&Node> =
             self.tables.nodes.iter().filter(|node| self.is_signal(node)).collect();
         for node in &signals {
             let made = self.signal(node, &mut said).map_err(|fault| at(&self.file, fault))?;
-            let Some(arms) = made else { continue };
+            let Some((arms, names)) = made else { continue };
             let total: f64 = arms.iter().filter_map(|a| a.counted).map(|c| c.total_vph()).sum();
             with_volumes += usize::from(total > 0.0);
             let total_lanes =
@@ -152,6 +170,16 @@ impl Utdf {
                 continue;
             }
             rows.push(intersection);
+            match self.plan(&node.id, &names).map_err(|fault| at(&self.file, fault))? {
+                None => {}
+                Some(Err(reason)) => said.no_plan.push(format!("node {}: {reason}", node.id)),
+                Some(Ok(plan)) => plans.all.push(NamedPlan {
+                    intersection: node.id.clone(),
+                    period: String::new(),
+                    plan,
+                    line: node.line,
+                }),
+            }
         }
         if rows.is_empty() {
             let mut message = format!(
@@ -163,15 +191,19 @@ impl Utdf {
             }
             return Err(at(&self.file, Fault { line: 1, message }));
         }
+        let of_plans = match plans.all.len() {
+            0 => String::new(),
+            count => format!(", {count} with a plan"),
+        };
         let found = vec![format!(
-            "UTDF: {} of {} signals, {with_volumes} with volumes; {} nodes",
+            "UTDF: {} of {} signals, {with_volumes} with volumes{of_plans}; {} nodes",
             rows.len(),
             signals.len(),
             self.tables.nodes.len()
         )];
         let mut doubts = said.doubts();
         doubts.extend(self.unused());
-        Ok(Converted { intersections: rows, found, doubts })
+        Ok(Converted { intersections: rows, found, doubts, plans })
     }
 
     /// Checks the defaults of the network.
@@ -199,8 +231,12 @@ impl Utdf {
         }
     }
 
-    /// Returns the rows of a signal; `None` if it is left out.
-    fn signal(&self, node: &Node, said: &mut Said) -> Result<Option<Vec<Approach>>, Fault> {
+    /// Returns the rows of a signal, and the movements that its columns are; `None` if it is left out.
+    fn signal(
+        &self,
+        node: &Node,
+        said: &mut Said,
+    ) -> Result<Option<(Vec<Approach>, Names)>, Fault> {
         let id = &node.id;
         let none = Cells::new();
         let link =
@@ -240,6 +276,7 @@ impl Utdf {
             return Ok(None);
         }
         let mut arms = Vec::new();
+        let mut names = Names::new();
         for (i, (heading, other)) in up.iter().enumerate() {
             let own: Vec<&Movement> = movements.iter().filter(|m| m.heading == *heading).collect();
             let others = (0..ids.len()).filter(|j| *j != i && lanes_out[*j] > 0);
@@ -280,6 +317,8 @@ impl Utdf {
                 bearing_deg: bearings[i],
                 lanes_in: own.iter().map(|m| m.lanes).sum(),
                 lanes_out: lanes_out[i],
+                left_storage_m: None,
+                right_storage_m: None,
                 left_turn_lanes: left,
                 right_turn_lanes: right,
                 speed_mph,
@@ -292,9 +331,32 @@ impl Utdf {
                 imputed: false,
             };
             give(&mut arm, &own, &ways, said);
+            for m in own.iter().filter(|m| m.lanes > 0) {
+                let Some((storage_m, lanes)) = m.storage else { continue };
+                let (bay, own_lanes) = match ways.turn(m).unwrap_or(m.turn) {
+                    Turn::Left => (&mut arm.left_storage_m, arm.left_turn_lanes),
+                    Turn::Right => (&mut arm.right_storage_m, arm.right_turn_lanes),
+                    Turn::Through => continue,
+                };
+                let at = format!("node {id}, {}", m.column);
+                if own_lanes == 0 || !(LEAST_STORAGE_M..=MOST_STORAGE_M).contains(&storage_m) {
+                    said.no_bay.push(format!("{at}: {storage_m:.0} m"));
+                    continue;
+                }
+                if lanes.is_some_and(|lanes| lanes < m.lanes) {
+                    said.part_of_bay.push(at);
+                }
+                *bay = Some(bay.unwrap_or_default().max(storage_m));
+            }
+            for m in own {
+                let exists = |turn: &Turn| arm.movements.contains(letter(*turn));
+                if let Some(turn) = ways.turn(m).filter(exists) {
+                    names.insert(m.column.clone(), (*heading, turn));
+                }
+            }
             arms.push(arm);
         }
-        Ok(Some(arms))
+        Ok(Some((arms, names)))
     }
 
     /// Returns the direction from a node to another, degrees clockwise from north.
@@ -422,16 +484,26 @@ impl Utdf {
         let of = |records: &Records, name: &str| -> Cells {
             records.get(&(name.to_owned(), id.to_owned())).cloned().unwrap_or_default()
         };
-        let [lanes, shared, to, volumes, growth, factors, heavy] =
-            ["lanes", "shared", "dest node", "volume", "growth", "phf", "heavyvehicles"]
-                .map(|name| of(&self.tables.lanes, name));
+        let [lanes, shared, to, volumes, growth, factors, heavy, storage, in_bay] = [
+            "lanes",
+            "shared",
+            "dest node",
+            "volume",
+            "growth",
+            "phf",
+            "heavyvehicles",
+            "storage",
+            "stlanes",
+        ]
+        .map(|name| of(&self.tables.lanes, name));
+        let unit_m = if self.tables.is_metric() { 1.0 } else { FOOT_M };
         let default =
             |name: &str| self.tables.network.get(name).and_then(|v| v.parse::<f64>().ok());
         let columns: BTreeSet<&String> =
             lanes.keys().chain(volumes.keys()).chain(to.keys()).collect();
         let mut movements = Vec::new();
         for column in columns {
-            let Some((heading, turn)) = movement(column) else { continue };
+            let Some((heading, turn)) = Heading::of_movement(column) else { continue };
             let optional = |cells: &Cells, name: &str| {
                 cells.get(column).map(|cell| number(cell, name)).transpose()
             };
@@ -457,7 +529,13 @@ impl Utdf {
             let factor = range(&factors, "phf", 0.25, 1.0)?.or_else(|| default("phf"));
             let percent =
                 range(&heavy, "heavyvehicles", 0.0, 100.0)?.map(|percent| percent / 100.0);
+            let bay_m =
+                range(&storage, "storage", 0.0, MOST_LENGTH_M)?.map(|length| length * unit_m);
+            let in_bay = in_bay.get(column).map(|cell| whole(cell, "stlanes")).transpose()?;
             movements.push(Movement {
+                storage: bay_m
+                    .filter(|m| *m > 0.0 && in_bay != Some(0))
+                    .map(|m| ((m * 10.0).round() / 10.0, in_bay)),
                 column: column.clone(),
                 heading,
                 turn,
@@ -477,16 +555,17 @@ impl Utdf {
     /// Returns what of the file is not used.
     fn unused(&self) -> Option<Doubt> {
         let tables = &self.tables;
-        let records = tables.links.keys().chain(tables.lanes.keys()).map(|(name, _)| name.clone());
-        let mut names: BTreeSet<String> =
-            records.filter(|name| !READ.contains(&name.as_str())).collect();
+        let is_read = |name: &String| {
+            READ.contains(&name.as_str()) || super::plans::READ.contains(&name.as_str())
+        };
+        let streets = tables.links.keys().chain(tables.lanes.keys());
+        let timing = tables.phases.keys().chain(tables.timeplans.keys());
+        let mut names: BTreeSet<String> = streets
+            .chain(timing)
+            .map(|(name, _)| name.clone())
+            .filter(|name| !is_read(name))
+            .collect();
         names.extend(tables.unknown.iter().cloned());
-        if !tables.phases.is_empty() {
-            names.insert("[Phases]".to_owned());
-        }
-        if !tables.timeplans.is_empty() {
-            names.insert("[Timeplans]".to_owned());
-        }
         let names: Vec<String> = names.into_iter().collect();
         (!names.is_empty())
             .then(|| Doubt::whole(format!("records that are not used: {}", names.join(", "))))
@@ -561,11 +640,7 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
         if m.lanes == 0 && m.volume_vph > 0.0 && !shares(m) {
             said.no_lane.push(lost(m));
         }
-        letters.insert(match turn {
-            Turn::Left => 'l',
-            Turn::Through => 's',
-            Turn::Right => 'r',
-        });
+        letters.insert(letter(turn));
         *volumes.entry(turn).or_default() += m.volume_vph;
         total += m.volume_vph;
         peaks += m.volume_vph / m.peak_hour_factor.unwrap_or(1.0);
@@ -594,6 +669,15 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
     });
 }
 
+/// Returns the letter of a turn in the table of approaches.
+fn letter(turn: Turn) -> char {
+    match turn {
+        Turn::Left => 'l',
+        Turn::Through => 's',
+        Turn::Right => 'r',
+    }
+}
+
 fn words(turn: Turn) -> &'static str {
     match turn {
         Turn::Left => "left",
@@ -602,19 +686,7 @@ fn words(turn: Turn) -> &'static str {
     }
 }
 
-/// Returns the direction and the turn of a movement's column; `None` for one that is no movement.
-fn movement(column: &str) -> Option<(Heading, Turn)> {
-    let heading = Heading::ALL.into_iter().find(|h| column.starts_with(h.name()))?;
-    let turn = match &column[heading.name().len()..] {
-        "L" | "L2" | "U" => Turn::Left,
-        "T" => Turn::Through,
-        "R" | "R2" => Turn::Right,
-        _ => return None,
-    };
-    Some((heading, turn))
-}
-
-fn number(cell: &Cell, record: &str) -> Result<f64, Fault> {
+pub(super) fn number(cell: &Cell, record: &str) -> Result<f64, Fault> {
     let number = cell.text.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| {
         Fault::new(cell.line, format!("{record} = {:?}: expected a number", cell.text))
@@ -667,7 +739,16 @@ impl Said {
                 self.no_lane,
             ),
             ("a lane that left and right turns share serves right turns only", self.shared_right),
+            (
+                "storage lengths of movements without turn lanes of their own, or out of range, are not used",
+                self.no_bay,
+            ),
+            (
+                "bays have fewer lanes than turn there; all lanes of the turn are as long as the bay",
+                self.part_of_bay,
+            ),
             ("nodes of one controller are simulated apart", self.one_controller),
+            (NO_PLAN, self.no_plan),
         ];
         doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
     }

@@ -1,6 +1,7 @@
 //! Tests of reading UTDF.
 
 use super::*;
+use crate::existing::{Control, NamedPlan, Recall};
 use crate::family::approaches::{Arrivals, to_csv};
 
 const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
@@ -24,7 +25,7 @@ fn said(converted: &Converted) -> String {
 #[test]
 fn signals_become_intersections_with_lanes_lengths_and_volumes() {
     let converted = read(TWO).intersections().unwrap();
-    assert_eq!(converted.found, ["UTDF: 2 of 2 signals, 2 with volumes; 8 nodes"]);
+    assert_eq!(converted.found, ["UTDF: 2 of 2 signals, 2 with volumes, 2 with a plan; 8 nodes"]);
     let [one, two] = &converted.intersections[..] else { panic!() };
     let arm = |i: usize| &one.arms[i];
     let names: Vec<&str> = one.arms.iter().map(|a| a.arm.as_str()).collect();
@@ -47,12 +48,20 @@ fn signals_become_intersections_with_lanes_lengths_and_volumes() {
         (counted.heavy_vehicles, counted.arrivals),
         (Some(0.03), Some(Arrivals::PeakHourFactor(0.92)))
     );
+    // Bays of 150, 250 and 200 ft.
+    let bays: Vec<_> = one.arms.iter().map(|a| (a.left_storage_m, a.right_storage_m)).collect();
+    assert_eq!(
+        bays,
+        [(Some(45.7), None), (Some(76.2), Some(61.0)), (Some(45.7), None), (Some(61.0), None)]
+    );
     // The T: no southern exit for the eastbound through lane, and a street with a bend.
     let letters: Vec<&str> = two.arms.iter().map(|a| a.movements.as_str()).collect();
     assert_eq!(letters, ["lr", "sr", "ls"]);
     assert_eq!(two.arms[2].length_m, ((1000.0_f64 + 800.0) * 3.048).round() / 10.0);
     assert!(
-        said(&converted).contains("records that are not used: [Phases], [Timeplans], allow rtor"),
+        said(&converted).contains(
+            "records that are not used: allow rtor, lock timings, master, mingap, pedcalls, peds"
+        ),
         "{}",
         said(&converted)
     );
@@ -170,4 +179,93 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     let two_links = TWO.replace("Up ID,2,21,,1,22", "Up ID,2,,,1,22");
     let said = said(&read(&two_links).intersections().unwrap());
     assert!(said.contains("left out (node 2 has fewer than three links)"), "{said}");
+}
+
+fn plans(text: &str) -> Vec<NamedPlan> {
+    read(text).intersections().unwrap().plans.all
+}
+
+#[test]
+fn phases_and_times_become_existing_plans() {
+    let plans = plans(TWO);
+    let one = &plans[0].plan;
+    assert_eq!((one.control, one.cycle_s, one.offset_s), (Control::Coordinated, Some(100.0), 0.0));
+    assert_eq!((&one.reference[..], one.sum_s()), (&[2, 6][..], 100.0));
+    let phase = |number: u32| one.phases.iter().find(|p| p.number == number).unwrap();
+    let main = phase(2);
+    assert_eq!((main.barrier, main.ring, main.position), (1, 1, 2));
+    assert_eq!(
+        (&main.movements[..], &main.yielding[..]),
+        (&["EBT".to_owned()][..], &["EBL".to_owned(), "EBR".to_owned()][..])
+    );
+    assert_eq!([main.min_green_s, main.max_green_s, main.passage_s], [15.0, 34.0, 3.0]);
+    assert_eq!([main.yellow_s, main.all_red_s], [4.3, 1.2]);
+    assert_eq!((main.walk_s, main.recall, main.dual_entry), (Some([7.0, 14.0]), Recall::Max, true));
+    assert_eq!((phase(5).movements.clone(), phase(5).walk_s), (vec!["EBL".to_owned()], None));
+    let two = &plans[1].plan;
+    let numbers: Vec<u32> = two.phases.iter().map(|p| p.number).collect();
+    assert_eq!((numbers, two.offset_s), (vec![1, 2, 6, 8], 32.0));
+}
+
+#[test]
+fn a_plan_follows_the_movements_and_not_their_names() {
+    let text = TWO
+        .replace("13,1,-1500,0,0", "13,1,-500,1200,0")
+        .replace("11,1,0,1200,0", "11,1,900,1200,0");
+    // The way called a left turn leads straight on, the through one to the right.
+    let plan = &plans(&text)[0].plan;
+    let phase = plan.phases.iter().find(|p| p.number == 3).unwrap();
+    assert_eq!(phase.movements, ["NBT"]);
+}
+
+#[test]
+fn a_plan_that_cannot_be_is_left_out_with_the_reason() {
+    let left_out = |from: &str, to: &str| {
+        let converted = read(&TWO.replace(from, to)).intersections().unwrap();
+        assert_eq!(converted.plans.all.len(), 1, "{to}");
+        assert_eq!(converted.intersections.len(), 2, "the intersection stays");
+        said(&converted)
+    };
+    for (from, to, expected) in [
+        (
+            "Cycle Length,1,100.0",
+            "Cycle Length,1,90.0",
+            "node 1: the cycle is 90 s, but the splits",
+        ),
+        ("Control Type,1,3", "Control Type,1,7", "control type 7 is not known; expected 0 to 3"),
+        ("Phase1,1,3,8", "Phase1,1,9,8", "phase1 of NBL is 9, which has no times in [Phases]"),
+        ("Recall,1,0,3", "Recall,1,0,9", "recall 9 of phase 2 is not known"),
+        ("Yellow,1,3.5", "Yellow,1,35", "phase 1 has a yellow of 35 s; expected 1 to 10 s"),
+        ("BRP,1,111,112", "BRP,1,131,112", "phase 1 is in ring 3"),
+        (
+            "MaxGreen,1,12",
+            "MaxGreen,1,4",
+            "phase 1: the shortest green of 5 s is longer than the longest of 4 s",
+        ),
+    ] {
+        let said = left_out(from, to);
+        assert!(
+            said.contains("plans that cannot be shown are left out") && said.contains(expected),
+            "{said}"
+        );
+    }
+    let e = refused(&TWO.replace("BRP,1,111", "BRP,1,1-1"));
+    assert!(
+        e.contains("BRP of D1 = \"1-1\": expected barrier, ring and position, such as 111"),
+        "{e}"
+    );
+    let e = refused(&TWO.replace("MinGreen,1,5", "MinGreen,1,five"));
+    assert!(e.contains("mingreen = \"five\": expected a number"), "{e}");
+}
+
+#[test]
+fn without_time_plans_a_plan_is_actuated_and_without_phases_there_is_none() {
+    let (before, rest) = TWO.split_once("[Timeplans]").unwrap();
+    let phases = rest.split_once("[Phases]").unwrap().1;
+    let plans = plans(&format!("{before}[Phases]{phases}"));
+    assert_eq!(
+        (plans.len(), plans[0].plan.control, plans[0].plan.cycle_s),
+        (2, Control::Actuated, None)
+    );
+    assert_eq!(read(before).intersections().unwrap().plans.all, []);
 }

@@ -1,8 +1,9 @@
 //! Dual-ring control of one signal: phases from its links, rings that go on every second.
 //!
-//! `links` says what may be green together, `streets` and `plan` make phases of it, `rings` plays them. All are pure; this
-//! file joins them to a scene.
+//! `links` says what may be green together, `streets` and `plan` make phases of it, or `existing` those of a plan that
+//! somebody brings; `rings` plays them. All are pure; this file joins them to a scene.
 
+mod existing;
 mod links;
 mod plan;
 mod rings;
@@ -13,9 +14,12 @@ mod streets;
 mod tests;
 
 use crate::control::dual_ring::Config;
+use crate::existing::ExistingPlan;
 use crate::program::RingPhase;
 use crate::sim::{Scene, SignalInfo};
 
+use self::existing::Wired;
+pub use self::existing::fixed_cycle;
 use self::links::Links;
 use self::plan::Plan;
 use self::rings::{Rings, Seen};
@@ -28,7 +32,6 @@ use crate::timing::WALK_S;
 #[derive(Debug, Clone)]
 pub struct DualRing {
     rings: Rings,
-    passage_s: u32,
     seen: Seen,
 }
 
@@ -54,10 +57,29 @@ impl DualRing {
         let is_generated = signal.programs.iter().any(|program| program.id == PHASES_PROGRAM);
         links.arrows_only = timing.says_left_turns() && is_generated;
         let plan = Plan::new(&links, &derived.own_greens, timing, config);
+        Self::of(links, plan, derived)
+    }
+
+    /// Returns the control of a signal that runs an existing plan and sees vehicles.
+    ///
+    /// # Errors
+    ///
+    /// What of the signal the plan does not serve.
+    pub fn existing(
+        scene: &Scene,
+        signal: &SignalInfo,
+        derived: &DerivedSignal,
+        plan: &ExistingPlan,
+    ) -> Result<Self, String> {
+        let wired = Wired::new(plan, scene, signal)?;
+        let rings = wired.rings(&derived.timing);
+        Ok(Self::of(wired.links, rings, derived))
+    }
+
+    fn of(links: Links, plan: Plan, derived: &DerivedSignal) -> Self {
         let none = vec![false; plan.phases.len()];
         Self {
-            rings: Rings::new(links, plan, timing.clone(), config.passage_s),
-            passage_s: config.passage_s,
+            rings: Rings::new(links, plan, derived.timing.clone()),
             seen: Seen { calls: none.clone(), extends: none, walk_s: Vec::new() },
         }
     }
@@ -82,7 +104,7 @@ impl DualRing {
         for (index, phase) in self.rings.plan().phases.iter().enumerate() {
             let mut on =
                 phase.detectors.iter().filter(|d| nearest_m[d.lane] <= d.reach_m).peekable();
-            self.seen.extends[index] = on.peek().is_some();
+            self.seen.extends[index] = phase.is_full || on.peek().is_some();
             self.seen.calls[index] = on.any(|d| {
                 let served = !d.served_by.is_empty() && self.rings.all_green(&d.served_by);
                 d.calls && !served
@@ -136,7 +158,7 @@ impl DualRing {
                         position: position as u32 + 1,
                         movements,
                         min_green_s: phase.min_s,
-                        passage_s: self.passage_s,
+                        passage_s: phase.passage_s,
                         max_green_s: phase.max_s,
                         yellow_s: phase.change_s.0,
                         all_red_s: phase.change_s.1,
@@ -164,7 +186,7 @@ impl DualRing {
                 self.rings.alone(*index),
                 p.min_s,
                 p.max_s,
-                self.passage_s,
+                p.passage_s,
             )
         };
         let ring = |(number, ring): (usize, &Vec<usize>)| {
@@ -175,7 +197,11 @@ impl DualRing {
             side.iter().enumerate().filter_map(ring).collect::<Vec<_>>().join("; ")
         };
         let sides: Vec<String> = plan.sides.iter().map(side).collect();
-        let kind = if plan.stages { "stages" } else { "two rings" };
+        let kind = match (plan.stages, plan.is_existing) {
+            (true, _) => "stages",
+            (false, true) => "existing plan",
+            (false, false) => "two rings",
+        };
         format!("{kind}: {}", sides.join(" | barrier | "))
     }
 }

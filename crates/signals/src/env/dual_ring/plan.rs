@@ -66,8 +66,29 @@ pub(super) struct Phase {
     pub(super) limit_s: Option<u32>,
     /// Yellow and red after it, where nothing else ends with it, seconds.
     pub(super) change_s: (u32, u32),
+    /// Time without a vehicle after which its green may end, seconds.
+    pub(super) passage_s: u32,
     /// Whether it is served in every cycle.
     pub(super) recall: bool,
+    /// Whether it lasts as if vehicles came all the time.
+    pub(super) is_full: bool,
+    /// Whether it is green beside the other ring where its own ring has no called phase (dual entry).
+    pub(super) enters: bool,
+}
+
+/// A cycle that a plan keeps to. Times are counted from when the first of the coordinated phases may end.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Coordination {
+    /// The cycle, seconds.
+    pub(super) cycle_s: u32,
+    /// Per phase when its green ends at the latest, that of a coordinated one when it may end, seconds.
+    pub(super) ends_s: Vec<u32>,
+    /// Per phase, whether it is coordinated: green until it may end, with or without vehicles.
+    pub(super) holds: Vec<bool>,
+    /// Per phase, whether it may last longer than its longest green until it has to end.
+    pub(super) inhibits_max: Vec<bool>,
+    /// When the coordinated phases begin.
+    pub(super) begins_s: u32,
 }
 
 /// What lies between two barriers: phases per ring, in their order.
@@ -84,6 +105,10 @@ pub(super) struct Plan {
     pub(super) overlaps: Vec<usize>,
     /// Whether the phases are the greens of the signal's own program.
     pub(super) stages: bool,
+    /// Whether it is an existing plan, whose phases have their own yellow and red.
+    pub(super) is_existing: bool,
+    /// The cycle that it keeps to.
+    pub(super) coordination: Option<Coordination>,
 }
 
 impl Plan {
@@ -146,6 +171,8 @@ impl Builder<'_> {
             sides: Vec::new(),
             overlaps: (0..links.count()).filter(is_overlap).collect(),
             stages: false,
+            is_existing: false,
+            coordination: None,
         };
         let mut next_number = 9;
         let crossings = self.crossings(streets);
@@ -240,7 +267,10 @@ impl Builder<'_> {
                 max_s,
                 limit_s,
                 change_s,
+                passage_s: self.config.passage_s,
                 recall,
+                is_full: false,
+                enters: true,
             };
             plan.phases.push(phase);
             side[ring].push(plan.phases.len() - 1);
@@ -265,7 +295,10 @@ impl Builder<'_> {
                 max_s,
                 limit_s,
                 change_s,
+                passage_s: self.config.passage_s,
                 recall: false,
+                is_full: false,
+                enters: false,
             };
             plan.phases.push(phase);
             side[ring].insert(0, plan.phases.len() - 1);
@@ -281,8 +314,14 @@ impl Builder<'_> {
                 states.push(s);
             }
         });
-        let mut plan =
-            Plan { phases: Vec::new(), sides: Vec::new(), overlaps: Vec::new(), stages: true };
+        let mut plan = Plan {
+            phases: Vec::new(),
+            sides: Vec::new(),
+            overlaps: Vec::new(),
+            stages: true,
+            is_existing: false,
+            coordination: None,
+        };
         for (place, state) in states.iter().enumerate() {
             let links: Vec<usize> =
                 (0..self.links.count()).filter(|l| is_green(state, *l)).collect();
@@ -313,7 +352,10 @@ impl Builder<'_> {
                 max_s: self.max_s(self.config.max_green_s, min_s.max(walk_s), limit_s),
                 crossings,
                 limit_s,
+                passage_s: self.config.passage_s,
                 recall,
+                is_full: false,
+                enters: true,
             });
             plan.sides.push([vec![place], Vec::new()]);
         }
@@ -413,7 +455,7 @@ fn plan_min(plan: &Plan, side: &Side) -> u32 {
 }
 
 /// Returns the lanes of some links, ascending.
-fn lanes(links: &Links, of: impl Iterator<Item = usize>) -> Vec<usize> {
+pub(super) fn lanes(links: &Links, of: impl Iterator<Item = usize>) -> Vec<usize> {
     let cars = of.filter_map(|link| links.cars[link].as_ref());
     let mut lanes: Vec<usize> = cars.flat_map(|car| car.lanes.iter().copied()).collect();
     lanes.sort_unstable();
@@ -422,7 +464,7 @@ fn lanes(links: &Links, of: impl Iterator<Item = usize>) -> Vec<usize> {
 }
 
 /// Returns the links that start on a lane.
-fn on_lane(links: &Links, lane: usize) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn on_lane(links: &Links, lane: usize) -> impl Iterator<Item = usize> + '_ {
     let is =
         move |link: &usize| links.cars[*link].as_ref().is_some_and(|c| c.lanes.contains(&lane));
     (0..links.count()).filter(is)

@@ -15,11 +15,15 @@
 //! - a green shorter than its least. A phase begins within a side only if the other ring can wait for it.
 //!
 //! A link that is green in a phase and in the one after it stays green in between, as in every other program here.
+//!
+//! An existing plan has its own yellow and red per phase, and a ring takes those of its phase whatever stays green. Where
+//! it is coordinated, a clock counts the cycle: coordinated phases are green until they may end, others end at the end of
+//! their splits at the latest, and a phase that could not last its least before that is not called until the next cycle.
 
 use osm_signals::Turn;
 
 use super::links::Links;
-use super::plan::Plan;
+use super::plan::{Plan, Side};
 use crate::timing::{Timing, WALK_S};
 
 /// What the detectors of every phase say in a second.
@@ -67,9 +71,10 @@ pub(super) struct Rings {
     links: Links,
     plan: Plan,
     timing: Timing,
-    passage_s: u32,
     side: usize,
     stages: [Stage; 2],
+    /// Time since the first coordinated phase could end, seconds; stands still without a cycle.
+    clock_s: u32,
     green: Vec<bool>,
     /// Yellow that is left per link, seconds.
     yellow_s: Vec<u32>,
@@ -79,21 +84,30 @@ pub(super) struct Rings {
 }
 
 impl Rings {
-    /// Returns the rings of a signal as they begin: the through phases of the main street are green.
-    pub(super) fn new(links: Links, plan: Plan, timing: Timing, passage_s: u32) -> Self {
+    /// Returns the rings of a signal as they begin: the through phases of the main street are green, of a coordinated plan
+    /// the coordinated phases.
+    pub(super) fn new(links: Links, plan: Plan, timing: Timing) -> Self {
         let count = links.count();
-        let stage = |ring: &Vec<usize>| match ring.last() {
-            Some(&phase) => Stage::Green { phase, for_s: 0, gap_s: 0, walk: None },
+        let holds = |phase: &usize| plan.coordination.as_ref().is_some_and(|c| c.holds[*phase]);
+        let has_any = |side: &Side| side.iter().flatten().any(holds);
+        let side = plan.sides.iter().position(has_any).unwrap_or_default();
+        let first = |ring: &Vec<usize>| {
+            let enters = |p: &&usize| plan.phases[**p].enters;
+            let found = ring.iter().find(|p| holds(p)).or_else(|| ring.iter().find(enters));
+            found.or(ring.last()).copied()
+        };
+        let stage = |ring: &Vec<usize>| match first(ring) {
+            Some(phase) => Stage::Green { phase, for_s: 0, gap_s: 0, walk: None },
             None => Stage::Idle,
         };
-        let [first, second] = &plan.sides[0];
+        let [first, second] = &plan.sides[side];
         let stages = [stage(first), stage(second)];
         let mut rings = Self {
             links,
+            clock_s: plan.coordination.as_ref().map_or(0, |c| c.begins_s),
             plan,
             timing,
-            passage_s,
-            side: 0,
+            side,
             stages,
             green: vec![false; count],
             yellow_s: vec![0; count],
@@ -158,6 +172,9 @@ impl Rings {
                 Stage::Change { left_s, .. } => *left_s = left_s.saturating_sub(1),
             }
         }
+        if let Some(coordination) = &self.plan.coordination {
+            self.clock_s = (self.clock_s + 1) % coordination.cycle_s;
+        }
         let clocks = self.yellow_s.iter_mut().chain(&mut self.clearing_s);
         clocks.for_each(|s| *s = s.saturating_sub(1));
     }
@@ -194,11 +211,11 @@ impl Rings {
             let room = |takes_s: u32| {
                 let other = match self.stages[1 - ring] {
                     Stage::Green { phase: other, for_s, .. } => {
-                        for_s + takes_s <= self.plan.phases[other].max_s
+                        takes_s <= self.left_s(other, for_s)
                     }
                     _ => true,
                 };
-                for_s == 0 || (for_s + takes_s <= self.plan.phases[phase].max_s && other)
+                for_s == 0 || (takes_s <= self.left_s(phase, for_s) && other)
             };
             if let Some(takes_s) = seen.walk_s(phase).filter(|s| is_over && room(*s))
                 && let Stage::Green { walk, .. } = &mut self.stages[ring]
@@ -223,6 +240,45 @@ impl Rings {
         self.plan.phases[phase].min_s.max(walk.map_or(0, |(_, end_s)| end_s))
     }
 
+    /// Returns how long a green may still last while another phase is called, seconds.
+    fn left_s(&self, phase: usize, for_s: u32) -> u32 {
+        let max_s = self.plan.phases[phase].max_s.saturating_sub(for_s);
+        let Some(coordination) = &self.plan.coordination else { return max_s };
+        let end_s = coordination.ends_s[phase];
+        let left_s = end_s.saturating_sub(self.clock_s);
+        if coordination.holds[phase] {
+            // One that became green after that moment waits for the next cycle.
+            let may_end = self.clock_s >= end_s && for_s > self.clock_s - end_s;
+            let next_s = (coordination.cycle_s + end_s - self.clock_s) % coordination.cycle_s;
+            return match (may_end, next_s) {
+                (true, _) => 0,
+                (false, 0) => coordination.cycle_s,
+                (false, next_s) => next_s,
+            };
+        }
+        if coordination.inhibits_max[phase] { left_s } else { left_s.min(max_s) }
+    }
+
+    /// Whether a phase is green whoever comes, until the cycle lets it end.
+    fn holds(&self, phase: usize) -> bool {
+        self.plan.coordination.as_ref().is_some_and(|c| c.holds[phase])
+    }
+
+    /// Whether a phase that is called may last its least before the cycle ends it.
+    fn fits(&self, phase: usize) -> bool {
+        let Some(coordination) = &self.plan.coordination else { return true };
+        let change_s = |stage: &Stage| match stage {
+            Stage::Green { phase, .. } => {
+                let (yellow_s, red_s) = self.plan.phases[*phase].change_s;
+                yellow_s + red_s
+            }
+            _ => 0,
+        };
+        let before_s = self.stages.iter().map(change_s).max().unwrap_or_default();
+        let needed_s = self.clock_s + before_s + self.plan.phases[phase].min_s;
+        coordination.holds[phase] || needed_s <= coordination.ends_s[phase]
+    }
+
     /// Whether the phase of a ring may end; a ring without one may.
     fn may_end(&self, ring: usize) -> bool {
         match self.stages[ring] {
@@ -230,7 +286,8 @@ impl Rings {
             Stage::Change { .. } => false,
             Stage::Green { phase, for_s, gap_s, walk } => {
                 let p = &self.plan.phases[phase];
-                for_s >= self.least_s(phase, walk) && (gap_s >= self.passage_s || for_s >= p.max_s)
+                let has_gap = gap_s >= p.passage_s && !self.holds(phase);
+                for_s >= self.least_s(phase, walk) && (has_gap || self.left_s(phase, for_s) == 0)
             }
         }
     }
@@ -241,7 +298,9 @@ impl Rings {
             Stage::Green { phase: p, .. } => *p == phase,
             _ => false,
         };
-        (seen.calls[phase] || self.plan.phases[phase].recall) && !self.stages.iter().any(is_served)
+        (seen.calls[phase] || self.plan.phases[phase].recall)
+            && !self.stages.iter().any(is_served)
+            && self.fits(phase)
     }
 
     /// Returns the phase of a ring to which it can go on within the side.
@@ -263,7 +322,7 @@ impl Rings {
         let (yellow_s, red_s) = self.plan.phases[phase].change_s;
         let walk_s = seen.walk_s(next).unwrap_or(0);
         let needed_s = yellow_s + red_s + self.plan.phases[next].min_s.max(walk_s);
-        for_s + needed_s <= self.plan.phases[other].max_s
+        needed_s <= self.left_s(other, for_s)
     }
 
     /// Lets rings go on within their side, and says whether one did.
@@ -314,9 +373,9 @@ impl Rings {
                 Stage::Idle => {}
                 Stage::Change { .. } => least = false,
                 Stage::Green { phase, for_s, walk, .. } => {
-                    let p = &self.plan.phases[phase];
                     least &= for_s >= self.least_s(phase, walk);
-                    forced |= for_s >= p.max_s && order.last() == Some(&phase);
+                    let is_last = self.plan.is_existing || order.last() == Some(&phase);
+                    forced |= self.left_s(phase, for_s) == 0 && is_last;
                 }
             }
         }
@@ -325,8 +384,11 @@ impl Rings {
         }
         let first = |ring: usize| {
             let order = &self.plan.sides[side][ring];
-            let called = |p: &&usize| seen.calls[**p] || self.plan.phases[**p].recall;
-            order.iter().find(called).or(order.last()).copied()
+            let called =
+                |p: &&usize| (seen.calls[**p] || self.plan.phases[**p].recall) && self.fits(**p);
+            let enters = |p: &&usize| self.plan.phases[**p].enters;
+            let found = order.iter().find(called).or_else(|| order.iter().find(enters));
+            found.or(order.last()).copied()
         };
         let changes = [(0, first(0)), (1, first(1))];
         let again = side == self.side;
@@ -416,12 +478,26 @@ impl Rings {
         changes: &[(usize, Option<usize>)],
         old: &[Option<usize>],
     ) {
+        let change_s = |phase: usize| self.plan.phases[phase].change_s;
+        let longest = |phases: &mut dyn Iterator<Item = usize>| {
+            phases.map(change_s).fold((0, 0), |a, b| (a.0.max(b.0), (a.0 + a.1).max(b.0 + b.1)))
+        };
         let letters = |green: &[bool]| -> String {
             green.iter().map(|green| if *green { 'G' } else { 'r' }).collect()
         };
         let change = self.timing.change(&letters(before), &letters(after));
-        let (yellow_s, total_s) = change.map_or((0, 0), |c| (c.yellow_s, c.total_s()));
+        let of_all = change.map_or((0, 0), |c| (c.yellow_s, c.total_s()));
         for link in (0..before.len()).filter(|l| before[*l] && !after[*l]) {
+            let (yellow_s, total_s) = match self.plan.is_existing {
+                false => of_all,
+                true => {
+                    let ending = || old.iter().flatten().copied();
+                    let own = |phase: &usize| self.plan.phases[*phase].links.contains(&link);
+                    let of_link = longest(&mut ending().filter(own));
+                    // What ends although its phase goes on ends with those that do.
+                    if of_link == (0, 0) { longest(&mut ending()) } else { of_link }
+                }
+            };
             self.yellow_s[link] = yellow_s;
             self.clearing_s[link] = total_s;
         }
@@ -435,8 +511,10 @@ impl Rings {
             let own_s = phase
                 .filter(|phase| phase.links.iter().any(loses))
                 .map_or(0, |phase| phase.change_s.0 + phase.change_s.1);
+            let is_existing = self.plan.is_existing;
+            let whole_s = phase.map_or(0, |phase| phase.change_s.0 + phase.change_s.1);
             if let Stage::Change { left_s, .. } = &mut self.stages[*ring] {
-                *left_s = total_s.max(own_s);
+                *left_s = if is_existing { whole_s } else { of_all.1.max(own_s) };
             }
         }
         self.green = after.to_vec();

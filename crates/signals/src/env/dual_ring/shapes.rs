@@ -89,5 +89,5 @@ pub(super) fn config() -> Config {
 pub(super) fn rings(links: &Links, config: &Config, settings: &SignalSettings) -> Rings {
     let timing = timing(links, settings);
     let plan = Plan::new(links, &links.states, &timing, config);
-    Rings::new(links.clone(), plan, timing, config.passage_s)
+    Rings::new(links.clone(), plan, timing)
 }

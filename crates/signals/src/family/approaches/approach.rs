@@ -26,6 +26,12 @@ pub struct Approach<Count = f64> {
     pub left_turn_lanes: u32,
     /// Incoming lanes from which only a right turn is allowed; among `lanes_in`.
     pub right_turn_lanes: u32,
+    /// Length of the left-turn lanes, metres; `None`: that of the approach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_storage_m: Option<f64>,
+    /// Length of the right-turn lanes, metres; `None`: that of the approach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right_storage_m: Option<f64>,
     /// Speed limit, miles per hour.
     pub speed_mph: f64,
     /// Length of the approach, metres.

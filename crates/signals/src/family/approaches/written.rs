@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Approach, Arrivals, COLUMNS, Intersection, MANNERS, PERIOD, VOLUMES};
+use super::{Approach, Arrivals, COLUMNS, Intersection, MANNERS, PERIOD, STORAGE, VOLUMES};
 
 /// Digits after the point of what was counted, as a power of ten: means of several days have any number.
 const COUNT: f64 = 100.0;
@@ -12,8 +12,13 @@ const COUNT: f64 = 100.0;
 pub fn to_csv(rows: &[Approach]) -> String {
     let has_period = rows.iter().any(|a| !a.period.is_empty());
     let has_counts = rows.iter().any(|a| a.counted.is_some());
+    let has_storage =
+        rows.iter().any(|a| a.left_storage_m.is_some() || a.right_storage_m.is_some());
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut header = COLUMNS.to_vec();
+    if has_storage {
+        header.extend(STORAGE);
+    }
     if has_period {
         header.push(PERIOD);
     }
@@ -42,6 +47,10 @@ pub fn to_csv(rows: &[Approach]) -> String {
             aadt,
             a.movements.clone(),
         ];
+        if has_storage {
+            let length = |m: Option<f64>| m.map_or_else(String::new, |m| format!("{m:?}"));
+            row.extend([a.left_storage_m, a.right_storage_m].map(length));
+        }
         if has_period {
             row.push(a.period.clone());
         }
@@ -113,6 +122,12 @@ mod tests {
         let rows: Vec<Approach> = intersections.iter().flat_map(|i| i.arms.clone()).collect();
         assert_eq!(to_csv(&rows), plain);
         assert_eq!(gathered(rows), intersections);
+        let storage = plain
+            .replace("movements\n", "movements,left_storage_m,right_storage_m\n")
+            .replace("lsr\n", "lsr,45.7,\n")
+            .replace("0.0,\n", "0.0,,,\n");
+        let rows: Vec<Approach> = read(&storage, "a.csv").unwrap().remove(0).arms;
+        assert_eq!((to_csv(&rows), rows[0].left_storage_m), (storage, Some(45.7)));
         let counted = format!(
             "{header},period,left_vph,through_vph,right_vph,peak_hour_factor,quarter_hours,heavy_vehicles\n\
              7,A,,,0.0,2,1,1,0,30.0,200.5,,lsr,am,1,2.33,0,,1 1 1 0.33,0.05\n7,B,,,90.0,2,2,0,0,30.0,90.0,,,am,0,5,0,0.92,,\n"

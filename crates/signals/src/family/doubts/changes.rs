@@ -1,7 +1,7 @@
 //! What of a table of approaches is simulated otherwise than it stands there.
 
 use super::doubt::{Doubt, at_line};
-use crate::family::approaches::{Approach, Intersection};
+use crate::family::approaches::{Approach, Intersection, LEAST_PIECE_M};
 use crate::family::features::{inflow_vph, six_features, uncapped_vph_per_lane};
 use crate::settings::FamilySettings;
 
@@ -57,6 +57,29 @@ pub(super) fn changes(
             u_turn,
         ),
     ];
+    let bays = |a: &Approach| {
+        [(a.left_storage_m, "left"), (a.right_storage_m, "right")]
+            .into_iter()
+            .filter_map(|(m, side)| Some((m?, side)))
+            .collect::<Vec<_>>()
+    };
+    if per_approach {
+        let room_m = |a: &Approach| a.length_m * settings.length_scale - LEAST_PIECE_M;
+        let whole = rows(&|a| {
+            let (m, side) = *bays(a).iter().find(|(m, _)| *m > room_m(a))?;
+            Some(format!("{side}, {m} m of {} m", a.length_m))
+        });
+        doubts.push(Doubt::of(
+            "turn lanes whose storage length is nearly that of the approach are as long as the approach",
+            whole,
+        ));
+    } else {
+        let lost = rows(&|a| bays(a).first().map(|(m, side)| format!("{side}, {m} m")));
+        doubts.push(Doubt::of(
+            "six features have no storage lengths; say detail = \"per-approach\" in [family] to simulate them",
+            lost,
+        ));
+    }
     if !per_approach {
         let turns = rows(&|a| a.counted.map(|c| format!("{:.0} veh/h", c.total_vph())));
         doubts.push(Doubt::of(

@@ -1,0 +1,47 @@
+//! The plan that a signal has today, as the cabinet has it.
+//!
+//! What the plan is comes with the point MDP: `--existing` or `family.existing`, a table of phases or UTDF. A pretimed plan
+//! is a fixed cycle of its splits. An actuated one runs the logic of [`nema`](super::nema) with its own phases and times, a
+//! coordinated one within its cycle.
+//!
+//! Deviation: the plan's own greens, yellow and red hold, not the limits of `[signal]`. It is what the street has, and
+//! other methods are what it might have within the limits.
+//!
+//! Deviation: gap reduction, detectors of the plan, delayed calls and conditional service are not simulated.
+//!
+//! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapters 5 to 7; NEMA TS 2.
+
+use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use evaluation::run::method::{Method, Training};
+use evaluation::settings::setting::NoSettings;
+
+/// The method.
+pub const METHOD: Method = Method {
+    name: "existing",
+    summary: "the plan that the signal has today, given with --existing or UTDF",
+    training: Training::None,
+    default: false,
+    decision_s: 0.0,
+    color: "#875a78",
+    dash: "",
+    settings: NoSettings::SETTINGS,
+};
+
+/// Returns the existing plan.
+pub fn create(_config: &NoSettings, _setup: &Setup) -> Box<dyn Controller> {
+    Box::new(Existing)
+}
+
+/// The existing plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Existing;
+
+impl Controller for Existing {
+    fn name(&self) -> &'static str {
+        METHOD.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        Ok(vec![Drive::Existing; signals.len()])
+    }
+}

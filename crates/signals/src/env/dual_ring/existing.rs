@@ -1,0 +1,496 @@
+//! An existing plan on the links of a signal: as rings that see vehicles, or as a fixed cycle.
+//!
+//! - **Right of way.** A movement shows `G` in the phases that give it the right of way, and `g` where it yields. A right
+//!   turn that the plan gives the right of way beside another movement with it, and that meets it, yields.
+//! - **Detectors** are as those of `nema`: presence at the stop line. A lane belongs to the phases that give one of its
+//!   links the right of way; where none does, to those in which they yield.
+//! - **Pedestrians** take walk and clearance of the plan: in every cycle where every method serves them so, else on recall,
+//!   or when somebody has pushed the button. A fixed cycle is what it is.
+
+use osm_signals::Turn;
+
+use super::links::Links;
+use super::plan::{Coordination, Detector, Phase, Plan, lanes, on_lane};
+use crate::control::dual_ring::Config;
+use crate::existing::{Control, ExistingPlan, Recall, Timed, change_s, nearest_s, schedule};
+use crate::sim::topology::edge;
+use crate::sim::{ProgramPhase, Scene, SignalInfo};
+use crate::timing::{Timing, WALK_S};
+
+/// The plan on the links of a signal.
+pub(super) struct Wired<'a> {
+    plan: &'a ExistingPlan,
+    /// The links, of which the plan is the witness.
+    pub(super) links: Links,
+    /// Per phase its links with the right of way.
+    protected: Vec<Vec<usize>>,
+    /// Per phase its links that yield.
+    yielding: Vec<Vec<usize>>,
+}
+
+impl<'a> Wired<'a> {
+    /// Returns a plan on the links of a signal.
+    ///
+    /// # Errors
+    ///
+    /// What of the signal the plan does not serve.
+    pub(super) fn new(
+        plan: &'a ExistingPlan,
+        scene: &Scene,
+        signal: &SignalInfo,
+    ) -> Result<Self, String> {
+        let of = |names: &[String]| -> Vec<usize> {
+            let ways = || names.iter().filter_map(|name| plan.ways.get(name)).flatten();
+            let is = |link: &usize| {
+                signal.links[*link].iter().any(|l| {
+                    let from = edge(&scene.lanes[l.from_lane].id);
+                    ways().any(|way| (way.0.as_str(), way.1.as_str()) == (from, edge(&l.to_lane)))
+                })
+            };
+            (0..signal.links.len()).filter(is).collect()
+        };
+        let protected: Vec<Vec<usize>> = plan.phases.iter().map(|p| of(&p.movements)).collect();
+        let yielding: Vec<Vec<usize>> = (plan.phases.iter().zip(&protected))
+            .map(|(p, own)| of(&p.yielding).into_iter().filter(|l| !own.contains(l)).collect())
+            .collect();
+        let links = Links::new(scene, signal, Vec::new());
+        let mut wired = Self { plan, links, protected, yielding };
+        let served = |link: usize| {
+            wired.protected.iter().chain(&wired.yielding).any(|links| links.contains(&link))
+        };
+        if let Some(link) =
+            (0..wired.links.count()).find(|l| wired.links.cars[*l].is_some() && !served(*l))
+        {
+            let lane = signal.links[link].first().map_or("", |l| &scene.lanes[l.from_lane].id);
+            return Err(format!(
+                "its existing plan has no phase for link {link}, from lane {lane}"
+            ));
+        }
+        let meet = |a: usize, b: usize| signal.may_meet(a, b);
+        let alone = (0..plan.phases.len()).map(|phase| vec![phase]);
+        let greens = plan.pairs().into_iter().chain(alone);
+        let states = greens.map(|phases| wired.state(&phases, &meet)).collect();
+        wired.links = Links::new(scene, signal, states);
+        Ok(wired)
+    }
+
+    /// Returns what is shown while some phases are green.
+    fn state(&self, phases: &[usize], meet: &dyn Fn(usize, usize) -> bool) -> String {
+        let has = |of: &[Vec<usize>], link: usize| phases.iter().any(|p| of[*p].contains(&link));
+        let approach = |link: usize| self.links.cars[link].as_ref().map(|car| car.approach);
+        let is_right = |link: usize| self.links.turn(link) == Some(Turn::Right);
+        let letter = |link: usize| {
+            let met = |other: usize| {
+                has(&self.protected, other)
+                    && !is_right(other)
+                    && approach(other) != approach(link)
+                    && meet(link, other)
+            };
+            let is_met = || (0..self.links.count()).any(met);
+            match (has(&self.protected, link), has(&self.yielding, link)) {
+                (false, false) => 'r',
+                _ if is_right(link) => {
+                    if is_met() {
+                        'g'
+                    } else {
+                        'G'
+                    }
+                }
+                (true, _) => 'G',
+                (false, true) => 'g',
+            }
+        };
+        (0..self.links.count()).map(letter).collect()
+    }
+
+    /// Returns the plan as rings.
+    pub(super) fn rings(&self, timing: &Timing) -> Plan {
+        let phases = (0..self.plan.phases.len()).map(|phase| self.phase(phase, timing)).collect();
+        Plan {
+            phases,
+            sides: self.plan.sides(),
+            overlaps: Vec::new(),
+            stages: false,
+            is_existing: true,
+            coordination: self.coordination(),
+        }
+    }
+
+    fn phase(&self, index: usize, timing: &Timing) -> Phase {
+        let phase = &self.plan.phases[index];
+        let crossings = self.crossings(index, timing);
+        let in_every_cycle = timing.recalls_pedestrians() || phase.recall == Recall::Ped;
+        let walk_s = phase.walk_s.filter(|_| in_every_cycle).map_or(0, whole_s);
+        let min_s = nearest_s(phase.min_green_s).max(1).max(walk_s);
+        let links = self.all(index);
+        Phase {
+            number: phase.number,
+            serves: "phase",
+            detectors: self.detectors(index),
+            links,
+            crossings,
+            min_s,
+            max_s: nearest_s(phase.max_green_s).max(min_s),
+            limit_s: None,
+            change_s: change_s(phase.yellow_s, phase.all_red_s),
+            passage_s: nearest_s(phase.passage_s),
+            recall: phase.recall != Recall::None || self.is_coordinated(index),
+            is_full: phase.recall == Recall::Max,
+            enters: phase.dual_entry,
+        }
+    }
+
+    fn is_coordinated(&self, index: usize) -> bool {
+        self.plan.control == Control::Coordinated && self.plan.coordinated().contains(&index)
+    }
+
+    /// Returns all links of a phase, ascending.
+    fn all(&self, index: usize) -> Vec<usize> {
+        let mut links = [&self.protected[index][..], &self.yielding[index]].concat();
+        links.sort_unstable();
+        links
+    }
+
+    /// Returns the crosswalks of a phase with the time that they take, seconds: each belongs to the phase with most links
+    /// of those that have a walk.
+    fn crossings(&self, index: usize, timing: &Timing) -> Vec<(usize, u32)> {
+        let state = |phase: usize| -> String {
+            let own = self.all(phase);
+            (0..self.links.count()).map(|l| if own.contains(&l) { 'G' } else { 'r' }).collect()
+        };
+        let owner = |crossing: usize| {
+            let serves = |p: &usize| timing.serves_crossing(&state(*p), crossing);
+            let size = |p: &usize| (self.plan.phases[*p].walk_s.is_some(), self.all(*p).len());
+            (0..self.plan.phases.len()).filter(serves).rev().max_by_key(size)
+        };
+        (0..timing.crossings())
+            .filter(|crossing| owner(*crossing) == Some(index))
+            .map(|crossing| {
+                let walk_s = self.plan.phases[index].walk_s.map(whole_s);
+                (crossing, walk_s.unwrap_or_else(|| timing.crossing_s(crossing)).max(WALK_S))
+            })
+            .collect()
+    }
+
+    fn detectors(&self, index: usize) -> Vec<Detector> {
+        let links = &self.links;
+        let config = Config::default();
+        let own = self.all(index);
+        let mut detectors = Vec::new();
+        for lane in lanes(links, own.iter().copied()) {
+            let of_lane: Vec<usize> = on_lane(links, lane).collect();
+            let has = |of: &Vec<usize>| of_lane.iter().any(|l| of.contains(l));
+            if !has(&self.protected[index]) && self.protected.iter().any(has) {
+                continue;
+            }
+            let is_for = |turn| links.is_lane_for(lane, turn);
+            detectors.push(Detector {
+                lane,
+                reach_m: if is_for(Turn::Left) {
+                    config.left_detector_m
+                } else {
+                    config.detector_m
+                },
+                calls: true,
+                served_by: if is_for(Turn::Right) { of_lane } else { Vec::new() },
+            });
+        }
+        detectors
+    }
+
+    fn coordination(&self) -> Option<Coordination> {
+        if self.plan.control != Control::Coordinated {
+            return None;
+        }
+        let (timed, cycle_s) = schedule(self.plan);
+        let end_s = |t: &Timed| t.begin_s + t.green_s;
+        let coordinated = self.plan.coordinated();
+        let after = |from_s: u32, to_s: u32| (cycle_s + to_s - from_s % cycle_s) % cycle_s;
+        // The coordinated phase that may end first: no other one ends long after it.
+        let first = *coordinated.iter().min_by_key(|c| {
+            let since = |other: &usize| after(end_s(&timed[**c]), end_s(&timed[*other]));
+            coordinated.iter().map(since).max()
+        })?;
+        let zero_s = end_s(&timed[first]);
+        Some(Coordination {
+            cycle_s,
+            ends_s: timed.iter().map(|t| after(zero_s, end_s(t))).collect(),
+            holds: (0..timed.len()).map(|p| coordinated.contains(&p)).collect(),
+            inhibits_max: self.plan.phases.iter().map(|p| p.inhibit_max).collect(),
+            begins_s: after(zero_s, timed[first].begin_s),
+        })
+    }
+
+    /// Returns the plan as a cycle of states.
+    ///
+    /// # Arguments
+    ///
+    /// * `meet` — whether the paths of two links meet.
+    pub(super) fn cycle(&self, meet: &dyn Fn(usize, usize) -> bool) -> Vec<ProgramPhase> {
+        let (timed, cycle_s) = schedule(self.plan);
+        let mut shown: Vec<ProgramPhase> = Vec::new();
+        for second in 0..cycle_s {
+            let state = self.at(second, cycle_s, &timed, meet);
+            match shown.last_mut().filter(|last| last.state == state) {
+                Some(last) => *last = ProgramPhase::fixed(state, last.duration_s + 1.0),
+                None => shown.push(ProgramPhase::fixed(state, 1.0)),
+            }
+        }
+        shown
+    }
+
+    /// Returns what a fixed cycle shows in a second.
+    fn at(
+        &self,
+        second: u32,
+        cycle_s: u32,
+        timed: &[Timed],
+        meet: &dyn Fn(usize, usize) -> bool,
+    ) -> String {
+        let since = |p: usize| (second + cycle_s - timed[p].begin_s % cycle_s) % cycle_s;
+        let all = || 0..timed.len();
+        let lasts_s = |p: usize| timed[p].green_s + timed[p].yellow_s + timed[p].all_red_s;
+        let green: Vec<usize> = all().filter(|p| since(*p) < timed[*p].green_s).collect();
+        let next = |p: usize| {
+            let begins_s = (timed[p].begin_s + lasts_s(p)) % cycle_s;
+            let follows = move |n: &usize| {
+                let same = self.plan.phases[*n].ring == self.plan.phases[p].ring;
+                same && timed[*n].begin_s % cycle_s == begins_s && timed[*n].green_s > 0
+            };
+            all().filter(follows)
+        };
+        let changing = || all().filter(|p| (timed[*p].green_s..lasts_s(*p)).contains(&since(*p)));
+        let mut letters = self.state(&green, meet).into_bytes();
+        for link in 0..letters.len() {
+            let ending: Vec<usize> = changing().filter(|p| self.all(*p).contains(&link)).collect();
+            if letters[link] != b'r' || ending.is_empty() {
+                continue;
+            }
+            // What is green in a phase and in the one after it in its ring stays green.
+            let stays = |p: &usize| next(*p).any(|n| self.all(n).contains(&link));
+            let yellow = |p: &usize| since(*p) < timed[*p].green_s + timed[*p].yellow_s;
+            letters[link] = if ending.iter().any(stays) {
+                let protects = |p: &usize| {
+                    let own = |p: usize| self.protected[p].contains(&link);
+                    own(*p) && next(*p).any(own)
+                };
+                if ending.iter().any(protects) { b'G' } else { b'g' }
+            } else if ending.iter().any(yellow) {
+                b'y'
+            } else {
+                b'r'
+            };
+        }
+        String::from_utf8(letters).expect("letters are ASCII")
+    }
+}
+
+/// Returns walk and clearance together, whole seconds.
+fn whole_s([walk_s, clearance_s]: [f64; 2]) -> u32 {
+    let (walk_s, clearance_s) = change_s(walk_s, clearance_s);
+    walk_s + clearance_s
+}
+
+/// Returns the fixed cycle of a plan on a signal.
+///
+/// # Errors
+///
+/// What of the signal the plan does not serve.
+pub fn fixed_cycle(
+    plan: &ExistingPlan,
+    scene: &Scene,
+    signal: &SignalInfo,
+) -> Result<Vec<ProgramPhase>, String> {
+    Ok(Wired::new(plan, scene, signal)?.cycle(&|a, b| signal.may_meet(a, b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rings::{Rings, Seen};
+    use super::super::shapes::{settings, timing};
+    use super::*;
+    use crate::env::testing::crossing;
+    use crate::existing::testing::plan;
+
+    /// Four arms from the north clockwise, with links right, through, left.
+    fn scene() -> Scene {
+        let lanes: Vec<(String, f64, &str)> = (0..4)
+            .flat_map(|k| {
+                let heading_deg = (180.0 + 90.0 * f64::from(k)) % 360.0;
+                [(format!("in{k}_0"), heading_deg, "rs"), (format!("in{k}_1"), heading_deg, "l")]
+            })
+            .collect();
+        let lanes: Vec<(&str, f64, &str)> =
+            lanes.iter().map(|(id, h, d)| (id.as_str(), *h, *d)).collect();
+        let mut scene = crossing(&lanes, &["GGgrrrGGgrrr"]);
+        let signal = &mut scene.signals[0];
+        for (index, links) in signal.links.iter_mut().enumerate() {
+            links[0].to_lane = format!("out{}_0", (index / 3 + [3, 2, 1][index % 3]) % 4);
+        }
+        // Left turns meet the opposing through and right-turning traffic, nothing else that is green together.
+        let mut meets = vec![vec![false; 12]; 12];
+        for left in [2, 5, 8, 11] {
+            for other in [(left + 5) % 12, (left + 4) % 12] {
+                (meets[left][other], meets[other][left]) = (true, true);
+            }
+        }
+        signal.meets = meets;
+        scene
+    }
+
+    fn placed(control: Control) -> ExistingPlan {
+        let mut plan = plan(control);
+        for (arm, heading) in ["SB", "WB", "NB", "EB"].iter().enumerate() {
+            for (turn, to) in [('R', 3), ('T', 2), ('L', 1)] {
+                let way = (format!("in{arm}"), format!("out{}", (arm + to) % 4));
+                plan.ways.insert(format!("{heading}{turn}"), vec![way]);
+            }
+        }
+        plan
+    }
+
+    const LEFTS: &str = "rrGrrrrrGrrr";
+    const MAIN: &str = "GGrrrrGGrrrr";
+    const MAIN_ENDS: &str = "yyrrrryyrrrr";
+    const RED: &str = "rrrrrrrrrrrr";
+    const SIDE: &str = "rrrGGgrrrGGg";
+    const SIDE_ENDS: &str = "rrryyyrrryyy";
+
+    #[test]
+    fn a_pretimed_plan_is_a_cycle_with_its_own_yellow_and_red() {
+        let (scene, plan) = (scene(), placed(Control::Pretimed));
+        let cycle = fixed_cycle(&plan, &scene, &scene.signals[0]).unwrap();
+        let shown: Vec<(&str, f64)> =
+            cycle.iter().map(|p| (p.state.as_str(), p.duration_s)).collect();
+        let expected = [
+            (LEFTS, 8.0),
+            ("rryrrrrryrrr", 4.0),
+            (RED, 1.0),
+            (MAIN, 19.0),
+            (MAIN_ENDS, 4.0),
+            (RED, 1.0),
+            (SIDE, 20.0),
+            (SIDE_ENDS, 4.0),
+            (RED, 1.0),
+        ];
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn what_is_green_in_a_phase_and_the_next_of_its_ring_stays_green() {
+        let scene = scene();
+        let mut plan = placed(Control::Pretimed);
+        // Left turns yield beside the through movement of their own approach: 5 with 2, and 1 with 6.
+        plan.phases[1].yielding.push("NBL".into());
+        plan.phases[4].yielding.push("SBL".into());
+        // Northbound traffic as a whole in the phases of ring 1.
+        plan.phases[0].movements = vec!["NBT".into()];
+        plan.phases[3].movements = vec!["NBL".into()];
+        let cycle = fixed_cycle(&plan, &scene, &scene.signals[0]).unwrap();
+        let states: Vec<&str> = cycle.iter().map(|p| p.state.as_str()).collect();
+        assert_eq!(states[..4], ["rrrrrrrGGrrr", "rrrrrrrGyrrr", "rrrrrrrGrrrr", "GGgrrrGGgrrr"]);
+    }
+
+    fn rings(plan: &ExistingPlan) -> Rings {
+        let scene = scene();
+        let wired = Wired::new(plan, &scene, &scene.signals[0]).unwrap();
+        let timing = timing(&wired.links, &settings());
+        let rings = wired.rings(&timing);
+        Rings::new(wired.links, rings, timing)
+    }
+
+    /// Plays so many seconds with vehicles on the detectors of phases from a second to another one.
+    fn play(
+        plan: &ExistingPlan,
+        vehicles: &[(u32, std::ops::Range<usize>)],
+        seconds: usize,
+    ) -> Vec<(String, usize)> {
+        let mut rings = rings(plan);
+        let mut shown: Vec<(String, usize)> = Vec::new();
+        for second in 0..seconds {
+            match shown.last_mut() {
+                Some((state, count)) if state == rings.shown() => *count += 1,
+                _ => shown.push((rings.shown().to_owned(), 1)),
+            }
+            let on =
+                |number: u32| vehicles.iter().any(|(p, at)| *p == number && at.contains(&second));
+            let seen: Vec<bool> = rings.plan().phases.iter().map(|p| on(p.number)).collect();
+            rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
+        }
+        shown
+    }
+
+    fn expected(states: &[(&str, usize)]) -> Vec<(String, usize)> {
+        states.iter().map(|(state, seconds)| ((*state).to_owned(), *seconds)).collect()
+    }
+
+    #[test]
+    fn an_actuated_plan_goes_by_its_own_times() {
+        let plan = placed(Control::Actuated);
+        // 5 s at least; 3 s without a vehicle; 3.5 and 1 s are 4 and 1 s; phase 8 enters beside 4.
+        let shown = play(&plan, &[(4, 0..12)], 60);
+        assert_eq!(shown, expected(&[(MAIN, 5), (MAIN_ENDS, 4), (RED, 1), (SIDE, 50)]));
+        let shown = play(&plan, &[(2, 0..99), (4, 0..99)], 60);
+        assert_eq!(shown[0], (MAIN.to_owned(), 20), "its longest green");
+    }
+
+    #[test]
+    fn each_phase_of_a_barrier_takes_its_own_change() {
+        let mut plan = placed(Control::Actuated);
+        (plan.phases[4].yellow_s, plan.phases[4].all_red_s) = (3.0, 0.0);
+        let shown = play(&plan, &[(4, 0..99)], 11);
+        let ends = [(MAIN, 5), (MAIN_ENDS, 3), ("rrrrrryyrrrr", 1), (RED, 1), (SIDE, 1)];
+        assert_eq!(shown, expected(&ends));
+    }
+
+    #[test]
+    fn maximum_recall_lasts_the_longest_green_and_comes_in_every_cycle() {
+        let mut plan = placed(Control::Actuated);
+        for phase in [1, 2] {
+            plan.phases[phase].recall = Recall::Max;
+        }
+        let shown = play_full(&plan, 50);
+        let cycle = [(MAIN, 20), (MAIN_ENDS, 4), (RED, 1), (SIDE, 20), (SIDE_ENDS, 4), (RED, 1)];
+        assert_eq!(shown, expected(&cycle));
+    }
+
+    /// Plays without vehicles; phases with maximum recall are prolonged as the signal does it.
+    fn play_full(plan: &ExistingPlan, seconds: usize) -> Vec<(String, usize)> {
+        let full: Vec<(u32, std::ops::Range<usize>)> = (plan.phases.iter())
+            .filter(|p| p.recall == Recall::Max)
+            .map(|p| (p.number, 0..usize::MAX))
+            .collect();
+        play(plan, &full, seconds)
+    }
+
+    #[test]
+    fn coordinated_phases_hold_the_green_until_the_end_of_their_split() {
+        let plan = placed(Control::Coordinated);
+        assert_eq!(play(&plan, &[], 200), expected(&[(MAIN, 200)]), "nobody calls");
+        // They began 19 s before they may end. The lefts are skipped, and what they leave is theirs: 62 - 20 - 2 x 5 s.
+        let shown = play(&plan, &[(4, 0..999), (8, 0..999)], 81 + 62);
+        let side = [(MAIN_ENDS, 4), (RED, 1), (SIDE, 20), (SIDE_ENDS, 4), (RED, 1)];
+        let all = [&[(MAIN, 19)][..], &side, &[(MAIN, 32)], &side, &[(MAIN, 32)]].concat();
+        assert_eq!(shown, expected(&all));
+    }
+
+    #[test]
+    fn a_call_that_comes_too_late_for_its_split_waits_for_the_next_cycle() {
+        let plan = placed(Control::Coordinated);
+        // The split of phase 4 ends 25 s after the coordinated phases may end: 5 s of change and 5 s of green fit in
+        // until 15 s.
+        assert_eq!(play(&plan, &[(4, 29..99)], 81)[0], (MAIN.to_owned(), 30));
+        assert_eq!(play(&plan, &[(4, 40..200)], 100)[0], (MAIN.to_owned(), 81));
+        // What began late ends at the end of its split: 25 s after 19 s.
+        let shown = play(&plan, &[(4, 29..200)], 81);
+        assert_eq!(shown[3], (SIDE.to_owned(), 44 - 35));
+    }
+
+    #[test]
+    fn a_signal_that_the_plan_does_not_serve_is_named() {
+        let (scene, mut plan) = (scene(), placed(Control::Pretimed));
+        plan.ways.remove("EBR");
+        let e = fixed_cycle(&plan, &scene, &scene.signals[0]).unwrap_err();
+        assert_eq!(e, "its existing plan has no phase for link 9, from lane in3_0");
+    }
+}

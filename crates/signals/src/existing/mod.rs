@@ -1,0 +1,540 @@
+//! Plans that signals have today: phases in two rings, with the times that stand in the cabinet.
+//!
+//! [`table`] reads and writes them as CSV, [`utdf`](crate::utdf) reads those of Synchro, [`placed`](crate::placed) gives
+//! their movements to the arms of an intersection, and the environment shows them (`env::dual_ring`, `env::fixed_rings`).
+//!
+//! Choices:
+//! - **The plan's own times hold**: greens, yellow, all-red, walk and clearance are those of the cabinet, not the limits of
+//!   `[signal]`, as with a network's own program.
+//! - **Whole seconds**, because the simulation's steps are: yellow is rounded up, all-red so that both together are rounded
+//!   up once, and starts of greens to the nearest second, so that the cycle does not drift.
+//! - **A ring that is done before the other one** keeps its last phase green until the barrier, as Synchro does.
+//! - **Offset and reference** have no effect: intersections are simulated apart. They are kept for whoever takes the plan
+//!   back.
+//!
+//! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapters 5 to 7; NEMA TS 2.
+
+mod seconds;
+pub mod table;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
+
+pub use seconds::{Timed, change_s, nearest_s, schedule};
+
+/// Name under which the manifest keeps the plan of a point MDP.
+pub const GIVEN: &str = "existing";
+
+/// Most rings.
+const RINGS: u32 = 2;
+
+/// How far cycle and splits may differ, seconds: tables have one digit after the point.
+const CYCLE_SLACK_S: f64 = 0.55;
+
+/// Highest number of a phase, a barrier or a position.
+pub(crate) const MOST_NUMBER: u32 = 99;
+
+/// Most phases.
+const MOST_PHASES: usize = 64;
+
+/// Green, seconds.
+const GREEN_S: RangeInclusive<f64> = 0.1..=900.0;
+
+/// Shortest green, seconds.
+const MIN_GREEN_S: RangeInclusive<f64> = 0.0..=600.0;
+
+/// Passage time, seconds.
+const PASSAGE_S: RangeInclusive<f64> = 0.0..=60.0;
+
+/// Yellow, seconds.
+const YELLOW_S: RangeInclusive<f64> = 1.0..=10.0;
+
+/// All-red, seconds.
+const ALL_RED_S: RangeInclusive<f64> = 0.0..=20.0;
+
+/// Walk, and pedestrian clearance, seconds.
+const PEOPLE_S: RangeInclusive<f64> = 0.0..=240.0;
+
+/// Cycle, seconds.
+const CYCLE_S: RangeInclusive<f64> = 2.0..=3600.0;
+
+/// Offset, seconds.
+const OFFSET_S: RangeInclusive<f64> = -3600.0..=3600.0;
+
+/// How a signal goes on from phase to phase.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Control {
+    /// Every phase lasts its split.
+    Pretimed,
+    /// Phases last as long as vehicles come, up to their longest green.
+    Actuated,
+    /// The same within a cycle: the coordinated phases are green until their split is over, and get what others leave.
+    Coordinated,
+}
+
+impl Control {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Pretimed, Self::Actuated, Self::Coordinated];
+
+    /// Returns the name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pretimed => "pretimed",
+            Self::Actuated => "actuated",
+            Self::Coordinated => "coordinated",
+        }
+    }
+}
+
+/// What a phase is served for without a vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Recall {
+    /// Nothing.
+    #[default]
+    None,
+    /// Its shortest green, in every cycle.
+    Min,
+    /// Walk and clearance, in every cycle.
+    Ped,
+    /// Its longest green, in every cycle.
+    Max,
+}
+
+impl Recall {
+    /// All of them, in the order of UTDF's numbers.
+    pub const ALL: [Self; 4] = [Self::None, Self::Min, Self::Ped, Self::Max];
+
+    /// Returns the name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Min => "min",
+            Self::Ped => "ped",
+            Self::Max => "max",
+        }
+    }
+}
+
+/// A phase of an existing plan; times in seconds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanPhase {
+    /// Its number.
+    pub number: u32,
+    /// Its ring, from 1.
+    pub ring: u32,
+    /// The barrier that it comes before, from 1.
+    pub barrier: u32,
+    /// Its place in the ring before that barrier, from 1.
+    pub position: u32,
+    /// Movements with the right of way, such as `NBT`.
+    pub movements: Vec<String>,
+    /// Movements that yield.
+    pub yielding: Vec<String>,
+    /// Shortest green.
+    pub min_green_s: f64,
+    /// Longest green: the split without yellow and all-red.
+    pub max_green_s: f64,
+    /// Time without a vehicle after which the green may end.
+    pub passage_s: f64,
+    /// Yellow.
+    pub yellow_s: f64,
+    /// Red clearance.
+    pub all_red_s: f64,
+    /// Walk and pedestrian clearance; absent without a crosswalk.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk_s: Option<[f64; 2]>,
+    /// What it is served for without a vehicle.
+    pub recall: Recall,
+    /// Whether it is green beside the other ring's phase if nobody calls a phase of its ring.
+    pub dual_entry: bool,
+    /// Whether it may last longer than its longest green where it begins early, up to the end of its split (UTDF's
+    /// `InhibitMax`); only when coordinated.
+    pub inhibit_max: bool,
+}
+
+impl PlanPhase {
+    /// Returns its split, seconds.
+    pub fn split_s(&self) -> f64 {
+        self.max_green_s + self.yellow_s + self.all_red_s
+    }
+
+    /// Checks that its times are times of a signal.
+    fn check_times(&self) -> Result<(), String> {
+        let [walk_s, clearance_s] = self.walk_s.unwrap_or_default();
+        let times = [
+            ("green", self.max_green_s, GREEN_S),
+            ("shortest green", self.min_green_s, MIN_GREEN_S),
+            ("passage time", self.passage_s, PASSAGE_S),
+            ("yellow", self.yellow_s, YELLOW_S),
+            ("all-red", self.all_red_s, ALL_RED_S),
+            ("walk", walk_s, PEOPLE_S),
+            ("pedestrian clearance", clearance_s, PEOPLE_S),
+        ];
+        match times.iter().find(|(_, value, range)| !range.contains(value)) {
+            None => Ok(()),
+            Some((what, value, range)) => Err(format!(
+                "phase {} has a {what} of {value} s; expected {} to {} s",
+                self.number,
+                range.start(),
+                range.end()
+            )),
+        }
+    }
+
+    /// Returns all its movements.
+    pub fn all_movements(&self) -> impl Iterator<Item = &String> {
+        self.movements.iter().chain(&self.yielding)
+    }
+}
+
+/// The plan of a signal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExistingPlan {
+    /// How it goes on from phase to phase.
+    pub control: Control,
+    /// Cycle, seconds; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_s: Option<f64>,
+    /// Offset, seconds.
+    pub offset_s: f64,
+    /// Phases that the offset counts from: the coordinated ones.
+    pub reference: Vec<u32>,
+    /// What of the reference phases the offset counts from, as UTDF writes it.
+    pub referenced_to: u32,
+    /// Its phases.
+    pub phases: Vec<PlanPhase>,
+    /// Edges from which and to which the vehicles of each movement drive; empty until it was placed.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub ways: BTreeMap<String, Vec<(String, String)>>,
+}
+
+/// A plan with what tables say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedPlan {
+    /// The intersection.
+    pub intersection: String,
+    /// Period of the day; empty for all.
+    pub period: String,
+    /// The plan.
+    pub plan: ExistingPlan,
+    /// First line of it.
+    pub line: u64,
+}
+
+/// Plans from a file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plans {
+    /// Name of the file, for messages.
+    pub file: String,
+    /// Whether it is a network, of which plans that cannot be shown are left out.
+    pub is_utdf: bool,
+    /// The plans.
+    pub all: Vec<NamedPlan>,
+}
+
+impl ExistingPlan {
+    /// Returns the sides in order, each with the indices of its phases per ring in their order.
+    pub fn sides(&self) -> Vec<[Vec<usize>; 2]> {
+        let barriers: BTreeSet<u32> = self.phases.iter().map(|p| p.barrier).collect();
+        let of = |barrier: u32, ring: u32| {
+            let is = |i: &usize| (self.phases[*i].barrier, self.phases[*i].ring) == (barrier, ring);
+            let mut found: Vec<usize> = (0..self.phases.len()).filter(is).collect();
+            found.sort_by_key(|i| self.phases[*i].position);
+            found
+        };
+        barriers.into_iter().map(|barrier| [of(barrier, 1), of(barrier, RINGS)]).collect()
+    }
+
+    /// Returns the phases that are green together: one of each ring of a side, or one alone where the other ring has none.
+    pub fn pairs(&self) -> Vec<Vec<usize>> {
+        let mut pairs = Vec::new();
+        for [first, second] in self.sides() {
+            match (first.as_slice(), second.as_slice()) {
+                (alone, []) | ([], alone) => pairs.extend(alone.iter().map(|p| vec![*p])),
+                _ => pairs.extend(first.iter().flat_map(|a| second.iter().map(|b| vec![*a, *b]))),
+            }
+        }
+        pairs
+    }
+
+    /// Returns the sum of the splits of the ring of each side that has more, seconds.
+    pub fn sum_s(&self) -> f64 {
+        let ring = |ring: &Vec<usize>| ring.iter().map(|i| self.phases[*i].split_s()).sum::<f64>();
+        self.sides().iter().map(|side| ring(&side[0]).max(ring(&side[1]))).sum()
+    }
+
+    /// Checks that the plan can be shown, and returns what of it is not as it looks.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, with the phase and the way out.
+    pub fn check(&self) -> Result<Vec<String>, String> {
+        let mut places = BTreeMap::new();
+        let mut numbers = BTreeSet::new();
+        if self.phases.iter().all(|p| p.all_movements().next().is_none()) {
+            return Err("no phase has a movement; give movements such as NBT NBR".to_owned());
+        }
+        if self.phases.len() > MOST_PHASES {
+            return Err(format!(
+                "{} phases; at most {MOST_PHASES} can be shown",
+                self.phases.len()
+            ));
+        }
+        for (what, value, range) in [
+            ("the cycle", self.cycle_s.unwrap_or(*CYCLE_S.start()), CYCLE_S),
+            ("the offset", self.offset_s, OFFSET_S),
+        ] {
+            if !range.contains(&value) {
+                let (low, high) = (range.start(), range.end());
+                return Err(format!("{what} is {value} s; expected {low} to {high} s"));
+            }
+        }
+        for phase in &self.phases {
+            let number = phase.number;
+            phase.check_times()?;
+            if !numbers.insert(number) {
+                return Err(format!("phase {number} stands twice; give each phase one number"));
+            }
+            if [number, phase.barrier, phase.position]
+                .iter()
+                .any(|n| !(1..=MOST_NUMBER).contains(n))
+            {
+                return Err(format!(
+                    "phase {number} has barrier {} and position {}; expected numbers from 1 to {MOST_NUMBER}",
+                    phase.barrier, phase.position
+                ));
+            }
+            if !(1..=RINGS).contains(&phase.ring) {
+                return Err(format!(
+                    "phase {number} is in ring {}; plans of one or two rings can be shown",
+                    phase.ring
+                ));
+            }
+            let place = (phase.barrier, phase.ring, phase.position);
+            if let Some(other) = places.insert(place, number) {
+                return Err(format!(
+                    "phases {other} and {number} have the same barrier, ring and position; give each its own"
+                ));
+            }
+            let green_s = phase.max_green_s;
+            if phase.min_green_s > green_s && self.control != Control::Pretimed {
+                return Err(format!(
+                    "phase {number}: the shortest green of {} s is longer than the longest of {green_s} s; correct one of \
+                     the two (the longest green is the split without yellow and all-red)",
+                    phase.min_green_s
+                ));
+            }
+        }
+        for number in &self.reference {
+            if !numbers.contains(number) {
+                let known: Vec<String> = numbers.iter().map(u32::to_string).collect();
+                return Err(format!(
+                    "reference phase {number} is none of the phases ({}); correct the reference",
+                    known.join(", ")
+                ));
+            }
+        }
+        if self.control == Control::Coordinated && self.coordinated().is_empty() {
+            return Err(
+                "control is coordinated, but no reference phase says which phases hold the green; give them, such as 2 6"
+                    .to_owned(),
+            );
+        }
+        self.check_cycle()?;
+        let (timed, _) = schedule(self);
+        for (phase, timed) in self.phases.iter().zip(&timed) {
+            if timed.green_s < 1 && self.control != Control::Actuated {
+                return Err(format!(
+                    "phase {} has a green of {} s, and steps are of 1 s; give it more, or remove the phase",
+                    phase.number, phase.max_green_s
+                ));
+            }
+        }
+        Ok(self.notes(&timed))
+    }
+
+    /// Checks that the splits make the cycle.
+    fn check_cycle(&self) -> Result<(), String> {
+        let sum_s = self.sum_s();
+        match self.cycle_s {
+            _ if self.control == Control::Actuated => Ok(()),
+            Some(cycle_s) if (cycle_s - sum_s).abs() > CYCLE_SLACK_S => Err(format!(
+                "the cycle is {cycle_s} s, but the splits (longest green, yellow and all-red) of the longer ring of every \
+                 side are {} s together; correct the cycle or a green",
+                tenth(sum_s)
+            )),
+            None if self.control == Control::Coordinated => {
+                Err("control is coordinated without a cycle; give cycle_s".to_owned())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns what of the plan is not as it looks.
+    fn notes(&self, timed: &[Timed]) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.control == Control::Actuated {
+            return notes;
+        }
+        for (phase, timed) in self.phases.iter().zip(timed) {
+            let number = phase.number;
+            if f64::from(timed.green_s) - phase.max_green_s > 1.5 {
+                notes.push(format!(
+                    "phase {number} lasts {} s instead of {} s, until its ring meets the other one at the barrier",
+                    timed.green_s, phase.max_green_s
+                ));
+            }
+            let served = phase.walk_s.map(|[walk_s, clearance_s]| walk_s + clearance_s);
+            if let Some(needed_s) = served.filter(|s| *s > phase.split_s()) {
+                notes.push(format!(
+                    "the split of phase {number} ({} s) is shorter than walk and clearance ({} s)",
+                    tenth(phase.split_s()),
+                    tenth(needed_s)
+                ));
+            }
+        }
+        notes
+    }
+
+    /// Returns the indices of the coordinated phases.
+    pub fn coordinated(&self) -> Vec<usize> {
+        let is = |i: &usize| self.reference.contains(&self.phases[*i].number);
+        (0..self.phases.len()).filter(is).collect()
+    }
+}
+
+/// Returns a time as messages say it.
+fn tenth(seconds: f64) -> f64 {
+    (seconds * 10.0).round() / 10.0
+}
+
+/// Plans written by hand, for tests.
+#[cfg(test)]
+pub(crate) mod testing {
+    use super::*;
+
+    /// A phase of 5 to 20 s, 3.5 s of yellow and 1 s of all-red, with these movements; of those in small letters it yields.
+    pub(crate) fn phase(
+        number: u32,
+        [barrier, ring, position]: [u32; 3],
+        names: &str,
+    ) -> PlanPhase {
+        let of = |small: bool| {
+            let is = |name: &&str| name.chars().any(char::is_lowercase) == small;
+            names.split_whitespace().filter(is).map(str::to_uppercase).collect()
+        };
+        PlanPhase {
+            number,
+            ring,
+            barrier,
+            position,
+            movements: of(false),
+            yielding: of(true),
+            min_green_s: 5.0,
+            max_green_s: 20.0,
+            passage_s: 3.0,
+            yellow_s: 3.5,
+            all_red_s: 1.0,
+            walk_s: None,
+            recall: Recall::None,
+            dual_entry: number % 2 == 0,
+            inhibit_max: false,
+        }
+    }
+
+    /// Four arms with leading lefts of 8 s on the street of phases 2 and 6, permissive lefts on the other one: splits of
+    /// 12.5, 24.5 and 24.5 s.
+    pub(crate) fn plan(control: Control) -> ExistingPlan {
+        let left = |phase: PlanPhase| PlanPhase { max_green_s: 8.0, ..phase };
+        ExistingPlan {
+            control,
+            cycle_s: (control != Control::Actuated).then_some(61.5),
+            offset_s: 0.0,
+            reference: vec![2, 6],
+            referenced_to: 0,
+            phases: vec![
+                left(phase(1, [1, 1, 1], "SBL")),
+                phase(2, [1, 1, 2], "NBT NBR"),
+                phase(4, [2, 1, 1], "EBT EBR ebl"),
+                left(phase(5, [1, 2, 1], "NBL")),
+                phase(6, [1, 2, 2], "SBT SBR"),
+                phase(8, [2, 2, 1], "WBT WBR wbl"),
+            ],
+            ways: BTreeMap::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::plan;
+    use super::*;
+
+    fn refused(change: &dyn Fn(&mut ExistingPlan)) -> String {
+        let mut plan = plan(Control::Coordinated);
+        change(&mut plan);
+        plan.check().unwrap_err()
+    }
+
+    #[test]
+    fn rings_are_sides_with_phases_in_their_order_and_pairs_are_green_together() {
+        let plan = plan(Control::Pretimed);
+        assert_eq!(plan.sides(), [[vec![0, 1], vec![3, 4]], [vec![2], vec![5]]]);
+        assert_eq!(plan.pairs(), [vec![0, 3], vec![0, 4], vec![1, 3], vec![1, 4], vec![2, 5]]);
+        assert_eq!(plan.check(), Ok(vec![]));
+        assert_eq!(plan.sum_s(), 61.5);
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_said_with_the_way_out() {
+        let cases: [(&dyn Fn(&mut ExistingPlan), &str); 8] = [
+            (&|p| p.phases[1].number = 1, "phase 1 stands twice"),
+            (&|p| p.phases[0].ring = 3, "phase 1 is in ring 3; plans of one or two rings"),
+            (&|p| p.phases[1].position = 1, "phases 1 and 2 have the same barrier, ring"),
+            (&|p| p.phases[1].min_green_s = 30.0, "phase 2: the shortest green of 30 s is longer"),
+            (
+                &|p| p.reference = vec![3],
+                "reference phase 3 is none of the phases (1, 2, 4, 5, 6, 8)",
+            ),
+            (&|p| p.reference.clear(), "no reference phase says which phases hold the green"),
+            (
+                &|p| p.cycle_s = Some(90.0),
+                "the cycle is 90 s, but the splits (longest green, yellow",
+            ),
+            (&|p| p.cycle_s = None, "coordinated without a cycle"),
+        ];
+        for (change, expected) in cases {
+            let e = refused(change);
+            assert!(e.contains(expected), "{e}");
+        }
+        let nothing = |p: &mut ExistingPlan| {
+            p.phases.iter_mut().for_each(|p| (p.movements, p.yielding) = (vec![], vec![]));
+        };
+        assert!(refused(&nothing).contains("no phase has a movement"));
+    }
+
+    #[test]
+    fn a_green_shorter_than_a_second_is_refused_and_a_ring_that_waits_is_said() {
+        let e = refused(&|p| {
+            p.phases[0].max_green_s = 0.1;
+            p.phases[0].min_green_s = 0.1;
+            p.phases[1].max_green_s = 27.9;
+        });
+        assert!(e.contains("phase 1 has a green of 0.1 s, and steps are of 1 s"), "{e}");
+        let mut plan = plan(Control::Pretimed);
+        plan.phases[4].max_green_s = 15.0;
+        plan.phases[1].walk_s = Some([7.0, 20.0]);
+        let notes = plan.check().unwrap();
+        assert!(
+            notes[0].contains("the split of phase 2 (24.5 s) is shorter than walk"),
+            "{notes:?}"
+        );
+        assert!(notes[1].contains("phase 6 lasts 19 s instead of 15 s"), "{notes:?}");
+    }
+}

@@ -1,0 +1,476 @@
+//! Existing plans as a table: one row per phase.
+//!
+//! Columns that a table needs: `intersection`, `control` (`pretimed`, `actuated`, `coordinated`), `phase`, `ring`,
+//! `barrier`, `position`, `movements`, `max_green_s` or `split_s`, `yellow_s`, `all_red_s`. Others may be missing; see
+//! [`OPTIONAL`]. What is one value per intersection may stand in any of its rows.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use sheet::{Fault, Row, Sheet};
+
+use super::{
+    ALL_RED_S, CYCLE_S, Control, ExistingPlan, GREEN_S, MIN_GREEN_S, MOST_NUMBER, NamedPlan,
+    OFFSET_S, PASSAGE_S, PEOPLE_S, PlanPhase, Plans, Recall, YELLOW_S,
+};
+use crate::vocabulary::Heading;
+use basics::suggest::did_you_mean;
+use evaluation::family::columns::{Columns, at};
+use evaluation::family::error::FamilyError;
+use evaluation::family::names::title;
+use evaluation::settings::within;
+use osm_signals::Turn;
+
+/// Columns that a table needs.
+pub const COLUMNS: [&str; 9] = [
+    "intersection",
+    "control",
+    "phase",
+    "ring",
+    "barrier",
+    "position",
+    "movements",
+    "yellow_s",
+    "all_red_s",
+];
+
+/// Columns that may be missing; one of `max_green_s` and `split_s` is needed.
+pub const OPTIONAL: [&str; 15] = [
+    "period",
+    "yielding",
+    "min_green_s",
+    "max_green_s",
+    "split_s",
+    "passage_s",
+    "walk_s",
+    "clearance_s",
+    "recall",
+    "dual_entry",
+    "inhibit_max",
+    "cycle_s",
+    "offset_s",
+    "reference",
+    "referenced_to",
+];
+
+/// Columns in the order in which they are written.
+const WRITTEN: [&str; 23] = [
+    "intersection",
+    "period",
+    "control",
+    "cycle_s",
+    "offset_s",
+    "reference",
+    "referenced_to",
+    "phase",
+    "ring",
+    "barrier",
+    "position",
+    "movements",
+    "yielding",
+    "min_green_s",
+    "max_green_s",
+    "passage_s",
+    "yellow_s",
+    "all_red_s",
+    "walk_s",
+    "clearance_s",
+    "recall",
+    "dual_entry",
+    "inhibit_max",
+];
+
+/// Shortest green where a table says none, seconds.
+const SHORT_GREEN_S: f64 = 5.0;
+
+/// Passage time where a table says none, seconds.
+const EXTENSION_S: f64 = 3.0;
+
+/// What is one value per intersection.
+#[derive(Default, Clone, PartialEq)]
+struct Whole {
+    control: Option<Control>,
+    cycle_s: Option<f64>,
+    offset_s: Option<f64>,
+    reference: Option<Vec<u32>>,
+    referenced_to: Option<u32>,
+}
+
+/// Reads a table of existing plans.
+///
+/// # Errors
+///
+/// [`FamilyError::Csv`] with file and line: a column that is missing or unknown, a value out of range, a plan that cannot
+/// be shown.
+pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
+    let fail = |fault| at(file, fault);
+    let mut sheet = Sheet::of(text).map_err(fail)?;
+    if sheet.headers().iter().all(str::is_empty) {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
+    let header_line = sheet.header_line();
+    let known = [&COLUMNS[..], &OPTIONAL].concat();
+    let columns = Columns::find(sheet.headers(), &COLUMNS)
+        .and_then(|columns| columns.only(&known).map(|()| columns))
+        .and_then(|columns| match (columns.get("max_green_s"), columns.get("split_s")) {
+            (None, None) => Err("no column max_green_s; add it, or split_s".to_owned()),
+            (Some(_), Some(_)) => {
+                Err("max_green_s and split_s say the same; remove one of the two".to_owned())
+            }
+            _ => Ok(columns),
+        })
+        .map_err(|message| fail(Fault::new(header_line, message)))?;
+    let mut plans: Vec<(NamedPlan, Whole)> = Vec::new();
+    let mut position: BTreeMap<(String, String), usize> = BTreeMap::new();
+    while let Some(row) = sheet.next_row().map_err(fail)? {
+        let line = row.line;
+        let wrong = |message| fail(Fault { line, message });
+        let fields = Fields { row: &row, columns: &columns };
+        let id = title("intersection", fields.text("intersection")).map_err(wrong)?;
+        let period = match fields.text("period") {
+            "" => String::new(),
+            period => title("period", period).map_err(wrong)?,
+        };
+        let index = *position.entry((id.clone(), period.clone())).or_insert_with(|| {
+            let plan = ExistingPlan {
+                control: Control::Pretimed,
+                cycle_s: None,
+                offset_s: 0.0,
+                reference: Vec::new(),
+                referenced_to: 0,
+                phases: Vec::new(),
+                ways: BTreeMap::new(),
+            };
+            plans.push((NamedPlan { intersection: id, period, plan, line }, Whole::default()));
+            plans.len() - 1
+        });
+        let (named, whole) = &mut plans[index];
+        fields.whole(whole).map_err(wrong)?;
+        named.plan.phases.push(fields.phase().map_err(wrong)?);
+    }
+    if plans.is_empty() {
+        return Err(FamilyError::Empty { file: file.to_owned() });
+    }
+    let mut all = Vec::new();
+    for (mut named, whole) in plans {
+        let wrong = |message: String| {
+            let message = format!("intersection {}: {message}", named.intersection);
+            fail(Fault { line: named.line, message })
+        };
+        let Some(control) = whole.control else {
+            return Err(wrong(format!("control is empty; give {}", controls())));
+        };
+        named.plan.control = control;
+        named.plan.cycle_s = whole.cycle_s;
+        named.plan.offset_s = whole.offset_s.unwrap_or_default();
+        named.plan.reference = whole.reference.unwrap_or_default();
+        named.plan.referenced_to = whole.referenced_to.unwrap_or_default();
+        named.plan.check().map_err(wrong)?;
+        all.push(named);
+    }
+    Ok(Plans { file: file.to_owned(), is_utdf: false, all })
+}
+
+/// Returns the names of the kinds of control as messages list them.
+fn controls() -> String {
+    Control::ALL.map(Control::name).join(", ")
+}
+
+/// A row by the names of its columns.
+struct Fields<'a> {
+    row: &'a Row,
+    columns: &'a Columns,
+}
+
+impl Fields<'_> {
+    fn text(&self, name: &str) -> &str {
+        self.columns.get(name).map(|at| self.row.text(at)).unwrap_or_default()
+    }
+
+    /// Returns a number within limits; `None` where there is none.
+    fn number(&self, name: &str, range: RangeInclusive<f64>) -> Result<Option<f64>, String> {
+        if self.columns.get(name).is_none() {
+            return Ok(None);
+        }
+        let Some(value) = self.columns.optional(self.row, name)? else { return Ok(None) };
+        within(value, *range.start(), *range.end())
+            .map_err(|expected| format!("{name} = {value}: {expected}"))?;
+        Ok(Some(value))
+    }
+
+    /// Returns a number within limits that has to be there.
+    fn needed(&self, name: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
+        self.number(name, range)?.ok_or_else(|| format!("{name} is empty; give a number"))
+    }
+
+    /// Returns a whole number from 1.
+    fn place(&self, name: &str) -> Result<u32, String> {
+        match self.columns.whole(self.row, name)? {
+            0 => Err(format!("{name} = 0: expected a whole number from 1")),
+            number if number > MOST_NUMBER => {
+                Err(format!("{name} = {number}: expected at most {MOST_NUMBER}"))
+            }
+            number => Ok(number),
+        }
+    }
+
+    /// Returns yes or no; `None` where nothing is said.
+    fn flag(&self, name: &str) -> Result<Option<bool>, String> {
+        match self.text(name).to_lowercase().as_str() {
+            "" => Ok(None),
+            "1" | "yes" | "true" | "on" => Ok(Some(true)),
+            "0" | "no" | "false" | "off" => Ok(Some(false)),
+            other => Err(format!("{name} = {other:?}: expected yes or no")),
+        }
+    }
+
+    /// Returns one of some words; `None` where nothing is said.
+    fn word<T: Copy>(
+        &self,
+        name: &str,
+        all: &[T],
+        word: fn(T) -> &'static str,
+    ) -> Result<Option<T>, String> {
+        let text = self.text(name).to_lowercase();
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let words: Vec<&str> = all.iter().map(|value| word(*value)).collect();
+        let found = words.iter().position(|word| *word == text);
+        found.map(|i| Some(all[i])).ok_or_else(|| {
+            let meant = did_you_mean(&text, words.iter().copied());
+            format!("{name} = {text:?}: expected one of {}{meant}", words.join(", "))
+        })
+    }
+
+    /// Takes what is one value per intersection.
+    fn whole(&self, whole: &mut Whole) -> Result<(), String> {
+        fn put<T: PartialEq>(
+            name: &str,
+            into: &mut Option<T>,
+            new: Option<T>,
+        ) -> Result<(), String> {
+            match (&into, new) {
+                (Some(old), Some(new)) if *old != new => Err(format!(
+                    "{name} differs from that of a row above; give an intersection one value"
+                )),
+                (None, new @ Some(_)) => {
+                    *into = new;
+                    Ok(())
+                }
+                _ => Ok(()),
+            }
+        }
+        put("control", &mut whole.control, self.word("control", &Control::ALL, Control::name)?)?;
+        put("cycle_s", &mut whole.cycle_s, self.number("cycle_s", CYCLE_S)?)?;
+        put("offset_s", &mut whole.offset_s, self.number("offset_s", OFFSET_S)?)?;
+        let reference = self.text("reference");
+        let numbers =
+            reference.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
+        let numbers: Result<Vec<u32>, String> = numbers
+            .map(|word| {
+                word.parse().map_err(|_| {
+                    format!("reference = {reference:?}: expected numbers of phases, such as 2 6")
+                })
+            })
+            .collect();
+        put("reference", &mut whole.reference, Some(numbers?).filter(|all| !all.is_empty()))?;
+        let to = self.number("referenced_to", 0.0..=9.0)?.map(|number| number as u32);
+        put("referenced_to", &mut whole.referenced_to, to)
+    }
+
+    fn phase(&self) -> Result<PlanPhase, String> {
+        let yellow_s = self.needed("yellow_s", YELLOW_S)?;
+        let all_red_s = self.needed("all_red_s", ALL_RED_S)?;
+        let number = self.place("phase")?;
+        let max_green_s = match self.number("split_s", GREEN_S)? {
+            None if self.columns.get("split_s").is_some() => {
+                return Err("split_s is empty; give a number".to_owned());
+            }
+            None => self.needed("max_green_s", GREEN_S)?,
+            Some(split_s) if split_s <= yellow_s + all_red_s => {
+                return Err(format!(
+                    "split_s = {split_s}: nothing is left for green after {yellow_s} s of yellow and {all_red_s} s of \
+                     all-red; give more, or put the green into a column max_green_s"
+                ));
+            }
+            Some(split_s) => ((split_s - yellow_s - all_red_s) * 1000.0).round() / 1000.0,
+        };
+        let walk_s = self.number("walk_s", PEOPLE_S)?.filter(|s| *s > 0.0);
+        let clearance_s = self.number("clearance_s", PEOPLE_S)?.filter(|s| *s > 0.0);
+        let walk_s = match (walk_s, clearance_s) {
+            (Some(walk_s), Some(clearance_s)) => Some([walk_s, clearance_s]),
+            (None, None) => None,
+            _ => {
+                return Err(
+                    "walk_s and clearance_s belong together; give both, or none where no crosswalk is beside the phase"
+                        .to_owned(),
+                );
+            }
+        };
+        let min_green_s = self.number("min_green_s", MIN_GREEN_S)?;
+        let recall = self.word("recall", &Recall::ALL, Recall::name)?.unwrap_or_default();
+        if recall == Recall::Ped && walk_s.is_none() {
+            return Err(
+                "recall is ped without walk_s and clearance_s; give both, or another recall"
+                    .to_owned(),
+            );
+        }
+        let movements = names("movements", self.text("movements"))?;
+        let has_through =
+            movements.iter().any(|m| matches!(Heading::of_movement(m), Some((_, Turn::Through))));
+        Ok(PlanPhase {
+            number,
+            ring: self.place("ring")?,
+            barrier: self.place("barrier")?,
+            position: self.place("position")?,
+            movements,
+            yielding: names("yielding", self.text("yielding"))?,
+            min_green_s: min_green_s.unwrap_or(SHORT_GREEN_S.min(max_green_s)),
+            max_green_s,
+            passage_s: self.number("passage_s", PASSAGE_S)?.unwrap_or(EXTENSION_S),
+            yellow_s,
+            all_red_s,
+            walk_s,
+            recall,
+            dual_entry: self.flag("dual_entry")?.unwrap_or(has_through),
+            inhibit_max: self.flag("inhibit_max")?.unwrap_or(false),
+        })
+    }
+}
+
+/// Returns the names of movements in a field.
+fn names(column: &str, text: &str) -> Result<Vec<String>, String> {
+    let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words
+        .map(|word| {
+            let name = word.to_uppercase();
+            match Heading::of_movement(&name) {
+                Some(_) => Ok(name),
+                None => Err(format!(
+                    "{column} = {text:?}: {word} is no movement; expected names such as NBT NBR, where NB is northbound \
+                     traffic and L, T, R are left, through, right"
+                )),
+            }
+        })
+        .collect()
+}
+
+/// Returns plans as a table, which reads back as the same.
+pub fn to_csv(plans: &[NamedPlan]) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(WRITTEN).expect("memory takes every row");
+    let number = |value: f64| value.to_string();
+    let optional = |value: Option<f64>| value.map(number).unwrap_or_default();
+    let yes = |flag: bool| if flag { "yes" } else { "no" }.to_owned();
+    for NamedPlan { intersection, period, plan, .. } in plans {
+        let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
+        for p in &plan.phases {
+            let [walk_s, clearance_s] = [0, 1].map(|i| optional(p.walk_s.map(|both| both[i])));
+            let row = [
+                intersection.clone(),
+                period.clone(),
+                plan.control.name().to_owned(),
+                optional(plan.cycle_s),
+                number(plan.offset_s),
+                reference.join(" "),
+                plan.referenced_to.to_string(),
+                p.number.to_string(),
+                p.ring.to_string(),
+                p.barrier.to_string(),
+                p.position.to_string(),
+                p.movements.join(" "),
+                p.yielding.join(" "),
+                number(p.min_green_s),
+                number(p.max_green_s),
+                number(p.passage_s),
+                number(p.yellow_s),
+                number(p.all_red_s),
+                walk_s,
+                clearance_s,
+                p.recall.name().to_owned(),
+                yes(p.dual_entry),
+                yes(p.inhibit_max),
+            ];
+            writer.write_record(row).expect("memory takes every row");
+        }
+    }
+    let table = writer.into_inner().expect("memory takes every row");
+    String::from_utf8(table).expect("texts are UTF-8")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::plan;
+    use super::*;
+
+    const HEADER: &str = "intersection,control,cycle_s,phase,ring,barrier,position,movements,yielding,split_s,yellow_s,all_red_s";
+    const ROWS: &str =
+        "7,pretimed,60,2,1,1,1,NBT NBR,NBL,30,4,1\n7,,,4,1,2,1,\"EBT, EBR\",ebl,30,4,1\n";
+
+    fn refused(header: &str, rows: &str) -> String {
+        read(&format!("{header}\n{rows}"), "e.csv").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_plan_that_was_written_reads_back_as_the_same() {
+        let mut plan = plan(Control::Coordinated);
+        plan.phases[1].walk_s = Some([7.0, 14.5]);
+        plan.phases[1].recall = Recall::Ped;
+        plan.phases[2].inhibit_max = true;
+        plan.offset_s = 12.5;
+        let named =
+            NamedPlan { intersection: "Oak / Main".into(), period: "am".into(), plan, line: 2 };
+        let text = to_csv(std::slice::from_ref(&named));
+        assert_eq!(read(&text, "e.csv").unwrap().all, [named]);
+    }
+
+    #[test]
+    fn few_columns_are_enough() {
+        let plans = read(&format!("{HEADER}\n{ROWS}"), "e.csv").unwrap();
+        let phase = &plans.all[0].plan.phases[1];
+        assert_eq!(
+            (&phase.movements[..], &phase.yielding[..]),
+            (&["EBT".into(), "EBR".into()][..], &["EBL".into()][..])
+        );
+        assert_eq!((phase.max_green_s, phase.min_green_s, phase.passage_s), (25.0, 5.0, 3.0));
+        assert!(phase.dual_entry);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_line_and_column() {
+        let row = |from: &str, to: &str| refused(HEADER, &ROWS.replace(from, to));
+        let cases = [
+            (
+                refused(&HEADER.replace(",ring", ",rign"), ROWS),
+                "no column ring; if it is the column rign",
+            ),
+            (
+                refused(&HEADER.replace("split_s", "split"), ROWS),
+                "unknown column split; rename or remove it",
+            ),
+            (
+                row("7,pretimed", "7,fixed"),
+                "line 2: control = \"fixed\": expected one of pretimed, actuated",
+            ),
+            (row("7,pretimed", "7,"), "intersection 7: control is empty; give pretimed"),
+            (row("7,,,4", "7,,80,4"), "line 3: cycle_s differs from that of a row above"),
+            (
+                row("NBT NBR", "northbound"),
+                "line 2: movements = \"northbound\": northbound is no movement",
+            ),
+            (row("30,4,1\n7", "4,4,1\n7"), "line 2: split_s = 4: nothing is left for green"),
+            (row("30,4,1\n7", "30,40,1\n7"), "line 2: yellow_s = 40: expected"),
+            (row("60,2,1", "60,2,0"), "line 2: ring = 0: expected a whole number from 1"),
+            (
+                row("7,,,4,1,2", "7,,,4,1,1"),
+                "phases 2 and 4 have the same barrier, ring and position",
+            ),
+            (row("7,,,4", "7,,,2"), "phase 2 stands twice"),
+            (row("pretimed,60", "pretimed,90"), "the cycle is 90 s, but the splits"),
+        ];
+        for (e, expected) in cases {
+            assert!(e.contains(expected), "{e}\n{expected}");
+        }
+    }
+}

@@ -1,0 +1,536 @@
+//! Existing plans on the arms of intersections: which movements of the network a plan's names are.
+//!
+//! - **Names** are directions of travel and turns, as on the ground. Where the names of all arms begin with a direction, as
+//!   those of UTDF do, that direction counts, else the compass.
+//! - **Right turns without a phase** go with the through movement of their approach, and left turns from shared lanes yield
+//!   in its phases. This is said, unless the right turn shares a lane with it. Any other movement needs a phase.
+//! - **Movements that cross** may not both have the right of way. Right turns are no part of this: they yield.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use osm_signals::angle::normalise_degrees;
+use osm_signals::{DrivingSide, Turn};
+use sheet::Fault;
+
+use crate::existing::{ExistingPlan, NamedPlan, Plans};
+use crate::family::approaches::Intersection;
+use crate::family::doubts::Doubt;
+use crate::family::load::LoadedScenario;
+use crate::network::intersection::{IntersectionSpec, intersections};
+use crate::network::lanes::{LaneLayout, layout};
+use crate::network::movements::ArmMovement;
+use crate::settings::Detail;
+use crate::turning::{comparable, matching};
+use crate::vocabulary::Heading;
+use evaluation::family::columns::at;
+use evaluation::family::error::FamilyError;
+
+/// Most names that a message lists.
+const FEW: usize = 6;
+
+/// Plans of point MDPs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Placed {
+    /// By point MDP.
+    pub of_point: BTreeMap<String, ExistingPlan>,
+    /// Plans that cannot be shown, with the reason.
+    pub refused: Vec<(NamedPlan, String)>,
+    /// What is doubtful.
+    pub doubts: Vec<Doubt>,
+}
+
+/// Gives plans to the intersections of a scenario.
+///
+/// # Errors
+///
+/// [`FamilyError`] where no plan belongs to an intersection, two belong to one, or intersections have no approaches of
+/// their own. A plan that cannot be shown is no error, see [`Placed::refused`].
+pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyError> {
+    let wrong = |line: u64, message: String| at(&plans.file, Fault { line, message });
+    if loaded.scenario.family.detail != Detail::PerApproach || loaded.intersections.is_empty() {
+        return Err(wrong(
+            1,
+            "existing plans belong to real intersections; give a scenario with approaches and detail = \"per-approach\" in \
+             [family]"
+                .to_owned(),
+        ));
+    }
+    let specs = intersections(loaded).map_err(|e| wrong(1, e.to_string()))?;
+    let side = loaded.scenario.network.driving_side;
+    let mut placed = Placed::default();
+    let (mut used, mut notes, mut without) = (vec![false; plans.all.len()], Vec::new(), Vec::new());
+    for ((point, members), spec) in loaded.family.points.iter().zip(&loaded.members).zip(&specs) {
+        let intersection = &loaded.intersections[members[0]];
+        let is_same = |plan: &NamedPlan| {
+            let same = |a: &str, b: &str| a == b || comparable(a) == comparable(b);
+            same(&plan.intersection, &intersection.id)
+        };
+        let of = |period: &str| {
+            let own = plans.all.iter().enumerate();
+            own.filter(|(_, plan)| is_same(plan) && plan.period == period).collect::<Vec<_>>()
+        };
+        let mut found = of(&intersection.period);
+        if found.is_empty() {
+            found = of("");
+        }
+        let (index, named) = match found[..] {
+            [] => {
+                without.push(named_in(intersection));
+                continue;
+            }
+            [one] => one,
+            [(_, a), (_, b), ..] => {
+                let message = format!(
+                    "{} and {} are plans of one intersection, {}; give it one per period",
+                    a.intersection, b.intersection, intersection.id
+                );
+                return Err(wrong(b.line, message));
+            }
+        };
+        used[index] = true;
+        match place(&named.plan, intersection, spec, side) {
+            Ok((plan, said)) => {
+                notes.extend(
+                    said.into_iter()
+                        .map(|note| format!("intersection {}: {note}", named_in(intersection))),
+                );
+                placed.of_point.insert(point.id.clone(), plan);
+            }
+            Err(reason) => placed.refused.push((named.clone(), reason)),
+        }
+    }
+    let few = |names: &mut dyn Iterator<Item = String>| {
+        let mut names: Vec<String> = names.collect();
+        names.dedup();
+        let more = if names.len() > FEW { ", ..." } else { "" };
+        format!("{}{more}", names[..names.len().min(FEW)].join(", "))
+    };
+    if !used.contains(&true) {
+        let own = few(&mut plans.all.iter().map(|plan| plan.intersection.clone()));
+        let table = few(&mut loaded.intersections.iter().map(|i| i.id.clone()));
+        let message = format!(
+            "none of the intersections with a plan ({own}) is one of the scenario ({table}), in a period that it has; call \
+             them alike"
+        );
+        return Err(wrong(plans.all.first().map_or(1, |plan| plan.line), message));
+    }
+    let unused = plans.all.iter().zip(&used).filter(|(_, used)| !**used);
+    let unused: Vec<String> = unused
+        .map(|(plan, _)| match plan.period.as_str() {
+            "" => plan.intersection.clone(),
+            period => format!("{}, {period}", plan.intersection),
+        })
+        .collect();
+    placed.doubts.extend(Doubt::of(
+        "existing plans of intersections or periods that the scenario does not have",
+        unused,
+    ));
+    placed.doubts.extend(Doubt::of("intersections without an existing plan", without));
+    placed.doubts.extend(Doubt::of("existing plans are not quite as they look", notes));
+    Ok(placed)
+}
+
+impl Placed {
+    /// Refuses plans that cannot be shown, unless they are of a network: those are left out.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Csv`] with file and line of the first of them.
+    pub fn whole(self, plans: &Plans) -> Result<Self, FamilyError> {
+        match self.refused.first().filter(|_| !plans.is_utdf) {
+            None => Ok(self),
+            Some((named, reason)) => {
+                let message = format!("intersection {}: {reason}", named.intersection);
+                Err(at(&plans.file, Fault { line: named.line, message }))
+            }
+        }
+    }
+
+    /// Returns what is to be said of plans that cannot be shown and are left out.
+    pub fn left_out(&self) -> Option<Doubt> {
+        let said = self
+            .refused
+            .iter()
+            .map(|(named, why)| format!("intersection {}: {why}", named.intersection));
+        Doubt::of("existing plans that cannot be shown are left out", said.collect())
+    }
+}
+
+/// Returns an intersection with its period, as messages call it.
+fn named_in(intersection: &Intersection) -> String {
+    match intersection.period.as_str() {
+        "" => intersection.id.clone(),
+        period => format!("{}, {period}", intersection.id),
+    }
+}
+
+/// Returns a plan with the ways of its movements, and what of it is not as it looks.
+///
+/// # Errors
+///
+/// What the plan lacks, or has and the intersection has not, with the way out.
+fn place(
+    plan: &ExistingPlan,
+    intersection: &Intersection,
+    spec: &IntersectionSpec,
+    side: DrivingSide,
+) -> Result<(ExistingPlan, Vec<String>), String> {
+    let mut notes = plan.check()?;
+    let mut plan = plan.clone();
+    let headings: BTreeSet<Heading> = (plan.phases.iter())
+        .flat_map(|phase| phase.all_movements())
+        .filter_map(|name| Some(Heading::of_movement(name)?.0))
+        .collect();
+    let (arms, is_ambiguous) = arms_of(&headings, intersection, side)?;
+    if is_ambiguous {
+        notes.push(
+            "directions of the compass may belong to other arms, because the streets lie between them; compare the \
+             movements"
+                .to_owned(),
+        );
+    }
+    let layout = layout(spec).map_err(|e| e.to_string())?;
+    let named = |name: &str| -> Option<(usize, Turn)> {
+        let (heading, turn) = Heading::of_movement(name)?;
+        Some((*arms.get(&heading)?, on_side(turn, side)))
+    };
+    for phase in &plan.phases {
+        for name in phase.all_movements() {
+            let Some((arm, turn)) = named(name) else { continue };
+            let of_arm = layout.movements.iter().filter(|m| m.from == arm);
+            if !of_arm.clone().any(|m| m.turn == turn) {
+                let mut others: Vec<&str> = of_arm.map(|m| word(on_side(m.turn, side))).collect();
+                others.dedup();
+                return Err(format!(
+                    "phase {} has {name}, but that approach only leads {}; correct the phase, or movements and bearing_deg \
+                     of the arm",
+                    phase.number,
+                    others.join(" and ")
+                ));
+            }
+        }
+    }
+    complete(&mut plan, &arms, &layout, &named, side, &mut notes)?;
+    no_crossing(&plan, &layout, &named)?;
+    let names: BTreeSet<String> =
+        plan.phases.iter().flat_map(|p| p.all_movements().cloned()).collect();
+    for name in names {
+        let Some((arm, turn)) = named(&name) else { continue };
+        let own = layout.movements.iter().filter(|m| (m.from, m.turn) == (arm, turn));
+        plan.ways.insert(name, own.map(|m| (m.from_edge(), m.to_edge())).collect());
+    }
+    Ok((plan, notes))
+}
+
+/// Returns the arms that vehicles with these directions come from, as positions in the network, and whether other ones may
+/// be meant.
+fn arms_of(
+    headings: &BTreeSet<Heading>,
+    intersection: &Intersection,
+    side: DrivingSide,
+) -> Result<(BTreeMap<Heading, usize>, bool), String> {
+    let arms = &intersection.arms;
+    // Arms are numbered by their bearings as the network has them.
+    let mut order: Vec<usize> = (0..arms.len()).collect();
+    let bearing_deg = |i: usize| side.bearing_deg(normalise_degrees(arms[i].bearing_deg));
+    order.sort_by(|a, b| bearing_deg(*a).total_cmp(&bearing_deg(*b)));
+    let place = |arm: usize| order.iter().position(|other| *other == arm).unwrap_or(arm);
+    let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
+    let said = |i: &usize| {
+        let first = arms[*i].arm.split_whitespace().next().unwrap_or_default();
+        Heading::ALL.into_iter().find(|heading| heading.name() == first)
+    };
+    let by_name: BTreeMap<Heading, usize> =
+        incoming.iter().filter_map(|i| Some((said(i)?, *i))).collect();
+    let wanted: Vec<Heading> = headings.iter().copied().collect();
+    let (found, is_ambiguous) = if by_name.len() == incoming.len() {
+        (wanted.iter().map(|heading| by_name.get(heading).copied()).collect(), false)
+    } else {
+        let bearings_deg: Vec<f64> = incoming.iter().map(|i| arms[*i].bearing_deg).collect();
+        let matched = matching(&wanted, &bearings_deg);
+        let arm = |arm: &Option<usize>| arm.map(|arm| incoming[arm]);
+        (matched.arms.iter().map(arm).collect::<Vec<_>>(), matched.is_ambiguous)
+    };
+    let mut of = BTreeMap::new();
+    for (heading, arm) in wanted.iter().zip(found) {
+        let arm = arm.ok_or_else(|| {
+            format!(
+                "it has movements of {heading} traffic, but no approach goes that way; correct the movements, or bearing_deg \
+                 of the arms"
+            )
+        })?;
+        of.insert(*heading, place(arm));
+    }
+    Ok((of, is_ambiguous))
+}
+
+/// Gives movements without a phase one, where it is clear which.
+fn complete(
+    plan: &mut ExistingPlan,
+    arms: &BTreeMap<Heading, usize>,
+    layout: &LaneLayout,
+    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
+    side: DrivingSide,
+    notes: &mut Vec<String>,
+) -> Result<(), String> {
+    let served: BTreeSet<(usize, Turn)> =
+        plan.phases.iter().flat_map(|p| p.all_movements()).filter_map(|n| named(n)).collect();
+    let mut all: Vec<(usize, Turn)> = layout.movements.iter().map(|m| (m.from, m.turn)).collect();
+    all.dedup();
+    for (arm, turn) in all.into_iter().filter(|way| !served.contains(way)) {
+        let Some((heading, _)) = arms.iter().find(|(_, of)| **of == arm) else {
+            return Err(format!(
+                "an approach has no phase (arm {arm}, clockwise from north, of the network); give its movements to phases"
+            ));
+        };
+        let name = format!("{heading}{}", letter(on_side(turn, side)));
+        let lanes = |turn: Turn| {
+            let own = layout.connections.iter();
+            own.filter(move |c| (c.movement.from, c.movement.turn) == (arm, turn))
+                .map(|c| c.from_lane)
+                .collect::<BTreeSet<u32>>()
+        };
+        let goes_with = [Turn::Through, Turn::Right, Turn::Left]
+            .into_iter()
+            .find(|other| *other != turn && served.contains(&(arm, *other)));
+        let is_shared = goes_with.is_some_and(|other| !lanes(turn).is_disjoint(&lanes(other)));
+        let Some(other) =
+            goes_with.filter(|_| turn == Turn::Right || (turn == Turn::Left && is_shared))
+        else {
+            return Err(format!("{name} has no phase; add it to movements or yielding of one"));
+        };
+        let mut numbers = Vec::new();
+        for phase in &mut plan.phases {
+            let has = |names: &[String]| names.iter().any(|n| named(n) == Some((arm, other)));
+            let (own, yields) = (has(&phase.movements), has(&phase.yielding));
+            if own && turn != Turn::Left {
+                phase.movements.push(name.clone());
+            } else if own || yields {
+                phase.yielding.push(name.clone());
+            } else {
+                continue;
+            }
+            numbers.push(phase.number.to_string());
+        }
+        if turn == Turn::Right && is_shared {
+            continue;
+        }
+        let as_what = if turn == Turn::Left { " and yields" } else { "" };
+        notes.push(format!(
+            "{name} has no phase of its own and goes with phase {}{as_what}",
+            numbers.join(" and ")
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses phases that give crossing movements the right of way together.
+fn no_crossing(
+    plan: &ExistingPlan,
+    layout: &LaneLayout,
+    named: &dyn Fn(&str) -> Option<(usize, Turn)>,
+) -> Result<(), String> {
+    let ways = |name: &str| -> Vec<&ArmMovement> {
+        let way = named(name).filter(|(_, turn)| *turn != Turn::Right);
+        layout.movements.iter().filter(|m| way == Some((m.from, m.turn))).collect()
+    };
+    for pair in plan.pairs() {
+        let of = |p: usize| plan.phases[p].movements.iter().map(move |name| (p, name));
+        let all: Vec<(usize, &String)> = pair.iter().flat_map(|p| of(*p)).collect();
+        for (i, (a, one)) in all.iter().enumerate() {
+            for (b, other) in &all[..i] {
+                let crosses = |m: &ArmMovement| ways(other).iter().any(|o| m.conflicts_with(o));
+                if !ways(one).iter().any(|m| crosses(m)) {
+                    continue;
+                }
+                let [a, b] = [a, b].map(|p| &plan.phases[*p]);
+                let numbers = match a.number == b.number {
+                    true => format!("phase {} has", a.number),
+                    false => format!(
+                        "phases {} and {} are green together (barrier {}) and have",
+                        b.number, a.number, a.barrier
+                    ),
+                };
+                return Err(format!(
+                    "{numbers} {other} and {one}, which cross; correct ring and barrier, or let one yield"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Returns a turn on the ground as the network has it, or the other way round.
+fn on_side(turn: Turn, side: DrivingSide) -> Turn {
+    match turn {
+        Turn::Left if !side.is_right() => Turn::Right,
+        Turn::Right if !side.is_right() => Turn::Left,
+        turn => turn,
+    }
+}
+
+fn letter(turn: Turn) -> char {
+    match turn {
+        Turn::Left => 'L',
+        Turn::Through => 'T',
+        Turn::Right => 'R',
+    }
+}
+
+fn word(turn: Turn) -> &'static str {
+    match turn {
+        Turn::Left => "left",
+        Turn::Through => "straight on",
+        Turn::Right => "right",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::existing::Control;
+    use crate::existing::testing::{phase, plan};
+    use crate::family::load::from_text;
+
+    /// A scenario of one intersection whose arms have these bearings, with a left lane each.
+    fn scenario(bearings_deg: &[f64], settings: &str) -> LoadedScenario {
+        let mut table = "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,right_turn_lanes,\
+                         speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n"
+            .to_owned();
+        for bearing_deg in bearings_deg {
+            table.push_str(&format!("7,a{bearing_deg},,,{bearing_deg},2,2,1,0,30,200,9000,\n"));
+        }
+        let text = format!("name = \"s\"\n[family]\napproaches = \"a.csv\"\n{settings}");
+        from_text(&text, "s.toml", &[], &|_| Ok(table.clone())).unwrap()
+    }
+
+    const CROSS: [f64; 4] = [0.0, 90.0, 180.0, 270.0];
+
+    fn plans(plan: ExistingPlan) -> Plans {
+        let named = NamedPlan { intersection: "7".into(), period: String::new(), plan, line: 2 };
+        Plans { file: "e.csv".into(), is_utdf: false, all: vec![named] }
+    }
+
+    fn tried(change: &dyn Fn(&mut ExistingPlan)) -> Placed {
+        let mut plan = plan(Control::Pretimed);
+        change(&mut plan);
+        placed(&scenario(&CROSS, ""), &plans(plan)).unwrap()
+    }
+
+    fn refused(change: &dyn Fn(&mut ExistingPlan)) -> String {
+        tried(change).refused.remove(0).1
+    }
+
+    #[test]
+    fn movements_are_ways_of_the_network() {
+        let placed = tried(&|_| ());
+        let plan = &placed.of_point["i0007"];
+        let way = |name: &str| plan.ways[name].clone();
+        assert_eq!(way("NBL"), [("in2".to_owned(), "out3".to_owned())]);
+        assert_eq!(way("EBT"), [("in3".to_owned(), "out1".to_owned())]);
+        assert_eq!(placed.doubts, []);
+    }
+
+    #[test]
+    fn left_hand_traffic_is_mirrored() {
+        let loaded = scenario(&CROSS, "[network]\ndriving_side = \"left\"\n");
+        // On the left side right turns cross opposing traffic.
+        let mut plan = plan(Control::Pretimed);
+        let swap = |name: &mut String| {
+            *name = match name.split_at(2) {
+                (heading, "L") => format!("{heading}R"),
+                (heading, "R") => format!("{heading}L"),
+                (heading, turn) => format!("{heading}{turn}"),
+            };
+        };
+        for phase in &mut plan.phases {
+            phase.movements.iter_mut().for_each(swap);
+            phase.yielding.iter_mut().for_each(swap);
+        }
+        // The left lanes of the ground are right lanes of the mirror image, and every arm has one.
+        let placed = placed(&loaded, &plans(plan)).unwrap();
+        assert_eq!(placed.refused, []);
+        // Northbound traffic comes from arm 2, and its right turn leads east, which the mirror has in the west.
+        let ways = &placed.of_point["i0007"].ways;
+        assert_eq!(ways["NBR"], [("in2".to_owned(), "out3".to_owned())]);
+        assert_eq!(ways["EBT"], [("in1".to_owned(), "out3".to_owned())]);
+    }
+
+    #[test]
+    fn right_turns_go_with_the_through_movement_and_other_movements_need_a_phase() {
+        let without = |name: &'static str| {
+            move |p: &mut ExistingPlan| {
+                for phase in &mut p.phases {
+                    phase.movements.retain(|n| n != name);
+                    phase.yielding.retain(|n| n != name);
+                }
+            }
+        };
+        let placed = tried(&without("NBR"));
+        assert_eq!(placed.of_point["i0007"].phases[1].movements, ["NBT", "NBR"]);
+        assert_eq!(placed.doubts, [], "it shares a lane");
+        let left = tried(&|p| p.phases[2].yielding.clear()).refused.remove(0).1;
+        assert_eq!(
+            left, "EBL has no phase; add it to movements or yielding of one",
+            "it has a lane of its own"
+        );
+        assert_eq!(
+            refused(&without("NBT")),
+            "NBT has no phase; add it to movements or yielding of one"
+        );
+        assert_eq!(
+            refused(&without("NBL")),
+            "NBL has no phase; add it to movements or yielding of one"
+        );
+    }
+
+    #[test]
+    fn what_the_intersection_does_not_have_is_named() {
+        let e = refused(&|p| p.phases[1].movements.push("NET".into()));
+        assert!(e.contains("it has movements of NE traffic, but no approach goes that way"), "{e}");
+        let mut tee = plan(Control::Pretimed);
+        tee.phases.retain(|p| p.number != 8 && p.number != 1);
+        tee.phases[0].movements = vec!["NBT".into()];
+        let placed = placed(&scenario(&[0.0, 180.0, 270.0], ""), &plans(tee)).unwrap();
+        assert!(
+            placed.refused[0]
+                .1
+                .contains("phase 4 has EBT, but that approach only leads left and right"),
+            "{placed:?}"
+        );
+    }
+
+    #[test]
+    fn crossing_movements_with_the_right_of_way_are_refused() {
+        let e = refused(&|p| p.phases[5].movements.push("NBT".into()));
+        assert!(e.contains("phases 4 and 8 are green together (barrier 2) and have"), "{e}");
+        let e = refused(&|p| p.phases[2].movements.push("WBL".into()));
+        assert!(e.contains("phase 4 has") && e.contains("which cross"), "{e}");
+    }
+
+    #[test]
+    fn plans_of_other_intersections_and_two_of_one_are_said() {
+        let loaded = scenario(&CROSS, "");
+        let mut other = plans(plan(Control::Pretimed));
+        other.all[0].intersection = "9".into();
+        let e = placed(&loaded, &other).unwrap_err().to_string();
+        assert!(e.contains("e.csv, line 2: none of the intersections with a plan (9)"), "{e}");
+        let mut twice = plans(plan(Control::Pretimed));
+        twice.all.push(NamedPlan { intersection: "007".into(), line: 9, ..twice.all[0].clone() });
+        let e = placed(&loaded, &twice).unwrap_err().to_string();
+        assert!(e.contains("line 9: 7 and 007 are plans of one intersection"), "{e}");
+        let mut more = plans(plan(Control::Pretimed));
+        more.all.push(NamedPlan { intersection: "9".into(), line: 9, ..more.all[0].clone() });
+        assert!(placed(&loaded, &more).unwrap().doubts[0].brief().contains("does not have (9)"));
+    }
+
+    #[test]
+    fn one_way_streets_need_phases_for_what_comes_in() {
+        let mut plan = plan(Control::Pretimed);
+        plan.phases = vec![phase(2, [1, 1, 1], "NBT NBL NBR"), phase(4, [2, 1, 1], "EBT")];
+        plan.cycle_s = None;
+        plan.reference.clear();
+        let placed = placed(&scenario(&CROSS, ""), &plans(plan)).unwrap();
+        assert!(placed.refused[0].1.contains("an approach has no phase"), "{placed:?}");
+    }
+}

@@ -1,0 +1,233 @@
+//! Existing plans from UTDF: phases, their times and the movements that they serve.
+//!
+//! - **Movements** are those that [`streets`](super::streets) makes of the lane groups: by where they lead.
+//! - **Control types** are 0 pretimed, 1 actuated, 2 semi-actuated and 3 coordinated. Semi-actuated plans run as actuated
+//!   with the recalls of the file. Without `[Timeplans]` a plan is actuated.
+//! - **A phase** is one with a longest green. Phases without a movement at the signal keep their place and time, because
+//!   they may be another node's of the same controller.
+
+use std::collections::BTreeMap;
+
+use osm_signals::Turn;
+use sheet::Fault;
+
+use super::Utdf;
+use super::streets::number;
+use super::tables::{Cell, Cells};
+use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
+use crate::vocabulary::Heading;
+
+/// Records of lane groups with a phase, and whether the movement yields in it.
+const OF_LANES: [(&str, bool); 8] = [
+    ("phase1", false),
+    ("phase2", false),
+    ("phase3", false),
+    ("phase4", false),
+    ("permphase1", true),
+    ("permphase2", true),
+    ("permphase3", true),
+    ("permphase4", true),
+];
+
+/// Records of `[Phases]` and `[Timeplans]`, and the phases of lane groups, that are read, in lower case.
+pub(super) const READ: [&str; 25] = [
+    "brp",
+    "mingreen",
+    "maxgreen",
+    "vehext",
+    "yellow",
+    "allred",
+    "recall",
+    "walk",
+    "dontwalk",
+    "dualentry",
+    "inhibitmax",
+    "control type",
+    "cycle length",
+    "offset",
+    "referenced to",
+    "reference phase",
+    "node 0",
+    "phase1",
+    "phase2",
+    "phase3",
+    "phase4",
+    "permphase1",
+    "permphase2",
+    "permphase3",
+    "permphase4",
+];
+
+/// Yellow and all-red where neither the phase nor the network says them, seconds.
+const DEFAULT_CHANGE_S: [f64; 2] = [4.0, 1.0];
+
+/// Shortest green and passage time where a phase has none, seconds.
+const DEFAULT_GREEN_S: f64 = 5.0;
+const DEFAULT_PASSAGE_S: f64 = 3.0;
+
+/// Names of the movements of a signal by the columns of its lane groups; none of those that lead nowhere.
+pub(super) type Names = BTreeMap<String, (Heading, Turn)>;
+
+/// Returns the name of a movement.
+fn name((heading, turn): (Heading, Turn)) -> String {
+    let letter = match turn {
+        Turn::Left => 'L',
+        Turn::Through => 'T',
+        Turn::Right => 'R',
+    };
+    format!("{heading}{letter}")
+}
+
+impl Utdf {
+    /// Returns the plan of a signal, or why it has none; `None` where the file has no phases of it.
+    ///
+    /// # Errors
+    ///
+    /// [`Fault`] with the line of a cell that is no number.
+    pub(super) fn plan(
+        &self,
+        id: &str,
+        names: &Names,
+    ) -> Result<Option<Result<ExistingPlan, String>>, Fault> {
+        let none = Cells::new();
+        let record =
+            |name: &str| self.tables.phases.get(&(name.to_owned(), id.to_owned())).unwrap_or(&none);
+        if record("brp").is_empty() {
+            return Ok(None);
+        }
+        let data = |name: &str| -> Result<Option<f64>, Fault> {
+            let cells = self.tables.timeplans.get(&(name.to_owned(), id.to_owned()));
+            cells.and_then(|cells| cells.get("DATA")).map(|cell| number(cell, name)).transpose()
+        };
+        let control = match data("control type")? {
+            Some(0.0) => Control::Pretimed,
+            None | Some(1.0 | 2.0) => Control::Actuated,
+            Some(3.0) => Control::Coordinated,
+            Some(other) => {
+                return Ok(Some(Err(format!(
+                    "control type {other} is not known; expected 0 to 3"
+                ))));
+            }
+        };
+        let reference = data("reference phase")?.filter(|n| *n > 0.0).map_or(0, |n| n as u32);
+        let reference = [reference / 100, reference % 100];
+        let mut plan = ExistingPlan {
+            control,
+            cycle_s: data("cycle length")?.filter(|s| *s > 0.0 && control != Control::Actuated),
+            offset_s: data("offset")?.unwrap_or_default(),
+            reference: reference.into_iter().filter(|number| *number > 0).collect(),
+            referenced_to: data("referenced to")?.filter(|n| *n >= 0.0).map_or(0, |n| n as u32),
+            phases: Vec::new(),
+            ways: BTreeMap::new(),
+        };
+        for (column, brp) in record("brp") {
+            let Some(phase) = self.phase(column, brp, &record)? else { continue };
+            match phase {
+                Ok(phase) => plan.phases.push(phase),
+                Err(reason) => return Ok(Some(Err(reason))),
+            }
+        }
+        plan.phases.sort_by_key(|phase| phase.number);
+        // A reference phase without times is none of this signal's.
+        plan.reference.retain(|number| plan.phases.iter().any(|phase| phase.number == *number));
+        if let Err(reason) = self.give_movements(id, names, &mut plan)? {
+            return Ok(Some(Err(reason)));
+        }
+        Ok(Some(plan.check().map(|_| plan)))
+    }
+
+    /// Returns the phase of a column, or why it cannot be; `None` for one that is not used.
+    fn phase<'t>(
+        &self,
+        column: &str,
+        brp: &Cell,
+        record: &dyn Fn(&str) -> &'t Cells,
+    ) -> Result<Option<Result<PlanPhase, String>>, Fault> {
+        let value =
+            |name: &str| record(name).get(column).map(|cell| number(cell, name)).transpose();
+        let Some(max_green_s) = value("maxgreen")? else { return Ok(None) };
+        let digits: Option<Vec<u32>> = brp.text.chars().map(|c| c.to_digit(10)).collect();
+        let number = column.strip_prefix('D').and_then(|text| text.parse().ok());
+        let (Some(number), Some([barrier, ring, position])) = (number, digits.as_deref()) else {
+            let text = &brp.text;
+            let message = format!(
+                "BRP of {column} = {text:?}: expected barrier, ring and position, such as 111"
+            );
+            return Err(Fault::new(brp.line, message));
+        };
+        let of_network = |name: &str, otherwise: f64| {
+            let said = self.tables.network.get(name).and_then(|text| text.parse().ok());
+            said.unwrap_or(otherwise)
+        };
+        let yellow_s = value("yellow")?;
+        let all_red_s = value("allred")?;
+        let walk_s =
+            value("walk")?.filter(|s| *s > 0.0).zip(value("dontwalk")?.filter(|s| *s > 0.0));
+        let recall = match value("recall")? {
+            None => Recall::None,
+            Some(code) => match Recall::ALL.get(code as usize).filter(|_| code >= 0.0) {
+                Some(recall) => *recall,
+                None => {
+                    return Ok(Some(Err(format!(
+                        "recall {code} of phase {number} is not known; expected 0 to 3"
+                    ))));
+                }
+            },
+        };
+        // Pedestrian recall without pedestrians is a vehicle recall.
+        let recall = if recall == Recall::Ped && walk_s.is_none() { Recall::Min } else { recall };
+        let phase = PlanPhase {
+            number,
+            ring: *ring,
+            barrier: *barrier,
+            position: *position,
+            movements: Vec::new(),
+            yielding: Vec::new(),
+            min_green_s: value("mingreen")?.unwrap_or(DEFAULT_GREEN_S.min(max_green_s)),
+            max_green_s,
+            passage_s: value("vehext")?.unwrap_or(DEFAULT_PASSAGE_S),
+            yellow_s: yellow_s.unwrap_or_else(|| of_network("yellowtime", DEFAULT_CHANGE_S[0])),
+            all_red_s: all_red_s.unwrap_or_else(|| of_network("allredtime", DEFAULT_CHANGE_S[1])),
+            walk_s: walk_s.map(|(walk_s, clearance_s)| [walk_s, clearance_s]),
+            recall,
+            dual_entry: value("dualentry")?.is_some_and(|flag| flag != 0.0),
+            inhibit_max: value("inhibitmax")?.is_some_and(|flag| flag != 0.0),
+        };
+        Ok(Some(Ok(phase)))
+    }
+
+    /// Gives phases their movements, or says why they cannot have them.
+    fn give_movements(
+        &self,
+        id: &str,
+        names: &Names,
+        plan: &mut ExistingPlan,
+    ) -> Result<Result<(), String>, Fault> {
+        for (record, yields) in OF_LANES {
+            let Some(cells) = self.tables.lanes.get(&(record.to_owned(), id.to_owned())) else {
+                continue;
+            };
+            for (column, cell) in cells {
+                let Some(way) = names.get(column) else { continue };
+                let number = number(cell, record)?;
+                if number <= 0.0 {
+                    continue;
+                }
+                let Some(phase) = plan.phases.iter_mut().find(|p| f64::from(p.number) == number)
+                else {
+                    return Ok(Err(format!(
+                        "{record} of {column} is {number}, which has no times in [Phases]"
+                    )));
+                };
+                let name = name(*way);
+                let known = phase.movements.contains(&name) || phase.yielding.contains(&name);
+                if !known && yields {
+                    phase.yielding.push(name);
+                } else if !known {
+                    phase.movements.push(name);
+                }
+            }
+        }
+        Ok(Ok(()))
+    }
+}
