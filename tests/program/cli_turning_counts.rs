@@ -188,6 +188,7 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     }
     let page = fs::read_to_string(folder.path().join("r/report/index.html")).unwrap();
     assert!(page.contains("id=\"movements\"") && page.contains("id=\"cabinet\""));
+    plans_go_back(folder.path());
     fs::write(folder.path().join("c.csv"), "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n")
         .unwrap();
     succeed(folder.path(), "build-networks --utdf n.csv --turning-counts c.csv --out both");
@@ -353,4 +354,43 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     let config = "city/networks/i0007/i0007.sumocfg";
     let e = refused(&format!("run --sumocfg {config} --methods existing --out x"));
     assert!(e.contains("what SUMO scenarios have today is the method program"), "{e}");
+}
+
+/// Checks that the network without its phases takes back the plans that the report wrote, with the same values, and that
+/// they run as another method's plan.
+fn plans_go_back(folder: &Path) {
+    let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    let network = read("n.csv");
+    let streets = network.split("[Timeplans]").next().unwrap();
+    let is_phase = |line: &&str| line.starts_with("Phase") || line.starts_with("PermPhase");
+    let streets: Vec<&str> = streets.lines().filter(|line| !is_phase(line)).collect();
+    for method in ["existing", "nema", "fixed-time"] {
+        let plans = read(&format!("r/report/plans/{method}.utdf.csv"));
+        let plans = plans.split_once("[Lanes]").unwrap().1;
+        fs::write(folder.join("back.csv"), format!("{}\n\n[Lanes]{plans}", streets.join("\n")))
+            .unwrap();
+        succeed(folder, &format!("build-networks --utdf back.csv --force --out back-{method}"));
+        let table = read(&format!("back-{method}/existing.csv"));
+        assert!(table.lines().count() > 4, "{method}: {table}");
+    }
+    // Right turns that go with the through movement have its phase now; all else is the same.
+    let rows = |name: &str| -> Vec<BTreeMap<String, String>> {
+        let mut reader = csv::Reader::from_path(folder.join(name)).unwrap();
+        let rows = reader.deserialize::<BTreeMap<String, String>>().map(Result::unwrap);
+        rows.map(|mut row| {
+            let names = row["movements"].split(' ').filter(|name| !name.ends_with('R'));
+            let names = names.collect::<Vec<_>>().join(" ");
+            row.insert("movements".to_owned(), names);
+            row
+        })
+        .collect()
+    };
+    assert_eq!(rows("back-existing/existing.csv"), rows("networks/n/existing.csv"));
+    assert!(read("back-existing/existing.csv").contains(",SBT SBR,SBL,"));
+    succeed(
+        folder,
+        "run back-nema --budget all --methods existing --eval-seeds 1 --set demand.horizon_s=60 --out back",
+    );
+    let page = read("r/report/plans/i0001.html");
+    assert!(page.contains("@media print") && page.contains("coordinated, cycle 100 s"), "{page}");
 }

@@ -13,9 +13,10 @@ mod described;
 mod files;
 mod program_xml;
 mod read;
+pub(super) mod sheets;
 mod table;
 mod task_plan;
 
-pub(super) use files::{TABLE, write};
+pub(super) use files::{FOLDER, TABLE, write};
 pub(super) use read::plans;
 pub use task_plan::{Programs, Source, TaskPlan};

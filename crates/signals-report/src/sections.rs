@@ -301,6 +301,7 @@ impl Sections for TrafficSections {
                  run was started in, with its networks"
             )
         }));
+        written.notes.extend(plans::sheets::write(&folder.join(plans::FOLDER), seen)?.notes);
         let path = folder.join(plans::cabinet::TABLE);
         write_atomically(&path, plans::cabinet::table(seen).as_bytes())?;
         written.files.push(path);

@@ -59,8 +59,11 @@ pub struct RingPhase {
     pub barrier: u32,
     /// Its place in the ring before that barrier, from 1.
     pub position: u32,
-    /// Its movements, such as `NBT`.
+    /// Its movements, such as `NBT`, that have the right of way where nobody else says so.
     pub movements: Vec<String>,
+    /// Its movements that yield to what is green beside it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub yielding: Vec<String>,
     /// Shortest green, seconds.
     pub min_green_s: u32,
     /// Time without a vehicle after which the green may end, seconds.

@@ -109,18 +109,18 @@ fn rows(data: &Analysis, plan: &TaskPlan, names: &Names) -> Vec<Vec<String>> {
 }
 
 /// Returns the plan that a task of the method `existing` ran, as it was given.
-fn existing_of(data: &Analysis, plan: &TaskPlan) -> Option<ExistingPlan> {
+pub(super) fn existing_of(data: &Analysis, plan: &TaskPlan) -> Option<ExistingPlan> {
     let identity = &data.manifest.identity;
     let is_existing = identity.methods[plan.method] == existing::METHOD.name;
     existing_plan(&identity.points[plan.point]).ok().flatten().filter(|_| is_existing)
 }
 
 /// Returns a time without digits that come from adding tenths.
-fn seconds(value: f64) -> String {
+pub(super) fn seconds(value: f64) -> String {
     ((value * 1000.0).round() / 1000.0).to_string()
 }
 
-fn existing_cells(plan: &ExistingPlan, phase: &PlanPhase) -> Vec<String> {
+pub(super) fn existing_cells(plan: &ExistingPlan, phase: &PlanPhase) -> Vec<String> {
     let [walk_s, clearance_s] =
         [0, 1].map(|i| phase.walk_s.map_or_else(String::new, |both| seconds(both[i])));
     let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
@@ -140,7 +140,7 @@ fn existing_cells(plan: &ExistingPlan, phase: &PlanPhase) -> Vec<String> {
         clearance_s,
         phase.recall.name().to_owned(),
         plan.cycle_s.map_or_else(String::new, seconds),
-        if plan.control == Control::Actuated { String::new() } else { seconds(phase.split_s()) },
+        seconds(phase.split_s()),
         plan.control.name().to_owned(),
         seconds(plan.offset_s),
         reference.join(" "),
@@ -158,7 +158,7 @@ fn phase_cells(phase: &RingPhase) -> Vec<String> {
         phase.barrier.to_string(),
         phase.position.to_string(),
         phase.movements.join(" "),
-        String::new(),
+        phase.yielding.join(" "),
         phase.min_green_s.to_string(),
         phase.passage_s.to_string(),
         phase.max_green_s.to_string(),
@@ -248,7 +248,8 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
             plan.rings.iter().map(of).collect()
         };
         if !signals.is_empty() {
-            sheets.push(context! { title => title(), method, signals });
+            let page = format!("plans/{}", super::sheets::page_name(seen, plan.point));
+            sheets.push(context! { title => title(), method, signals, page });
         }
     }
     if sheets.is_empty() {
@@ -263,7 +264,7 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 }
 
 /// Returns what an existing plan is, for a caption.
-fn of_plan(plan: &ExistingPlan) -> String {
+pub(super) fn of_plan(plan: &ExistingPlan) -> String {
     let mut text = plan.control.name().to_owned();
     if let Some(cycle_s) = plan.cycle_s {
         text.push_str(&format!(
@@ -282,7 +283,7 @@ fn of_plan(plan: &ExistingPlan) -> String {
 }
 
 /// Returns the cells of phases for the page, by number.
-fn by_number(phases: impl Iterator<Item = (u32, Vec<String>)>) -> Vec<Value> {
+pub(super) fn by_number(phases: impl Iterator<Item = (u32, Vec<String>)>) -> Vec<Value> {
     let mut phases: Vec<(u32, Vec<String>)> = phases.collect();
     phases.sort_by_key(|(number, _)| *number);
     phases.into_iter().map(|(_, cells)| phase_value(&cells)).collect()
@@ -302,6 +303,7 @@ fn phase_value(cells: &[String]) -> Value {
         max => dash(8),
         yellow => dash(9),
         red => dash(10),
+        split => dash(15),
         walk => dash(11),
         clearance => dash(12),
         recall => match cells[13].as_str() {

@@ -23,7 +23,7 @@ const TUNED: &str = "fixed-time";
 pub(crate) const TABLE: &str = "plans.csv";
 
 /// Name of the folder within the report.
-const FOLDER: &str = "plans";
+pub(crate) const FOLDER: &str = "plans";
 
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -4,11 +4,12 @@
 //! one per section, which their columns tell apart. Columns are found by their names. An empty cell means "not applicable",
 //! and a star before a value that somebody entered it in place of the computed one.
 //!
-//! [`Utdf::intersections`] makes approaches of it.
+//! [`Utdf::intersections`] makes approaches and plans of it, and [`to_utdf`] writes plans.
 
 mod plans;
 mod streets;
 mod tables;
+mod write;
 
 use std::path::Path;
 
@@ -24,6 +25,7 @@ use evaluation::family::names::safe_id;
 pub use streets::Converted;
 use streets::NO_PLAN;
 use tables::Tables;
+pub use write::to_utdf;
 
 /// A network in UTDF, from one or more files.
 #[derive(Debug, Clone, PartialEq, Default)]

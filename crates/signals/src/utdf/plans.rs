@@ -228,6 +228,12 @@ impl Utdf {
                 }
             }
         }
+        // As engineers list them: left, through, right.
+        for phase in &mut plan.phases {
+            let order = |name: &String| Heading::of_movement(name);
+            phase.movements.sort_by_key(order);
+            phase.yielding.sort_by_key(order);
+        }
         Ok(Ok(()))
     }
 }

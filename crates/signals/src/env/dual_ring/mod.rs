@@ -143,13 +143,23 @@ impl DualRing {
             for (ring, phases) in side.iter().enumerate() {
                 for (position, index) in phases.iter().enumerate() {
                     let phase = &plan.phases[*index];
-                    let mut movements: Vec<String> = Vec::new();
-                    for name in phase.links.iter().filter_map(|link| names.get(*link)).flatten() {
-                        if !movements.contains(name) {
-                            movements.push(name.clone());
+                    let (mut movements, mut yielding): (Vec<String>, Vec<String>) =
+                        Default::default();
+                    for link in &phase.links {
+                        let into = match self.rings.yields(*link, *index, &side[1 - ring]) {
+                            true => &mut yielding,
+                            false => &mut movements,
+                        };
+                        for name in names.get(*link).into_iter().flatten() {
+                            if !into.contains(name) {
+                                into.push(name.clone());
+                            }
                         }
                     }
+                    // A movement whose links differ has the right of way on some of its lanes.
+                    yielding.retain(|name| !movements.contains(name));
                     movements.sort_by_key(|name| listed_before(name));
+                    yielding.sort_by_key(|name| listed_before(name));
                     let people_s = phase.crossings.iter().map(|crossing| crossing.1).max();
                     sheet.push(RingPhase {
                         number: phase.number,
@@ -157,6 +167,7 @@ impl DualRing {
                         barrier: barrier as u32 + 1,
                         position: position as u32 + 1,
                         movements,
+                        yielding,
                         min_green_s: phase.min_s,
                         passage_s: phase.passage_s,
                         max_green_s: phase.max_s,

@@ -397,6 +397,13 @@ impl Rings {
         true
     }
 
+    /// Whether a link yields in a phase to what is green in it, or may be beside it in the other ring.
+    pub(super) fn yields(&self, link: usize, phase: usize, other_ring: &[usize]) -> bool {
+        let phases = other_ring.iter().chain([&phase]);
+        let mut others = phases.flat_map(|p| &self.plan.phases[*p].links);
+        self.links.always_yields(link) || others.any(|other| self.links.yields(link, *other))
+    }
+
     /// Returns what is green when a phase is alone.
     pub(super) fn alone(&self, phase: usize) -> String {
         let mut green = vec![false; self.links.count()];

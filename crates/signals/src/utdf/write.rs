@@ -1,0 +1,227 @@
+//! Plans as UTDF, for Synchro to merge into the network that they belong to: `[Lanes]` with the phases of movements,
+//! `[Timeplans]` and `[Phases]`. Nodes, links and volumes stay those of the network.
+
+use std::collections::BTreeMap;
+
+use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
+
+/// Columns of movements, in UTDF's order.
+const MOVEMENTS: [&str; 24] = [
+    "NBL", "NBT", "NBR", "SBL", "SBT", "SBR", "EBL", "EBT", "EBR", "WBL", "WBT", "WBR", "NEL",
+    "NET", "NER", "NWL", "NWT", "NWR", "SEL", "SET", "SER", "SWL", "SWT", "SWR",
+];
+
+/// Fewest columns of phases.
+const LEAST_PHASES: u32 = 8;
+
+/// Most phases of a movement with and without the right of way.
+const MOST_OF_MOVEMENT: usize = 4;
+
+/// Returns plans by the number of their node as UTDF.
+///
+/// # Errors
+///
+/// The node and what of its plan UTDF cannot say.
+pub fn to_utdf(plans: &[(u32, ExistingPlan)]) -> Result<String, String> {
+    for (node, plan) in plans {
+        check(plan).map_err(|reason| format!("node {node}: {reason}"))?;
+    }
+    let mut text = "[Network]\nNetwork Settings\nRECORDNAME,DATA\nUTDFVERSION,8\nMetric,0\n\n[Lanes]\nLane Group Data\n"
+        .to_owned();
+    text.push_str(&format!("RECORDNAME,INTID,{}\n", MOVEMENTS.join(",")));
+    plans.iter().for_each(|(node, plan)| lanes(&mut text, *node, plan));
+    text.push_str("\n[Timeplans]\nTiming Plan Settings\nRECORDNAME,INTID,DATA\n");
+    plans.iter().for_each(|(node, plan)| times(&mut text, *node, plan));
+    text.push_str("\n[Phases]\nPhasing Data\nRECORDNAME,INTID");
+    let numbers = plans.iter().flat_map(|(_, plan)| plan.phases.iter().map(|p| p.number));
+    let most = numbers.max().unwrap_or_default().max(LEAST_PHASES);
+    (1..=most).for_each(|number| text.push_str(&format!(",D{number}")));
+    text.push('\n');
+    plans.iter().for_each(|(node, plan)| phases(&mut text, *node, plan, most));
+    text.push('\n');
+    Ok(text)
+}
+
+/// Checks that UTDF can say what a plan is.
+fn check(plan: &ExistingPlan) -> Result<(), String> {
+    plan.check()?;
+    for phase in &plan.phases {
+        if [phase.barrier, phase.ring, phase.position].iter().any(|place| *place > 9) {
+            return Err(format!("phase {} has a barrier or position above 9", phase.number));
+        }
+        if let Some(name) = phase.all_movements().find(|name| !MOVEMENTS.contains(&name.as_str())) {
+            return Err(format!("{name} is no movement of UTDF"));
+        }
+    }
+    let names = plan.phases.iter().flat_map(PlanPhase::all_movements);
+    for name in names {
+        let of = |names: fn(&PlanPhase) -> &Vec<String>| {
+            plan.phases.iter().filter(|p| names(p).contains(name)).count()
+        };
+        if of(|p| &p.movements) > MOST_OF_MOVEMENT || of(|p| &p.yielding) > MOST_OF_MOVEMENT {
+            return Err(format!("{name} has more than {MOST_OF_MOVEMENT} phases"));
+        }
+    }
+    Ok(())
+}
+
+/// Writes a record: its name, the node and its cells.
+fn record(text: &mut String, name: &str, node: u32, cells: impl Iterator<Item = String>) {
+    text.push_str(&format!("{name},{node}"));
+    cells.for_each(|cell| text.push_str(&format!(",{cell}")));
+    text.push('\n');
+}
+
+/// Returns a time as UTDF has it: tenths, and more where there are more.
+fn number(value: f64) -> String {
+    ((value * 1000.0).round() / 1000.0).to_string()
+}
+
+fn lanes(text: &mut String, node: u32, plan: &ExistingPlan) {
+    for (kind, names) in [
+        ("Phase", (|p: &PlanPhase| &p.movements) as fn(&PlanPhase) -> &Vec<String>),
+        ("PermPhase", |p| &p.yielding),
+    ] {
+        let mut of: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+        for phase in &plan.phases {
+            names(phase).iter().for_each(|name| of.entry(name).or_default().push(phase.number));
+        }
+        let rows = of.values().map(Vec::len).max().unwrap_or_default();
+        for row in 0..rows {
+            let cell = |name: &&str| {
+                of.get(name).and_then(|all| all.get(row)).map_or_else(String::new, u32::to_string)
+            };
+            record(text, &format!("{kind}{}", row + 1), node, MOVEMENTS.iter().map(cell));
+        }
+    }
+}
+
+fn times(text: &mut String, node: u32, plan: &ExistingPlan) {
+    let control = match plan.control {
+        Control::Pretimed => 0,
+        Control::Actuated => 1,
+        Control::Coordinated => 3,
+    };
+    let reference = match plan.reference[..] {
+        [one] => one,
+        [first, second, ..] => 100 * first + second,
+        [] => 0,
+    };
+    let cycle_s = plan.cycle_s.unwrap_or_else(|| plan.sum_s());
+    for (name, value) in [
+        ("Control Type", control.to_string()),
+        ("Cycle Length", number(cycle_s)),
+        ("Lock Timings", "0".to_owned()),
+        ("Referenced To", plan.referenced_to.to_string()),
+        ("Reference Phase", reference.to_string()),
+        ("Offset", number(plan.offset_s)),
+        ("Master", "0".to_owned()),
+        ("Yield", "0".to_owned()),
+        ("Node 0", node.to_string()),
+        ("Node 1", "0".to_owned()),
+    ] {
+        record(text, name, node, std::iter::once(value));
+    }
+}
+
+fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
+    let flag = |flag: bool| u32::from(flag).to_string();
+    let people =
+        |p: &PlanPhase, i: usize| p.walk_s.map_or_else(String::new, |both| number(both[i]));
+    let least_s = |p: &PlanPhase| {
+        let walk_s = p.walk_s.map_or(0.0, |[walk_s, clearance_s]| walk_s + clearance_s);
+        p.min_green_s.max(walk_s) + p.yellow_s + p.all_red_s
+    };
+    let recall =
+        |p: &PlanPhase| Recall::ALL.iter().position(|r| *r == p.recall).unwrap_or_default();
+    let records: [(&str, &dyn Fn(&PlanPhase) -> String); 16] = [
+        ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
+        ("MinGreen", &|p| number(p.min_green_s)),
+        ("MaxGreen", &|p| number(p.max_green_s)),
+        ("VehExt", &|p| number(p.passage_s)),
+        ("TimeBeforeReduce", &|_| "0".to_owned()),
+        ("TimeToReduce", &|_| "0".to_owned()),
+        ("MinGap", &|p| number(p.passage_s)),
+        ("Yellow", &|p| number(p.yellow_s)),
+        ("AllRed", &|p| number(p.all_red_s)),
+        ("Recall", &|p| recall(p).to_string()),
+        ("Walk", &|p| people(p, 0)),
+        ("DontWalk", &|p| people(p, 1)),
+        ("PedCalls", &|p| p.walk_s.map_or_else(String::new, |_| "0".to_owned())),
+        ("MinSplit", &|p| number(least_s(p))),
+        ("DualEntry", &|p| flag(p.dual_entry)),
+        ("InhibitMax", &|p| flag(p.inhibit_max)),
+    ];
+    for (name, cell) in records {
+        let of = |number: u32| {
+            plan.phases.iter().find(|p| p.number == number).map_or_else(String::new, cell)
+        };
+        record(text, name, node, (1..=most).map(of));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Utdf;
+    use super::*;
+    use crate::existing::testing::plan;
+
+    const TWO: &str = include_str!("../../tests/utdf/two-signals.csv");
+
+    /// The network without phases and times, as it is in a model that takes plans back.
+    fn without_plans() -> String {
+        let streets = TWO.split("[Timeplans]").next().unwrap();
+        let is_phase = |line: &str| line.starts_with("Phase") || line.starts_with("PermPhase");
+        streets.lines().filter(|line| !is_phase(line)).map(|line| format!("{line}\n")).collect()
+    }
+
+    #[test]
+    fn plans_that_were_written_are_read_back_with_the_same_values() {
+        let mut whole = Utdf::default();
+        whole.add(TWO.as_bytes(), "n.csv").unwrap();
+        let plans = whole.intersections().unwrap().plans.all;
+        let named: Vec<(u32, ExistingPlan)> =
+            plans.iter().map(|p| (p.intersection.parse().unwrap(), p.plan.clone())).collect();
+        let text = to_utdf(&named).unwrap();
+        let mut back = Utdf::default();
+        back.add(without_plans().as_bytes(), "n.csv").unwrap();
+        assert_eq!(back.intersections().unwrap().plans.all, []);
+        back.add(text.as_bytes(), "p.csv").unwrap();
+        let again = back.intersections().unwrap().plans.all;
+        let of = |all: &[crate::existing::NamedPlan]| {
+            all.iter().map(|p| p.plan.clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&again), of(&plans));
+    }
+
+    #[test]
+    fn rows_are_those_of_synchro() {
+        let text = to_utdf(&[(7, plan(Control::Coordinated))]).unwrap();
+        for line in [
+            "Phase1,7,5,2,2,1,6,6,,4,4,,8,8,,,,,,,,,,,,",
+            "PermPhase1,7,,,,,,,4,,,8,,,,,,,,,,,,,,",
+            "Control Type,7,3",
+            "Cycle Length,7,61.5",
+            "Reference Phase,7,206",
+            "BRP,7,111,112,,211,121,122,,221",
+            "MaxGreen,7,8,20,,20,8,20,,20",
+            "Yellow,7,3.5,3.5,,3.5,3.5,3.5,,3.5",
+        ] {
+            assert!(text.lines().any(|l| l == line), "{line}\n{text}");
+        }
+    }
+
+    #[test]
+    fn what_utdf_cannot_say_is_refused() {
+        let mut high = plan(Control::Actuated);
+        high.phases[0].position = 12;
+        high.phases[1].position = 13;
+        assert_eq!(
+            to_utdf(&[(7, high)]).unwrap_err(),
+            "node 7: phase 1 has a barrier or position above 9"
+        );
+        let mut second = plan(Control::Actuated);
+        second.phases[0].movements.push("NBL2".into());
+        assert_eq!(to_utdf(&[(7, second)]).unwrap_err(), "node 7: NBL2 is no movement of UTDF");
+    }
+}
