@@ -120,6 +120,8 @@ fn compile_shim(found: &Found, shim: &Path) {
     let mut command: Command = cc::Build::new().cpp(true).std("c++17").get_compiler().to_command();
     command
         .args(["-shared", "-fPIC", "-O2", "-s", "-Wall", "-Wextra", "-Wl,-z,defs"])
+        // Another libsumo is an error when it is loaded; otherwise the process would end at the first call.
+        .arg("-Wl,-z,now")
         .arg("csrc/shim.cpp")
         .arg("-o")
         .arg(shim)

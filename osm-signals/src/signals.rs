@@ -19,7 +19,7 @@ use choice::{conditions, doubt, kinds, named};
 use super::error::{OsmError, brief};
 use super::extract::Place;
 use super::file;
-use super::geometry::checked_place;
+use super::geometry::{checked_place, distance_m};
 use super::sources::Source;
 use super::table::{Column, Table};
 use super::wkt;
@@ -62,6 +62,10 @@ const POINT: [&str; 10] = [
 
 /// Usual names of the column with the controller; a column `controller` mostly has its type.
 const CONTROLLER: [&str; 2] = ["controller_id", "controllerid"];
+
+/// Farthest that a signal may be from the next one of its controller to be at the same intersection, metres: more than the
+/// ramps of an interchange with one controller are apart, less than a block of most cities. This project's choice.
+const ONE_CONTROLLER_M: f64 = 250.0;
 
 /// Names of a signal list's columns, where they are not among the usual ones, and which of its rows count.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -204,6 +208,7 @@ impl SignalList {
         }
         let kinds = found.into_iter().filter_map(|(c, values)| doubt(table.name(c), &values));
         list.doubts = kinds.collect();
+        list.doubts.extend(part_controllers(&mut list.signals));
         Ok(list)
     }
 
@@ -256,6 +261,46 @@ fn places(table: &Table<'_>, columns: &SignalColumns) -> Result<At, OsmError> {
         return Ok(At::Degrees(table.need(&degrees[0])?, table.need(&degrees[1])?));
     }
     Ok(At::Text(table.need(&text)?))
+}
+
+/// Gives signals of one controller that are not near each other controllers of their own, and says so: one intersection
+/// cannot have them all, and a column may hold another thing, such as the type of the controller.
+fn part_controllers(signals: &mut [ListedSignal]) -> Option<String> {
+    let mut of: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (row, signal) in signals.iter().enumerate() {
+        if let Some(controller) = &signal.controller {
+            of.entry(controller.clone()).or_default().push(row);
+        }
+    }
+    let mut apart: Vec<(String, usize)> = Vec::new();
+    for (controller, mut rows) in of {
+        let mut parts = 0;
+        while let Some(first) = rows.pop() {
+            let mut part = vec![first];
+            let mut next = 0;
+            while let Some(from) = part.get(next).map(|row| signals[*row].place) {
+                let near = |row: &usize| distance_m(from, signals[*row].place) <= ONE_CONTROLLER_M;
+                part.extend(rows.extract_if(.., |row| near(row)));
+                next += 1;
+            }
+            parts += 1;
+            if parts > 1 {
+                part.iter().for_each(|row| {
+                    signals[*row].controller = Some(format!("{controller} {parts}"))
+                });
+            }
+        }
+        if parts > 1 {
+            apart.push((controller, parts));
+        }
+    }
+    let (controller, parts) = apart.first()?;
+    Some(format!(
+        "{} controllers have signals more than {ONE_CONTROLLER_M} m from their others, which stay intersections of their \
+         own: {} has {parts} places",
+        apart.len(),
+        brief(controller)
+    ))
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ pub(super) const PLACE: [&str; 2] = ["feature_latitude", "feature_longitude"];
 const QUOTED_NAMES: usize = 5;
 
 /// Usual names of the column with the latitude.
-const LATITUDE: [&str; 10] = [
+const LATITUDE: [&str; 13] = [
     PLACE[0],
     "latitude",
     "lat",
@@ -33,10 +33,13 @@ const LATITUDE: [&str; 10] = [
     "gps_lat",
     "point_y",
     "y_coord",
+    "shape_lat",
+    "latitude_dd",
+    "lat_deg",
 ];
 
 /// Usual names of the column with the longitude.
-const LONGITUDE: [&str; 12] = [
+const LONGITUDE: [&str; 18] = [
     PLACE[1],
     "longitude",
     "lon",
@@ -49,6 +52,12 @@ const LONGITUDE: [&str; 12] = [
     "gps_lon",
     "point_x",
     "x_coord",
+    "shape_lng",
+    "shape_lon",
+    "gps_lng",
+    "lng_wgs84",
+    "longitude_dd",
+    "lon_deg",
 ];
 
 /// A column to look for.

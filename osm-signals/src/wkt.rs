@@ -1,9 +1,19 @@
 //! Points as texts: `POINT (longitude latitude)`, as databases and portals write them.
 
+use serde::Deserialize;
+
 use super::error::brief;
 
+/// A point as GeoJSON, which portals of CKAN write into cells.
+#[derive(Deserialize)]
+#[serde(tag = "type", content = "coordinates")]
+enum GeoJson {
+    Point(Vec<f64>),
+    MultiPoint([Vec<f64>; 1]),
+}
+
 /// Returns latitude and longitude, degrees, of a text such as `POINT (-111.9 40.7)`, `SRID=4326;POINT Z(-111.9 40.7 3)`,
-/// or `(40.7, -111.9)`, which portals of Socrata write.
+/// `(40.7, -111.9)`, which portals of Socrata write, or `{"type": "Point", "coordinates": [-111.9, 40.7]}`.
 ///
 /// # Errors
 ///
@@ -15,6 +25,14 @@ pub(super) fn point(text: &str) -> Result<(f64, f64), String> {
             brief(text)
         )
     };
+    if text.trim_start().starts_with('{') {
+        let (GeoJson::Point(at) | GeoJson::MultiPoint([at])) =
+            serde_json::from_str(text).map_err(|_| wrong())?;
+        return match at[..] {
+            [longitude, latitude] | [longitude, latitude, _] => Ok((latitude, longitude)),
+            _ => Err(wrong()),
+        };
+    }
     let plain = text.trim().to_uppercase();
     let plain = plain.split_once(';').map_or(plain.as_str(), |(_, rest)| rest).trim();
     let kind = plain.split('(').next().unwrap_or_default().trim();
@@ -50,6 +68,8 @@ mod tests {
             "SRID=4326;POINT(-111.9 40.7)",
             "MULTIPOINT ((-111.9 40.7))",
             "(40.7, -111.9)",
+            r#"{"type": "Point", "coordinates": [-111.9, 40.7]}"#,
+            r#"{"coordinates": [[-111.9, 40.7, 3.0]], "type": "MultiPoint"}"#,
         ] {
             assert_eq!(point(text), Ok((40.7, -111.9)), "{text}");
         }
@@ -61,6 +81,9 @@ mod tests {
             "LINESTRING (1 2)",
             "MULTIPOINT (1 2, 3 4)",
             "1 2",
+            r#"{"type": "Point", "coordinates": [1]}"#,
+            r#"{"type": "MultiPoint", "coordinates": [[1, 2], [3, 4]]}"#,
+            r#"{"type": "LineString", "coordinates": [[1, 2]]}"#,
         ] {
             assert!(point(text).is_err(), "{text}");
         }

@@ -175,6 +175,8 @@ pub(crate) fn estimate<'py>(
         design: Some(&design),
         resamples: measured.resamples,
         alpha: plan.alpha(),
+        // Scores alone do not tell how often a learner was trained.
+        learned_once: false,
     };
     // Equally seeded for all methods, so that their resamples are paired.
     let mut rng = ChaCha8Rng::seed_from_u64(derive(measured.seed, &["report", "bootstrap"]));

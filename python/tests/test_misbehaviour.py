@@ -65,6 +65,10 @@ CASES = {
         "    def act(self, obs):\n        import os\n        os.fork()\n        return [0]\n",
         ["act() forked, and the new process came back from it"],
     ),
+    "changes the working folder": (
+        "    def act(self, obs):\n        import os\n        os.chdir('/')\n        return [0]\n",
+        ["act() changed the working folder to /, where the run would not find its files"],
+    ),
     "forks in __init__": (
         "    def __init__(self):\n        import os\n        os.fork()\n"
         "    def act(self, obs): return [0]\n",

@@ -81,7 +81,15 @@ def open_source(source: str) -> Opened:
         arguments = {"args": [], "kwargs": {}, **(json.loads(text) if text else {})}
     except ValueError as e:
         raise Error(f"what stands behind the ? is no JSON ({e})") from None
+    folder = os.getcwd()
     cls: Any = _load(path)
+    if os.getcwd() != folder:
+        to = os.getcwd()
+        os.chdir(folder)
+        raise Error(
+            f"{path.name} changes the working folder to {to} when it is imported, where the run would not find its files; "
+            "use paths that begin at os.path.dirname(os.path.abspath(__file__))"
+        )
     for part in name.split("."):
         cls = getattr(cls, part, None)
         if cls is None:

@@ -15,7 +15,7 @@ use crate::run::domain::Domain;
 use crate::run::effort::RunEfforts;
 use crate::run::executor::{Event, Launcher, Local};
 use crate::run::session::Session;
-use crate::store::manifest::{GIT, Task};
+use crate::store::manifest::{GIT, Manifest, Task};
 use crate::store::results::Results;
 
 /// Tasks and report of a run that is open.
@@ -85,12 +85,8 @@ impl Labour<'_> {
         if talk && todo.len() < results.plan().len() {
             let (done, all) = (results.done().count(), results.plan().len());
             note(format!("{done} of {all} tasks are already done"));
-            let begun = self.session.manifest.provenance.git.as_str();
-            if !todo.is_empty() && begun != GIT {
-                note(format!(
-                    "warning: this run was begun by the build {begun} and goes on with {GIT}; where they measure otherwise, \
-                     its records are of both (each says its build); another --out has records of this one alone"
-                ));
+            if !todo.is_empty() {
+                other_build(&self.session.manifest).into_iter().for_each(note);
             }
         }
         let efforts = RunEfforts::new(self.domain, &self.session.manifest.identity)?;
@@ -177,4 +173,15 @@ impl Labour<'_> {
         }
         Ok(exit::DONE)
     }
+}
+
+/// Returns a warning where another build began a run than goes on with it.
+pub(super) fn other_build(manifest: &Manifest) -> Option<String> {
+    let begun = manifest.provenance.git.as_str();
+    (begun != GIT).then(|| {
+        format!(
+            "warning: this run was begun by the build {begun} and goes on with {GIT}; where they measure otherwise, \
+             its records are of both (each says its build); another --out has records of this one alone"
+        )
+    })
 }

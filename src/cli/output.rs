@@ -18,7 +18,16 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 ///
 /// The operating system's, a closed pipe among them.
 pub(super) fn line(text: impl std::fmt::Display) -> std::io::Result<()> {
-    writeln!(std::io::stdout(), "{}", plain(&text.to_string()))
+    writeln!(std::io::stdout(), "{}", plain(&text.to_string())).map_err(of_stdout)
+}
+
+/// Returns an error of standard output that says so: a full one is no full results disk.
+pub(super) fn of_stdout(e: std::io::Error) -> std::io::Error {
+    match e.kind() {
+        // Whoever reads has enough, which is no failure.
+        std::io::ErrorKind::BrokenPipe => e,
+        kind => std::io::Error::new(kind, format!("cannot write to standard output: {e}")),
+    }
 }
 
 /// Writes one line to standard error, above a progress bar.

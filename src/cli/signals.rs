@@ -92,11 +92,11 @@ pub(super) fn run(args: &SignalsArgs) -> anyhow::Result<u8> {
             line(text::text(&look, number))?;
         }
     }
-    if let Some(railways) = look.left_alone() {
+    for left_alone in look.left_alone() {
         // A line of JSON is a signal.
         match args.json {
-            true => note(railways),
-            false => line(railways)?,
+            true => note(left_alone),
+            false => line(left_alone)?,
         }
     }
     if let Some(folder) = &args.svg {

@@ -115,6 +115,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
             "packs_held": held,
             "seconds_left": left_s,
             "batch_error": silent,
+            "builds": tally.builds.several(),
         }))?;
         return Ok(code(missing, tally.failed.len()));
     }
@@ -126,6 +127,9 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         parts.push(format!("{} of the missing with a checkpoint", tally.begun.len()));
     }
     line(format!("{}: {}", args.dir.display(), parts.join(", ")))?;
+    if let Some(builds) = tally.builds.warning() {
+        line(format!("  {builds}"))?;
+    }
     for (submission, counts) in &there.submissions {
         let counts = counts.iter().map(|(standing, reason, count)| {
             let what = match standing {

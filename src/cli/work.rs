@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use super::handover::limit_mb;
 use super::interrupt::interrupted;
+use super::labour::other_build;
 use super::output::{line, note};
 use super::own::ControllersArgs;
 use super::values::{at_least_a_second, at_least_one_worker, megabytes};
@@ -73,6 +74,9 @@ pub(super) fn run(args: &WorkArgs) -> anyhow::Result<u8> {
     let has_none = |task: &&Task| !layout.record(task.task).exists();
     let todo: Vec<Task> = tasks.iter().filter(has_none).cloned().collect();
     note(format!("pack {}: {} of {} tasks to do", args.pack, todo.len(), tasks.len()));
+    if !todo.is_empty() {
+        other_build(&manifest).into_iter().for_each(note);
+    }
     let executor = Local {
         manifest: manifest.sha256(),
         launcher: args.controllers.launcher()?,

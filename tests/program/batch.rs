@@ -156,6 +156,27 @@ fn packs_of_a_script_leave_the_records_of_one_machine_and_twice_is_once() {
 }
 
 #[test]
+fn a_pack_of_a_run_that_another_build_planned_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    succeed(dir.path(), &format!("{RUN} --out out --executor script"));
+    let path = dir.path().join("out/manifest.json");
+    let mut manifest: serde_json::Value =
+        serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    let work = "work out --submission 0 --pack 0 --prepared networks/smoke";
+    let build = manifest["provenance"]["git"].clone();
+    for (begun, told) in [("1234567".into(), 1), (build, 0)] {
+        manifest["provenance"]["git"] = begun;
+        fs::write(&path, manifest.to_string()).unwrap();
+        let _ = fs::remove_dir_all(dir.path().join("out/done"));
+        let output = run(dir.path(), work);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let said = stderr(&output);
+        let warning = "warning: this run was begun by the build 1234567 and goes on with";
+        assert_eq!(said.matches(warning).count(), told, "{said}");
+    }
+}
+
+#[test]
 fn a_pack_that_is_asked_to_stop_keeps_its_training_and_goes_on_to_the_same_record() {
     let dir = tempfile::tempdir().unwrap();
     let learn = "run smoke --methods idqn --budget 1 --episodes 200 --eval-seeds 1 \

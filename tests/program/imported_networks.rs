@@ -202,3 +202,45 @@ fn a_dual_ring_program_offers_the_pairs_that_it_may_show() {
     let baseline = plans.lines().filter(|l| l.contains(",baseline,")).count();
     assert_eq!(baseline, 4, "{plans}");
 }
+
+/// Two signals on one street.
+const TWO: &str = r#"<nodes>
+    <node id="W" x="-300" y="0"/> <node id="E" x="900" y="0"/>
+    <node id="C" x="0" y="0" type="traffic_light"/> <node id="D" x="400" y="0" type="traffic_light"/>
+    <node id="A" x="0" y="300"/> <node id="B" x="400" y="300"/>
+</nodes>"#;
+
+const STREET: &str = r#"<edges>
+    <edge id="wc" from="W" to="C"/> <edge id="cd" from="C" to="D"/> <edge id="de" from="D" to="E"/>
+    <edge id="ac" from="A" to="C"/> <edge id="bd" from="B" to="D"/>
+</edges>"#;
+
+#[test]
+fn a_signal_that_flashes_is_dark_or_closed_keeps_its_program_and_others_are_controlled() {
+    let files = Scenario::new();
+    files.build("two", TWO, STREET, None);
+    let routes = r#"<flow id="f" from="wc" to="de" begin="0" end="300" period="9"/>"#;
+    let config = scenario(&files, "two", routes);
+    let net = folder(&config).join("two.net.xml");
+    let whole = fs::read_to_string(&net).unwrap();
+    let start = whole.find("<tlLogic id=\"D\"").unwrap();
+    let end = start + whole[start..].find("</tlLogic>").unwrap();
+    for letter in ["o", "O"] {
+        let logic = &whole[start..end];
+        let head = &logic[..=logic.find('>').unwrap()];
+        let links = logic.split("state=\"").nth(1).unwrap().find('"').unwrap();
+        let phase = format!("<phase duration=\"60\" state=\"{}\"/>", letter.repeat(links));
+        fs::write(&net, format!("{}{head}{phase}{}", &whole[..start], &whole[end..])).unwrap();
+        let text = succeed(folder(&config), "signals two.sumocfg");
+        let heads: Vec<&str> = text.lines().filter(|l| l.starts_with("signal ")).collect();
+        assert_eq!(heads, ["signal C"]);
+        let expected = "no program of these signals is ever green for cars, since they flash or are dark or closed; they \
+                        keep it under every method: D";
+        assert!(text.lines().any(|l| l == expected), "{text}");
+        let command =
+            "run --sumocfg two.sumocfg --methods program,max-pressure --eval-seeds 1 --out";
+        let output = run(folder(&config), &format!("{command} {letter}"));
+        let said = stderr(&output);
+        assert!(output.status.success() && said.contains(expected), "{said}");
+    }
+}

@@ -222,3 +222,23 @@ fn a_day_plan_runs_under_program_and_leaves_the_signals_to_the_other_methods() {
     let shown = stderr(&run(folder, "signals a.sumocfg"));
     assert!(shown.contains("signals change their programs by the clock (<WAUT>)"), "{shown}");
 }
+
+#[test]
+fn signals_that_an_option_switches_off_run_their_programs_when_that_is_accepted() {
+    let (folder, _) = city();
+    let folder = folder.path();
+    configure(
+        folder,
+        "<net-file value='n.xml'/><routes value='r.xml'/><tls.all-off value='true'/>",
+    );
+    let said = refused(folder);
+    assert!(
+        said.contains("tls.all-off = true is taken as false: it switches all signals off"),
+        "{said}"
+    );
+    assert!(said.trim_end().ends_with("pass --accept signals-on"), "{said}");
+    succeed(folder, &format!("{RUN} on --accept signals-on"));
+    configure(folder, "<net-file value='n.xml'/><routes value='r.xml'/>");
+    succeed(folder, &format!("{RUN} plain"));
+    assert_eq!(rows(&folder.join("on")), rows(&folder.join("plain")));
+}

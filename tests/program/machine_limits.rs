@@ -6,13 +6,13 @@ use std::io::Write;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::common::{run, stderr, stdout, succeed};
+use crate::common::{program, run, stderr, stdout, succeed};
 use crate::quick::{RUN as QUICK, quick_results};
 
 /// Users that no machine has; every folder has its own, with whose processes no other test's count.
@@ -175,4 +175,50 @@ fn a_folder_may_be_called_what_is_no_text() {
     let output = program.args(line.split_whitespace()).arg("--out").arg(called).output().unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(folder.path().join(called).join("report/index.html").is_file());
+}
+
+/// A library of the name of libsumo that has none of its functions, in a folder of its own.
+fn other_libsumo(folder: &Path) -> PathBuf {
+    let told = succeed(folder, "doctor");
+    let line = told.lines().find_map(|line| line.strip_prefix("libsumo ")).unwrap();
+    let name = Path::new(line.split_whitespace().next().unwrap()).file_name().unwrap().to_owned();
+    let (source, other) = (folder.join("nothing.c"), folder.join("other"));
+    fs::create_dir(&other).unwrap();
+    fs::write(&source, "int nothing;\n").unwrap();
+    // The compiler has made the library that loads libsumo, so it is there.
+    let mut compiler = Command::new("cc");
+    compiler.args(["-shared", "-fPIC", "-o"]).arg(other.join(&name)).arg(source);
+    compiler.arg(format!("-Wl,-soname,{}", name.to_string_lossy()));
+    assert!(compiler.status().unwrap().success());
+    other
+}
+
+#[test]
+fn another_libsumo_than_that_of_the_build_is_the_machine_s_fault_and_fails_no_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = other_libsumo(folder.path());
+    let command = "run smoke --methods max-pressure --eval-seeds 1 --budget 1 --out out";
+    let with = |args: &str| {
+        let mut program = program(folder.path());
+        program.args(args.split_whitespace()).env("LD_LIBRARY_PATH", &other).output().unwrap()
+    };
+    let output = with(command);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(4), "{said}");
+    assert!(
+        said.contains("undefined symbol: ") && said.contains("it is another libsumo than the one"),
+        "{said}"
+    );
+    assert!(!folder.path().join("out/done").exists(), "no task has failed");
+    succeed(folder.path(), &format!("{command} --quiet"));
+}
+
+#[test]
+fn a_full_standard_output_is_told_from_a_full_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = program(folder.path()).args(["list", "smoke"]).stdout(full).output().unwrap();
+    let said = stderr(&output);
+    assert!(said.starts_with("error: cannot write to standard output: No space left"), "{said}");
+    assert!(!output.status.success());
 }

@@ -20,17 +20,25 @@ pub struct Loaded {
     pub signals: Vec<DerivedSignal>,
     /// Ids of level crossings and the like, which are no signals to control.
     pub railways: Vec<String>,
+    /// Ids of signals that no program makes green for cars.
+    pub dark: Vec<String>,
     /// The simulator's version.
     pub version: String,
 }
 
 impl Loaded {
-    /// Returns a line on the signals that no method controls, if there are any.
-    pub fn left_alone(&self) -> Option<String> {
-        let ids = self.railways.join(", ");
-        let line =
-            format!("trains steer these level crossings, and no method controls them: {ids}");
-        (!ids.is_empty()).then_some(line)
+    /// Returns lines on the signals that no method controls.
+    pub fn left_alone(&self) -> Vec<String> {
+        let groups = [
+            (&self.railways, "trains steer these level crossings, and no method controls them"),
+            (
+                &self.dark,
+                "no program of these signals is ever green for cars, since they flash or are dark or closed; they keep it \
+                 under every method",
+            ),
+        ];
+        let there = groups.iter().filter(|(ids, _)| !ids.is_empty());
+        there.map(|(ids, what)| format!("{what}: {}", ids.join(", "))).collect()
     }
 
     /// Returns what is to be said of a scenario that was loaded.
@@ -129,7 +137,7 @@ pub fn load(
         Err(e) => return failed(e),
     };
     let topology = sim.topology()?;
-    let railways = sim.railways().to_vec();
+    let (railways, dark) = (sim.railways().to_vec(), sim.dark().to_vec());
     sim.close()?;
     let (mut signals, mut obstacles) = (Vec::new(), Vec::new());
     for signal in &scene.signals {
@@ -142,7 +150,7 @@ pub fn load(
         }
     }
     Ok(match obstacles.is_empty() {
-        true => Ok(Loaded { scene, topology, signals, railways, version }),
+        true => Ok(Loaded { scene, topology, signals, railways, dark, version }),
         false => Err(obstacles),
     })
 }

@@ -164,6 +164,25 @@ fn blocks_of_pbf_that_contradict_themselves_are_damage() {
 }
 
 #[test]
+fn what_would_take_much_memory_is_refused_before_it_is_read() {
+    // 64 million references would fit into such a block once it is inflated.
+    let bomb = stored("OSMData", &vec![0; 4 << 20], Packing::Zlib);
+    let long = changed(Columns::Dense, |blocks| {
+        blocks[1].primitivegroup[0].ways[0].refs = vec![1; (1 << 20) + 1];
+    });
+    let many = changed(Columns::Dense, |blocks| {
+        blocks[2].primitivegroup[0].relations[0].memids = vec![1; (1 << 20) + 1];
+    });
+    let header = stored("OSMHeader", b"", Packing::Raw);
+    let texts = [[header, bomb].concat(), long, many].map(|bytes| message(pbf(&bytes)));
+    insta::assert_snapshot!(texts.join("\n"), @r"
+    town.osm.pbf, byte 36: a blob that inflates to more than 64 times its size; fetch the file again
+    town.osm.pbf, byte 212: a way or relation of 1048593 bytes, more than one can have; fetch the file again
+    town.osm.pbf, byte 398: a way or relation of 1048602 bytes, more than one can have; fetch the file again
+    ");
+}
+
+#[test]
 fn deleted_elements_are_skipped() {
     let gone = || Info { visible: Some(false), ..Info::new() };
     let mut expected = Town::small();

@@ -1,7 +1,7 @@
 //! Tests of the readers as a whole: equal data, bad data, real extracts.
 
 use std::fs::{self, File};
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -48,11 +48,15 @@ fn pbf_and_xml_of_the_same_town_give_the_same_extract() {
 }
 
 /// Returns an extract that is not part of this repository; `None`, with a word, if it is absent.
+#[expect(
+    clippy::explicit_write,
+    reason = "the test harness shows what is printed of failures only"
+)]
 fn real(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/osm").join(name);
     let found = path.exists().then_some(path);
     if found.is_none() {
-        eprintln!("skipped: {name} is not at hand");
+        writeln!(std::io::stderr(), "skipped: {name} is not at hand").unwrap();
     }
     found
 }

@@ -6,11 +6,24 @@ use crate::error::{OsmError, brief};
 use crate::table::{Column, Table};
 
 /// Usual names of columns that tell signals from what else a list has.
-const KINDS: [&str; 8] =
-    ["type", "signal_type", "signaltype", "sig_type", "status", "state", "category", "device_type"];
+const KINDS: [&str; 13] = [
+    "type",
+    "kind",
+    "signal_type",
+    "signaltype",
+    "sig_type",
+    "asset_type",
+    "device_type",
+    "site_type",
+    "category",
+    "status",
+    "state",
+    "signal_status",
+    "op_status",
+];
 
 /// Parts of words for what stands in such lists and stops nobody, or not yet, or no longer.
-const NO_SIGNALS: [&str; 14] = [
+const NO_SIGNALS: [&str; 24] = [
     "beacon",
     "flash",
     "planned",
@@ -23,9 +36,22 @@ const NO_SIGNALS: [&str; 14] = [
     "inactive",
     "abandoned",
     "school",
-    "sign",
     "rrfb",
+    "rapid",
+    "hawk",
+    "hybrid",
+    "decommission",
+    "construction",
+    "crossing",
+    "pelican",
+    "puffin",
+    "toucan",
+    "meter",
+    "camera",
 ];
+
+/// Whole words for the same: as a part, `sign` is in every signal.
+const NO_SIGNALS_ALONE: [&str; 2] = ["sign", "signs"];
 
 /// Most different values that a message names.
 const NAMED: usize = 8;
@@ -82,7 +108,9 @@ pub(super) fn kinds(table: &Table<'_>, conditions: &[Condition]) -> Vec<usize> {
 pub(super) fn doubt(column: &str, values: &BTreeMap<String, usize>) -> Option<String> {
     let others = |value: &&String| {
         let value = value.to_lowercase();
-        NO_SIGNALS.iter().any(|part| value.contains(part)) && !value.starts_with("signal")
+        let mut words = value.split(|c: char| !c.is_alphanumeric());
+        NO_SIGNALS.iter().any(|part| value.contains(part))
+            || words.any(|word| NO_SIGNALS_ALONE.contains(&word))
     };
     let doubtful: BTreeMap<String, usize> =
         values.iter().filter(|(v, _)| others(v)).map(|(v, n)| (v.clone(), *n)).collect();

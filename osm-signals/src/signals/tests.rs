@@ -131,3 +131,35 @@ proptest! {
         drop(read(&format!("id,lat,lon\n{rows}")));
     }
 }
+
+#[test]
+fn signals_of_one_controller_that_are_far_apart_stay_intersections_of_their_own() {
+    // 0.001 degrees of latitude are 111 m.
+    let text = "id,lat,lon,controller_id\n1,40.000,-111,A\n2,40.002,-111,A\n3,40.004,-111,A\n4,40.010,-111,A\n\
+                5,40.020,-111,B\n6,40.021,-111,B\n7,40.5,-111,\n";
+    let list = list(text, "").unwrap();
+    let of = |row: usize| list.signals[row].controller.as_deref();
+    assert_eq!(of(6), None);
+    assert!(of(4) == Some("B") && of(5) == of(4));
+    assert!(
+        of(0).is_some() && of(0) == of(1) && of(1) == of(2) && of(2) != of(3),
+        "{:?}",
+        list.signals
+    );
+    assert_eq!(
+        list.doubts,
+        [
+            "1 controllers have signals more than 250 m from their others, which stay intersections of their own: A has 2 places"
+        ]
+    );
+}
+
+#[test]
+fn what_cities_call_their_columns_and_kinds_is_known() {
+    let seattle = list("SIGNAL_ID,SHAPE_LAT,SHAPE_LNG\n1,40,-111\n", "").unwrap();
+    assert_eq!(seattle.signals[0].place, Place::from_degrees(40.0, -111.0).unwrap());
+    let toronto = "id,geometry\n1,\"{\"\"coordinates\"\": [[-111, 40]], \"\"type\"\": \"\"MultiPoint\"\"}\"\n";
+    assert_eq!(list(toronto, "").unwrap().signals[0].place, seattle.signals[0].place);
+    let kinds = "id,lat,lon,kind\n1,40,-111,Traffic signal\n2,40.1,-111,HAWK\n3,40.2,-111,Pelican crossing\n";
+    assert!(list(kinds, "").unwrap().doubts[0].starts_with("2 rows may be no signals"), "kinds");
+}

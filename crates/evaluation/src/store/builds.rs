@@ -11,8 +11,13 @@ pub struct Builds(BTreeMap<String, usize>);
 impl Builds {
     /// Counts a record.
     pub fn add(&mut self, wall: &Wall) {
-        if !wall.git.is_empty() {
-            *self.0.entry(wall.git.clone()).or_default() += 1;
+        self.add_build(&wall.git);
+    }
+
+    /// Counts a record of a build.
+    pub(super) fn add_build(&mut self, git: &str) {
+        if !git.is_empty() {
+            *self.0.entry(git.to_owned()).or_default() += 1;
         }
     }
 

@@ -2,24 +2,28 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{ErrorKind, Read};
+use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
 use rayon::prelude::*;
 
 use super::Layout;
+use super::builds::Builds;
 use super::packed::Packed;
 use crate::store::error::StoreError;
 use basics::files::{self, FileError};
 
-/// Bytes of a record in which its outcome stands, unless names are very long.
-const HEAD: usize = 1024;
+/// Bytes that are read of a record at once; its first line has its outcome and its build.
+const HEAD: usize = 2048;
+
+/// Most bytes of that line.
+const MOST_HEAD: u64 = 1 << 20;
 
 /// What stands in a failed record.
-const FAILED: &[u8] = br#""outcome":"failed""#;
+const FAILED: &str = r#""outcome":"failed""#;
 
-/// What stands in a record.
-const OUTCOME: &[u8] = br#""outcome":"#;
+/// After what the build stands that made a record: its wall-clock values, and there its name.
+const BUILD: [&str; 2] = [r#""wall":{"#, r#""git":""#];
 
 /// What there is of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -30,6 +34,8 @@ pub struct Tally {
     pub failed: Vec<usize>,
     /// Tasks with a checkpoint and no record.
     pub begun: Vec<usize>,
+    /// Which builds made the records.
+    pub builds: Builds,
 }
 
 impl Tally {
@@ -41,18 +47,11 @@ impl Tally {
     /// [`StoreError`] when a folder or record cannot be read.
     pub fn of(layout: &Layout, tasks: usize) -> Result<Self, StoreError> {
         let mut done = vec![false; tasks];
-        if let Some(packed) = Packed::of(layout)? {
-            let text = |task: usize| packed.text(task);
-            let has = |task: &usize, what: &[u8]| {
-                let head = text(*task).map_or(&[][..], str::as_bytes);
-                let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
-                line.windows(what.len()).any(|part| part == what)
-            };
-            (0..tasks).for_each(|task| done[task] = text(task).is_some());
-            let failed = (0..tasks).filter(|task| has(task, FAILED)).collect();
-            return Ok(Self { done, failed, begun: Vec::new() });
+        let packed = Packed::of(layout)?;
+        match &packed {
+            Some(packed) => (0..tasks).for_each(|t| done[t] = packed.text(t).is_some()),
+            None => numbers(&layout.record(0), tasks, &mut |task| done[task] = true)?,
         }
-        numbers(&layout.record(0), tasks, &mut |task| done[task] = true)?;
         let mut begun = Vec::new();
         numbers(&layout.checkpoint(0), tasks, &mut |task| {
             if !done[task] {
@@ -61,11 +60,20 @@ impl Tally {
         })?;
         begun.sort_unstable();
         let recorded: Vec<usize> = (0..tasks).filter(|task| done[*task]).collect();
-        let failed = recorded
-            .into_par_iter()
-            .map(|task| Ok::<_, FileError>(has_failed(&layout.record(task))?.then_some(task)));
-        let failed = failed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
-        Ok(Self { done, failed, begun })
+        let heads = recorded.into_par_iter().map(|task| {
+            let head = match packed.as_ref().and_then(|packed| packed.text(task)) {
+                Some(text) => text.lines().next().unwrap_or_default().to_owned(),
+                None => head(&layout.record(task))?,
+            };
+            let failed = head.contains(FAILED).then_some(task);
+            Ok::<_, FileError>((failed, build_in(&head).to_owned()))
+        });
+        let (mut failed, mut builds) = (Vec::new(), Builds::default());
+        for (task, build) in heads.collect::<Result<Vec<_>, _>>()? {
+            failed.extend(task);
+            builds.add_build(&build);
+        }
+        Ok(Self { done, failed, begun, builds })
     }
 }
 
@@ -97,23 +105,23 @@ pub(super) fn number(stem: &OsStr) -> Option<usize> {
     text.parse().ok().filter(|number: &usize| number.to_string() == text)
 }
 
-/// Whether a record says that its task failed; one that is damaged is for others to name.
-fn has_failed(path: &Path) -> Result<bool, FileError> {
-    let read = |most: usize| -> Result<Vec<u8>, FileError> {
-        let mut head = Vec::with_capacity(HEAD);
-        let file = match files::open(path) {
-            Err(e) if e.reason.kind() == ErrorKind::InvalidInput => return Ok(head),
-            file => file?,
-        };
-        file.take(most as u64).read_to_end(&mut head).map_err(FileError::at("read", path))?;
-        Ok(head)
+/// Returns the first line of a record; nothing of one that is no regular file, which is for others to name.
+fn head(path: &Path) -> Result<String, FileError> {
+    let file = match files::open(path) {
+        Err(e) if e.reason.kind() == ErrorKind::InvalidInput => return Ok(String::new()),
+        file => file?,
     };
-    let has = |head: &[u8], what: &[u8]| head.windows(what.len()).any(|part| part == what);
-    let mut head = read(HEAD)?;
-    if head.len() == HEAD && !has(&head, OUTCOME) {
-        head = read(1 << 20)?;
-    }
-    Ok(has(&head, FAILED))
+    let mut head = Vec::with_capacity(HEAD);
+    let mut lines = BufReader::with_capacity(HEAD, file.take(MOST_HEAD));
+    lines.read_until(b'\n', &mut head).map_err(FileError::at("read", path))?;
+    Ok(String::from_utf8_lossy(&head).into_owned())
+}
+
+/// Returns the build in the first line of a record; nothing of one from before builds were kept.
+fn build_in(head: &str) -> &str {
+    let [wall, git] = BUILD;
+    let after = head.rsplit_once(wall).and_then(|(_, wall)| wall.split_once(git));
+    after.and_then(|(_, rest)| rest.split_once('"')).map_or("", |(build, _)| build)
 }
 
 #[cfg(test)]
@@ -135,8 +143,10 @@ mod tests {
             replicate: 0,
             seed: 1,
         };
-        let failed = |t: &Task| Record::failed(t, "abc", "it fell".into(), Wall::default());
-        Record::finished(&task(0, "m"), "abc", TaskResult::default()).commit(&layout).unwrap();
+        let wall = |git: &str| Wall { git: git.into(), ..Wall::default() };
+        let failed = |t: &Task| Record::failed(t, "abc", "it fell".into(), wall("b"));
+        let result = TaskResult { wall: wall("a"), ..TaskResult::default() };
+        Record::finished(&task(0, "m"), "abc", result).commit(&layout).unwrap();
         failed(&task(1001, "m")).commit(&layout).unwrap();
         failed(&task(3, &"long".repeat(HEAD))).commit(&layout).unwrap();
         for (task, text) in [(2, "x"), (0, "x"), (5000, "x")] {
@@ -147,5 +157,9 @@ mod tests {
         let tally = Tally::of(&layout, 1002).unwrap();
         let missing = tally.done.iter().filter(|done| !**done).count();
         assert_eq!((missing, tally.failed, tally.begun), (999, vec![3, 1001], vec![2]));
+        assert_eq!(
+            tally.builds.several().unwrap(),
+            "Several builds made the records: 1 by a, 2 by b."
+        );
     }
 }

@@ -68,6 +68,7 @@ pub struct SumoSim {
     traced: Option<Traced>,
     signals: Vec<CString>,
     railways: Vec<String>,
+    dark: Vec<String>,
     vehicles: Vec<SumoVehicle>,
     phases: Vec<i32>,
     /// libsumo may be called from one thread only.
@@ -87,6 +88,7 @@ impl SumoSim {
             traced: None,
             signals: Vec::new(),
             railways: Vec::new(),
+            dark: Vec::new(),
             vehicles: Vec::new(),
             phases: Vec::new(),
             not_send: PhantomData,
@@ -106,6 +108,12 @@ impl SumoSim {
     /// level crossings, and rail signals where cars share the tracks. They are no part of its scene.
     pub fn railways(&self) -> &[String] {
         &self.railways
+    }
+
+    /// Returns the ids of the signals that no program makes green for cars, of the episode that was started last. They are
+    /// no part of its scene and keep their own program.
+    pub fn dark(&self) -> &[String] {
+        &self.dark
     }
 
     /// Reads the scene and tells the shim which signals and lanes matter.
@@ -140,6 +148,7 @@ impl SumoSim {
         let mut lanes = Vec::new();
         let mut index_of = HashMap::new();
         self.railways.clear();
+        self.dark.clear();
         for id in ids {
             let name = text(id.as_str())?;
             let (mut signal, from_lanes, is_railway) = self.api.signal(&name)?;
@@ -151,6 +160,11 @@ impl SumoSim {
             // where lanes are traced: nobody sees through a gate.
             if is_railway {
                 self.railways.push(id);
+                continue;
+            }
+            // There is nothing to choose where no program is ever green for cars: it flashes, or is dark.
+            if !signal.may_be_green() {
+                self.dark.push(id);
                 continue;
             }
             let mut from_lanes = from_lanes.into_iter();
@@ -171,7 +185,7 @@ impl SumoSim {
             scene.signals.push(signal);
         }
         if scene.signals.is_empty() {
-            let reason = "neither it nor any other signal, level crossings apart, controls a lane \
+            let reason = "neither it nor any other signal, level crossings apart, ever gives green to a lane \
                           that passenger cars may use; give a scenario with a road intersection"
                 .to_owned();
             return Err(SimError::Signal { signal: first, reason });

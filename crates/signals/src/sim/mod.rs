@@ -197,6 +197,14 @@ pub struct SignalInfo {
 }
 
 impl SignalInfo {
+    /// Whether some program has a green for a link.
+    pub fn may_be_green(&self) -> bool {
+        let green =
+            |(letter, links): (char, &Vec<Link>)| matches!(letter, 'G' | 'g') && !links.is_empty();
+        let shown = |phase: &ProgramPhase| phase.state.chars().zip(&self.links).any(green);
+        self.programs.iter().any(|program| program.phases.iter().any(shown))
+    }
+
     /// Whether vehicles on two links may meet, as far as is known.
     pub fn may_meet(&self, a: usize, b: usize) -> bool {
         self.meets.get(a).and_then(|row| row.get(b)).is_none_or(|meets| *meets)

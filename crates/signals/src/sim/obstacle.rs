@@ -18,6 +18,8 @@ pub enum Accept {
     Microscopic,
     /// A saved state is left out, so that the streets are empty at the start
     EmptyStart,
+    /// Signals that an option switches off run their programs
+    SignalsOn,
     /// Options that this program does not know are left out
     UnknownOptions,
     /// Files of the scenario draw in files that lie outside its folders

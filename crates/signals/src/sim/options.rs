@@ -264,13 +264,20 @@ pub fn replaced(name: &str, value: &str) -> Option<(&'static str, &'static str)>
             "false",
             "the mesoscopic model has no lanes and no queues that a controller could see",
         )),
+        "tls.all-off" if !is_false => {
+            Some(("false", "it switches all signals off, so that there is nothing to control"))
+        }
         _ => None,
     }
 }
 
 /// Returns what has to be accepted before an option gets its [other value](replaced); `None` where a warning is enough.
 pub fn to_accept(name: &str) -> Option<Accept> {
-    (name == "mesosim").then_some(Accept::Microscopic)
+    match name {
+        "mesosim" => Some(Accept::Microscopic),
+        "tls.all-off" => Some(Accept::SignalsOn),
+        _ => None,
+    }
 }
 
 /// Whether a value of the validation of XML is another than the one that counts.

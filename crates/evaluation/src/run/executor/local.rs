@@ -23,6 +23,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
 use super::crew::{Crew, Member, Queue};
+use super::strays::Mark;
 use super::verdict::verdict;
 use super::{Event, Executor, Launcher};
 use crate::run::error::RunError;
@@ -280,6 +281,8 @@ impl Local {
             let tmp = self.layout.tmp();
             command.env("TMPDIR", absolute(&tmp).map_err(FileError::at("find", &tmp))?);
         }
+        let is_own = self.launcher.own.iter().any(|(name, _)| **name == *task.method);
+        let mark = is_own.then(|| Mark::new(&mut command));
         let command = RefCell::new(command);
         let lines = Arc::new(AtomicU64::new(0));
         let start = || {
@@ -305,8 +308,9 @@ impl Local {
         let ended = wait(&mut child, (patience, self.grace), limit_mb, &lines, halt);
         let ended = ended.map_err(FileError::at("wait for", program))?;
         // A method of somebody's own may have started processes that outlive the worker.
-        if self.launcher.own.iter().any(|(name, _)| **name == *task.method) {
+        if let Some(mark) = mark {
             let _ = kill_process_group(Pid::from_child(&child), Signal::KILL);
+            mark.end_all();
         }
         let failure = reader.join().expect("a thread here does not panic");
         Ok(Some(match ended {

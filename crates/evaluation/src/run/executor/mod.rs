@@ -11,6 +11,7 @@ pub mod inline;
 mod launcher;
 pub mod local;
 mod log;
+mod strays;
 mod verdict;
 
 use std::sync::atomic::AtomicBool;

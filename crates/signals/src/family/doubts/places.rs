@@ -56,6 +56,9 @@ pub(super) fn places(intersections: &[Intersection], scale: f64) -> Vec<Doubt> {
     let exchanged = exchanged(intersections);
     let found = !exchanged.is_empty();
     let mut doubts = exchanged;
+    let nowhere = intersections.iter().filter(|i| i.latitude == 0.0 && i.longitude == 0.0);
+    let rows = nowhere.map(|i| at_line(i.line, format!("intersection {}", i.id))).collect();
+    doubts.extend(Doubt::of("latitude 0 and longitude 0, which stands for no place", rows));
     doubts.extend(scattered(intersections));
     if !found {
         let near = Near::new(intersections);

@@ -246,3 +246,30 @@ fn a_short_message_names_five_rows_and_counts_the_others() {
     assert_eq!(doubt.brief(), "x (0; 1; 2; 3; 4; and 2 more)");
     assert_eq!(doubt.full().lines().count(), 8);
 }
+
+#[test]
+fn lengths_speeds_bearings_and_places_that_cannot_be_meant_are_told() {
+    assert_eq!(
+        one(|i, row| row.length = if i == 1 { 5.0 } else { 390.0 }),
+        "length_m below 15, where hardly a car waits (line 3: 5 m)"
+    );
+    assert_eq!(
+        one(|_, row| row.length = 1.2),
+        "length_m: more than half of the approaches are shorter than 15 m; if the column is in km, multiply it by 1000"
+    );
+    assert_eq!(
+        one(|i, row| row.speed = if i == 2 { 5.0 } else { 35.0 }),
+        "speed_mph below 10, which no street with signals has (line 4: 5 mph)"
+    );
+    let radians = said(|_, row| row.bearing = row.bearing.to_radians());
+    let expected =
+        "bearing_deg: all arms point north; if the column is in radians, multiply it by 57.2958";
+    assert!(radians.iter().any(|said| said == expected), "{radians:?}");
+    let nowhere = said(|i, row| {
+        if i < 3 {
+            (row.latitude, row.longitude) = (0.0, 0.0);
+        }
+    });
+    let expected = "latitude 0 and longitude 0, which stands for no place (line 2: intersection 0)";
+    assert!(nowhere.iter().any(|said| said == expected), "{nowhere:?}");
+}

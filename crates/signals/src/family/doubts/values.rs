@@ -17,6 +17,18 @@ const MEDIAN_MPH: (f64, f64) = (15.0, 50.0);
 /// Most of an approach's length, metres: junctions of a city are not farther apart.
 const LONG_M: f64 = 3000.0;
 
+/// Length of an approach on which hardly a car waits, metres.
+const SHORT_M: f64 = 15.0;
+
+/// Speed limit below which no street with signals is signed, miles per hour.
+const SLOW_MPH: f64 = 10.0;
+
+/// Largest angle in radians.
+const TURN_RAD: f64 = std::f64::consts::TAU;
+
+/// Least arms of which all bearings within [`TURN_RAD`] degrees of north tell radians.
+const ALL_NORTH: usize = 3;
+
 /// Traffic that no lane carries, vehicles per day (`osm_signals::counts::CountSettings`).
 const BUSY_PER_LANE: f64 = 25_000.0;
 
@@ -64,6 +76,19 @@ pub(super) fn values(intersections: &[Intersection]) -> Vec<Doubt> {
         format!("length_m above {LONG_M}: if it is in feet, multiply the column by {FOOT_M}"),
         long,
     ));
+    let short = rows(&|a| (a.length_m < SHORT_M).then(|| format!("{} m", a.length_m)));
+    doubts.extend(match short.len() >= ENOUGH && 2 * short.len() > approaches.len() {
+        true => Some(Doubt::whole(format!(
+            "length_m: more than half of the approaches are shorter than {SHORT_M} m; if the column is in km, multiply it by 1000"
+        ))),
+        false => Doubt::of(format!("length_m below {SHORT_M}, where hardly a car waits"), short),
+    });
+    let bearings = intersections.iter().flat_map(|i| &i.arms).map(|a| a.bearing_deg);
+    if bearings.clone().count() >= ALL_NORTH && bearings.clone().all(|deg| deg <= TURN_RAD) {
+        doubts.push(Doubt::whole(
+            "bearing_deg: all arms point north; if the column is in radians, multiply it by 57.2958",
+        ));
+    }
     doubts.extend(counts(&approaches, &rows));
     doubts.extend(volumes(&approaches, &rows));
     let without: Vec<&&Approach> = approaches.iter().filter(|a| !a.movements.is_empty()).collect();
@@ -134,12 +159,23 @@ pub(super) fn speeds(named: &[(String, f64)], metric: Option<&str>) -> Vec<Doubt
              {code}; if the column is in km/h, multiply it by {KMH_TO_MPH}"
         ))];
     }
-    let above = named.iter().filter(|(_, mph)| *mph > FAST_MPH);
-    let rows = above.map(|(row, mph)| format!("{row}: {mph} mph")).collect();
-    let about = format!(
-        "speed_mph above {FAST_MPH}, which no street with signals has; if it is in km/h, multiply it by {KMH_TO_MPH}"
-    );
-    Doubt::of(about, rows).into_iter().collect()
+    let rows = |is: &dyn Fn(f64) -> bool| {
+        let found = named.iter().filter(|(_, mph)| is(*mph));
+        found.map(|(row, mph)| format!("{row}: {mph} mph")).collect()
+    };
+    let doubts = [
+        Doubt::of(
+            format!(
+                "speed_mph above {FAST_MPH}, which no street with signals has; if it is in km/h, multiply it by {KMH_TO_MPH}"
+            ),
+            rows(&|mph| mph > FAST_MPH),
+        ),
+        Doubt::of(
+            format!("speed_mph below {SLOW_MPH}, which no street with signals has"),
+            rows(&|mph| mph < SLOW_MPH),
+        ),
+    ];
+    doubts.into_iter().flatten().collect()
 }
 
 /// What is said of an approach, if anything.

@@ -28,5 +28,11 @@ pub fn library() -> Result<PathBuf, String> {
 
 /// Returns why something could not be loaded: the error itself says only that, its source names what is missing.
 pub(super) fn cause(error: &dyn Error) -> String {
-    error.source().map_or_else(|| error.to_string(), ToString::to_string)
+    let said = error.source().map_or_else(|| error.to_string(), ToString::to_string);
+    match said.contains("undefined symbol") {
+        true => {
+            format!("{said}: it is another libsumo than the one that this program was built with")
+        }
+        false => said,
+    }
 }
