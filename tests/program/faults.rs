@@ -2,6 +2,7 @@
 //! becomes a number or a method's failure, and the same command continues.
 
 use std::fs;
+use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -150,13 +151,17 @@ fn workers_that_are_killed_leave_their_tasks_to_the_next_run() {
 }
 
 #[test]
+#[expect(
+    clippy::explicit_write,
+    reason = "the test harness shows what is printed of failures only"
+)]
 fn a_full_disk_fails_no_task() {
     let folder = tempfile::tempdir().unwrap();
     let disk = folder.path().join("disk");
     fs::create_dir(&disk).unwrap();
     let mount = ["-t", "tmpfs", "-o", "size=512k", "tmpfs"];
     if !Command::new("mount").args(mount).arg(&disk).status().is_ok_and(|s| s.success()) {
-        eprintln!("skipped: a small disk cannot be mounted here");
+        writeln!(std::io::stderr(), "skipped: a small disk cannot be mounted here").unwrap();
         return;
     }
     succeed(folder.path(), &format!("{SMOKE} --quiet --out whole"));
