@@ -151,10 +151,6 @@ fn workers_that_are_killed_leave_their_tasks_to_the_next_run() {
 }
 
 #[test]
-#[expect(
-    clippy::explicit_write,
-    reason = "the test harness shows what is printed of failures only"
-)]
 fn a_full_disk_fails_no_task() {
     let folder = tempfile::tempdir().unwrap();
     let disk = folder.path().join("disk");
