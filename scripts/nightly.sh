@@ -25,9 +25,9 @@ step "RESCO's scenarios with several signals"
 scripts/resco.sh "$program"
 step "batch systems: Slurm, GNU parallel"
 scripts/cluster.sh "$program"
-step "312 random faults"
+step "319 random faults"
 rm -rf "$target/faults"
-python3 scripts/faults "$program" --faults 312 --dir "$target/faults"
+python3 scripts/faults "$program" --faults 319 --dir "$target/faults"
 for version in 3.9 3.10 3.11 3.12 3.13; do
     if command -v "python$version" >/dev/null; then
         step "the Python package on Python $version"

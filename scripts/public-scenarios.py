@@ -2,14 +2,18 @@
 """Which SUMO scenarios run as they are, which with options of the command, and which are refused, and why.
 
     scripts/public-scenarios.py recreate FOLDER           small scenarios of the kinds that people publish
+    scripts/public-scenarios.py fetch FOLDER              those of packages, by `pip download` and `apt-get download`
     scripts/public-scenarios.py try PROGRAM PATH...       a table of all configurations beneath these paths
+    scripts/public-scenarios.py all PROGRAM FOLDER        all three, and counts by source; the table is FOLDER/table.csv
 
 For each configuration the table has what `run --dry-run` and `signals` say, whether the options that the message has are
-enough, whether plain `sumo` loads it, and, with --seconds N, whether `program` gives the delay of plain `sumo` over N
-seconds. Only the standard library, and `sumo` and `netgenerate` on the PATH.
+enough, whether plain `sumo` loads it and says why not, and, with --seconds N, whether `program` gives the delay of plain
+`sumo` over N seconds. Configurations are tried in a copy, where `sumo` may write. Only the standard library, `sumo` and
+`netgenerate` on the PATH, and for `fetch` `pip`, `apt-get` and `dpkg`.
 """
 
 import argparse
+import collections
 import csv
 import gzip
 import json
@@ -19,9 +23,14 @@ import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree as ET
+import zipfile
 from pathlib import Path
 
 PATIENCE_S = 300
+COLUMNS = ["scenario", "taken", "options", "sumo_loads", "equal", "reason"]
+WHEELS = ["sumo-rl==1.4.5", "sumo-experiments==5.8.4", "eclipse-sumo==1.28.0"]
+DEBIAN = ["sumo-tools"]
+NAMES = ["*.sumocfg", "*.sumo.cfg"]
 
 
 def recreate(folder: Path) -> None:
@@ -78,7 +87,7 @@ def recreate(folder: Path) -> None:
     kind("window", "<gui_only><start value='true'/><delay value='100'/><gui-settings-file value='v.xml'/></gui_only>")
     kind("day-plan", add=f'<tlLogic id="{tls}" type="static" programID="night" offset="0">{night}</tlLogic><WAUT id="w" refTime="0" startProg="night"><wautSwitch time="200" to="{own}"/></WAUT><wautJunction wautID="w" junctionID="{tls}"/>')
     kind("calibrator", add=f'<calibrator id="c" lane="{lane}" pos="0" output="cal.xml"><flow begin="0" end="600" vehsPerHour="400" speed="10"/></calibrator>')
-    kind("vaporizer", add=f'<vaporizer id="{edge}"><flow begin="0" end="60"/></vaporizer>')
+    kind("vaporizer", add=f'<vaporizer id="{edge}" begin="0" end="60"/>')
     kind("mesoscopic", "<mesosim value='true'/>")
     kind("step-of-a-tenth", "<step-length value='0.1'/>")
     kind("step-that-does-not-divide", "<step-length value='0.3'/>")
@@ -139,14 +148,14 @@ def error(said: str) -> str:
     return said.rsplit("error: ", 1)[-1].strip()
 
 
-def plain_sumo_loads(config: Path) -> bool:
-    """Whether plain `sumo` loads a configuration, in a copy of its folder."""
+def why_sumo_does_not_load(config: Path) -> str:
+    """Returns the first error of plain `sumo`; nothing where it loads a configuration."""
     options = "--no-step-log --no-warnings --xml-validation never --remote-port 0 --num-clients 1 --duration-log.disable"
     begin = re.search(r"<(?:begin|b)\b[^>]*(?:value|v)=[\"']([^\"']+)", config.read_text(errors="replace"))
     end = float(begin.group(1)) + 1 if begin and re.fullmatch(r"[\d.]+", begin.group(1)) else 1
-    with tempfile.TemporaryDirectory() as scratch:
-        command = ["sumo", "-c", config, *options.split(), "--end", end, "--output-prefix", f"{scratch}/"]
-        return call(command, scratch)[0] == 0
+    code, said = call(["sumo", "-c", config, *options.split(), "--end", end], config.parent)
+    errors = [line.removeprefix("Error: ") for line in said.splitlines() if line.startswith("Error: ")]
+    return "" if code == 0 else (errors or [f"exit code {code}"])[0]
 
 
 def equal(program, config: Path, passed, seconds: float) -> str:
@@ -154,7 +163,7 @@ def equal(program, config: Path, passed, seconds: float) -> str:
     begin = re.search(r"<(?:begin|b)\b[^>]*(?:value|v)=[\"']([\d.]+)[\"']", config.read_text(errors="replace"))
     begin = float(begin.group(1)) if begin else 0.0
     with tempfile.TemporaryDirectory() as scratch:
-        passed = [p for p in passed if not p.startswith("--end")]
+        passed = [word for before, word in zip(["", *passed], passed) if "--end" not in (before, word)]
         options = [*passed, "--end", begin + seconds, "--begin", begin]
         command = [program, "run", "--sumocfg", config, "--methods", "program", "--eval-seeds", 1, "--quiet", "--out", "r", *options]
         code, said = call(command, scratch)
@@ -164,12 +173,14 @@ def equal(program, config: Path, passed, seconds: float) -> str:
         row = json.loads(lines[1])
         sumo = f"--no-step-log --no-warnings --xml-validation never --seed {row['seed']} --begin {begin} --end {begin + seconds}"
         sumo += " --time-to-teleport -1 --max-depart-delay -1 --max-num-teleports -1 --remote-port 0 --mesosim false"
-        sumo += " --time-to-teleport.highways 0 --duration-log.disable --tripinfo-output trips.xml"
+        sumo += " --tls.all-off false" if "signals-on" in passed else ""
+        sumo += f" --step-length {passed[passed.index('--step-length') + 1]}" if "--step-length" in passed else ""
+        sumo += " --time-to-teleport.highways 0 --duration-log.disable"
         sumo += " --tripinfo-output.write-unfinished --tripinfo-output.write-undeparted"
-        command = ["sumo", "-c", config, *sumo.split(), "--output-prefix", f"{scratch}/"]
-        code, said = call(command, scratch)
-        trips = next(Path(scratch).glob("*trips.xml"), None)
-        if code != 0 or trips is None:
+        trips = Path(scratch) / "trips.xml"
+        command = ["sumo", "-c", config, *sumo.split(), "--output-prefix", "", "--tripinfo-output", trips]
+        code, said = call(command, config.parent)
+        if code != 0 or not trips.exists():
             return f"sumo: {said.strip()[-200:]}"
         delays = [float(t.get("timeLoss")) + float(t.get("departDelay")) for t in ET.parse(trips).getroot().iter("tripinfo")]
         own = row["metrics"]["delay_s"]
@@ -194,28 +205,113 @@ def judge(program, config: Path, seconds: float):
         return "refused", passed, error(wrong[0]), ""
 
 
+def fetch(folder: Path) -> None:
+    """Unpacks packages that have scenarios, each in a folder of its name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for package in WHEELS:
+        with tempfile.TemporaryDirectory() as scratch:
+            command = ["pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:", package, "-d", scratch]
+            subprocess.run(command, check=True)
+            zipfile.ZipFile(next(Path(scratch).glob("*.whl"))).extractall(folder / package.replace("==", "-"))
+    for package in DEBIAN:
+        with tempfile.TemporaryDirectory() as scratch:
+            subprocess.run(["apt-get", "-qq", "download", package], cwd=scratch, check=True)
+            subprocess.run(["dpkg", "-x", next(Path(scratch).glob("*.deb")), folder / package], check=True)
+
+
+def rows(program: Path, root: Path, seconds: float):
+    """Yields a row for each configuration of a file's folder or of a folder."""
+    with tempfile.TemporaryDirectory() as scratch:
+        top = root.resolve() if root.is_dir() else root.resolve().parent
+        copy = Path(scratch).resolve() / "copy"
+        shutil.copytree(top, copy, symlinks=True)
+        names = NAMES if root.is_dir() else [root.name]
+        for config in sorted(f for name in names for f in copy.rglob(name)):
+            taken, options, reason, same = judge(program, config, seconds)
+            why_not = why_sumo_does_not_load(config)
+            loads = f"no: {why_not}" if why_not else "yes"
+            cells = [str(config.relative_to(copy)), taken, " ".join(options), loads, same, " | ".join(reason.split("\n"))]
+            yield [cell.replace(f"{copy}/", "")[:400] for cell in cells]
+
+
+def kind_of(row) -> str:
+    """Returns the column of the counts that a row belongs to."""
+    _, taken, _, loads, _, reason = row
+    if taken != "refused":
+        return taken
+    if "it has no traffic signal" in reason or "neither it nor any other signal" in reason:
+        return "no signal"
+    return "refused by SUMO too" if loads != "yes" else "refused here only"
+
+
+def reason_of(row) -> str:
+    """Returns why a row is refused, without what differs from one scenario to the next."""
+    _, _, _, loads, _, reason = row
+    said = loads.removeprefix("no: ") if loads != "yes" else reason
+    if kind_of(row) == "no signal":
+        return "no signal that gives green to cars"
+    if re.search("not accessible", said):
+        return "a file is missing"
+    return re.sub(r"'[^']*'", "'...'", said)
+
+
+def counts(table) -> str:
+    """Returns the counts by source in Markdown, and the reasons of what is refused."""
+    kinds = ["as it is", "with 1 option", "with 2 options", "no signal", "refused by SUMO too", "refused here only"]
+    lines = [f"| source | scenarios | {' | '.join(kinds)} | equal |", f"| --- |{' ---: |' * (len(kinds) + 2)}"]
+    every = [row for of in table.values() for row in of]
+    for source, of in [*table.items(), ("all", every)]:
+        found = collections.Counter(kind_of(row) for row in of)
+        assert set(found) <= set(kinds), found
+        equals = sum(row[4] == "equal" for row in of)
+        run = sum(row[1] != "refused" for row in of)
+        lines.append(f"| {source} | {len(of)} | {' | '.join(str(found[kind]) for kind in kinds)} | {equals} of {run} |")
+    refused = [(source, reason_of(row)) for source, of in table.items() for row in of if row[1] == "refused"]
+    by = collections.Counter(refused)
+    lines += ["", "| source | reason | scenarios |", "| --- | --- | ---: |"]
+    lines += [f"| {source} | {reason} | {number} |" for (source, reason), number in by.items()]
+    unequal = [(source, row) for source, of in table.items() for row in of if row[1] != "refused" and row[4] not in ("", "equal")]
+    lines += ["", *(f"- {source}, {row[0]}: {' '.join(row[4].split())}" for source, row in unequal)]
+    return "\n".join(lines)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    commands.add_parser("recreate").add_argument("folder", type=Path)
+    for name in ["recreate", "fetch"]:
+        commands.add_parser(name).add_argument("folder", type=Path)
     trial = commands.add_parser("try")
     trial.add_argument("program", type=Path)
     trial.add_argument("paths", type=Path, nargs="+")
-    trial.add_argument("--seconds", type=float, default=0)
+    everything = commands.add_parser("all")
+    everything.add_argument("program", type=Path)
+    everything.add_argument("folder", type=Path)
+    for command in [trial, everything]:
+        command.add_argument("--seconds", type=float, default=0)
     args = parser.parse_args()
-    if args.command == "recreate":
-        return recreate(args.folder)
-    table = csv.writer(sys.stdout)
-    table.writerow(["scenario", "taken", "options", "sumo_loads", "equal", "reason"])
-    for root in args.paths:
-        found = [root] if root.is_file() else sorted(root.rglob("*.sumocfg"))
-        for config in found:
-            config = config.resolve()
-            taken, options, reason, same = judge(args.program.resolve(), config, args.seconds)
-            loads = "yes" if plain_sumo_loads(config) else "no"
-            name = config.relative_to(root.resolve()) if root.is_dir() else config.name
-            table.writerow([name, taken, " ".join(options), loads, same, " | ".join(reason.split("\n"))[:400]])
-            sys.stdout.flush()
+    if args.command in ["recreate", "fetch"]:
+        return {"recreate": recreate, "fetch": fetch}[args.command](args.folder)
+    program = args.program.resolve()
+    if args.command == "try":
+        table = csv.writer(sys.stdout)
+        table.writerow(COLUMNS)
+        for root in args.paths:
+            for row in rows(program, root, args.seconds):
+                table.writerow(row)
+                sys.stdout.flush()
+        return None
+    fetched, recreated = args.folder / "fetched", args.folder / "recreated"
+    if not fetched.exists():
+        fetch(fetched)
+    if not recreated.exists():
+        recreate(recreated)
+    found = {folder.name: list(rows(program, folder, args.seconds)) for folder in [*sorted(fetched.iterdir()), recreated]}
+    with open(args.folder / "table.csv", "w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["source", *COLUMNS])
+        table.writerows([source, *row] for source, of in found.items() for row in of)
+    print(counts(found))
+    return None
 
 
 if __name__ == "__main__":

@@ -101,8 +101,10 @@ fn mutated(seeds: &[Vec<u8>], words: &[Vec<u8>], rng: &mut StdRng) -> Vec<u8> {
             5 => drop(bytes.splice(at..end, words.choose(rng).unwrap().clone())),
             6 => number(&mut bytes, at, words.choose(rng).unwrap()),
             7 => {
-                // The same again and again, as deep or as long as it gets.
-                let part = bytes[at..end].repeat(rng.random_range(1..400));
+                // The same again and again, now and then as deep and as long as it gets.
+                let most = MOST_BYTES / (end - at).max(1);
+                let times = if rng.random_ratio(1, 8) { most } else { rng.random_range(1..400) };
+                let part = bytes[at..end].repeat(times.max(1));
                 bytes.splice(at..at, part);
             }
             _ => {

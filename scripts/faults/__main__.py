@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Does random faults over short plans with a learner, and says what became of them.
 
-    python3 scripts/faults PROGRAM [--faults 200] [--seed 0] [--dir faults] [--kinds WORD,...] [--table FILE]
+    python3 scripts/faults PROGRAM [--faults 200] [--seed 0] [--dir faults] [--kinds WORD,...] [--other PROGRAM] [--table FILE]
 
 After every fault the same command is run again, and what its messages say is done, until the run is whole; what it
 ends with is compared with an undisturbed run's, byte for byte but for wall-clock times. Counted are finished work
 that is lost (records and models that were whole, and are gone or were done again), wrong results (anything that was
 accepted and differs), commands that hang, and messages that do not say what to do. Killed itself, the same command
-goes on after the last fault. Only root can mount small disks; others are told that these faults are left out.
+goes on after the last fault. Only root can mount small disks, another libsumo takes a C compiler, and
+another build has to be given; without them these faults are left out.
 """
 
 import argparse
@@ -25,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import damage  # noqa: E402
 import disturb  # noqa: E402
+import strange  # noqa: E402
 from work import PLANS, Work  # noqa: E402
 
 KINDS = {
@@ -43,6 +45,11 @@ KINDS = {
     "files are exchanged": damage.exchanged,
     "files are damaged while tasks run": damage.meanwhile,
     "several files are damaged": damage.everything,
+    "the results folder has a strange name": strange.places,
+    "files are links to somebody else's": strange.links,
+    "another build begins the run": strange.builds,
+    "another libsumo is found": strange.libraries,
+    "an input is nested or inflated": strange.inputs,
 }
 
 
@@ -68,7 +75,7 @@ def prepare(folder, program):
     return seconds
 
 
-def one(folder, program, seed, number, names, seconds):
+def one(folder, programs, seed, number, names, seconds):
     """Does one fault and returns what became of it."""
     rng = random.Random(f"{seed}/{number}")
     kind = names[number % len(names)]
@@ -78,7 +85,8 @@ def one(folder, program, seed, number, names, seconds):
     subprocess.run(["umount", place], capture_output=True)
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir()
-    work = Work(place, program, plan, folder / "undisturbed")
+    work = Work(place, programs[0], plan, folder / "undisturbed")
+    work.other = programs[1]
     work.seconds = seconds[plan]
     start = time.monotonic()
     what = KINDS[kind](work, rng)
@@ -132,6 +140,7 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--dir", type=Path, default=Path("faults"))
     parser.add_argument("--kinds", default="", help="only kinds with one of these words")
+    parser.add_argument("--other", type=Path, help="another build of the program, which begins some runs")
     parser.add_argument("--table", type=Path, help="also write the table there")
     args = parser.parse_args()
     program, folder = args.program.resolve(), args.dir.resolve()
@@ -146,12 +155,12 @@ def main():
     for number in range(args.faults):
         if number in done:
             continue
-        result = one(folder, program, args.seed, number, names, seconds)
+        result = one(folder, (program, args.other and args.other.resolve()), args.seed, number, names, seconds)
         with journal.open("a") as file:
             file.write(json.dumps(result) + "\n")
         results.append(result)
         bad = {k: result[k] for k in ("lost", "wrong", "hangs", "without_way") if result[k]}
-        state = "left out: only root can mount a small disk" if result["what"] is None else bad or "whole"
+        state = "left out: something that it takes is missing" if result["what"] is None else bad or "whole"
         print(f"{number} {result['kind']} ({result['plan']}: {result['what']}), {result['seconds']} s: {state}", flush=True)
     text = table(results)
     print(text)

@@ -30,6 +30,8 @@ WAYS = [
     (r"Too many open files|Cannot allocate memory|File too large", "again"),
     (r"--retry-failed", "retry"),
     (r"install SUMO", "again"),
+    # A folder that SUMO cannot take as a path.
+    (r"another (folder|--out)|rename", "again"),
 ]
 
 
@@ -156,6 +158,12 @@ class Work:
         if code == 0:
             self.compare(self.folder / "believed")
         return code
+
+    def compare_tables(self, report):
+        """Compares the tables of a whole run elsewhere with those of an undisturbed one."""
+        for expected in sorted((self.undisturbed / "out/report").glob("*.csv")):
+            if read(report / expected.name) != expected.read_bytes():
+                self.wrong.append(f"{report.parent.name}/report/{expected.name} differs")
 
     def compare(self, report):
         whole = len(list(self.out.glob("done/*/*.jsonl"))) == len(list(self.undisturbed.glob("out/done/*/*.jsonl")))

@@ -2,6 +2,7 @@
 //! becomes a number or a method's failure, and the same command continues.
 
 use std::fs;
+use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -156,7 +157,7 @@ fn a_full_disk_fails_no_task() {
     fs::create_dir(&disk).unwrap();
     let mount = ["-t", "tmpfs", "-o", "size=512k", "tmpfs"];
     if !Command::new("mount").args(mount).arg(&disk).status().is_ok_and(|s| s.success()) {
-        eprintln!("skipped: a small disk cannot be mounted here");
+        writeln!(std::io::stderr(), "skipped: a small disk cannot be mounted here").unwrap();
         return;
     }
     succeed(folder.path(), &format!("{SMOKE} --quiet --out whole"));

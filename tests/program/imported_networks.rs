@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::common::{run, stderr, succeed};
+use crate::common::{run, stderr, stdout, succeed};
 use crate::fixture::Scenario;
 
 /// A street that crosses a railway at X and comes to a signal at C.
@@ -243,4 +243,46 @@ fn a_signal_that_flashes_is_dark_or_closed_keeps_its_program_and_others_are_cont
         let said = stderr(&output);
         assert!(output.status.success() && said.contains(expected), "{said}");
     }
+}
+
+#[test]
+fn quiet_prints_how_many_tasks_failed_and_the_first_reason_in_one_line() {
+    let files = Scenario::new();
+    // SUMO checks whether a route is connected only when the vehicle is about to depart.
+    let gap = r#"<vehicle id="x" depart="10"><route edges="WA BE"/></vehicle>"#;
+    let config = scenario(&files, "net", gap);
+    let command = "run --sumocfg net.sumocfg --methods program --eval-seeds 1 --quiet --out out";
+    let output = run(folder(&config), command);
+    let said = stderr(&output);
+    assert_eq!((output.status.code(), stdout(&output)), (Some(3), String::new()), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.starts_with("error: 2 of 2 tasks failed; the first, baseline on net: "), "{said}");
+    assert!(said.contains("Vehicle 'x' has no valid route"), "{said}");
+}
+
+#[test]
+fn dead_phases_of_a_program_change_no_choice_and_are_told() {
+    let files = Scenario::new();
+    let config = scenario(&files, "net", "");
+    let folder = folder(&config);
+    let before = succeed(folder, "signals net.sumocfg");
+    let path = folder.join("net.net.xml");
+    let net = fs::read_to_string(&path).unwrap();
+    let end = net.find("</tlLogic>").unwrap();
+    let last = net[..end].rfind("<phase ").unwrap();
+    let links = net[last..end].split("state=\"").nth(1).unwrap().find('"').unwrap();
+    let dead = format!("G{}", "r".repeat(links - 1));
+    let phase = format!("<phase duration=\"5\" state=\"{dead}\"/>");
+    let (head, rest) = net.split_at(last);
+    let rest = rest.replacen("<phase ", "<phase next=\"0\" ", 1);
+    let rest = rest.replacen("</tlLogic>", &format!("{phase}</tlLogic>"), 1);
+    fs::write(&path, format!("{head}{rest}")).unwrap();
+    let after = succeed(folder, "signals net.sumocfg");
+    let (told, rest): (Vec<&str>, Vec<&str>) =
+        after.lines().partition(|line| line.contains("its program never comes to"));
+    assert!(
+        told.len() == 1 && told[0].contains(&format!("never comes to {dead}, since")),
+        "{after}"
+    );
+    assert_eq!(rest, before.lines().collect::<Vec<_>>());
 }
