@@ -60,7 +60,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "N,...", value_delimiter = ',')]
     pub looks: Vec<NonZeroUsize>,
     /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default:
-    /// baseline,fixed-time,max-pressure,actuated; for `cartpole` ppo,dqn]
+    /// baseline,fixed-time,max-pressure,actuated; for `cartpole` ppo,dqn; for `pendulum` ppo,sac]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Methods that are not the program's own
