@@ -200,7 +200,8 @@ class Estimate:
 def family(scenario: str = "salt-lake-city", *, preset: str | None = None, settings: Settings | None = None) -> Family:
     """Returns the family of a scenario: a name that the package carries, or a path.
 
-    Carried are ``salt-lake-city``, ``salt-lake-city-peak``, ``smoke`` and ``cartpole``.
+    Carried are ``salt-lake-city``, ``salt-lake-city-peak``, ``smoke``, ``cartpole``, ``pendulum``,
+    ``mountain-car``, ``pendulum-swing-up`` and ``quad``.
     """
     of = _native.family(scenario, flags(settings, preset))
     count = len(of["points"])

@@ -21,13 +21,13 @@ use crate::traffic::settings::Preset;
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArg {
     /// Path of a scenario, or the name of an embedded one: `salt-lake-city`,
-    /// `salt-lake-city-peak`, `smoke`, `cartpole`
+    /// `salt-lake-city-peak`, `smoke`, `cartpole`, `pendulum`, `mountain-car`, `pendulum-swing-up`, `quad`
     #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
     pub scenario: String,
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<Override>,
-    /// Limits of timing, and demand: `resco` as in the literature, or `field` as on the street; for `cartpole`
+    /// Limits of timing, and demand: `resco` as in the literature, or `field` as on the street; for control tasks
     /// `sb3` or `tuned` [default: the scenario's, else `resco` or `sb3`]
     #[arg(long, value_name = "PRESET", value_parser = presets(), hide_possible_values = true)]
     preset: Option<String>,

@@ -5,7 +5,7 @@
 use std::fs;
 
 use tsc_family::control_tasks::scenario::Settings;
-use tsc_family::control_tasks::{cartpole, mountain_car, pendulum};
+use tsc_family::control_tasks::{cartpole, mountain_car, pendulum, pendulum_swing_up, quad};
 use tsc_family::settings::page::markdown;
 use tsc_family::traffic::settings::table::defaults;
 
@@ -21,12 +21,16 @@ fn the_page_of_settings_says_what_they_are() {
     let signals = markdown("", &defaults().sections());
     let poles = markdown("CartPole: ", &cartpole::Scenario::default().sections());
     let pendulums = markdown("Pendulum: ", &pendulum::Scenario::default().sections());
+    // The other sections of these have no setting that the pendulum's do not have.
     let cars = mountain_car::Scenario::default();
-    // Its other sections are those of the pendulum.
     let cars = markdown("Mountain car: ", &cars.sections()[..1]);
+    let swing_up = pendulum_swing_up::Scenario::default();
+    let swing_up = markdown("Pendulum, swung up: ", &swing_up.sections()[..1]);
+    let quads = markdown("Quad: ", &quad::Scenario::default().sections()[..1]);
     let expected = format!(
-        "{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}\n## Pendulums\n\n{pendulums}\n\
-         ## Mountain cars\n\nThe sections of training and methods are those of the pendulum.\n\n{cars}"
+        "{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}\n## Other control tasks\n\n\
+         Mountain car, Pendulum, swung up, and Quad have the sections of the pendulum, but for their environments.\n\n\
+         {pendulums}\n{cars}\n{swing_up}\n{quads}"
     );
     if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
         fs::write(PAGE, &expected).unwrap();

@@ -69,7 +69,8 @@ pub fn context<T: Task>(
             known: known::<T>(),
             meant: did_you_mean(name, T::FEATURES.iter().map(|known| known.name)),
         })?;
-        if !(value.is_finite() && *value > 0.0) {
+        let zero = *value == 0.0 && T::MAY_BE_ZERO.contains(&name.as_str());
+        if !(value.is_finite() && *value > 0.0 || zero) {
             let (point, feature) = (point.id.clone(), name.clone());
             return Err(ContextError::Value { point, feature, value: *value });
         }

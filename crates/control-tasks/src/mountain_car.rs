@@ -44,15 +44,26 @@ pub type State = [f64; 2];
 
 impl MountainCar {
     /// Returns the reward of an action, the state afterwards, and whether the goal is reached.
-    pub fn step(&self, [position, velocity]: State, action: f64) -> (f64, State, bool) {
-        let force = action.clamp(-1.0, 1.0);
-        let mut velocity = velocity + force * self.power - GRAVITY * libm::cos(3.0 * position);
-        velocity = velocity.clamp(-self.max_speed, self.max_speed);
-        let position = (position + velocity).clamp(POSITIONS[0], POSITIONS[1]);
-        if position == POSITIONS[0] && velocity < 0.0 {
+    ///
+    /// As numpy does with an action in single precision, sums are in single precision where the state is in it, which is so
+    /// after every step but not where an episode starts.
+    pub fn step(&self, [position, velocity]: State, action: f32) -> (f64, State, bool) {
+        let is_single = f64::from(position as f32) == position;
+        let round = |number: f64| if is_single { f64::from(number as f32) } else { number };
+        let pull = GRAVITY * libm::cos(round(3.0 * position));
+        let push = match action.abs() > 1.0 {
+            true => self.power.copysign(f64::from(action)) - pull,
+            false => f64::from(action * self.power as f32 - pull as f32),
+        };
+        let fastest = round(self.max_speed);
+        let mut velocity = round(velocity + round(push)).clamp(-fastest, fastest);
+        let [low, high] = POSITIONS.map(round);
+        let position = round(position + velocity).clamp(low, high);
+        if position == low && velocity < 0.0 {
             velocity = 0.0;
         }
-        let reached = position >= self.goal && velocity >= 0.0;
+        let reached = position >= round(self.goal) && velocity >= 0.0;
+        let action = f64::from(action);
         let reward = if reached { GOAL } else { 0.0 } - action * action * 0.1;
         (reward, [position, velocity].map(|n| f64::from(n as f32)), reached)
     }
@@ -78,7 +89,7 @@ impl Dynamics for MountainCar {
     }
 
     fn act(&self, state: &mut State, action: &[f32]) -> (f64, bool) {
-        let (reward, after, reached) = self.step(*state, f64::from(action[0]));
+        let (reward, after, reached) = self.step(*state, action[0]);
         *state = after;
         (reward, reached)
     }

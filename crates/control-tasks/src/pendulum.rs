@@ -49,6 +49,9 @@ pub(crate) fn wrap(angle: f64) -> f64 {
 
 impl Pendulum {
     /// Returns the reward of a torque, which is cut to the limit, and the state afterwards.
+    ///
+    /// Deviation: all arithmetic is in double precision, as in gymnasium with an action in double precision; there a torque in
+    /// single precision is squared and scaled in single precision.
     pub fn step(&self, [angle, velocity]: State, torque: f64) -> (f64, State) {
         let (m, l, g) = (self.mass_kg, self.length_m, self.gravity_mps2);
         let u = torque.clamp(-self.max_torque_nm, self.max_torque_nm);

@@ -31,6 +31,8 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     const SIMULATOR: &'static str;
     /// The features of a context.
     const FEATURES: &'static [ContextFeature];
+    /// Features that may be 0; all others are above it.
+    const MAY_BE_ZERO: &'static [&'static str] = &[];
     /// What scores compare.
     const OBJECTIVE: Objective;
     /// Beyond which value of the objective a method counts as failed.

@@ -67,7 +67,7 @@ pub struct RunArgs {
     pub existing: Option<PathBuf>,
     /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default: those of the run that is in
     /// --out, else baseline,fixed-time,max-pressure,actuated,nema, with --sumocfg also program, with plans also existing;
-    /// for `cartpole` ppo,dqn]
+    /// for `cartpole` ppo,dqn, for `pendulum` ppo,sac]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Methods that are not the program's own

@@ -1,0 +1,5 @@
+//! Control tasks: dynamics against gymnasium's, step by step (`scripts/control_steps.py` writes the tables), and trainings.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod steps;
+mod training;

@@ -1,0 +1,116 @@
+//! Trainings on gymnasium's own environments.
+
+use tsc_family::cartpole::{self, CartPole, Context, Dynamics, GYMNASIUM_START, Variant};
+use tsc_family::control_tasks::episodes::Episodes;
+use tsc_family::control_tasks::pendulum::{self, Pendulum};
+use tsc_family::nn::archive::Archive;
+use tsc_family::rl::environment::{Environment, play};
+use tsc_family::rl::sb3::Trainer;
+use tsc_family::rl::sb3::ars::Ars;
+use tsc_family::rl::sb3::ppo::Ppo;
+use tsc_family::rl::sb3::sac::Sac;
+use tsc_family::rl::sb3::td3::Td3;
+use tsc_family::rl::sb3::trpo::Trpo;
+use tsc_family::seed;
+
+fn pendulum() -> Episodes<Pendulum> {
+    Episodes::of(Pendulum { mass_kg: 1.0, length_m: 1.0, gravity_mps2: 10.0, max_torque_nm: 2.0 })
+}
+
+fn cart_pole() -> CartPole {
+    CartPole::new(Dynamics::new(Context::default(), Variant::CarlCompat), GYMNASIUM_START)
+}
+
+/// Trains, and returns the mean return of 20 held-out episodes.
+fn mean_return(trainer: &mut dyn Trainer, environment: &mut dyn Environment) -> f64 {
+    trainer.advance(u64::MAX, &mut |k| seed::training(0, k));
+    let mut policy = |observation: &[f32], action: &mut [f32]| trainer.act(observation, action);
+    (0..20).map(|k| play(environment, seed::evaluation(0, k), &mut policy).total).sum::<f64>()
+        / 20.0
+}
+
+/// The hash of what was learned.
+fn learned(mut trainer: impl Trainer) -> String {
+    trainer.advance(u64::MAX, &mut |k| seed::training(7, k));
+    let mut archive = Archive::default();
+    trainer.learned("", &mut archive);
+    archive.checksum()
+}
+
+#[test]
+fn small_networks_swing_a_pendulum_up_with_sac_and_td3() {
+    let config = pendulum::Scenario::default().sac;
+    let settings = tsc_family::rl::sb3::sac::Settings {
+        total_steps: 5000,
+        hidden: 64,
+        learning_rate: 1e-3,
+        ..(&config).into()
+    };
+    let found = mean_return(&mut Sac::new(settings, pendulum(), 0), &mut pendulum());
+    assert!(found > -200.0, "{found}");
+    let config = pendulum::Scenario::default().td3;
+    let (hidden, second_hidden) = (128, 128);
+    let settings = tsc_family::rl::sb3::td3::Settings {
+        total_steps: 8000,
+        learning_starts: 1000,
+        hidden,
+        second_hidden,
+        action_noise: 0.1,
+        ..(&config).into()
+    };
+    let found = mean_return(&mut Td3::new(settings, pendulum(), 0), &mut pendulum());
+    assert!(found > -250.0, "{found}");
+}
+
+#[test]
+fn trpo_with_the_defaults_solves_both_and_ppo_with_other_settings_too() {
+    let config = cartpole::Scenario::default().trpo;
+    let found = mean_return(&mut Trpo::new((&config).into(), cart_pole, 0), &mut cart_pole());
+    assert!(found > 475.0, "{found}");
+    let found = mean_return(&mut Trpo::new((&config).into(), pendulum, 0), &mut pendulum());
+    assert!(found > -300.0, "{found}");
+    let config = pendulum::Scenario::default().ppo;
+    let tuned = tsc_family::rl::sb3::ppo::Settings {
+        environments: 4,
+        num_steps: 1024,
+        gamma: 0.9,
+        learning_rate: 1e-3,
+        ..(&config).into()
+    };
+    let found = mean_return(&mut Ppo::new(tuned, pendulum, 0), &mut pendulum());
+    assert!(found > -300.0, "{found}");
+}
+
+#[test]
+fn random_search_with_the_defaults_balances_a_pole() {
+    let config = cartpole::Scenario::default().ars;
+    let found = mean_return(&mut Ars::new((&config).into(), cart_pole(), 0), &mut cart_pole());
+    assert!(found > 475.0, "{found}");
+}
+
+/// As in tests/cartpole/training.rs, for the other algorithms.
+#[test]
+fn what_is_learned_has_the_same_bytes_on_every_processor() {
+    let config = pendulum::Scenario::default();
+    let few = 300;
+    let sac = tsc_family::rl::sb3::sac::Settings { total_steps: few, ..(&config.sac).into() };
+    let td3 = tsc_family::rl::sb3::td3::Settings { total_steps: few, ..(&config.td3).into() };
+    let ppo = tsc_family::rl::sb3::ppo::Settings { total_steps: 3000, ..(&config.ppo).into() };
+    let trpo = tsc_family::rl::sb3::trpo::Settings { total_steps: 3000, ..(&config.trpo).into() };
+    let ars = tsc_family::rl::sb3::ars::Settings { total_steps: 9000, ..(&config.ars).into() };
+    let known = [
+        "4b978c6350158f3e69bf2b51e94de97d3bc20b99679aad5168a0bb6cd211bf56",
+        "11d456836ee92278c5ec629731aa9940b4c1894779cab88f283851f4bc01368c",
+        "e335fc4331d1d0cafba27d161dc68c3604b2d522edf010ee98285aceb22e100f",
+        "235cb263833f5f5bf76ac866b06282d6362b122ca568c64dabfa3cce952c7187",
+        "4dba6126deda8531eb1d16090e424fecc43c32a669ca6d6765b964282c518882",
+    ];
+    let found = [
+        learned(Sac::new(sac, pendulum(), 7)),
+        learned(Td3::new(td3, pendulum(), 7)),
+        learned(Ppo::new(ppo, pendulum, 7)),
+        learned(Trpo::new(trpo, pendulum, 7)),
+        learned(Ars::new(ars, pendulum(), 7)),
+    ];
+    assert_eq!(found, known);
+}
