@@ -36,6 +36,7 @@ runs=(
     "nema-field-0.2.0 --preset field --methods baseline,nema"
     "nema-intersections-resco --preset resco --set family.detail=per-approach --methods baseline,nema"
     "nema-intersections-field --preset field --set family.detail=per-approach --methods baseline,nema"
+    "intersections-field-0.2.1 --preset field --set family.detail=per-approach --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "intersections-field-40 --preset field --set family.detail=per-approach --budget 40 --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "learners-validated-20 --preset resco --budget 20 --assist results/salt-lake-city/resco --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
     "learners-validated --preset resco --methods baseline,idqn,mplight,mplight-star"
