@@ -48,10 +48,6 @@ fn pbf_and_xml_of_the_same_town_give_the_same_extract() {
 }
 
 /// Returns an extract that is not part of this repository; `None`, with a word, if it is absent.
-#[expect(
-    clippy::explicit_write,
-    reason = "the test harness shows what is printed of failures only"
-)]
 fn real(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/osm").join(name);
     let found = path.exists().then_some(path);
