@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use rustix::time::{ClockId, clock_gettime};
 use tsc_family::cartpole::{CartPole, Context, Dynamics, GYMNASIUM_START, Scenario, Variant};
-use tsc_family::control_tasks::scenario::Settings as _;
+use tsc_family::control_tasks::task::scenario::Settings as _;
 use tsc_family::rl::environment::play;
 use tsc_family::rl::sb3::Trainer;
 use tsc_family::rl::sb3::dqn::Dqn;

@@ -112,8 +112,14 @@ pub(super) fn table_of(loaded: &LoadedScenario) -> &str {
 
 /// Returns the names of the presets of all domains.
 fn presets() -> PossibleValuesParser {
-    let own = Preset::value_variants().iter().map(|preset| preset.name());
-    PossibleValuesParser::new(own.chain(others().iter().flat_map(|entry| entry.presets).copied()))
+    let mut names: Vec<&str> =
+        Preset::value_variants().iter().map(|preset| preset.name()).collect();
+    for preset in others().iter().flat_map(|entry| entry.presets) {
+        if !names.contains(preset) {
+            names.push(preset);
+        }
+    }
+    PossibleValuesParser::new(names)
 }
 
 /// Adds the carried scenarios of the other domains to those that might have been meant.

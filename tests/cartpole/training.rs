@@ -1,7 +1,7 @@
 //! Trainings on gymnasium's own cart and pole; `cargo bench --bench cartpole` makes ten of each.
 
 use tsc_family::cartpole::{CartPole, Context, Dynamics, GYMNASIUM_START, Scenario, Variant};
-use tsc_family::control_tasks::scenario::Settings as _;
+use tsc_family::control_tasks::task::scenario::Settings as _;
 use tsc_family::nn::archive::Archive;
 use tsc_family::rl::environment::play;
 use tsc_family::rl::sb3::Trainer;

@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use tsc_family::control_tasks::scenario::Settings;
+use tsc_family::control_tasks::task::scenario::Settings;
 use tsc_family::control_tasks::{cartpole, mountain_car, pendulum, pendulum_swing_up, quad};
 use tsc_family::settings::page::markdown;
 use tsc_family::traffic::settings::table::defaults;

@@ -28,6 +28,7 @@ mod cli_run;
 mod cli_signals;
 mod cli_turning_counts;
 mod completions;
+mod control_tasks_run;
 #[cfg(feature = "libsumo")]
 mod faults;
 mod growth;

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::episodes::{self, Episodes};
 use crate::methods::{ars, dqn, ppo, trpo};
-use crate::scenario::scenario;
+use crate::task::scenario::scenario;
 use crate::task::{ContextFeature, Scale, Task, grid};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;

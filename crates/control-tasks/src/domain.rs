@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use crate::context;
 use crate::episodes::{Dynamics, Episodes};
-use crate::scenario::Settings;
+use crate::task::scenario::Settings;
 use crate::task::{Task, scenario_of};
 use crate::trial::{ROW_STEPS, TaskTrial};
 use evaluation::run::domain::{Domain, Effort, EffortOf, Objective, Site, Trial};

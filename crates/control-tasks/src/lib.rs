@@ -1,7 +1,7 @@
 //! Families of control tasks: dynamics with a context, and the methods that learn in them.
 //!
 //! A task is one file: its [`dynamics`](episodes::Dynamics), its family and what evaluation has to know of it, as a
-//! [`task::Task`]. All else is generic: [`episodes`], [`context`], [`scenario`], [`problem`], [`trial`], [`domain`] and
+//! [`task::Task`]. All else is generic: [`episodes`], [`context`], [`task::scenario`], [`problem`], [`trial`], [`domain`] and
 //! [`load`]. A method is one file of [`methods`] with its settings; what it computes is in the crate of learners.
 
 pub mod cartpole;
@@ -15,6 +15,5 @@ pub mod pendulum;
 pub mod pendulum_swing_up;
 pub mod problem;
 pub mod quad;
-pub mod scenario;
 pub mod task;
 pub mod trial;

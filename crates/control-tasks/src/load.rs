@@ -5,8 +5,8 @@ use std::path::Path;
 
 use crate::domain::TaskDomain;
 use crate::problem::TaskProblem;
-use crate::scenario::{Preset, Settings};
 use crate::task::Task;
+use crate::task::scenario::{Preset, Settings};
 use evaluation::family::points::{self, Kind};
 use evaluation::family::{FamilyError, MdpFamily};
 use evaluation::run::entry::Entry;

@@ -8,7 +8,7 @@
 
 use crate::episodes::{Dynamics, Episodes};
 use crate::methods::{ars, ppo, sac, td3, trpo};
-use crate::scenario::scenario;
+use crate::task::scenario::scenario;
 use crate::task::{ContextFeature, Scale, Task, grid};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use crate::episodes::{Dynamics, Episodes};
 use crate::methods::{ars, ppo, sac, td3, trpo};
-use crate::scenario::scenario;
+use crate::task::scenario::scenario;
 use crate::task::{ContextFeature, Scale, Task, grid};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;

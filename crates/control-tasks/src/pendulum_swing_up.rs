@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use crate::episodes::{Dynamics, Episodes};
 use crate::methods::{ppo, td3, trpo};
 use crate::pendulum::wrap;
-use crate::scenario::scenario;
+use crate::task::scenario::scenario;
 use crate::task::{ContextFeature, Scale, Task, point};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;
@@ -159,7 +159,7 @@ impl Task for SwingUps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Settings as _;
+    use crate::task::scenario::Settings as _;
     use crate::task::testing::{check_episodes, check_family, check_features};
     use learners::rl::environment::play;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use crate::context::{self, ContextError};
-use crate::scenario::Settings;
+use crate::task::scenario::Settings;
 use crate::task::{self, Task};
 use basics::hash::sha256;
 use evaluation::family::MdpFamily;

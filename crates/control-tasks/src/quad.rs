@@ -12,7 +12,7 @@
 
 use crate::episodes::{Dynamics, Episodes};
 use crate::methods::{ppo, td3, trpo};
-use crate::scenario::scenario;
+use crate::task::scenario::scenario;
 use crate::task::{ContextFeature, Scale, Task, point};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;

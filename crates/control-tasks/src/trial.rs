@@ -2,7 +2,7 @@
 
 use crate::episodes::Episodes;
 use crate::methods::Begin;
-use crate::scenario::Settings;
+use crate::task::scenario::Settings;
 use crate::task::{Scale, Task};
 use basics::seed;
 use evaluation::run::domain::{Course, Next, Played, Trial};
@@ -214,6 +214,47 @@ mod tests {
             assert!(resumed.model().unwrap().to_bytes() == model.to_bytes());
         }
         assert!(kept.states.len() > 2);
+    }
+
+    #[test]
+    fn methods_of_continuous_actions_go_on_with_the_same_bytes_and_give_what_a_score_is_between() {
+        use crate::pendulum::{self, Pendulums};
+        let settings = [
+            "ppo.total_steps=6000",
+            "trpo.total_steps=6000",
+            "sac.total_steps=6000",
+            "td3.total_steps=6000",
+            "sac.hidden=8",
+            "sac.batch_size=8",
+            "td3.hidden=8",
+            "td3.second_hidden=8",
+            "td3.batch_size=8",
+        ];
+        let overrides: Vec<_> = settings.iter().map(|s| s.parse().unwrap()).collect();
+        let scenario = pendulum::Scenario::read("", "a.toml", &overrides).unwrap();
+        for method in ["ppo", "trpo", "sac", "td3"] {
+            let new = || {
+                let environment = Episodes::of(Pendulums::dynamics(&scenario, &[1.0, 1.0, 10.0]));
+                TaskTrial::<Pendulums>::new(environment, &scenario, method, 7).unwrap()
+            };
+            let (mut whole, mut kept) = (new(), Kept::default());
+            whole.train(&mut kept).unwrap();
+            let model = whole.model().unwrap();
+            assert!(kept.rows.iter().all(|(_, m)| m["normalised_return"] < 1.2));
+            for state in &kept.states {
+                let mut rest = Kept { saved: Some(state.clone()), ..Kept::default() };
+                let mut resumed = new();
+                resumed.train(&mut rest).unwrap();
+                assert!(resumed.model().unwrap().to_bytes() == model.to_bytes(), "{method}");
+            }
+            let mut loaded = new();
+            loaded.load(&model).unwrap();
+            let metrics = loaded.episode(3).unwrap();
+            assert_eq!(metrics, whole.episode(3).unwrap());
+            let (random, solved) = (metrics["random_return"], metrics["solved_return"]);
+            let score = (metrics["return"] - random) / (solved - random);
+            assert_eq!(metrics["normalised_return"], score);
+        }
     }
 
     #[test]

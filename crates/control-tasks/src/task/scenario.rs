@@ -162,13 +162,13 @@ macro_rules! scenario {
             /// One sentence for people.
             pub title: String,
             /// Settings under those of the scenario.
-            pub preset: $crate::scenario::Preset,
+            pub preset: $crate::task::scenario::Preset,
             /// Where the point MDPs come from.
-            pub family: $crate::scenario::FamilySettings,
+            pub family: $crate::task::scenario::FamilySettings,
             /// Where methods act.
             pub environment: $environment,
             /// Which policy of a training is evaluated.
-            pub training: $crate::scenario::TrainingSettings,
+            pub training: $crate::task::scenario::TrainingSettings,
             $(
                 /// Hyper-parameters of the method of this name.
                 pub $method: $method::Config,
@@ -194,7 +194,7 @@ macro_rules! scenario {
         impl evaluation::settings::named::Named for Scenario {
             fn names() -> &'static [String] {
                 static NAMES: std::sync::LazyLock<Vec<String>> = std::sync::LazyLock::new(|| {
-                    let family = $crate::scenario::FamilySettings { points: Some(String::new()) };
+                    let family = $crate::task::scenario::FamilySettings { points: Some(String::new()) };
                     let whole = Scenario { family, ..Scenario::default() };
                     let table = toml::Table::try_from(whole).expect("a scenario is plain data");
                     evaluation::settings::named::names_of(&table)
@@ -203,7 +203,7 @@ macro_rules! scenario {
             }
         }
 
-        impl $crate::scenario::Settings for Scenario {
+        impl $crate::task::scenario::Settings for Scenario {
             type Task = $task;
 
             fn domain(&self) -> &str {
@@ -214,7 +214,7 @@ macro_rules! scenario {
                 &self.name
             }
 
-            fn family(&self) -> &$crate::scenario::FamilySettings {
+            fn family(&self) -> &$crate::task::scenario::FamilySettings {
                 &self.family
             }
 

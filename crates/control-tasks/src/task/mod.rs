@@ -1,9 +1,11 @@
 //! What a control task has to say of itself.
 
+pub mod scenario;
+
 use serde_json::Value;
 
+use self::scenario::Settings;
 use crate::episodes::{Dynamics, Episodes};
-use crate::scenario::Settings;
 use evaluation::family::{MdpFamily, PointMdp};
 use evaluation::run::domain::Objective;
 use evaluation::stats::Side;

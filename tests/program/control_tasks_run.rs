@@ -1,0 +1,60 @@
+//! `tsc-family run` on every control task, from the family to the page.
+
+use std::fs;
+use std::process::Command;
+
+use serde_json::Value;
+
+#[test]
+fn every_control_task_runs_with_every_method_from_the_family_to_the_page() {
+    let dir = tempfile::tempdir().unwrap();
+    for (task, methods, metric) in [
+        ("cartpole", "trpo,ars", "normalised_return"),
+        ("pendulum", "ppo,sac,td3,trpo,ars", "normalised_return"),
+        ("mountain-car", "ppo,sac,td3,trpo,ars", "return"),
+        ("pendulum-swing-up", "ppo,td3,trpo", "steps_to_upright"),
+        ("quad", "ppo,td3,trpo", "course_share"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
+        command.args(["run", task, "--budget", "1", "--methods", methods, "-q", "--out", task]);
+        for method in methods.split(',') {
+            command.args(["--set", &format!("{method}.total_steps=1000")]);
+            if ["sac", "td3"].contains(&method) {
+                command.args(["--set", &format!("{method}.hidden=8")]);
+                command.args(["--set", &format!("{method}.batch_size=8")]);
+            }
+        }
+        let output = command.current_dir(dir.path()).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        for number in 0..methods.split(',').count() {
+            let record = dir.path().join(format!("{task}/done/000/{number}.jsonl"));
+            let text = fs::read_to_string(record).unwrap();
+            let head: Value = serde_json::from_str(text.lines().next().unwrap()).unwrap();
+            assert_eq!(head["outcome"], "ok", "{text}");
+            assert!(head["metrics"][metric].is_f64(), "{text}");
+        }
+        let page = fs::read_to_string(dir.path().join(task).join("report/index.html")).unwrap();
+        assert!(methods.split(',').all(|method| page.contains(method)));
+    }
+}
+
+#[test]
+fn what_a_task_cannot_have_is_refused_with_the_way_out() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
+        let output = command.args(args).current_dir(dir.path()).output().unwrap();
+        assert!(!output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let said = refused(&["run", "pendulum", "--methods", "dqn"]);
+    assert!(said.contains("ppo, sac, td3, trpo, ars"), "{said}");
+    let said = refused(&["run", "quad", "--set", "environment.tilt_chek=false"]);
+    assert!(said.contains("did you mean environment.tilt_check?"), "{said}");
+    fs::write(dir.path().join("q.csv"), "point,instances,lower_wall_m,upper_wall_m\na,1,1,1.5\n")
+        .unwrap();
+    fs::write(dir.path().join("q.toml"), "domain = \"quad\"\nfamily.points = \"q.csv\"\n").unwrap();
+    let said = refused(&["run", "q.toml"]);
+    let expected = "upper_wall_m of a is 1.5: expected more than 0.8 m above lower_wall_m";
+    assert!(said.contains("q.csv") && said.contains(expected), "{said}");
+}
