@@ -11,6 +11,7 @@ use minijinja::{Value, context};
 use serde_json::Value as Json;
 
 use super::capacity::{Basis, Capacity};
+use super::first::today;
 use super::level_of_service::letter;
 use super::shown::Seen;
 use basics::units::SECONDS_PER_HOUR;
@@ -154,15 +155,16 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     })
 }
 
-/// Returns the movements of an intersection under the best method and under the baseline.
+/// Returns the movements of an intersection under the best method, and under what is done today or else the baseline.
 fn point(seen: Seen<'_>, point: usize) -> Option<Value> {
     let Seen { data, shown } = seen;
     let identity = &data.manifest.identity;
     let of =
         |method: usize| shown.movements.iter().find(|t| t.point == point && t.method == method);
     let best = data.winners[point].as_ref().map(|winner| winner.best)?;
-    let baseline = identity.methods.iter().position(|m| *m == identity.baseline);
-    let compared: Vec<usize> = [Some(best), baseline.filter(|b| *b != best)]
+    let rival = today(data).unwrap_or(&identity.baseline);
+    let rival = identity.methods.iter().position(|m| *m == rival);
+    let compared: Vec<usize> = [Some(best), rival.filter(|b| *b != best)]
         .into_iter()
         .flatten()
         .filter(|m| of(*m).is_some())

@@ -148,7 +148,7 @@ fn of_rings(signal: &SignalProgram) -> ExistingPlan {
         all_red_s: p.all_red_s.into(),
         walk_s: people(p),
         recall: if p.recall { Recall::Min } else { Recall::None },
-        dual_entry: p.number % 2 == 0,
+        dual_entry: p.number.is_multiple_of(2),
         inhibit_max: false,
     };
     plan(Control::Actuated, None, Vec::new(), signal.rings.iter().map(phase).collect())

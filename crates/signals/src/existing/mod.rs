@@ -443,7 +443,7 @@ pub(crate) mod testing {
             all_red_s: 1.0,
             walk_s: None,
             recall: Recall::None,
-            dual_entry: number % 2 == 0,
+            dual_entry: number.is_multiple_of(2),
             inhibit_max: false,
         }
     }
@@ -493,7 +493,8 @@ mod tests {
 
     #[test]
     fn what_cannot_be_shown_is_said_with_the_way_out() {
-        let cases: [(&dyn Fn(&mut ExistingPlan), &str); 8] = [
+        type Change<'a> = &'a dyn Fn(&mut ExistingPlan);
+        let cases: [(Change<'_>, &str); 8] = [
             (&|p| p.phases[1].number = 1, "phase 1 stands twice"),
             (&|p| p.phases[0].ring = 3, "phase 1 is in ring 3; plans of one or two rings"),
             (&|p| p.phases[1].position = 1, "phases 1 and 2 have the same barrier, ring"),

@@ -26,7 +26,7 @@ use approach::RawIntersection;
 pub use approach::{Approach, Intersection};
 pub use arms::{ARMS, check_arms};
 use basics::units::KMH_TO_MPH;
-pub use counted::{Arrivals, Counted, MANNERS, VOLUMES};
+pub use counted::{Arrivals, Counted, MANNERS, MOST_VPH, VOLUMES};
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::title;

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::demand::{DemandSpec, Stream};
 use crate::family::approaches::Arrivals;
+use crate::settings::MIN_PEAK_HOUR_FACTOR;
 use basics::files::{self, FileError, limits};
 use basics::units::SECONDS_PER_HOUR;
 
@@ -15,9 +16,6 @@ const MOST_VEHICLES: f64 = 5e7;
 
 /// Longest episode, seconds.
 const LONGEST_S: f64 = 86_400.0;
-
-/// Least peak hour factor: all vehicles arrive in the second quarter.
-const LEAST_PEAK_HOUR_FACTOR: f64 = 0.25;
 
 impl DemandSpec {
     /// Reads a `.demand.json`.
@@ -46,7 +44,7 @@ impl DemandSpec {
 
     /// Checks what is written into the files that SUMO reads, and what is drawn from.
     fn check(&self) -> Result<(), String> {
-        if !(LEAST_PEAK_HOUR_FACTOR..=1.0).contains(&self.peak_hour_factor) {
+        if !(MIN_PEAK_HOUR_FACTOR..=1.0).contains(&self.peak_hour_factor) {
             return Err(format!("a peak hour factor of {}", self.peak_hour_factor));
         }
         if !(0.0..=1.0).contains(&self.heavy_vehicles) || !(0.0..=1.0).contains(&self.impatience) {
@@ -62,7 +60,7 @@ impl DemandSpec {
             let Stream { from, inflow_vph, depart_lane, depart_speed, routes, .. } = stream;
             let manner = match stream.arrivals {
                 None => true,
-                Some(Arrivals::PeakHourFactor(f)) => (LEAST_PEAK_HOUR_FACTOR..=1.0).contains(&f),
+                Some(Arrivals::PeakHourFactor(f)) => (MIN_PEAK_HOUR_FACTOR..=1.0).contains(&f),
                 Some(Arrivals::QuarterHours(quarters)) => {
                     let sum: f64 = quarters.iter().sum();
                     quarters.iter().all(|q| *q >= 0.0) && sum > 0.0 && sum.is_finite()

@@ -9,7 +9,7 @@ use evaluation::settings::setting::settings;
 pub const MAX_APPROACH_SPREAD: f64 = 0.745;
 
 /// Peak hour factor below which the other quarters of the horizon would have less than no vehicle.
-pub(super) const MIN_PEAK_HOUR_FACTOR: f64 = 0.25;
+pub(crate) const MIN_PEAK_HOUR_FACTOR: f64 = 0.25;
 
 settings! {
     /// Which vehicles arrive.

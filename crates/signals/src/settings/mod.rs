@@ -22,7 +22,7 @@ use evaluation::run::selection::training_settings;
 use evaluation::settings::setting::{Section, settings};
 
 pub use demand::{DemandSettings, MAX_APPROACH_SPREAD, TurnShares};
-pub(crate) use demand::{SUMO_SIGMA, is_sumo_sigma, is_zero};
+pub(crate) use demand::{MIN_PEAK_HOUR_FACTOR, SUMO_SIGMA, is_sumo_sigma, is_zero};
 use inflow::{EVEN_SPLIT, InflowSources, NORTH_EAST_DEG, is_even, is_north_east};
 pub use signal::{Actions, ChangeInterval, LeftTurns, Preset, SignalSettings};
 

@@ -10,12 +10,10 @@ use std::str::FromStr;
 
 use super::clock::{begin, written};
 use super::header::{Heading, Towards};
+use crate::family::approaches::MOST_VPH;
 
 /// Minutes of the hour that is simulated.
 const HOUR_MIN: u32 = 60;
-
-/// Most vehicles of a movement in an hour.
-const MOST_VPH: f64 = 20_000.0;
 
 /// Minutes of a quarter.
 const QUARTER_MIN: u32 = 15;

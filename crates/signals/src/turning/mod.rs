@@ -74,7 +74,10 @@ impl TurningCounts {
             let bytes = file::read(path, file::TABLE_BYTES).map_err(|e| wrong(e.to_string()))?;
             // Of the sheets of a workbook the first that names movements.
             let sources = Source::sheets(&bytes, path).map_err(|e| wrong(e.to_string()))?;
-            let named = sources.iter().find(|source| names_movements(&source.bytes));
+            let is_named = |source: &&Source| {
+                uneven::lines(&source.bytes).is_ok_and(|lines| names_movements(&lines))
+            };
+            let named = sources.iter().find(|source| sources.len() == 1 || is_named(source));
             all.add(&named.unwrap_or(&sources[0]).bytes, &file)?;
         }
         Ok(all)
@@ -185,10 +188,9 @@ impl TurningCounts {
     }
 }
 
-/// Returns whether a line of a file names movements.
-pub(crate) fn names_movements(bytes: &[u8]) -> bool {
-    uneven::lines(bytes)
-        .is_ok_and(|lines| (0..lines.len()).any(|i| matches!(Columns::of(&lines, i), Some(Ok(_)))))
+/// Returns whether one of some lines names movements.
+pub(crate) fn names_movements(lines: &[Line]) -> bool {
+    (0..lines.len()).any(|i| matches!(Columns::of(lines, i), Some(Ok(_))))
 }
 
 /// Returns the minutes of a row that a title says, such as `15 Minute Counts`.

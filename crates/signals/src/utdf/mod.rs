@@ -61,7 +61,9 @@ impl Utdf {
     /// As [`Utdf::read`].
     pub fn add(&mut self, bytes: &[u8], file: &str) -> Result<(), FamilyError> {
         let lines = uneven::lines(bytes).map_err(|fault| at(file, fault))?;
-        if crate::turning::names_movements(bytes) && !is_utdf(bytes) && !tables::has_records(&lines)
+        if crate::turning::names_movements(&lines)
+            && !is_utdf(bytes)
+            && !tables::has_records(&lines)
         {
             let message = "a table of turning counts, no network; give it with --turning-counts beside --utdf";
             return Err(at(file, Fault { line: 1, message: message.to_owned() }));

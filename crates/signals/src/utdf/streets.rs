@@ -23,8 +23,11 @@ use super::Utdf;
 use super::plans::Names;
 use super::tables::{Cell, Cells, Node, Records};
 use crate::existing::{NamedPlan, Plans};
-use crate::family::approaches::{Approach, Arrivals, Counted, Intersection, check_arms, gathered};
+use crate::family::approaches::{
+    Approach, Arrivals, Counted, Intersection, MOST_VPH, check_arms, gathered,
+};
 use crate::family::doubts::Doubt;
+use crate::settings::MIN_PEAK_HOUR_FACTOR;
 use crate::vocabulary::Heading;
 use basics::units::{FOOT_M, KMH_TO_MPH};
 use evaluation::family::columns::at;
@@ -32,9 +35,6 @@ use evaluation::family::error::FamilyError;
 
 /// Least length of an approach, metres.
 const MIN_LENGTH_M: f64 = 25.0;
-
-/// Most vehicles of a movement, per hour, times its growth.
-const MOST_VPH: f64 = 20_000.0;
 
 /// Most miles per hour, and metres, of an approach.
 const MOST_MPH: f64 = 100.0;
@@ -208,9 +208,12 @@ impl Utdf {
 
     /// Checks the defaults of the network.
     fn check_network(&self) -> Result<(), String> {
-        for (name, low, high) in
-            [("phf", 0.25, 1.0), ("hv", 0.0, 1.0), ("growth", 0.0, 10.0), ("metric", 0.0, 1.0)]
-        {
+        for (name, low, high) in [
+            ("phf", MIN_PEAK_HOUR_FACTOR, 1.0),
+            ("hv", 0.0, 1.0),
+            ("growth", 0.0, 10.0),
+            ("metric", 0.0, 1.0),
+        ] {
             let Some(text) = self.tables.network.get(name).filter(|text| !text.is_empty()) else {
                 continue;
             };
@@ -526,7 +529,8 @@ impl Utdf {
             let growth = range(&growth, "growth", 0.0, 1000.0)?.map(|percent| percent / 100.0);
             let growth = growth.or_else(|| default("growth")).unwrap_or(1.0);
             let volume = range(&volumes, "volume", 0.0, MOST_VPH)?.unwrap_or_default();
-            let factor = range(&factors, "phf", 0.25, 1.0)?.or_else(|| default("phf"));
+            let factor =
+                range(&factors, "phf", MIN_PEAK_HOUR_FACTOR, 1.0)?.or_else(|| default("phf"));
             let percent =
                 range(&heavy, "heavyvehicles", 0.0, 100.0)?.map(|percent| percent / 100.0);
             let bay_m =
@@ -543,7 +547,8 @@ impl Utdf {
                 shared: count(&shared, "shared")?,
                 to: to.get(column).map(|cell| cell.text.clone()),
                 volume_vph: volume * growth,
-                peak_hour_factor: factor.filter(|factor| (0.25..=1.0).contains(factor)),
+                peak_hour_factor: factor
+                    .filter(|factor| (MIN_PEAK_HOUR_FACTOR..=1.0).contains(factor)),
                 heavy: percent
                     .or_else(|| default("hv"))
                     .filter(|share| (0.0..=1.0).contains(share)),

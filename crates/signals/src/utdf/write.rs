@@ -11,6 +11,9 @@ const MOVEMENTS: [&str; 24] = [
     "NET", "NER", "NWL", "NWT", "NWR", "SEL", "SET", "SER", "SWL", "SWT", "SWR",
 ];
 
+/// Returns the cell of a phase in a record.
+type CellOf<'a> = &'a dyn Fn(&PlanPhase) -> String;
+
 /// Fewest columns of phases.
 const LEAST_PHASES: u32 = 8;
 
@@ -134,7 +137,7 @@ fn phases(text: &mut String, node: u32, plan: &ExistingPlan, most: u32) {
     };
     let recall =
         |p: &PlanPhase| Recall::ALL.iter().position(|r| *r == p.recall).unwrap_or_default();
-    let records: [(&str, &dyn Fn(&PlanPhase) -> String); 16] = [
+    let records: [(&str, CellOf<'_>); 16] = [
         ("BRP", &|p| format!("{}{}{}", p.barrier, p.ring, p.position)),
         ("MinGreen", &|p| number(p.min_green_s)),
         ("MaxGreen", &|p| number(p.max_green_s)),

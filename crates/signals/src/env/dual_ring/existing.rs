@@ -261,15 +261,15 @@ impl<'a> Wired<'a> {
         };
         let changing = || all().filter(|p| (timed[*p].green_s..lasts_s(*p)).contains(&since(*p)));
         let mut letters = self.state(&green, meet).into_bytes();
-        for link in 0..letters.len() {
+        for (link, letter) in letters.iter_mut().enumerate() {
             let ending: Vec<usize> = changing().filter(|p| self.all(*p).contains(&link)).collect();
-            if letters[link] != b'r' || ending.is_empty() {
+            if *letter != b'r' || ending.is_empty() {
                 continue;
             }
             // What is green in a phase and in the one after it in its ring stays green.
             let stays = |p: &usize| next(*p).any(|n| self.all(n).contains(&link));
             let yellow = |p: &usize| since(*p) < timed[*p].green_s + timed[*p].yellow_s;
-            letters[link] = if ending.iter().any(stays) {
+            *letter = if ending.iter().any(stays) {
                 let protects = |p: &usize| {
                     let own = |p: usize| self.protected[p].contains(&link);
                     own(*p) && next(*p).any(own)

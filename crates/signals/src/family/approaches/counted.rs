@@ -18,6 +18,8 @@ use osm_signals::{DrivingSide, Turn};
 use serde::{Deserialize, Serialize};
 use sheet::Row;
 
+use crate::settings::MIN_PEAK_HOUR_FACTOR;
+
 /// Columns of vehicles by turn.
 pub const VOLUMES: [&str; 3] = ["left_vph", "through_vph", "right_vph"];
 
@@ -25,7 +27,7 @@ pub const VOLUMES: [&str; 3] = ["left_vph", "through_vph", "right_vph"];
 pub const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehicles"];
 
 /// Most vehicles of a movement, per hour: eight lanes at 2,500, which no lane carries.
-const MOST_VPH: f64 = 20_000.0;
+pub const MOST_VPH: f64 = 20_000.0;
 
 /// How far rounding may bring the sum of quarters and that of turns apart: vehicles, and a share.
 const ROUNDING_VEH: f64 = 4.0;
@@ -152,9 +154,6 @@ pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, S
         .map_err(|e| format!("{e}; it is a share: 0.03 for 3%"))?;
     Ok(Some(Counted { left_vph, through_vph, right_vph, arrivals, heavy_vehicles }))
 }
-
-/// Least peak hour factor: all vehicles in one quarter.
-const MIN_PEAK_HOUR_FACTOR: f64 = 0.25;
 
 fn optional(
     row: &Row,
