@@ -256,7 +256,15 @@ fn unusable_input_is_refused_with_its_place_and_a_way_out() {
 fn every_domain_says_what_a_failure_is_in_a_metric_that_it_records() {
     let limits: Vec<String> = tsc_family::domains::domains()
         .iter()
-        .map(|d| d.failure().expect("both domains say").to_string())
+        .map(|d| d.failure().expect("every domain says").to_string())
         .collect();
-    assert_eq!(limits, ["waiting_s>20", "normalised_return<0.05"]);
+    let expected = [
+        "waiting_s>20",
+        "normalised_return<0.05",
+        "normalised_return<0.5",
+        "return<0.05",
+        "steps_to_upright>199",
+        "course_share<0.5",
+    ];
+    assert_eq!(limits, expected);
 }

@@ -13,7 +13,7 @@ pub const METHOD: Method = Method {
     training: Training::Learned,
     default: false,
     decision_s: 1.5e-7,
-    color: "#cc79a7",
+    color: "#882255",
     dash: "8 2 2 2",
     settings: Config::SETTINGS,
 };
