@@ -268,7 +268,11 @@ fn bad_requests_are_usage_errors_and_write_nothing() {
             "unknown method \"maxpressure\"; known are baseline, fixed-time, max-pressure, ",
         ),
         ("run smoke --methods maxpressure", "; did you mean max-pressure?"),
-        ("run smok", "(salt-lake-city, salt-lake-city-peak, smoke, cartpole); did you mean smoke?"),
+        (
+            "run smok",
+            "(salt-lake-city, salt-lake-city-peak, smoke, cartpole, pendulum, mountain-car, pendulum-swing-up, quad)",
+        ),
+        ("run smok", "did you mean smoke?"),
         ("rum smoke", "some similar subcommands exist: 'run', 'resume'"),
         ("run smoke --episodes 0", "expected a whole number from 1 to 4294967295"),
         ("run smoke --jobs two", "expected a whole number from 1 to 1024"),

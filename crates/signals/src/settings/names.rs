@@ -10,7 +10,7 @@ use evaluation::settings::named::{Named, names_of};
 /// A scenario with all settings that can be given.
 const WHOLE: &str = "name = \"x\"\nsignal.max_green_s = 50\nsignal.lane_width_m = 3.0\n\
     signal.left_turns = \"permissive\"\n\
-    signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\n\
+    signal.pedestrian_calls_per_h = 1.0\nfamily.points = \"p\"\nfamily.existing = \"e\"\n\
                      family.approaches = \"a\"\nfamily.directional_split = 0.55\n\
                      family.peak_heading_deg = 90\nsignal.turn_on_red = true\n\
                      demand.heavy_vehicles = 0.03\ndemand.sigma = 0.2\ndemand.impatience = 0.5";
