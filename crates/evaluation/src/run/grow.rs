@@ -315,7 +315,7 @@ mod tests {
             obstacle(&there.identity, &changed, &[]).unwrap()
         };
         assert!(with(&|i| i.base_seed = 9).contains("--seed"));
-        assert!(with(&|i| drop(i.evaluation_seeds.pop())).contains("--eval-seeds"));
+        assert!(with(&|i| i.evaluation_seeds.truncate(1)).contains("--eval-seeds"));
         assert!(with(&|i| drop(i.methods.remove(1))).contains("--methods"));
         assert!(with(&|i| i.tsc_family = "9.9.9".to_owned()).contains("tsc-family"));
         assert!(with(&|i| i.points[0].content = "x".to_owned()).contains("point MDP"));

@@ -233,7 +233,7 @@ pub struct Established {
 }
 
 /// Writes plan and manifest into a new results directory. An existing one that holds the same run stays as it is, with
-/// its own provenance; one that holds a part of the run grows ([`grow`]). The manifest comes last: with it the directory
+/// its own provenance; one that holds a part of the run grows. The manifest comes last: with it the directory
 /// is complete.
 ///
 /// # Arguments
