@@ -92,7 +92,7 @@ impl Dynamics for Pendulum {
 /// Mean returns of two policies over the same episodes, between which a score is measured.
 ///
 /// - **random**: every torque is uniform within the limit.
-/// - **solved**: the best of [`TORQUES`] torques by values that were computed backwards from the last step on a grid of
+/// - **solved**: the best of `TORQUES` torques by values that were computed backwards from the last step on a grid of
 ///   angles and velocities. It knows the dynamics, so no method that learns is expected to do much better; a score can exceed
 ///   1 a little, as the grid and the torques are coarse.
 ///

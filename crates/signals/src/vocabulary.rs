@@ -1,5 +1,5 @@
 //! Words that whoever builds, simulates and controls signals shares; those of the ground, such as
-//! [`Turn`](osm_signals::Turn), are in `osm_signals`.
+//! [`Turn`], are in `osm_signals`.
 
 use std::fmt::{self, Display};
 

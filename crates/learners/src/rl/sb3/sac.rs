@@ -1,6 +1,6 @@
 //! Soft actor-critic (Haarnoja et al., 2018), as Stable-Baselines3's `SAC`.
 //!
-//! Choices where implementations differ, beside those of [`super::off_policy`]:
+//! Choices where implementations differ, beside those of `off_policy.rs`:
 //! - **Policy**: one network gives mean and logarithm of the deviation of a normal number per action, the logarithm cut
 //!   to -20..2; its hyperbolic tangent is the action. The density has 1e-6 added where it is divided by.
 //! - **Critics**: half the mean squared error each, towards the smaller target value less the entropy's cost.

@@ -1,6 +1,6 @@
 //! Twin delayed deep deterministic policy gradient (Fujimoto et al., 2018), as Stable-Baselines3's `TD3`.
 //!
-//! Choices where implementations differ, beside those of [`super::off_policy`]:
+//! Choices where implementations differ, beside those of `off_policy.rs`:
 //! - **Policy**: a network whose last layer has a hyperbolic tangent; its slow copy gives the actions of targets.
 //! - **Exploration**: normal noise on the action, cut to -1..1. Stable-Baselines3's default is none.
 //! - **Targets**: the slow policy's action with cut normal noise, and the smaller of the slow critics' values.
