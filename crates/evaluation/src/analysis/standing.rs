@@ -55,11 +55,10 @@ impl Analysis {
                     |(a, b): &&(String, String)| !self.is_dropped(a) && !self.is_dropped(b);
                 let is_open = |pair: &&(String, String)| self.winner(&pair.0, &pair.1).is_none();
                 open = pairs.iter().filter(both_stay).filter(is_open).cloned().collect();
-                let asked = |m: &str| pairs.iter().any(|(a, b)| [a, b].iter().any(|n| *n == m));
-                let is_done = |m: &str| !open.iter().any(|(a, b)| [a, b].iter().any(|n| *n == m));
+                let is_done = |m: &str| !open.iter().any(|(a, b)| rival(m, a, b).is_some());
                 let rivals = |m: &str| pairs.iter().filter_map(|(a, b)| rival(m, a, b)).collect();
                 let methods = self.methods.iter().map(|m| m.method.as_str());
-                let done = methods.filter(|m| asked(m) && is_done(m));
+                let done = methods.filter(|m| is_done(m));
                 behind = done.filter_map(|m| self.behind(m, rivals(m), look)).collect();
                 open.is_empty()
             }

@@ -72,7 +72,7 @@ pub(super) fn summarise(
     };
     let mean = |e: &Option<Estimate>| e.as_ref().map(|e| possible(shifted(e, false)));
     // One representative of a regime says nothing of how much its point MDPs differ.
-    let sampled = sample.learned_once || !estimator.is_whole(sample.family_size, objectives.len());
+    let sampled = !estimator.is_known(sample, objectives.len());
     let alone =
         |regime: usize| sampled && regime_of.iter().filter(|r| **r == Some(regime)).count() < 2;
     let in_regime = |regime: usize| {

@@ -15,7 +15,7 @@ use std::path::Path;
 use crate::sample::{Design, SamplePlan};
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest, Task};
-use crate::store::plan::{read_plan, write_plan};
+use crate::store::plan::write_plan;
 use crate::store::results::Results;
 use crate::store::{Layout, difference};
 use basics::files::{
@@ -135,7 +135,6 @@ pub(super) fn grow(
     }
     write_atomically(&growing.manifest(), &manifest.to_json())?;
     finish(layout)?;
-    read_plan(layout, &manifest.identity)?;
     Ok(kept)
 }
 

@@ -47,7 +47,7 @@ impl Estimator for BayesianQuadrature {
         statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        if self.is_whole(sample.family_size, scores.len()) && !sample.learned_once {
+        if self.is_known(sample, scores.len()) {
             return Whole.estimate_all(sample, scores, statistics, rng);
         }
         let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();

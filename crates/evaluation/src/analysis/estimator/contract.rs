@@ -82,6 +82,12 @@ pub trait Estimator: Sync {
         evaluated == family_size
     }
 
+    /// Returns whether nothing but the noise of seeds is left unknown: the family is whole, and no training could have come
+    /// out otherwise.
+    fn is_known(&self, sample: Sample<'_>, evaluated: usize) -> bool {
+        self.is_whole(sample.family_size, evaluated) && !sample.learned_once
+    }
+
     /// Returns the estimate of the overall performance `E = sum_i p_i s_i`.
     ///
     /// # Arguments

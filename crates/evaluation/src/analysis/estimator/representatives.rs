@@ -39,8 +39,7 @@ impl Estimator for Representatives {
         statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
     ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let is_known = self.is_whole(sample.family_size, scores.len()) && !sample.learned_once;
-        let resampling = match is_known {
+        let resampling = match self.is_known(sample, scores.len()) {
             true => Resampling::whole(),
             false => Resampling::of(contrasts(sample, scores), scores.len() as f64 - 1.0),
         };
