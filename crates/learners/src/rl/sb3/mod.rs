@@ -10,6 +10,7 @@ mod distribution;
 pub mod dqn;
 mod lanes;
 mod off_policy;
+mod on_policy;
 pub mod ppo;
 mod rollout;
 pub mod sac;

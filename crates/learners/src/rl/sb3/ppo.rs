@@ -13,145 +13,69 @@ mod settings;
 
 use rand::seq::SliceRandom;
 
-use self::loss::{Losses, Minibatch};
+use self::loss::Minibatch;
 pub use self::settings::Settings;
-use super::actor_critic::ActorCritic;
-use super::lanes::Lanes;
-use super::rollout::Rollout;
-use super::{Progress, Schedule, Trainer};
-use crate::nn::archive::{Archive, ArchiveError};
+use super::Schedule;
+use super::on_policy::{Algorithm, Experience, Losses, OnPolicy, Play};
 use crate::rl::environment::Environment;
-use crate::rl::random::Generator;
 
 /// A training of a policy and its value.
+pub type Ppo<E> = OnPolicy<E, ProximalPolicy>;
+
+/// What the updates are computed with.
 #[derive(Debug, Clone)]
-pub struct Ppo<E> {
+pub struct ProximalPolicy {
     settings: Settings,
-    networks: ActorCritic,
-    lanes: Lanes<E>,
-    sampling: Generator,
-    shuffling: Generator,
-    steps: u64,
-    rollout: Rollout,
-    order: Vec<usize>,
     minibatch: Minibatch,
 }
 
 impl<E: Environment> Ppo<E> {
     /// Returns a training that has not begun; `environment` makes the environments side by side.
     pub fn new(settings: Settings, environment: impl Fn() -> E, seed: u64) -> Self {
-        let lanes = Lanes::new((0..settings.environments.max(1)).map(|_| environment()).collect());
-        let (width, actions) = (lanes.width(), lanes.actions());
-        Self {
-            networks: ActorCritic::new(
-                width,
-                actions,
-                settings.hidden,
-                settings.adam_epsilon,
-                seed,
-            ),
-            sampling: Generator::new(seed, &["sampling"]),
-            shuffling: Generator::new(seed, &["shuffling"]),
-            steps: 0,
-            rollout: Rollout::new(lanes.count(), settings.num_steps, width, actions.width()),
-            order: Vec::new(),
+        let play = Play {
+            total_steps: settings.total_steps,
+            environments: settings.environments,
+            num_steps: settings.num_steps,
+            gamma: settings.gamma,
+            gae_lambda: settings.gae_lambda,
+            hidden: settings.hidden,
+            adam_epsilon: settings.adam_epsilon,
+        };
+        Self::start(play, environment, seed, |actions| ProximalPolicy {
             minibatch: Minibatch::new(actions),
-            lanes,
             settings,
-        }
-    }
-
-    /// Plays the steps of an update.
-    fn collect(&mut self, seeds: &mut dyn FnMut(u32) -> u64) {
-        self.rollout.collect(&mut self.networks, &mut self.lanes, &mut self.sampling, seeds);
-        self.steps += self.rollout.len() as u64;
-    }
-
-    /// Learns from the steps of an update.
-    fn update(&mut self, losses: &mut Losses) {
-        let Settings { total_steps, gamma, gae_lambda, .. } = self.settings;
-        let at = |schedule: Schedule, start| schedule.at(start, self.steps, total_steps);
-        let learning_rate = at(self.settings.learning_rate_schedule, self.settings.learning_rate);
-        let clip_range = at(self.settings.clip_range_schedule, self.settings.clip_range);
-        self.rollout.estimate(&mut self.networks, gamma, gae_lambda);
-        let mut order = std::mem::take(&mut self.order);
-        order.clear();
-        order.extend(0..self.rollout.len());
-        for _ in 0..self.settings.update_epochs {
-            order.shuffle(self.shuffling.rng());
-            for places in order.chunks(self.settings.minibatch_size) {
-                self.minibatch.gather(&self.rollout, places);
-                let outputs = self.networks.forward(&self.minibatch.states);
-                self.minibatch.loss(outputs, &self.settings, clip_range, losses);
-                let Minibatch { states, by_outputs, by_log_std, by_values, .. } = &self.minibatch;
-                let max_grad_norm = self.settings.max_grad_norm;
-                self.networks.back(states, by_outputs, by_log_std, by_values);
-                self.networks.descend(learning_rate, max_grad_norm);
-            }
-        }
-        self.order = order;
+        })
     }
 }
 
-impl<E: Environment> Trainer for Ppo<E> {
-    fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress {
-        let mut losses = Losses::default();
-        while !self.finished() && self.steps < steps {
-            self.collect(seeds);
-            self.update(&mut losses);
+impl Algorithm for ProximalPolicy {
+    #[expect(private_interfaces, reason = "as in the trait")]
+    fn update(&mut self, experience: &mut Experience, steps: u64, losses: &mut Losses) {
+        let Self { settings, minibatch } = self;
+        let Experience { networks, rollout, shuffling, order } = experience;
+        let at = |schedule: Schedule, start| schedule.at(start, steps, settings.total_steps);
+        let learning_rate = at(settings.learning_rate_schedule, settings.learning_rate);
+        let clip_range = at(settings.clip_range_schedule, settings.clip_range);
+        order.clear();
+        order.extend(0..rollout.len());
+        for _ in 0..settings.update_epochs {
+            order.shuffle(shuffling.rng());
+            for places in order.chunks(settings.minibatch_size) {
+                minibatch.gather(rollout, places);
+                let outputs = networks.forward(&minibatch.states);
+                minibatch.loss(outputs, settings, clip_range, losses);
+                let Minibatch { states, by_outputs, by_log_std, by_values, .. } = &*minibatch;
+                networks.back(states, by_outputs, by_log_std, by_values);
+                networks.descend(learning_rate, settings.max_grad_norm);
+            }
         }
-        let (loss, entropy) = losses.means();
-        Progress { steps: self.steps, loss, entropy, ..self.lanes.report() }
-    }
-
-    fn steps(&self) -> u64 {
-        self.steps
-    }
-
-    fn finished(&self) -> bool {
-        self.steps >= self.settings.total_steps
-    }
-
-    fn act(&mut self, observation: &[f32], action: &mut [f32]) {
-        self.networks.best(observation, action);
-    }
-
-    fn is_finite(&self) -> bool {
-        self.networks.is_finite()
-    }
-
-    fn is_alive(&mut self) -> bool {
-        let states = self.rollout.probes();
-        self.networks.is_alive(&states)
-    }
-
-    fn learned(&self, prefix: &str, archive: &mut Archive) {
-        self.networks.learned(prefix, archive);
-    }
-
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.networks.load(prefix, archive)
-    }
-
-    fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put(&format!("{prefix}steps"), self.steps);
-        self.networks.save(prefix, archive);
-        self.sampling.save(&format!("{prefix}sampling"), archive);
-        self.shuffling.save(&format!("{prefix}shuffling"), archive);
-        self.lanes.save(prefix, archive);
-    }
-
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.steps = archive.get(&format!("{prefix}steps"))?;
-        self.networks.restore(prefix, archive)?;
-        self.sampling.restore(&format!("{prefix}sampling"), archive)?;
-        self.shuffling.restore(&format!("{prefix}shuffling"), archive)?;
-        self.lanes.restore(prefix, archive)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Trainer;
+    use super::super::actor_critic::ActorCritic;
     use super::super::testing::{Corridor, Slider, check_trainer, outcome, play, updates};
     use super::*;
     use crate::rl::environment::Actions;
@@ -187,7 +111,7 @@ mod tests {
         ppo.advance(u64::MAX, &mut |k| u64::from(k));
         assert_eq!(play(&mut ppo), 4);
         for state in 0..4 {
-            let value = ppo.networks.values(&Corridor::one_hot(state))[0];
+            let value = ppo.experience.networks.values(&Corridor::one_hot(state))[0];
             let exact = 0.9f32.powi(3 - state as i32);
             assert!((value - exact).abs() < 0.1, "{state}: {value}, {exact}");
         }
@@ -242,7 +166,7 @@ mod tests {
         ppo.collect(&mut |k| u64::from(k));
         ppo.update(&mut losses);
         assert_eq!((ppo.steps, losses.count()), (129, 50));
-        let mut order = ppo.order.clone();
+        let mut order = ppo.experience.order.clone();
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..129));
         assert!(ppo.is_finite());

@@ -15,11 +15,9 @@
 use rand::seq::SliceRandom;
 
 use super::actor_critic::{ActorCritic, Outputs};
-use super::lanes::Lanes;
+use super::on_policy::{Algorithm, Experience, Losses, OnPolicy, Play};
 use super::ppo::loss::standardise;
 use super::rollout::Rollout;
-use super::{Progress, Trainer};
-use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::Environment;
 use crate::rl::random::Generator;
 
@@ -65,16 +63,12 @@ pub struct Settings {
 }
 
 /// A training of a policy and its value.
+pub type Trpo<E> = OnPolicy<E, TrustRegion>;
+
+/// What the updates are computed with.
 #[derive(Debug, Clone)]
-pub struct Trpo<E> {
+pub struct TrustRegion {
     settings: Settings,
-    networks: ActorCritic,
-    lanes: Lanes<E>,
-    sampling: Generator,
-    shuffling: Generator,
-    steps: u64,
-    rollout: Rollout,
-    order: Vec<usize>,
     batch: Batch,
     vectors: Vectors,
 }
@@ -108,36 +102,38 @@ struct Vectors {
 impl<E: Environment> Trpo<E> {
     /// Returns a training that has not begun; `environment` makes the environments side by side.
     pub fn new(settings: Settings, environment: impl Fn() -> E, seed: u64) -> Self {
-        let lanes = Lanes::new((0..settings.environments.max(1)).map(|_| environment()).collect());
-        let (width, actions) = (lanes.width(), lanes.actions());
-        let Settings { hidden, adam_epsilon, num_steps, .. } = settings;
-        Self {
-            networks: ActorCritic::new(width, actions, hidden, adam_epsilon, seed),
-            sampling: Generator::new(seed, &["sampling"]),
-            shuffling: Generator::new(seed, &["shuffling"]),
-            steps: 0,
-            rollout: Rollout::new(lanes.count(), num_steps, width, actions.width()),
-            order: Vec::new(),
+        let play = Play {
+            total_steps: settings.total_steps,
+            environments: settings.environments,
+            num_steps: settings.num_steps,
+            gamma: settings.gamma,
+            gae_lambda: settings.gae_lambda,
+            hidden: settings.hidden,
+            adam_epsilon: settings.adam_epsilon,
+        };
+        Self::start(play, environment, seed, |_| TrustRegion {
             batch: Batch::default(),
             vectors: Vectors::default(),
-            lanes,
             settings,
-        }
+        })
     }
+}
 
-    /// Learns from the steps of an update; returns the mean loss of the value and the mean entropy.
-    fn update(&mut self) -> (f64, f64) {
-        let Settings { gamma, gae_lambda, .. } = self.settings;
-        self.rollout.estimate(&mut self.networks, gamma, gae_lambda);
-        let entropy = self.improve_policy();
-        (self.improve_value(), entropy)
+impl Algorithm for TrustRegion {
+    #[expect(private_interfaces, reason = "as in the trait")]
+    fn update(&mut self, experience: &mut Experience, _: u64, losses: &mut Losses) {
+        let entropy = self.improve_policy(experience);
+        losses.add(self.improve_value(experience), entropy);
     }
+}
 
+impl TrustRegion {
     /// Moves the policy; returns its mean entropy before.
-    fn improve_policy(&mut self) -> f64 {
+    fn improve_policy(&mut self, experience: &mut Experience) -> f64 {
         let Settings { target_kl, cg_steps, cg_damping, .. } = self.settings;
-        let (surrogate, entropy) = self.gradient();
-        let Self { networks, batch, vectors, shuffling, .. } = self;
+        let (surrogate, entropy) = self.gradient(experience);
+        let Self { batch, vectors, .. } = self;
+        let Experience { networks, rollout, shuffling, .. } = experience;
         solve(vectors, cg_steps, shuffling, &mut |v, product| {
             fisher(networks, batch, cg_damping, v, product);
         });
@@ -154,7 +150,7 @@ impl<E: Environment> Trpo<E> {
             for ((place, before), d) in places.zip(&*before).zip(&*direction) {
                 networks.parameters[place] = before + length * d;
             }
-            let (new, divergence) = judge(networks, batch, &self.rollout);
+            let (new, divergence) = judge(networks, batch, rollout);
             if divergence < target_kl && new > surrogate {
                 return entropy;
             }
@@ -166,8 +162,9 @@ impl<E: Environment> Trpo<E> {
     }
 
     /// Writes the gradient of the surrogate by the policy; returns the surrogate and the mean entropy.
-    fn gradient(&mut self) -> (f32, f64) {
-        let Self { networks, rollout, batch, vectors, .. } = self;
+    fn gradient(&mut self, experience: &mut Experience) -> (f32, f64) {
+        let Self { batch, vectors, .. } = self;
+        let Experience { networks, rollout, .. } = experience;
         let count = rollout.len();
         batch.states.clear();
         batch.advantages.clear();
@@ -215,15 +212,16 @@ impl<E: Environment> Trpo<E> {
     }
 
     /// Moves the value; returns its mean squared error.
-    fn improve_value(&mut self) -> f64 {
-        let Self { networks, rollout, batch, .. } = self;
+    fn improve_value(&mut self, experience: &mut Experience) -> f64 {
+        let batch = &mut self.batch;
+        let Experience { networks, rollout, shuffling, order } = experience;
         let Settings { minibatch_size, learning_rate, .. } = self.settings;
         let (mut loss, mut count) = (0.0, 0u32);
-        self.order.clear();
-        self.order.extend(0..rollout.len());
+        order.clear();
+        order.extend(0..rollout.len());
         for _ in 0..self.settings.critic_epochs {
-            self.order.shuffle(self.shuffling.rng());
-            for places in self.order.chunks(minibatch_size) {
+            order.shuffle(shuffling.rng());
+            for places in order.chunks(minibatch_size) {
                 batch.rows.clear();
                 places.iter().for_each(|p| batch.rows.extend_from_slice(rollout.sample(*p).state));
                 let values = networks.values(&batch.rows);
@@ -326,69 +324,9 @@ fn dot(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
 }
 
-impl<E: Environment> Trainer for Trpo<E> {
-    fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress {
-        let (mut losses, mut entropies, mut count) = (0.0, 0.0, 0u32);
-        while !self.finished() && self.steps < steps {
-            self.rollout.collect(&mut self.networks, &mut self.lanes, &mut self.sampling, seeds);
-            self.steps += self.rollout.len() as u64;
-            let (loss, entropy) = self.update();
-            losses += loss;
-            entropies += entropy;
-            count += 1;
-        }
-        let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
-        let (loss, entropy) = (mean(losses), mean(entropies));
-        Progress { steps: self.steps, loss, entropy, ..self.lanes.report() }
-    }
-
-    fn steps(&self) -> u64 {
-        self.steps
-    }
-
-    fn finished(&self) -> bool {
-        self.steps >= self.settings.total_steps
-    }
-
-    fn act(&mut self, observation: &[f32], action: &mut [f32]) {
-        self.networks.best(observation, action);
-    }
-
-    fn is_finite(&self) -> bool {
-        self.networks.is_finite()
-    }
-
-    fn is_alive(&mut self) -> bool {
-        self.networks.is_alive(&self.rollout.probes())
-    }
-
-    fn learned(&self, prefix: &str, archive: &mut Archive) {
-        self.networks.learned(prefix, archive);
-    }
-
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.networks.load(prefix, archive)
-    }
-
-    fn save(&self, prefix: &str, archive: &mut Archive) {
-        archive.put(&format!("{prefix}steps"), self.steps);
-        self.networks.save(prefix, archive);
-        self.sampling.save(&format!("{prefix}sampling"), archive);
-        self.shuffling.save(&format!("{prefix}shuffling"), archive);
-        self.lanes.save(prefix, archive);
-    }
-
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.steps = archive.get(&format!("{prefix}steps"))?;
-        self.networks.restore(prefix, archive)?;
-        self.sampling.restore(&format!("{prefix}sampling"), archive)?;
-        self.shuffling.restore(&format!("{prefix}shuffling"), archive)?;
-        self.lanes.restore(prefix, archive)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::Trainer;
     use super::super::testing::{Corridor, Slider, check_trainer, outcome, play, updates};
     use super::*;
     use crate::rl::environment::Actions;
@@ -438,15 +376,15 @@ mod tests {
             let update = &all[name];
             let few = Settings { critic_epochs: 2, learning_rate: 0.01, hidden: 5, ..settings() };
             let mut trpo = Trpo::new(few, Slider::default, 1);
-            trpo.networks = ActorCritic::new(3, actions, 5, 1e-5, 1);
-            trpo.networks.parameters = update.numbers("before");
+            trpo.experience.networks = ActorCritic::new(3, actions, 5, 1e-5, 1);
+            trpo.experience.networks.parameters = update.numbers("before");
             let parts = ["states", "actions", "logs", "advantages", "returns"];
-            trpo.rollout = Rollout::of(parts.map(|part| update.numbers(part)));
-            trpo.improve_policy();
-            trpo.improve_value();
-            assert!(trpo.networks.parameters != update.numbers("before"));
+            trpo.experience.rollout = Rollout::of(parts.map(|part| update.numbers(part)));
+            trpo.algorithm.improve_policy(&mut trpo.experience);
+            trpo.algorithm.improve_value(&mut trpo.experience);
+            assert!(trpo.experience.networks.parameters != update.numbers("before"));
             // Conjugate gradients begin with a little noise, which is 0 there.
-            update.check("then", &trpo.networks.parameters, 2e-4);
+            update.check("then", &trpo.experience.networks.parameters, 2e-4);
         }
     }
 
@@ -455,12 +393,12 @@ mod tests {
         let update = &updates()["trpo-continuous"];
         let never = Settings { target_kl: 1e-30, hidden: 5, ..settings() };
         let mut trpo = Trpo::new(never, Slider::default, 1);
-        trpo.networks =
+        trpo.experience.networks =
             ActorCritic::new(3, Actions::Continuous { count: 2, limit: 1.0 }, 5, 1e-5, 1);
-        trpo.networks.parameters = update.numbers("before");
+        trpo.experience.networks.parameters = update.numbers("before");
         let parts = ["states", "actions", "logs", "advantages", "returns"];
-        trpo.rollout = Rollout::of(parts.map(|part| update.numbers(part)));
-        trpo.improve_policy();
-        assert_eq!(trpo.networks.parameters, update.numbers("before"));
+        trpo.experience.rollout = Rollout::of(parts.map(|part| update.numbers(part)));
+        trpo.algorithm.improve_policy(&mut trpo.experience);
+        assert_eq!(trpo.experience.networks.parameters, update.numbers("before"));
     }
 }

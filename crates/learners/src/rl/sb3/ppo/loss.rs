@@ -4,32 +4,11 @@ use super::settings::Settings;
 use crate::rl::environment::Actions;
 use crate::rl::sb3::actor_critic::Outputs;
 use crate::rl::sb3::distribution::Distribution;
+use crate::rl::sb3::on_policy::Losses;
 use crate::rl::sb3::rollout::Rollout;
 
 /// Added to the deviation that advantages are divided by.
 const DEVIATION_EPSILON: f32 = 1e-8;
-
-/// Sums over the gradient steps of updates.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Losses {
-    loss: f64,
-    entropy: f64,
-    count: u32,
-}
-
-impl Losses {
-    /// Returns the number of gradient steps.
-    #[cfg(test)]
-    pub(super) fn count(&self) -> u32 {
-        self.count
-    }
-
-    /// Returns the mean loss and the mean entropy; nothing of nothing.
-    pub(super) fn means(&self) -> (Option<f64>, Option<f64>) {
-        let mean = |sum: f64| (self.count > 0).then(|| sum / f64::from(self.count));
-        (mean(self.loss), mean(self.entropy))
-    }
-}
 
 /// Steps of one gradient step, and the gradients of its loss.
 #[derive(Debug, Clone)]
@@ -133,9 +112,7 @@ impl Minibatch {
         }
         let Settings { value_coefficient, entropy_coefficient, .. } = *settings;
         let sum = surrogate + value_coefficient * squares - entropy_coefficient * entropies;
-        losses.loss += f64::from(share * sum);
-        losses.entropy += f64::from(share * entropies);
-        losses.count += 1;
+        losses.add(f64::from(share * sum), f64::from(share * entropies));
     }
 }
 
