@@ -235,53 +235,41 @@ fn with_detail(
     let (mut scenario, bins_without_effect) = settings_of(text, file, overrides, detail)?;
     let file = &with_flags(file, overrides);
     check(&scenario, file)?;
+    let (table, family, intersections, members, doubts) =
+        match (&scenario.family.approaches, &scenario.family.points) {
+            (Some(path), None) => {
+                let table =
+                    table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
+                let intersections = approaches::read(&table, path)?;
+                let (family, members) = derive(&scenario, &intersections, path)?;
+                scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
+                let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
+                doubts.extend(bins_without_effect);
+                (table, family, intersections, members, doubts)
+            }
+            (None, Some(path)) => {
+                let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
+                let family = points::read(&scenario.name, &table, path)?;
+                let members = vec![Vec::new(); family.points.len()];
+                let (intersections, doubts) = (vec![], doubts::of_points(&family));
+                (table, family, intersections, members, doubts)
+            }
+            (approaches, _) => {
+                return Err(FamilyError::Setting {
+                    file: file.to_owned(),
+                    field: "family".into(),
+                    value: if approaches.is_some() { "approaches and points" } else { "no table" }
+                        .into(),
+                    expected:
+                        "give exactly one of the two tables, such as points = \"points.csv\" or \
+                           approaches = \"approaches.csv\" in [family]"
+                            .into(),
+                });
+            }
+        };
+    let plans = plans_of(&scenario, file, &tables)?;
     let text = text.to_owned();
-    match (&scenario.family.approaches, &scenario.family.points) {
-        (Some(path), None) => {
-            let table = table(path).map_err(|e| unreadable(e, file, "family.approaches", path))?;
-            let intersections = approaches::read(&table, path)?;
-            let (family, members) = derive(&scenario, &intersections, path)?;
-            scenario.family.inflows = counted_by_turn(&intersections, scenario.family.inflows);
-            let mut doubts = doubts::of_approaches(&intersections, &scenario.family);
-            doubts.extend(bins_without_effect);
-            let plans = plans_of(&scenario, file, &tables)?;
-            Ok(LoadedScenario {
-                scenario,
-                text,
-                table,
-                family,
-                intersections,
-                members,
-                doubts,
-                plans,
-            })
-        }
-        (None, Some(path)) => {
-            let table = table(path).map_err(|e| unreadable(e, file, "family.points", path))?;
-            let family = points::read(&scenario.name, &table, path)?;
-            let members = vec![Vec::new(); family.points.len()];
-            let (intersections, doubts) = (vec![], doubts::of_points(&family));
-            let plans = plans_of(&scenario, file, &tables)?;
-            Ok(LoadedScenario {
-                scenario,
-                text,
-                table,
-                family,
-                intersections,
-                members,
-                doubts,
-                plans,
-            })
-        }
-        (approaches, _) => Err(FamilyError::Setting {
-            file: file.to_owned(),
-            field: "family".into(),
-            value: if approaches.is_some() { "approaches and points" } else { "no table" }.into(),
-            expected: "give exactly one of the two tables, such as points = \"points.csv\" or \
-                       approaches = \"approaches.csv\" in [family]"
-                .into(),
-        }),
-    }
+    Ok(LoadedScenario { scenario, text, table, family, intersections, members, doubts, plans })
 }
 
 /// Returns the plans that a scenario names.
