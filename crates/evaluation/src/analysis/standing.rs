@@ -1,7 +1,8 @@
 //! Where a sample that grows stands: whether it says enough.
 
-use super::{Analysis, Decided, Pair};
+use super::{Analysis, Decided, MethodSummary, Pair};
 use crate::sample::Until;
+use crate::sample::behind::{Compared, behind};
 use crate::store::dropped::Dropped;
 
 /// Where a sample that grows stands.
@@ -35,14 +36,14 @@ impl Analysis {
         let sample = &self.manifest.identity.sample;
         let growth = sample.growth.as_ref()?;
         let look = sample.look()? + 1;
-        let (mut open, mut behind) = (Vec::new(), Vec::new());
+        let (mut open, mut compared) = (Vec::new(), Vec::new());
         let mut widest = None;
         let is_enough = match &growth.until {
             Until::HalfWidth(most) => {
                 let width = |(low, high): (f64, f64)| (high - low) / 2.0;
                 // Of a method that failed somewhere, what it lacks may decide.
-                let whole = |m: &super::MethodSummary| m.points == self.points.len();
-                let of = |m: &super::MethodSummary| {
+                let whole = |m: &MethodSummary| m.points == self.points.len();
+                let of = |m: &MethodSummary| {
                     (m.method.clone(), m.interval.filter(|_| whole(m)).map(width))
                 };
                 let judged = self.methods.iter().filter(|m| !m.is_reference).map(of);
@@ -51,30 +52,27 @@ impl Analysis {
                 widest.as_ref().is_none_or(|(_, width)| rank(*width) <= *most)
             }
             Until::Decided(pairs) => {
-                let both_stay =
-                    |(a, b): &&(String, String)| !self.is_dropped(a) && !self.is_dropped(b);
-                let is_open = |pair: &&(String, String)| self.winner(&pair.0, &pair.1).is_none();
-                open = pairs.iter().filter(both_stay).filter(is_open).cloned().collect();
-                let is_done = |m: &str| !open.iter().any(|(a, b)| rival(m, a, b).is_some());
-                let rivals = |m: &str| pairs.iter().filter_map(|(a, b)| rival(m, a, b)).collect();
-                let methods = self.methods.iter().map(|m| m.method.as_str());
-                let done = methods.filter(|m| is_done(m));
-                behind = done.filter_map(|m| self.behind(m, rivals(m), look)).collect();
+                let pairs = pairs.iter().map(|(a, b)| [a.as_str(), b.as_str()]);
+                let stay = pairs.filter(|pair| !pair.iter().any(|m| self.is_dropped(m)));
+                compared = stay.map(|pair| self.compared(pair)).collect();
+                open = named(&mut compared.iter().filter(|pair| pair.ahead.is_none()));
                 open.is_empty()
             }
             Until::FirstPlace(methods) => {
                 let stays = |m: &&str| methods.iter().any(|n| n == m) && !self.is_dropped(m);
                 let ranking = self.methods.iter().map(|m| m.method.as_str());
                 let stay: Vec<&str> = ranking.filter(stays).collect();
-                let pairs = stay.iter().skip(1).map(|m| (stay[0], *m));
-                let is_open = |(first, m): &(&str, &str)| self.winner(first, m) != Some(first);
-                let named = |(a, b): (&str, &str)| (a.to_owned(), b.to_owned());
-                open = pairs.filter(is_open).map(named).collect();
-                let rivals = |m: &str| stay.iter().copied().filter(|other| *other != m).collect();
-                behind = stay.iter().filter_map(|m| self.behind(m, rivals(m), look)).collect();
+                let after = |i: usize| stay.iter().skip(i + 1).map(move |b| (i, *b));
+                let pairs = (0..stay.len()).flat_map(after).map(|(i, b)| [stay[i], b]);
+                compared = pairs.map(|pair| self.compared(pair)).collect();
+                let is_open = |pair: &&Compared<&str>| {
+                    pair.methods[0] == stay[0] && pair.ahead != Some(stay[0])
+                };
+                open = named(&mut compared.iter().filter(is_open));
                 open.is_empty()
             }
         };
+        let behind = self.dropping(&behind(&growth.until, &compared), look);
         // Methods that lack results may lack what decides.
         let is_enough = is_enough && self.missing() == 0;
         Some(Standing { look, looks: growth.looks.len(), is_enough, open, widest, behind })
@@ -84,16 +82,19 @@ impl Analysis {
         self.results.dropped.iter().any(|dropped| dropped.method == method)
     }
 
-    /// Returns that a method is surely behind one of these, if it is, at a look counted from 1.
-    fn behind(&self, method: &str, rivals: Vec<&str>, look: usize) -> Option<Dropped> {
-        let wins = |rival: &&str| self.winner(rival, method) == Some(*rival);
-        let rival = rivals.into_iter().find(wins)?;
-        let is_reference = self.methods.iter().any(|m| m.method == method && m.is_reference);
-        (!is_reference && !self.is_dropped(method)).then(|| Dropped {
-            method: method.to_owned(),
-            look,
-            behind: rival.to_owned(),
-        })
+    /// Returns that methods drop out after a look, counted from 1, in the order of the ranking; never what scores are
+    /// divided by.
+    fn dropping(&self, behind: &[(&str, &str)], look: usize) -> Vec<Dropped> {
+        let of = |m: &MethodSummary| {
+            let (method, rival) = behind.iter().find(|(method, _)| *method == m.method)?;
+            let dropped = Dropped { method: (*method).into(), look, behind: (*rival).into() };
+            (!m.is_reference).then_some(dropped)
+        };
+        self.methods.iter().filter_map(of).collect()
+    }
+
+    fn compared<'a>(&self, methods: [&'a str; 2]) -> Compared<&'a str> {
+        Compared { methods, ahead: self.winner(methods[0], methods[1]) }
     }
 
     /// Returns which of two methods is ahead by more than chance on all point MDPs, if one is.
@@ -115,11 +116,7 @@ impl Analysis {
     }
 }
 
-/// Returns the other method of a pair; `None` where the method is in neither place.
-fn rival<'a>(method: &str, first: &'a str, second: &'a str) -> Option<&'a str> {
-    match (first == method, second == method) {
-        (true, _) => Some(second),
-        (_, true) => Some(first),
-        _ => None,
-    }
+/// Returns the names of pairs.
+fn named(pairs: &mut dyn Iterator<Item = &Compared<&str>>) -> Vec<(String, String)> {
+    pairs.map(|pair| (pair.methods[0].to_owned(), pair.methods[1].to_owned())).collect()
 }

@@ -3,6 +3,7 @@
 //! Source of M1 to M3: Jayawardana et al. (NeurIPS 2022), appendix, "Evaluate DRL methods on a family of MDPs".
 
 pub mod balanced;
+pub mod behind;
 pub mod design;
 mod fit;
 pub mod kmeans;

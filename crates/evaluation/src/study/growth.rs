@@ -10,6 +10,7 @@ use super::engine::{EngineError, Setting};
 use super::recorded::Recorded;
 use super::{Kind, StudyPlan};
 use crate::analysis::estimator::Estimate;
+use crate::sample::behind::{Compared, behind};
 use crate::sample::looks::looks;
 use crate::sample::{Design, Growth, SamplePlan, Sampling, Until};
 use crate::stats::improvement::ahead;
@@ -203,44 +204,31 @@ impl Rest {
             Until::HalfWidth(most) => {
                 all.iter().all(|i| i.is_some_and(|(low, high)| (high - low) / 2.0 <= *most))
             }
-            Until::Decided(_) => judged.iter().zip(all).all(|(j, i)| j.loser(*i).is_some()),
+            Until::Decided(_) => {
+                let compared = judged.iter().zip(all).filter_map(|(j, i)| j.compared(*i));
+                compared.map(|pair| pair.ahead).all(|ahead| ahead.is_some())
+            }
             Until::FirstPlace(_) => {
-                let open = judged
-                    .iter()
-                    .zip(all)
-                    .enumerate()
-                    .filter(|(j, _)| !self.closed.contains_key(j));
-                let open: Vec<(&Judged, Option<usize>)> =
-                    open.map(|(_, (judged, i))| (judged, judged.loser(*i))).collect();
-                let stay: BTreeSet<usize> = open.iter().flat_map(|(j, _)| j.positions()).collect();
+                let open = self.compared(judged, all);
+                let stay: BTreeSet<usize> = open.iter().flat_map(|pair| pair.methods).collect();
                 let wins = |m: &usize| {
-                    let own = open.iter().filter(|(j, _)| j.positions().any(|of| of == *m));
-                    own.clone().all(|(_, loser)| loser.is_some_and(|loser| loser != *m))
+                    let mut own = open.iter().filter(|pair| pair.methods.contains(m));
+                    own.all(|pair| pair.ahead == Some(*m))
                 };
                 stay.is_empty() || stay.iter().any(wins)
             }
         }
     }
 
+    /// Returns the pairs of which no method has dropped out.
+    fn compared(&self, judged: &[Judged], all: &[Option<(f64, f64)>]) -> Vec<Compared<usize>> {
+        let open = judged.iter().zip(all).enumerate().filter(|(j, _)| !self.closed.contains_key(j));
+        open.filter_map(|(_, (judged, interval))| judged.compared(*interval)).collect()
+    }
+
     /// Drops methods as a run does after a look, counted from 0.
     fn drop(&mut self, until: &Until, judged: &[Judged], all: &[Option<(f64, f64)>], look: usize) {
-        let open = |j: &usize| !self.closed.contains_key(j);
-        let losers: Vec<Option<usize>> =
-            judged.iter().zip(all).map(|(judged, i)| judged.loser(*i)).collect();
-        let places: Vec<usize> = (0..judged.len()).filter(open).collect();
-        let own =
-            |m: usize| places.iter().filter(move |j| judged[**j].positions().any(|of| of == m));
-        let methods: BTreeSet<usize> = places.iter().flat_map(|j| judged[*j].positions()).collect();
-        let drops = |m: &usize| {
-            let behind = own(*m).any(|j| losers[*j] == Some(*m));
-            match until {
-                Until::HalfWidth(_) => false,
-                Until::Decided(_) => behind && own(*m).all(|j| losers[*j].is_some()),
-                Until::FirstPlace(_) => behind,
-            }
-        };
-        let dropped: Vec<usize> = methods.into_iter().filter(drops).collect();
-        for m in dropped {
+        for (m, _) in behind(until, &self.compared(judged, all)) {
             self.dropped.insert(m, look);
             for j in (0..judged.len()).filter(|j| judged[*j].positions().any(|of| of == m)) {
                 self.closed.entry(j).or_insert(all[j]);
@@ -250,14 +238,15 @@ impl Rest {
 }
 
 impl Judged {
-    /// Returns which of the two methods is behind by more than chance, if one is.
-    fn loser(&self, interval: Option<(f64, f64)>) -> Option<usize> {
-        let (first, second) = (self.of.0, self.of.1?);
-        match interval? {
-            (low, _) if low > 0.0 => Some(second),
-            (_, high) if high < 0.0 => Some(first),
+    /// Returns the two methods, with the one that is ahead by more than chance, if one is; `None` for a single method.
+    fn compared(&self, interval: Option<(f64, f64)>) -> Option<Compared<usize>> {
+        let methods = [self.of.0, self.of.1?];
+        let ahead = match interval {
+            Some((low, _)) if low > 0.0 => Some(methods[0]),
+            Some((_, high)) if high < 0.0 => Some(methods[1]),
             _ => None,
-        }
+        };
+        Some(Compared { methods, ahead })
     }
 
     fn positions(&self) -> impl Iterator<Item = usize> {
