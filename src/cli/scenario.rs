@@ -20,7 +20,7 @@ use crate::traffic::settings::Preset;
 /// Scenario of a subcommand.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArg {
-    /// Path of a scenario, or the name of an embedded one: `salt-lake-city`,
+    /// Path of a scenario or of its table, or the name of an embedded one: `salt-lake-city`,
     /// `salt-lake-city-peak`, `smoke`, `cartpole`, `pendulum`, `mountain-car`, `pendulum-swing-up`, `quad`
     #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
     pub scenario: String,

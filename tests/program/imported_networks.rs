@@ -99,7 +99,7 @@ fn a_signal_for_a_crosswalk_keeps_its_own_program_under_every_method() {
         <phase duration="3" state="yy"/><phase duration="30" state="rr"/></tlLogic>"#;
     with_program(&config, logic);
     let text = succeed(folder(&config), "signals walk.sumocfg");
-    assert!(text.contains("it keeps the network's own program under every method"), "{text}");
+    assert!(text.contains("the network's own program runs under every method"), "{text}");
     let methods = "program,max-pressure,actuated,nema";
     succeed(
         folder(&config),
@@ -279,7 +279,7 @@ fn dead_phases_of_a_program_change_no_choice_and_are_told() {
     fs::write(&path, format!("{head}{rest}")).unwrap();
     let after = succeed(folder, "signals net.sumocfg");
     let (told, rest): (Vec<&str>, Vec<&str>) =
-        after.lines().partition(|line| line.contains("its program never comes to"));
+        after.lines().partition(|line| line.contains("the program never comes to"));
     assert!(
         told.len() == 1 && told[0].contains(&format!("never comes to {dead}, since")),
         "{after}"

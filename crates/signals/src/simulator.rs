@@ -1,7 +1,7 @@
 //! The simulator itself: its version, and what it makes of somebody's scenario.
 
 use super::env::derive::DerivedSignal;
-use super::env::warnings::{folded, warnings};
+use super::env::warnings::{Warning, of_signals, warnings};
 use super::settings::SignalSettings;
 use super::sim::intake::Intake;
 pub use super::sim::lights::signals_in;
@@ -46,12 +46,9 @@ impl Loaded {
         let mut lines = intake.notes.clone();
         lines.extend(intake.newer_than(&self.version));
         lines.extend(self.left_alone());
-        for signal in &self.signals {
-            let warnings = folded(&warnings(signal));
-            lines.extend(
-                warnings.iter().map(|warning| format!("signal {}: {warning}", signal.spec.id)),
-            );
-        }
+        let signals: Vec<(&str, Vec<Warning>)> =
+            self.signals.iter().map(|signal| (signal.spec.id.as_str(), warnings(signal))).collect();
+        lines.extend(of_signals(&signals));
         let config = intake.path.display().to_string();
         lines.iter().map(|line| format!("{config}: {line}")).collect()
     }

@@ -12,7 +12,7 @@ pub fn at(file: &str, fault: Fault) -> FamilyError {
     FamilyError::Csv { file: file.to_owned(), line: fault.line, message: fault.message }
 }
 
-/// Where columns are.
+/// Where columns are. Names are the same in large and small letters, because spreadsheets and databases change them.
 pub struct Columns(Vec<(String, usize)>);
 
 impl Columns {
@@ -26,13 +26,14 @@ impl Columns {
             if name.is_empty() {
                 return Err(format!("column {} has no name; give it one or remove it", i + 1));
             }
-            if headers.iter().take(i).any(|earlier| earlier == name) {
+            if headers.iter().take(i).any(|earlier| earlier.eq_ignore_ascii_case(name)) {
                 return Err(format!("column {name} stands twice; remove or rename one of the two"));
             }
         }
-        let others = || headers.iter().filter(|name| !needed.contains(name));
+        let is_needed = |name: &&str| needed.iter().any(|n| n.eq_ignore_ascii_case(name));
+        let others = || headers.iter().filter(|name| !is_needed(name));
         for name in needed {
-            if !headers.iter().any(|header| header == *name) {
+            if !headers.iter().any(|header| header.eq_ignore_ascii_case(name)) {
                 let way_out = match headers.iter().any(|h| h.parse::<f64>().is_ok()) {
                     true => "; the first line seems to hold values: put a line with the names of \
                              the columns before it"
@@ -48,8 +49,11 @@ impl Columns {
                 return Err(format!("no column {name}{way_out}"));
             }
         }
-        let found = headers.iter().enumerate().map(|(i, name)| (name.to_owned(), i)).collect();
-        Ok(Self(found))
+        let called = |name: &str| {
+            let needed = needed.iter().find(|n| n.eq_ignore_ascii_case(name));
+            needed.map_or(name, |needed| needed).to_owned()
+        };
+        Ok(Self(headers.iter().enumerate().map(|(i, name)| (called(name), i)).collect()))
     }
 
     /// Refuses columns that are none of these.
@@ -58,7 +62,8 @@ impl Columns {
     ///
     /// The name of the first such column, and the way out.
     pub fn only(&self, known: &[&str]) -> Result<(), String> {
-        match self.0.iter().find(|(name, _)| !known.contains(&name.as_str())) {
+        let is_known = |name: &str| known.iter().any(|k| k.eq_ignore_ascii_case(name));
+        match self.0.iter().find(|(name, _)| !is_known(name)) {
             None => Ok(()),
             Some((name, _)) => {
                 let meant = did_you_mean(name, known.iter().copied());
@@ -69,7 +74,7 @@ impl Columns {
 
     /// Returns where a column is that may be missing.
     pub fn get(&self, name: &str) -> Option<usize> {
-        self.0.iter().find(|(column, _)| column == name).map(|(_, i)| *i)
+        self.0.iter().find(|(column, _)| column.eq_ignore_ascii_case(name)).map(|(_, i)| *i)
     }
 
     /// Returns where a column is.

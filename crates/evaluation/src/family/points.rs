@@ -52,7 +52,9 @@ pub fn read(name: &str, text: &str, file: &str, kind: &Kind<'_>) -> Result<MdpFa
     let columns = Columns::find(sheet.headers(), kind.needed)
         .and_then(|columns| weighted(&columns, kind).map(|()| columns))
         .map_err(|message| fail(Fault { line: header_line, message }))?;
-    let is_feature = |name: &&str| !OTHERS.contains(name) && *name != kind.counts;
+    let no_features = [&OTHERS[..], &[kind.counts]].concat();
+    let is_feature =
+        |name: &&str| !no_features.iter().any(|other| other.eq_ignore_ascii_case(name));
     let features: Vec<&str> = columns.names().filter(is_feature).collect();
     let mut points: Vec<PointMdp> = Vec::new();
     let mut positions: HashMap<String, usize> = HashMap::new();

@@ -70,6 +70,19 @@ pub enum Warning {
     OtherProgram,
 }
 
+impl Warning {
+    /// Whether it names lanes, which tell of which signal they are.
+    fn names_lanes(&self) -> bool {
+        matches!(
+            self,
+            Self::ShortLane { .. }
+                | Self::UnservedLane { .. }
+                | Self::UnservedMovement { .. }
+                | Self::NeverWhole { .. }
+        )
+    }
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&said(&[self]))
@@ -78,6 +91,43 @@ impl fmt::Display for Warning {
 
 /// Returns the warnings of a signal in words, all of one kind in one sentence, in the order in which the kinds begin.
 pub fn folded(warnings: &[Warning]) -> Vec<String> {
+    kinds(warnings).iter().map(|kind| said(kind)).collect()
+}
+
+/// Returns the warnings of several signals in words. Signals of which the same is to be said share a sentence, and so do
+/// all lanes of one kind of warning.
+///
+/// # Arguments
+///
+/// * `signals` — the name of each signal, and what is to be said of it.
+pub fn of_signals(signals: &[(&str, Vec<Warning>)]) -> Vec<String> {
+    let mut groups: Vec<(Vec<&str>, Vec<&Warning>)> = Vec::new();
+    for (name, kind) in
+        signals.iter().flat_map(|(name, all)| kinds(all).into_iter().map(move |kind| (*name, kind)))
+    {
+        let joins = |(_, known): &&mut (Vec<&str>, Vec<&Warning>)| {
+            discriminant(known[0]) == discriminant(kind[0])
+                && (kind[0].names_lanes() || *known == kind)
+        };
+        match groups.iter_mut().find(joins) {
+            Some((names, known)) => {
+                names.push(name);
+                if kind[0].names_lanes() {
+                    known.extend(kind);
+                }
+            }
+            None => groups.push((vec![name], kind)),
+        }
+    }
+    let line = |(names, kind): &(Vec<&str>, Vec<&Warning>)| {
+        let signals = if names.len() == 1 { "signal" } else { "signals" };
+        format!("{signals} {}: {}", names.join(", "), said(kind))
+    };
+    groups.iter().map(line).collect()
+}
+
+/// Returns warnings by their kind, in the order in which the kinds begin.
+fn kinds(warnings: &[Warning]) -> Vec<Vec<&Warning>> {
     let mut kinds: Vec<Vec<&Warning>> = Vec::new();
     for warning in warnings {
         let same = |kind: &&mut Vec<&Warning>| discriminant(kind[0]) == discriminant(warning);
@@ -86,7 +136,7 @@ pub fn folded(warnings: &[Warning]) -> Vec<String> {
             None => kinds.push(vec![warning]),
         }
     }
-    kinds.iter().map(|kind| said(kind)).collect()
+    kinds
 }
 
 /// Returns warnings of one kind in a sentence.
@@ -168,15 +218,15 @@ fn said(kind: &[&Warning]) -> String {
             "some phases have the same two main movements, so each counts all movements that it serves".to_owned()
         }
         Warning::Unreached { states } => format!(
-            "its program never comes to {}, since no `next` leads there from its first phase; they are none to choose",
+            "the program never comes to {}, since no `next` leads there from the first phase; they are none to choose",
             states.join(", ")
         ),
-        Warning::OnePhase => "it has one green only, so that no method decides anything: it keeps the network's own program \
+        Warning::OnePhase => "there is one green only, so that no method decides anything: the network's own program runs \
                               under every method"
             .to_owned(),
         Warning::OtherProgram => {
-            "its own program is neither static nor actuated: methods get the greens of its phases, of a dual-ring one (NEMA) \
-             the pairs of phases that it may show"
+            "the program is of a type that methods cannot install, such as NEMA or delay_based: they choose among its greens, \
+             of NEMA among the pairs of phases that it may show"
                 .to_owned()
         }
     }
@@ -254,7 +304,7 @@ mod tests {
     fn a_signal_with_one_green_has_nothing_to_decide() {
         let told = texts(&[("n_0", 0.0, "s"), ("s_0", 180.0, "s")], &["GG"]);
         assert_eq!(told.len(), 1, "{told:?}");
-        assert!(told[0].starts_with("it has one green only"), "{told:?}");
+        assert!(told[0].starts_with("there is one green only"), "{told:?}");
     }
 
     #[test]
@@ -304,6 +354,23 @@ mod tests {
     }
 
     #[test]
+    fn signals_of_which_the_same_is_said_share_a_sentence() {
+        let lane = |lane: &str| Warning::UnservedLane { lane: lane.into() };
+        let alike = |second| Warning::SameMovements { first: 0, second };
+        let told = of_signals(&[
+            ("A", vec![lane("a_0"), Warning::OnePhase, alike(1)]),
+            ("B", vec![Warning::OnePhase, lane("b_0"), alike(2)]),
+            ("C", vec![alike(1)]),
+        ]);
+        insta::assert_snapshot!(told.join("\n"), @r"
+        signals A, B: lanes a_0, b_0 have no green in any phase
+        signals A, B: there is one green only, so that no method decides anything: the network's own program runs under every method
+        signals A, C: phases 0 and 1 count the same movements: max-pressure chooses the first of them, learners see no difference
+        signal B: phases 0 and 2 count the same movements: max-pressure chooses the first of them, learners see no difference
+        ");
+    }
+
+    #[test]
     fn a_program_that_may_show_two_phases_at_once_is_told() {
         let mut scene = crossing(&[("n_0", 0.0, "s"), ("e_0", 90.0, "s")], &["Gr", "rG"]);
         scene.signals[0].programs[0].kind = ProgramKind::Other;
@@ -336,7 +403,7 @@ mod tests {
         );
         let told: Vec<String> = warnings(&derived).iter().map(ToString::to_string).collect();
         assert!(
-            told.len() == 1 && told[0].starts_with("its program never comes to GG, rg"),
+            told.len() == 1 && told[0].starts_with("the program never comes to GG, rg"),
             "{told:?}"
         );
     }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use sheet::Fault;
 use sheet::uneven::is_utdf;
+use sheet::{Fault, Sheet};
 use toml::Table;
 
 use super::approaches::{self, Approach, Intersection, check_arms};
@@ -80,24 +80,80 @@ pub fn load(name: &str) -> Result<LoadedScenario, FamilyError> {
 ///
 /// [`FamilyError`] naming the file and the place, or what replaces a setting.
 pub fn load_with(name: &str, overrides: &[Override]) -> Result<LoadedScenario, FamilyError> {
-    if let Some((_, text)) = EMBEDDED.iter().find(|(n, _)| *n == name) {
-        let file = format!("{name}.toml (embedded)");
-        let table = |table: &str| match EMBEDDED_TABLES.iter().find(|(path, _)| *path == table) {
+    let opened = open(name)?;
+    let detail = if opened.is_embedded { Detail::SixFeatures } else { Detail::PerApproach };
+    let table = |table: &str| opened.table(table);
+    let mut loaded = with_detail(&opened.text, &opened.file, overrides, &table, detail)?;
+    if opened.is_embedded && EMBEDDED_TABLES.iter().any(|(_, text)| *text == loaded.table) {
+        loaded.doubts.clear();
+    }
+    Ok(loaded)
+}
+
+/// A scenario whose text has been read.
+struct Opened {
+    text: String,
+    /// What messages call it.
+    file: String,
+    /// What the paths of its tables are relative to.
+    folder: PathBuf,
+    is_embedded: bool,
+}
+
+impl Opened {
+    /// Returns the text of a table that it names.
+    fn table(&self, path: &str) -> Result<String, FamilyError> {
+        // Of an embedded scenario only a table from the command line is not embedded.
+        let carried = EMBEDDED_TABLES.iter().find(|(table, _)| self.is_embedded && *table == path);
+        match carried {
             Some((_, text)) => Ok((*text).to_owned()),
-            // Only a table from the command line is not embedded.
-            None => read_text(Path::new(table)),
-        };
-        let mut loaded = with_detail(text, &file, overrides, &table, Detail::SixFeatures)?;
-        if EMBEDDED_TABLES.iter().any(|(_, text)| *text == loaded.table) {
-            loaded.doubts.clear();
+            None => read_text(&self.folder.join(path)),
         }
-        return Ok(loaded);
+    }
+}
+
+/// Opens a scenario by path or embedded name. A table of approaches or of point MDPs is a scenario with the
+/// settings of a file that names it and nothing else.
+fn open(name: &str) -> Result<Opened, FamilyError> {
+    if let Some((_, text)) = EMBEDDED.iter().find(|(n, _)| *n == name) {
+        let (text, file) = ((*text).to_owned(), format!("{name}.toml (embedded)"));
+        return Ok(Opened { text, file, folder: PathBuf::new(), is_embedded: true });
     }
     let path = file_that_exists(name)?;
-    let text = read_scenario(&path)?;
+    let text = match is_table(&path) {
+        true => scenario_of(&path)?,
+        false => read_scenario(&path)?,
+    };
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    let table = |table: &str| read_text(&folder.join(table));
-    from_text(&text, &path.display().to_string(), overrides, &table)
+    Ok(Opened { text, file: path.display().to_string(), folder, is_embedded: false })
+}
+
+/// Returns whether a file is a table by its name.
+fn is_table(path: &Path) -> bool {
+    path.extension().is_some_and(|end| {
+        ["csv", "tsv", "txt", "xlsx", "xls"].iter().any(|table| end.eq_ignore_ascii_case(table))
+    })
+}
+
+/// Returns the text of a scenario with one table.
+fn scenario_of(table: &Path) -> Result<String, FamilyError> {
+    let file = table.display().to_string();
+    let text = read_text(table)?;
+    let sheet = Sheet::of(&*text).map_err(|fault| at(&file, fault))?;
+    let has = |name: &str| sheet.headers().iter().any(|h| h.eq_ignore_ascii_case(name));
+    let kind = match () {
+        () if has("arm") && has("bearing_deg") => "approaches",
+        () if has("importance") || has("intersections") => "points",
+        () => {
+            let message = "a table without the columns of a scenario: approaches have arm and bearing_deg, point MDPs \
+                           have importance or intersections; give turning counts, UTDF and signal lists to \
+                           build-networks (--turning-counts, --utdf, --signals)";
+            return Err(at(&file, Fault::new(sheet.header_line(), message)));
+        }
+    };
+    let called = table.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let family = Table::from_iter([(kind.to_owned(), called.into())]);
+    Ok(Table::from_iter([("family".to_owned(), family.into())]).to_string())
 }
 
 /// A scenario whose intersections are to be counted.
@@ -119,19 +175,12 @@ pub struct Uncounted {
 ///
 /// As [`load_with`], and [`FamilyError::Setting`] for a scenario without approaches.
 pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, FamilyError> {
-    let embedded = EMBEDDED.iter().find(|(n, _)| *n == name);
-    let (text, file, folder) = match embedded {
-        Some((_, text)) => ((*text).to_owned(), format!("{name}.toml (embedded)"), PathBuf::new()),
-        None => {
-            let path = file_that_exists(name)?;
-            let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-            (read_scenario(&path)?, path.display().to_string(), folder)
-        }
-    };
-    let (scenario, _) = settings_of(&text, &file, overrides, Detail::PerApproach)?;
+    let opened = open(name)?;
+    let Opened { text, file, .. } = &opened;
+    let (scenario, _) = settings_of(text, file, overrides, Detail::PerApproach)?;
     let Some(path) = scenario.family.approaches.clone() else {
         return Err(FamilyError::Setting {
-            file,
+            file: file.clone(),
             field: "family.points".into(),
             value: scenario.family.points.unwrap_or_default(),
             expected:
@@ -139,15 +188,10 @@ pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, F
                     .into(),
         });
     };
-    let carried = EMBEDDED_TABLES.iter().find(|(table, _)| embedded.is_some() && *table == path);
-    let table = match carried {
-        Some((_, table)) => (*table).to_owned(),
-        None => read_text(&folder.join(&path))
-            .map_err(|e| unreadable(e, &file, "family.approaches", &path))?,
-    };
+    let table = opened.table(&path).map_err(|e| unreadable(e, file, "family.approaches", &path))?;
     let intersections = approaches::read_uncounted(&table, &path)?;
-    let plans = plans_of(&scenario, &file, &|table| read_text(&folder.join(table)))?;
-    Ok(Uncounted { scenario, text, intersections, plans })
+    let plans = plans_of(&scenario, file, &|table| opened.table(table))?;
+    Ok(Uncounted { scenario, text: opened.text, intersections, plans })
 }
 
 /// Returns the file of a scenario.
@@ -162,14 +206,6 @@ fn file_that_exists(name: &str) -> Result<PathBuf, FamilyError> {
             embedded: embedded.join(", "),
             meant: did_you_mean(name, known.iter().map(String::as_str)),
         });
-    }
-    let is_table = path.extension().is_some_and(|end| {
-        ["csv", "tsv", "txt", "xlsx", "xls"].iter().any(|table| end.eq_ignore_ascii_case(table))
-    });
-    if is_table {
-        let message = "a table, no scenario; name it in a scenario, such as approaches = \"FILE\" in [family], or make a \
-                       scenario of it: build-networks --utdf, or --turning-counts";
-        return Err(FamilyError::Toml { file: name.to_owned(), message: message.to_owned() });
     }
     Ok(file_of(name))
 }

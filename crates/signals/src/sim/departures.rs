@@ -23,7 +23,8 @@ pub(super) struct Departures {
     in_order: bool,
     /// The latest one, and of what it is.
     latest: Option<(String, f64)>,
-    /// The latest one or end of a flow, seconds.
+    /// The earliest one, and the latest one or end of a flow, seconds.
+    first_s: Option<f64>,
     last_s: Option<f64>,
     left_out: u32,
     first_left_out: Option<String>,
@@ -60,11 +61,17 @@ impl Departures {
             return true;
         }
         let last_s = time("end").map_or(depart_s, |end_s| end_s.max(depart_s));
+        self.first_s = Some(self.first_s.map_or(depart_s, |known| known.min(depart_s)));
         self.last_s = Some(self.last_s.map_or(last_s, |known| known.max(last_s)));
         if of("line").is_none_or(str::is_empty) {
             self.latest = Some((name, depart_s));
         }
         false
+    }
+
+    /// Returns the earliest departure, seconds.
+    pub(super) fn first_s(&self) -> Option<f64> {
+        self.first_s
     }
 
     /// Returns the latest departure or end of a flow, seconds.

@@ -99,6 +99,21 @@ impl Intake {
             blocked(reason, "--step-length 1".to_owned());
         }
         let steps_per_second = if fits { steps.round() as u32 } else { 1 };
+        let departures = sources.first_departure_s().zip(sources.last_departure_s());
+        notes.extend(departures.filter(|_| begin_s < end_s).and_then(|(first_s, last_s)| {
+            let when = match () {
+                () if first_s >= end_s => {
+                    format!("the first departs at {first_s} s, and the end is at {end_s} s")
+                }
+                () if last_s < begin_s => {
+                    format!("the last departs at {last_s} s, and the begin is at {begin_s} s")
+                }
+                () => return None,
+            };
+            Some(format!(
+                "no vehicle or flow that is known departs in it: {when}; see --begin and --end"
+            ))
+        }));
         notes.extend(said("begin", given.begin_s, Some(config.begin_s)));
         notes.extend(said("end", given.end_s, config.end_s));
         notes.extend(said("step-length", given.step_length_s, Some(config.step_length_s)));
@@ -237,6 +252,21 @@ mod tests {
         let after = read(options, routes, &given).passed().unwrap();
         assert_eq!((after.begin_s, after.end_s, after.steps_per_second), (60.0, 1800.0, 2));
         assert_eq!(after.notes.len(), 5, "{:?}", after.notes);
+    }
+
+    #[test]
+    fn a_time_without_departures_is_told() {
+        let routes = "<r><trip id='t' depart='900'/></r>";
+        let told = |begin: &str, end: &str| {
+            let options = format!("<begin v='{begin}'/><end v='{end}'/>");
+            read(&options, routes, &Given::default()).notes.join("\n")
+        };
+        let expected = "no vehicle or flow that is known departs in it: the first departs at 900 s, and the end is at \
+                        900 s; see --begin and --end";
+        assert_eq!((told("0", "900").as_str(), told("0", "901").as_str()), (expected, ""));
+        assert!(
+            told("901", "1800").contains("the last departs at 900 s, and the begin is at 901 s")
+        );
     }
 
     #[test]

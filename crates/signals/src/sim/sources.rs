@@ -128,6 +128,11 @@ impl Sources {
         self.files.iter().any(|file| !file.scanned.day_plan.is_empty())
     }
 
+    /// Returns the earliest departure, seconds.
+    pub fn first_departure_s(&self) -> Option<f64> {
+        self.files.iter().filter_map(|file| file.scanned.first_s).reduce(f64::min)
+    }
+
     /// Returns the latest departure, seconds.
     pub fn last_departure_s(&self) -> Option<f64> {
         self.files.iter().filter_map(|file| file.scanned.last_s).reduce(f64::max)

@@ -169,3 +169,47 @@ fn a_point_mdp_is_called_by_the_streets_in_the_names_of_its_arms() {
     assert_eq!(title(table), ("i0007".into(), "Oak Ave / Main St".into()));
     assert_eq!(title(&table.replace("EB Main St", "west")).1, "i0007");
 }
+
+/// A folder with Salt Lake City's approaches in one file, and point MDPs in another.
+fn tables() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let carried = EMBEDDED_TABLES[0].1;
+    let (header, rows) = carried.split_once('\n').unwrap();
+    let shouted = format!("{}\n{rows}", header.to_uppercase());
+    let points = "point,importance,lanes,speed_mph,length_m,inflow_vph,left_turn_lanes,right_turn_lanes\n\
+                  a,1,4,30,300,500,0,0\n";
+    for (name, text) in [("streets.csv", shouted.as_str()), ("points.csv", points)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn a_table_is_a_scenario_whatever_the_case_of_its_columns() {
+    let folder = tables();
+    let [streets, points] = ["streets.csv", "points.csv"]
+        .map(|name| load(folder.path().join(name).to_str().unwrap()).unwrap());
+    assert_eq!((streets.family.points.len(), streets.scenario.name.as_str()), (282, "streets"));
+    assert_eq!(streets.scenario.family.detail, Detail::PerApproach);
+    assert_eq!(points.family.points[0].id, "a");
+}
+
+#[test]
+fn a_table_is_the_scenario_whose_file_names_it() {
+    let folder = tables();
+    let scenario = folder.path().join("streets.toml");
+    std::fs::write(&scenario, "[family]\napproaches = \"streets.csv\"\n").unwrap();
+    let [table, named] = [folder.path().join("streets.csv"), scenario]
+        .map(|path| load(path.to_str().unwrap()).unwrap());
+    assert_eq!(table, named);
+}
+
+#[test]
+fn another_table_is_no_scenario_and_says_what_takes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("counts.csv");
+    std::fs::write(&path, "INTID,Date,Time,NBL,NBT\n1,1/1/2026,07:00,1,2\n").unwrap();
+    let e = load(path.to_str().unwrap()).unwrap_err().to_string();
+    assert!(e.contains("counts.csv, line 1: a table without the columns of a scenario"), "{e}");
+    assert!(e.contains("--turning-counts"), "{e}");
+}

@@ -37,7 +37,9 @@ pub struct Scanned {
     pub outputs: Option<(u32, String)>,
     /// What counts in place of what it says, in words.
     pub notes: Vec<String>,
-    /// Latest departure, seconds.
+    /// Earliest departure, seconds.
+    pub first_s: Option<f64>,
+    /// Latest departure or end of a flow, seconds.
     pub last_s: Option<f64>,
     /// Vehicles that SUMO leaves out for their place in the file, and what is said of the first.
     pub left_out: Option<(u32, String)>,
