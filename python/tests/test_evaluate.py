@@ -1,5 +1,6 @@
 """Controllers of one's own, evaluated from a script: same results however they are run."""
 
+import io
 import json
 import os
 import signal
@@ -161,6 +162,7 @@ class Mine(tf.Controller):
     "Tries both phases and keeps the better one."
     def __init__(self): self.best = 0
     def train(self, env):
+        assert len(self.begun) == 1
         delays = []
         for phase in range(2):
             obs, done = env.reset(), False
@@ -172,6 +174,7 @@ class Mine(tf.Controller):
         env.reset()
         env.step([0])
         self.best = delays.index(min(delays))
+    def begin(self, signals): self.begun = signals
     def act(self, obs): return [self.best]
     def save(self, path):
         # As libraries do that add an ending of their own.
@@ -292,6 +295,133 @@ def test_an_error_of_the_command_is_an_exception_with_its_words(tmp_path):
         tf.evaluate(Plain(), "smok", out=tmp_path / "out", quiet=True)
     with pytest.raises(tf.Error, match="budget 3: the family has 2 point MDPs"):
         tf.evaluate(Plain(), "smoke", budget=3, out=tmp_path / "out", quiet=True)
+
+
+ABLATION = """
+import tsc_family as tf
+
+class Weighted(tf.Controller):
+    "Queues, with what was seen before."
+    def __init__(self, alpha=0.0, label="none"): self.alpha, self.label = alpha, label
+    def begin(self, signals): self.serves, self.old = [s.phase_lanes for s in signals], 0.0
+    def act(self, obs):
+        self.old = obs.lanes[:, :, 0] + self.alpha * self.old
+        return [int((m * o).sum(1).argmax()) for m, o in zip(self.serves, self.old)]
+
+if __name__ == "__main__":
+    settings = {"demand.horizon_s": 300}
+    result = tf.evaluate({"full": Weighted(alpha=0.5), "no-memory": Weighted()}, "smoke", eval_seeds=2, settings=settings,
+                         against="max-pressure", networks=%r, out="named", quiet=True)
+    print(sorted(map(str, result.summary()["method"])))
+"""
+
+
+def test_one_class_is_there_under_several_names_with_other_arguments(tsc_family, tmp_path, networks):
+    done = python(ABLATION % networks, tmp_path, name="weighted.py")
+    assert done.returncode == 0, done.stderr
+    assert "['baseline', 'full', 'max-pressure', 'no-memory']" in done.stdout
+    by_command = tsc_family(
+        "run", "smoke", "--controller", "full=weighted.py:Weighted?alpha=0.5&label=a text", "--controller",
+        "no-memory=weighted.py:Weighted?alpha=0.0", "--methods", "full,no-memory,max-pressure", "--eval-seeds", "2",
+        "--set", "demand.horizon_s=300", "--networks", networks, "--out", "by-command", "--quiet",
+    )  # fmt: skip
+    assert by_command.returncode == 0, by_command.stderr
+
+    def delays(out):
+        lines = [json.loads(p.read_text().splitlines()[0]) for p in sorted((tmp_path / out / "done").rglob("*.jsonl"))]
+        return {(line["method"], line["point"]): line["metrics"]["delay_s"] for line in lines}
+
+    named = delays("named")
+    assert named == delays("by-command")
+    assert any(named["full", p] != named["no-memory", p] for p in ("quiet", "busy"))
+    manifest = json.loads((tmp_path / "by-command/manifest.json").read_text())
+    assert manifest["identity"]["controllers"][0]["source"] == "weighted.py:Weighted?alpha=0.5&label=a text"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("alpha", "'alpha' behind the ? is no argument; write"),
+        ("a=1&a=2", "the argument a stands behind the ? twice"),
+        ("{x", "is no JSON"),
+    ],
+)
+def test_arguments_that_cannot_be_read_are_said(tsc_family, tmp_path, text, words):
+    (tmp_path / "rule.py").write_text(RULE)
+    done = tsc_family("run", "smoke", "--controller", f"mine=rule.py:Mine?{text}", "--methods", "mine", "--out", "out")
+    assert done.returncode == 2 and words in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"budget": -3}, "budget=-3: expected a whole number or `all`"),
+        ({"eval_seeds": 0}, "eval_seeds=0: expected a whole number from 1 to"),
+        ({"answer_timeout": 5}, "answer_timeout has no effect: no controller is a command; leave it out"),
+        ({"until_decided": True, "budget": 2}, "until_decided: it takes two methods to decide between"),
+        ({"plan": "nowhere.json"}, "cannot read nowhere.json"),
+        ({"assist": "nowhere", "budget": 1}, "nowhere"),
+        ({"against": "actuatd"}, 'unknown method "actuatd"'),
+    ],
+)
+def test_errors_come_once_and_in_the_words_of_python(tmp_path, capfd, options, words):
+    with pytest.raises(tf.Error) as raised:
+        tf.evaluate(Plain(), "smoke", out=tmp_path / "out", settings={"demand.horizon_s": 60}, **options)
+    assert words in str(raised.value) and "--" not in str(raised.value), raised.value
+    said = capfd.readouterr()
+    assert "error" not in said.err and said.out == "", said
+
+
+@pytest.mark.parametrize("controllers", [len, 3, {}, [], {"full": 3}])
+def test_what_is_no_controller_is_said(tmp_path, controllers):
+    with pytest.raises(tf.Error, match="no controller|no tsc_family.Controller|at least one"):
+        tf.evaluate(controllers, "smoke", out=tmp_path / "out")
+
+
+def test_a_sample_that_stops_early_can_be_asked_for(tmp_path, networks):
+    result = tf.evaluate(Plain(), "smoke", budget=2, looks=[2], until_half_width=5.0, until_decided=False, eval_seeds=2,
+                         settings={"demand.horizon_s": 60}, networks=networks, out=tmp_path / "out", quiet=True)  # fmt: skip
+    sample = json.loads((tmp_path / "out/manifest.json").read_text())["identity"]["sample"]
+    assert sample["growth"]["until"] == {"half-width": 5.0} and "plain" in result.table()
+
+
+def test_an_error_is_held_back_wherever_a_text_is_cut():
+    from tsc_family._command import _Heard
+
+    text = "a\nb error: x\nerr\nerror: bad\nmore\n"
+    for size in range(1, 9):
+        reading, writing = os.pipe()
+        heard = _Heard(os.fdopen(reading, "rb"), stream := io.StringIO(), True)
+        for begin in range(0, len(text), size):
+            os.write(writing, text[begin : begin + size].encode())
+            time.sleep(0.001)
+        os.close(writing)
+        assert heard.end() == text and stream.getvalue() == "a\nb error: x\nerr\n"
+        heard.release()
+        assert stream.getvalue() == text
+
+
+def test_trainings_can_be_looked_at_in_tensorboard(evaluated, tmp_path):
+    from tsc_family import _tensorboard
+
+    # The check value of CRC-32C, masked as records have it.
+    crc = 0xE3069283
+    assert _tensorboard._checksum(b"123456789") == ((crc >> 15 | crc << 17) + 0xA282EAD8 & 0xFFFFFFFF).to_bytes(4, "little")
+    _, done = evaluated(LEARNER)
+    assert done.returncode == 0, done.stderr
+    files = tf.Result(tmp_path / "out").tensorboard(tmp_path / "events")
+    assert len(files) == 2 and files[0].relative_to(tmp_path / "events").parts[0] == "mine"
+    assert files[0].read_bytes() == tf.Result(tmp_path / "out").tensorboard(tmp_path / "again")[0].read_bytes()
+    reader = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
+    for file in files:
+        events = reader.EventAccumulator(str(file.parent))
+        events.Reload()
+        assert {"training/delay_s", "training/tried"} <= set(events.Tags()["scalars"])
+        assert [(event.step, event.value) for event in events.Scalars("training/tried")] == [(0, 0.0), (1, 1.0)]
+    with pytest.raises(tf.Error, match="no episodes of training"):
+        (tmp_path / "plain.py").write_text("import tsc_family as tf\nclass Plain(tf.Controller):\n    def act(self, obs): return [0]\n")
+        tf.evaluate("plain=" + str(tmp_path / "plain.py") + ":Plain", "smoke", eval_seeds=1, settings={"demand.horizon_s": 60},
+                    out=tmp_path / "plain", quiet=True).tensorboard(tmp_path / "none")  # fmt: skip
 
 
 def test_every_other_command_can_be_run(capfd):

@@ -27,6 +27,9 @@ _PATIENCE_S = 2.0
 
 _SAID_LAST = 20_000
 
+# How the line begins in which a command says why it ends.
+_ERROR = "error: "
+
 
 def start() -> list[str]:
     """Returns how the command is started: program and first arguments."""
@@ -56,6 +59,9 @@ def call(arguments: Sequence[str], *, show_output: bool, show_progress: bool) ->
         output.end(), said.end()
         raise
     text, words = output.end(), said.end()
+    # Whoever cannot go on raises it.
+    if code in (0, SOME_FAILED, INCOMPLETE):
+        said.release()
     if code in _INTERRUPTED or code == -signal.SIGINT:
         raise KeyboardInterrupt
     return code, text, words
@@ -80,6 +86,8 @@ class _Heard:
         assert pipe is not None
         self._pipe, self._stream, self._show = pipe, stream, show
         self._text = ""
+        # What is not passed on yet, whether it begins a line, and whether the error of the command was met.
+        self._held, self._begins, self._found = "", True, False
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
 
@@ -89,14 +97,40 @@ class _Heard:
             some = os.read(self._pipe.fileno(), 1 << 16)
             text = decode.decode(some, final=not some)
             self._text = (self._text + text)[-_SAID_LAST:] if self._show else self._text + text
-            if self._show and text and self._stream is not None:
-                # A command that nobody hears would wait for ever, so that this goes on whatever becomes of the stream.
-                try:
-                    self._pass_on(text)
-                except (OSError, ValueError):
-                    self._stream = None
+            if self._show:
+                self._show_some(text)
             if not some:
                 return
+
+    def _show_some(self, text: str) -> None:
+        """Passes a text on up to what the command says as its error, which is held back."""
+        self._held += text
+        if self._found:
+            return
+        shown, parts = 0, self._held.splitlines(keepends=True)
+        for number, part in enumerate(parts):
+            begins = self._begins or number > 0
+            self._found = begins and part.startswith(_ERROR)
+            # The end of a text may be the beginning of an error.
+            if self._found or (begins and number + 1 == len(parts) and _ERROR.startswith(part)):
+                break
+            shown += len(part)
+        text, self._held = self._held[:shown], self._held[shown:]
+        self._begins = text.endswith(("\n", "\r")) if text else self._begins
+        self._write(text)
+
+    def release(self) -> None:
+        """Passes on what was held back."""
+        text, self._held = self._held, ""
+        self._write(text)
+
+    def _write(self, text: str) -> None:
+        # A command that nobody hears would wait for ever, so that this goes on whatever becomes of the stream.
+        if self._show and text and self._stream is not None:
+            try:
+                self._pass_on(text)
+            except (OSError, ValueError):
+                self._stream = None
 
     def _pass_on(self, text: str) -> None:
         try:

@@ -65,7 +65,7 @@ class Controller:
     if TYPE_CHECKING:
 
         def train(self, env: Training) -> None:
-            """Learns, on the run's training seeds, before it is evaluated."""
+            """Learns, on the run's training seeds, before it is evaluated; :meth:`begin` was called before."""
 
         def save(self, path: str) -> None:
             """Writes what was learned to a file."""

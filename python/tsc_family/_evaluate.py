@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import csv
+import json
+import re
 import sys
+import tempfile
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from os import fspath
 from pathlib import Path
 from typing import Any, Union
 
 import numpy as np
 
-from . import _host
+from . import _host, _tensorboard
 from ._command import INCOMPLETE, SOME_FAILED, call, error_of
 from ._controller import Controller, arguments_of, name_of
 from ._family import Settings, flags
 from ._native import Error
 from ._place import Path as PathLike
 
-Controllers = Union[Controller, "type[Controller]", str, Iterable[Union[Controller, "type[Controller]", str]]]
-"""Controllers of your own, as objects or classes; texts are what ``--controller`` takes, such as ``mine=exec:./cmd``."""
+One = Union[Controller, "type[Controller]", str]
+Controllers = Union[One, Iterable[One], Mapping[str, Union[Controller, "type[Controller]"]]]
+"""Controllers of your own, as objects or classes; texts are what ``--controller`` takes, such as ``mine=exec:./cmd``.
+A mapping names them, so that one class can be there several times: ``{"full": L(alpha=1.0), "no-memory": L(alpha=0.0)}``."""
 
 _WITH_RESULTS = (0, SOME_FAILED, INCOMPLETE)
 
@@ -53,6 +58,20 @@ class Result:
     def report(self) -> Path:
         """Returns the path of the page with all figures, for a browser."""
         return self._written("index.html")
+
+    def tensorboard(self, folder: PathLike) -> list[Path]:
+        """Writes an event file of TensorBoard per training into a folder, and returns the files.
+
+        They have every metric of the episodes of training and validation. Look at them with ``tensorboard --logdir FOLDER``.
+        """
+        with tempfile.TemporaryDirectory() as scratch:
+            table = Path(scratch) / "records.csv"
+            _output(["export", fspath(self.folder), "--format", "csv", "--out", str(table)])
+            identity = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))["identity"]
+            files = _tensorboard.write(table, len(identity["features"]), Path(fspath(folder)))
+        if not files:
+            raise Error(f"{self.folder} has no episodes of training: no method of it learns or tunes itself")
+        return files
 
     def _written(self, name: str) -> Path:
         path = self.folder / "report" / name
@@ -88,7 +107,13 @@ def evaluate(
     *,
     budget: int | str | None = None,
     sampling: str | None = None,
+    plan: PathLike | None = None,
+    assist: PathLike | None = None,
+    until_decided: bool | str | Sequence[tuple[str, str]] = False,
+    until_half_width: float | None = None,
+    looks: Sequence[int] = (),
     eval_seeds: int | None = None,
+    seeds: PathLike | None = None,
     against: Sequence[str] = (),
     out: PathLike | None = None,
     sumocfg: PathLike | Sequence[PathLike] = (),
@@ -100,13 +125,17 @@ def evaluate(
     seed: int = 0,
     jobs: int | None = None,
     stall_timeout: int | None = None,
+    answer_timeout: int | None = None,
+    memory_per_worker: int | None = None,
+    keep_going: bool = False,
     networks: PathLike | None = None,
     retry_failed: bool = False,
     quiet: bool = False,
 ) -> Result:
     """Evaluates controllers on a sample of a family, ranked beside the methods ``against`` and the baseline.
 
-    ``budget`` is the number of point MDPs. Where it is None, these are those of the run that is in ``out``, else all. The
+    ``budget`` is the number of point MDPs. Where it is None, these are those of the run that is in ``out``, else all.
+    ``until_decided`` is True for all pairs of methods, ``"first-place"``, or pairs of names. The
     other options are those of ``tsc-family run``. The same call continues an interrupted run. A call with more
     controllers, methods or point MDPs adds to the run in ``out``, whose records stay. A controller whose file has
     changed needs another ``out``, or its name in ``replace``, which computes its records again. A controller that fails on a point MDP has a failed record
@@ -117,13 +146,10 @@ def evaluate(
     """
     if _host.loading:
         raise _host.Loaded
-    given = [controllers] if isinstance(controllers, (Controller, type, str)) else list(controllers)
-    if not given:
-        raise Error("give at least one controller")
-    sources = [source if isinstance(source, str) else source_of(source) for source in given]
+    sources = _sources(controllers)
     names = [source.partition("=")[0] for source in sources]
     folder = Path("results") / names[0] if out is None else Path(fspath(out))
-    arguments = ["run", fspath(scenario), "--out", fspath(folder), "--methods", ",".join([*names, *against])]
+    arguments = ["run", fspath(scenario), "--out", fspath(folder), "--methods", ",".join([*names, *_names(against)])]
     for source in sources:
         arguments += ["--controller", source]
     configs = [sumocfg] if isinstance(sumocfg, str) or hasattr(sumocfg, "__fspath__") else list(sumocfg)
@@ -134,30 +160,80 @@ def evaluate(
     options = {
         "budget": budget,
         "sampling": sampling,
+        "plan": None if plan is None else fspath(plan),
+        "assist": None if assist is None else fspath(assist),
+        "until-half-width": until_half_width,
+        "looks": ",".join(map(str, looks)) or None,
         "eval-seeds": eval_seeds,
+        "seeds": None if seeds is None else fspath(seeds),
         "preset": preset,
         "episodes": episodes,
         "replicates": replicates,
         "seed": seed,
         "jobs": jobs,
         "stall-timeout": stall_timeout,
+        "answer-timeout": answer_timeout,
+        "memory-per-worker": memory_per_worker,
         "networks": None if networks is None else fspath(networks),
     }
     for name, value in options.items():
         if value is not None:
-            arguments += [f"--{name}", str(value)]
+            arguments.append(f"--{name}={value}")
+    if until_decided is True or isinstance(until_decided, str):
+        arguments.append("--until-decided" if until_decided is True else f"--until-decided={until_decided}")
+    elif until_decided:
+        arguments.append("--until-decided=" + ",".join(":".join(pair) for pair in until_decided))
     if replace:
-        arguments += ["--replace", ",".join(replace)]
-    if retry_failed:
-        arguments.append("--retry-failed")
+        arguments += ["--replace", ",".join(_names(replace))]
+    arguments += [flag for flag, is_set in (("--retry-failed", retry_failed), ("--keep-going", keep_going)) if is_set]
     code, table, words = call(arguments, show_output=False, show_progress=not quiet)
     if code not in _WITH_RESULTS:
-        raise error_of(words, code)
+        raise Error(in_python(str(error_of(words, code))))
     if code == SOME_FAILED:
         warnings.warn(f"some tasks failed; {folder}/report says which and why", stacklevel=2)
     if code == INCOMPLETE:
         warnings.warn("some tasks have no record, for reasons of the machine; the same call continues", stacklevel=2)
     return Result(folder, table)
+
+
+def _sources(controllers: Controllers) -> list[str]:
+    """Returns what ``--controller`` takes of each."""
+    if isinstance(controllers, Mapping):
+        sources = [source_of(controller, name) for name, controller in controllers.items()]
+    elif isinstance(controllers, (Controller, type, str)):
+        sources = _sources([controllers])
+    elif callable(controllers) or not isinstance(controllers, Iterable):
+        raise Error(
+            f"{controllers!r} is no controller; give a class with act(self, obs) that is derived from tsc_family.Controller, "
+            "an object of it, or several of them"
+        )
+    else:
+        sources = [source if isinstance(source, str) else source_of(source) for source in controllers]
+    if not sources:
+        raise Error("give at least one controller")
+    return sources
+
+
+def _names(names: Sequence[str]) -> list[str]:
+    """Returns names; one alone needs no list."""
+    return [names] if isinstance(names, str) else list(names)
+
+
+# What options of the command are called in Python where that is not their own name.
+_CALLED = {"methods": "against", "set": "settings", "controller": "controllers"}
+
+
+def in_python(words: str) -> str:
+    """Returns what the command said with its options as they are called in Python."""
+
+    def called(option: str) -> str:
+        return _CALLED.get(option, option.replace("-", "_"))
+
+    words = re.sub(r"\n\n.*--help.*", "", words, flags=re.DOTALL)
+    wrong = re.fullmatch(r"invalid value '(.*)' for '--([a-z-]+)\b[^']*'(?:: |\n *)(.*)", words, flags=re.DOTALL)
+    if wrong:
+        return f"{called(wrong[2])}={wrong[1]}: {wrong[3]}"
+    return re.sub(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)", lambda option: called(option[1]), words)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -181,8 +257,8 @@ def _output(arguments: Sequence[str]) -> str:
     return text
 
 
-def source_of(controller: Controller | type[Controller]) -> str:
-    """Returns what ``--controller`` takes: name, file, class and arguments."""
+def source_of(controller: Controller | type[Controller], name: str = "") -> str:
+    """Returns what ``--controller`` takes: name, file, class and arguments; the name is the class's where none is given."""
     cls = controller if isinstance(controller, type) else type(controller)
     if not issubclass(cls, Controller):
         raise Error(f"{cls.__name__} is no tsc_family.Controller")
@@ -196,5 +272,5 @@ def source_of(controller: Controller | type[Controller]) -> str:
     if "<locals>" in cls.__qualname__:
         raise Error(f"{cls.__name__} is defined within a function; move it to the top level of {Path(file).name}")
     arguments = "" if isinstance(controller, type) else arguments_of(controller)
-    source = f"{name_of(cls)}={Path(file).absolute()}:{cls.__qualname__}"
+    source = f"{name or name_of(cls)}={Path(file).absolute()}:{cls.__qualname__}"
     return f"{source}?{arguments}" if arguments else source

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Union
@@ -179,6 +180,8 @@ class Estimate:
     """What must hold for the interval to be one."""
     resamples: NDArray[np.float64]
     """Estimates from resampled data; empty where there is no interval."""
+    missing: int = 0
+    """Point MDPs of the sample that have no score, and are taken as missing at random."""
 
     def __repr__(self) -> str:
         low_high = "no interval" if self.interval is None else f"{self.interval[0]:.4g} to {self.interval[1]:.4g}"
@@ -194,7 +197,8 @@ class Estimate:
             low, high = np.quantile(resamples, [(1 - self.level) / 2, (1 + self.level) / 2])
             interval = (float(low), float(high))
         value = other.value - self.value
-        return Estimate(value, interval, self.level, self.estimator, self.assumptions, resamples)
+        missing = max(self.missing, other.missing)
+        return Estimate(value, interval, self.level, self.estimator, self.assumptions, resamples, missing)
 
 
 def family(scenario: str = "salt-lake-city", *, preset: str | None = None, settings: Settings | None = None) -> Family:
@@ -263,7 +267,8 @@ def estimate(
     """Returns the estimate of a method's mean score over the whole family, from its scores on a sample.
 
     ``scores`` has shape ``[n]``, ``[n, seeds]`` or ``[n, replicates, seeds]`` in the order of ``sample.points``, or is
-    a mapping from ids to such values. What is NaN or missing counts as missing at random. With ``baseline``, shape
+    a mapping from ids to such values. What is NaN or missing counts as missing at random; a warning says how much that is,
+    and so does :attr:`Estimate.missing`. With ``baseline``, shape
     ``[n]`` or ``[n, seeds]`` on the same seeds, every score is divided by it. For differences between methods, use one
     sample and one seed: :meth:`Estimate.difference`.
     """
@@ -272,6 +277,13 @@ def estimate(
     points = [point for point in sample.points if point in rows and (baseline is None or point in against)]
     if not points:
         raise Error("no point MDP of the sample has a score")
+    missing = len(sample.points) - len(points)
+    if missing:
+        warnings.warn(
+            f"{missing} of {len(sample.points)} point MDPs have no score and are taken as missing at random, which flatters a "
+            f"method that fails where it is bad",
+            stacklevel=2,
+        )
     of_method, of_baseline = [], []
     for point in points:
         values = rows[point]
@@ -288,7 +300,7 @@ def estimate(
         "resamples": int(resamples),
         "seed": int(seed),
     }
-    return Estimate(**_native.estimate(sample.family._given(sample.known), sample.plan, measured))
+    return Estimate(**_native.estimate(sample.family._given(sample.known), sample.plan, measured), missing=missing)
 
 
 def _rows(scores: Scores, sample: Sample, what: str) -> dict[str, NDArray[np.float64]]:

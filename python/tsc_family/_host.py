@@ -71,16 +71,13 @@ class Opened:
 
 
 def open_source(source: str) -> Opened:
-    """Opens ``FILE.py:CLASS``, with ``?JSON`` behind it for the arguments of the class."""
+    """Opens ``FILE.py:CLASS``, with the arguments of the class behind it, as :func:`_arguments` reads them."""
     path_class, _, text = source.partition("?")
     file, _, name = path_class.rpartition(":")
     path = Path(file).absolute()
     if not path.is_file():
         raise Error(f"there is no file {file}; give FILE.py:CLASS")
-    try:
-        arguments = {"args": [], "kwargs": {}, **(json.loads(text) if text else {})}
-    except ValueError as e:
-        raise Error(f"what stands behind the ? is no JSON ({e})") from None
+    arguments = _arguments(text)
     folder = os.getcwd()
     cls: Any = _load(path)
     if os.getcwd() != folder:
@@ -99,6 +96,30 @@ def open_source(source: str) -> Opened:
     if not (isinstance(cls, type) and issubclass(cls, Controller)):
         raise Error(f"{path.name}: {name} is no tsc_family.Controller")
     return Opened(cls, path, arguments)
+
+
+def _arguments(text: str) -> dict[str, Any]:
+    """Reads arguments of a class: ``alpha=1.0&name=slow``, or JSON with ``args`` and ``kwargs``, as :func:`evaluate` writes it.
+
+    A value is JSON where it can be, such as ``1.0``, ``true`` or ``[1,2]``, else a text.
+    """
+    if text.startswith("{"):
+        try:
+            return {"args": [], "kwargs": {}, **json.loads(text)}
+        except ValueError as e:
+            raise Error(f"what stands behind the ? is no JSON ({e})") from None
+    named: dict[str, Any] = {}
+    for part in filter(None, text.split("&")):
+        name, is_given, value = part.partition("=")
+        if not is_given or not name.isidentifier():
+            raise Error(f"{part!r} behind the ? is no argument; write ?alpha=1.0&steps=3")
+        if name in named:
+            raise Error(f"the argument {name} stands behind the ? twice")
+        try:
+            named[name] = json.loads(value)
+        except ValueError:
+            named[name] = value
+    return {"args": [], "kwargs": named}
 
 
 def _load(path: Path) -> Any:

@@ -94,4 +94,6 @@ class Training:
 
 def train(controller: Any, lesson: _native.Lesson, episodes: int) -> None:
     """Trains a controller; the native part calls this on a thread of its own."""
-    controller.train(Training(lesson, episodes))
+    training = Training(lesson, episodes)
+    controller.begin(training.signals)
+    controller.train(training)

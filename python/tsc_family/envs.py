@@ -136,7 +136,10 @@ class SignalEnv(gymnasium.Env[Any, Any]):
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Asks for a phase and lets the interval go by."""
-        phase = int(action)
+        try:
+            phase = int(action)
+        except (TypeError, ValueError, OverflowError):
+            raise Error(f"action {action!r} is not in {self.action_space}") from None
         info = self._info()
         if not (0 <= phase < len(self._mask) and self._mask[phase]):
             if not self.action_space.contains(phase):

@@ -5,6 +5,7 @@ mod alike;
 mod build_networks;
 mod cancel;
 mod check;
+mod compare;
 mod doctor;
 mod effects;
 mod estimate;
@@ -117,6 +118,8 @@ pub enum Command {
     Resume(submit::SubmitArgs),
     /// Measure the error of samples at several budgets, on results of a whole family
     Estimate(study::EstimateArgs),
+    /// Rank the methods of several results directories of one family together
+    Compare(compare::CompareArgs),
     /// Rank methods over every combination of one point MDP from each of several families
     Across(across::AcrossArgs),
     /// Rank the methods of a results directory with other importance of the point MDPs
@@ -211,6 +214,7 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Export(args) => export::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Estimate(args) => study::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Doctor(args) => doctor::run(&args),

@@ -9,6 +9,7 @@ use super::output::note;
 use crate::analysis::Analysis;
 use crate::domains;
 use crate::store::Layout;
+use crate::store::difference::flat;
 use crate::store::results::Results;
 use crate::study::Recorded;
 
@@ -57,20 +58,4 @@ pub(super) fn warn_of_settings(dir: &Path, known: &Analysis, settings: &Value) {
          settings would",
         dir.display()
     ));
-}
-
-/// Returns all values by the path of their keys.
-fn flat(settings: &Value) -> BTreeMap<String, Value> {
-    let mut values = BTreeMap::new();
-    let mut open = vec![(String::new(), settings)];
-    while let Some((path, value)) = open.pop() {
-        match value {
-            Value::Object(fields) => open.extend(fields.iter().map(|(key, value)| {
-                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-                (path, value)
-            })),
-            value => drop(values.insert(path, value.clone())),
-        }
-    }
-    values
 }

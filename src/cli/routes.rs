@@ -11,6 +11,7 @@ use super::scenario::ScenarioArg;
 use super::values::parse_seed;
 use crate::cli::exit;
 use crate::files::{quoted, write_atomically};
+use crate::hash::sha256;
 use crate::traffic::city::folder::default_folder;
 use crate::traffic::network::demand::DemandSpec;
 
@@ -57,7 +58,8 @@ pub(super) fn run(args: &RoutesArgs) -> anyhow::Result<u8> {
     let (vehicles, text) = demand.routes(args.seed);
     write_atomically(&args.out, text.as_bytes())?;
     line(command(&files.sumocfg, args, loaded.scenario.simulation.time_to_teleport_s))?;
-    note(format!("{vehicles} vehicles in {}", args.out.display()));
+    let sha256 = sha256(text.as_bytes());
+    note(format!("{vehicles} vehicles in {}, sha256 {sha256}", args.out.display()));
     Ok(exit::DONE)
 }
 

@@ -3,6 +3,7 @@
 mod arguments;
 mod begun;
 mod looks;
+mod seeds;
 
 pub(super) use arguments::RunArgs;
 
@@ -77,6 +78,12 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         _ => plan,
     };
     let size = plan.is_none().then(|| subject.problem().family().points.len());
+    // Those that a folder was given in a file stay.
+    let kept = || there.filter(|t| args.eval_seeds.is_none() && t.base_seed == args.seed);
+    let seeds = match &args.seeds {
+        Some(path) => Some(seeds::read(path)?),
+        None => kept().map(|t| t.evaluation_seeds.clone()),
+    };
     let request = Request {
         domain: subject.domain(),
         problem: subject.problem(),
@@ -87,8 +94,10 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         methods: &methods,
         base_seed: args.seed,
         evaluation_seeds: (args.eval_seeds.map(NonZeroU32::get))
+            .or(seeds.as_ref().map(|seeds| seeds.len() as u32))
             .or(there.map(|t| t.evaluation_seeds.len() as u32))
             .unwrap_or(EVALUATION_SEEDS),
+        seeds: seeds.as_deref(),
         replicates: (args.replicates.map(NonZeroU32::get))
             .or(there.map(|t| t.replicates))
             .unwrap_or(1),

@@ -130,3 +130,29 @@ fn what_would_change_records_is_still_another_run() {
         .unwrap();
     assert!(check.status.success(), "{}{}", stdout(&check), stderr(&check));
 }
+
+#[test]
+fn evaluation_seeds_may_come_from_a_file_and_stay_those_of_the_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("seeds.txt"), "7 # as people count\n1889785958\n").unwrap();
+    let begin = format!("{PPO} --methods ppo --budget 1 --out a");
+    done(&format!("{begin} --seeds seeds.txt"), dir.path());
+    let seeds = &identity(&dir.path().join("a"))["evaluation_seeds"];
+    assert_eq!(*seeds, serde_json::json!([1_073_741_831, 1_889_785_958]));
+    let said = done(&format!("{PPO} {DQN} --methods dqn --out a"), dir.path());
+    assert!(said.contains("2 records stay") || said.contains("1 records stay"), "{said}");
+    assert_eq!(identity(&dir.path().join("a"))["evaluation_seeds"], *seeds);
+    fs::write(dir.path().join("others.txt"), "8\n9\n").unwrap();
+    let (code, said) = refused(&format!("{PPO} {DQN} --out a --seeds others.txt"), dir.path());
+    assert_eq!(code, Some(5), "{said}");
+    assert!(
+        said.contains("an evaluation seed (--seeds) is 1073741831 there and 1073741832 now"),
+        "{said}"
+    );
+    let (code, said) = refused(&format!("{begin} --seeds seeds.txt --eval-seeds 2"), dir.path());
+    assert!(code == Some(2) && said.contains("cannot be used with"), "{said}");
+    fs::write(dir.path().join("bad.txt"), "7\nx\n").unwrap();
+    let (code, said) =
+        refused(&format!("{PPO} --methods ppo --budget 1 --seeds bad.txt --out b"), dir.path());
+    assert!(code == Some(2) && said.contains("bad.txt: line 2: \"x\" is no seed"), "{said}");
+}

@@ -193,6 +193,57 @@ fn scores_from_elsewhere_rank_beside_the_others_and_are_marked() {
 }
 
 #[test]
+fn scores_from_elsewhere_are_paired_only_where_their_vehicles_are_those_of_the_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    succeed(folder, &format!("run smoke --methods max-pressure {SHORT} --out a"));
+    let mut table = String::new();
+    for task in [0, 2] {
+        let record = rows(folder, "a", task);
+        let point = record[0]["point"].as_str().unwrap();
+        for row in &record[1..] {
+            let seed = &row["seed"];
+            let args = format!(
+                "routes --point {point} smoke --seed {seed} --set demand.horizon_s=120 --out r.rou.xml"
+            );
+            let output = run(folder, &args);
+            assert!(output.status.success(), "{}", stderr(&output));
+            let sha256 = stderr(&output).trim_end().rsplit(' ').next().unwrap().to_owned();
+            assert_eq!(sha256.len(), 64, "{sha256}");
+            table.push_str(&format!("{point},{seed},0.5,{sha256}\n"));
+        }
+    }
+    let evaluate = |table: &str, out: &str| {
+        fs::write(folder.join("s.csv"), table).unwrap();
+        run(
+            folder,
+            &format!(
+                "run smoke --methods max-pressure {SHORT} --controller-results theirs=s.csv --out {out}"
+            ),
+        )
+    };
+    let paired = evaluate(&format!("point,seed,delay_s,vehicles\n{table}"), "b");
+    assert_eq!(code(&paired), 0, "{}", stderr(&paired));
+    assert!(!stderr(&paired).contains("unpaired"), "{}", stderr(&paired));
+    let without: String =
+        table.lines().map(|line| format!("{}\n", line.rsplit_once(',').unwrap().0)).collect();
+    let unpaired = evaluate(&format!("point,seed,delay_s\n{without}"), "c");
+    assert_eq!(code(&unpaired), 0);
+    let said =
+        "nothing shows that it was on the same vehicles: theirs. Comparisons with it are unpaired";
+    assert!(stderr(&unpaired).contains(said), "{}", stderr(&unpaired));
+    let page = fs::read_to_string(folder.join("c/report/index.html")).unwrap();
+    assert!(page.contains("unpaired: nothing shows that both met the same vehicles"));
+    // A digit of the last one is another.
+    let last = table.trim_end().len() - 1;
+    let digit = if table.as_bytes()[last] == b'0' { "1" } else { "0" };
+    let altered = format!("{}{digit}\n", &table[..last]);
+    let refused = evaluate(&format!("point,seed,delay_s,vehicles\n{altered}"), "d");
+    assert_eq!(code(&refused), 3);
+    assert!(stderr(&refused).contains("have the sha256"), "{}", stderr(&refused));
+}
+
+#[test]
 fn what_cannot_be_a_controller_is_refused_before_anything_runs() {
     let dir = folder(FIRST);
     for (args, expected) in [

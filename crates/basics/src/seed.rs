@@ -32,6 +32,12 @@ pub fn evaluation(base: u64, k: u32) -> u64 {
     (seed & SUMO_SEED_MAX) | EVALUATION_BIT
 }
 
+/// Returns the evaluation seed that a number stands for, before [`at_point`]: the number itself where it is one, as manifests
+/// have them, else one of its own for every number below 2^30; `None` for a number that is too large.
+pub fn evaluation_of(number: u64) -> Option<u64> {
+    (number <= SUMO_SEED_MAX).then_some(number | EVALUATION_BIT)
+}
+
 /// Returns the seed that an evaluation episode has on a point MDP, which vehicles and simulator get:
 /// the same for every method there, another on every other point MDP, so that their noise is
 /// independent and averages out over the family. An evaluation seed stays one.
@@ -108,6 +114,13 @@ mod tests {
             let at_point = at_point(evaluation(base, k), "p");
             prop_assert!(at_point <= SUMO_SEED_MAX && training(base, k) <= SUMO_SEED_MAX);
         }
+    }
+
+    #[test]
+    fn a_number_stands_for_an_evaluation_seed() {
+        assert_eq!(evaluation_of(7), Some(EVALUATION_BIT + 7));
+        assert_eq!(evaluation_of(evaluation(0, 3)), Some(evaluation(0, 3)));
+        assert_eq!(evaluation_of(SUMO_SEED_MAX + 1), None);
     }
 
     #[test]

@@ -69,8 +69,7 @@ pub(super) fn levels(data: &Analysis) -> Option<Figure> {
         format!("{}: {}", label(data, m), parts.join(", "))
     }));
     let title = "Level of service by method";
-    let svg = canvas.finish("level-of-service", title, &description);
-    (!methods.is_empty()).then_some(Figure { name: "level-of-service", svg })
+    (!methods.is_empty()).then(|| canvas.figure("level-of-service", title, &description))
 }
 
 /// Returns the share of the family at each level under a method.

@@ -92,5 +92,5 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
         .collect();
     let title =
         format!("Map of {} under {}", format::count(dots.len(), "intersection"), best.method);
-    Some(Figure { name: "map", svg: canvas.finish("map", &title, &counts.join("; ")) })
+    Some(canvas.figure("map", &title, &counts.join("; ")))
 }

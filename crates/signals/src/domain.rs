@@ -12,10 +12,11 @@ use super::control::registry::METHODS;
 use super::controllers::{create, setup};
 use super::effort::effort;
 use super::env::World;
-use super::environment::{environment, folder_of, planned_world};
+use super::environment::{environment, folder_of, planned_demand, planned_world};
 use super::error::TrafficError;
 use super::held::Held;
 use super::network_files::GENERATED;
+use super::own::external::VehiclesOf;
 use super::own::{Create, Own, Play};
 use super::settings::Scenario;
 use super::settings::failure::failure;
@@ -25,7 +26,7 @@ use super::sim::libsumo::SumoSim;
 use super::sim::lights::signals_in;
 use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
 use basics::files::FileError;
-use basics::hash::sha256_file;
+use basics::hash::{sha256, sha256_file};
 use evaluation::family::MdpFamily;
 use evaluation::run::RunError;
 use evaluation::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
@@ -123,6 +124,19 @@ impl Traffic {
     }
 }
 
+/// Returns what tells the vehicles of an episode on a point MDP by their sha256.
+fn vehicles_of(point: &PointRow, prepared: &Path) -> Result<VehiclesOf, TrialError> {
+    if point.environment != GENERATED {
+        let reason = format!(
+            "the vehicles of {} are in its own files, so the table cannot say them; leave its column vehicles out",
+            point.point
+        );
+        return Err(TrialError::Input(reason.into()));
+    }
+    let demand = planned_demand(point, prepared).map_err(of_files)?;
+    Ok(Box::new(move |seed| sha256(demand.routes(seed).1.as_bytes())))
+}
+
 impl Domain for Traffic {
     fn name(&self) -> &'static str {
         Self::NAME
@@ -142,6 +156,10 @@ impl Domain for Traffic {
 
     fn volume(&self) -> Option<&'static str> {
         Some("inflow_vph")
+    }
+
+    fn episode_sections(&self) -> &'static [&'static str] {
+        &["demand"]
     }
 
     fn methods(&self) -> &[Method] {
@@ -169,7 +187,8 @@ impl Domain for Traffic {
         seed: u64,
     ) -> Result<Box<dyn Trial>, TrialError> {
         if let Some(Own { play: Play::External(scores), .. }) = self.own_of(method) {
-            return Ok(Box::new(scores.trial(&site.point.point)));
+            let vehicles = scores.has_vehicles().then(|| vehicles_of(site.point, site.prepared));
+            return Ok(Box::new(scores.trial(&site.point.point, vehicles.transpose()?)));
         }
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let own = method == program::METHOD.name;

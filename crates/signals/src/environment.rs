@@ -165,6 +165,19 @@ pub fn planned_world(
     Ok((World { existing, ..generated_world(&files)? }, held))
 }
 
+/// Returns the demand of a planned point MDP after checking that its file is that of the plan.
+///
+/// # Errors
+///
+/// [`TrafficError::Altered`] when it is not, and whatever makes it unreadable.
+pub fn planned_demand(point: &PointRow, networks: &Path) -> Result<DemandSpec, TrafficError> {
+    let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
+    let name = files.demand.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut held = Held::default();
+    held.add(&files.demand, point.sha256.get(&name))?;
+    Ok(DemandSpec::read(&files.demand)?)
+}
+
 /// Returns the sha256 of a SUMO configuration and of every file that SUMO reads with it, by its name as seen from the
 /// folder of the configuration.
 ///

@@ -90,6 +90,10 @@ pub struct RunArgs {
     /// Evaluation episodes per task, the same for all methods [default: those of the run that is in --out, else 5]
     #[arg(long, value_name = "K", value_parser = from_one_to::<MOST_EVALUATION_SEEDS>)]
     pub eval_seeds: Option<NonZeroU32>,
+    /// Evaluation seeds, in place of those that follow from --seed: a whole number per line; the page and the manifest of a
+    /// run have its seeds
+    #[arg(long, value_name = "FILE", conflicts_with = "eval_seeds")]
+    pub seeds: Option<PathBuf>,
     /// Where tasks run: on this machine, in a job array of Slurm, or in scripts that another program starts
     #[arg(long, value_enum, default_value_t = Executes::Local)]
     pub executor: Executes,

@@ -17,6 +17,7 @@ pub mod estimator;
 mod evidence;
 mod extent;
 mod failing;
+pub mod joined;
 mod measures;
 mod method;
 mod naming;

@@ -263,7 +263,8 @@ fn with_a_record(results: &Results, is_such: impl Fn(&Record) -> bool) -> BTreeS
     methods.into_iter().map(str::to_owned).collect()
 }
 
-fn learns(record: &Record) -> bool {
+/// Whether a record is of a method that learns.
+pub(super) fn learns(record: &Record) -> bool {
     let diverged = record.summary.reason.as_ref().is_some_and(|r| r.starts_with(DIVERGED));
     diverged || record.training().any(|row| row.metrics.contains_key(RETURN))
 }

@@ -85,8 +85,7 @@ pub(super) fn by_feature(data: &Report) -> Option<Figure> {
         features.iter().map(|(_, f)| format::feature_label(f)).collect::<Vec<_>>().join(", "),
         methods.iter().map(|m| m.method.as_str()).collect::<Vec<_>>().join(", "),
     );
-    let svg = canvas.finish("context", "Score by context feature", &description);
-    Some(Figure { name: "context", svg })
+    Some(canvas.figure("context", "Score by context feature", &description))
 }
 
 /// Returns a canvas with the legend, and where the panels begin.

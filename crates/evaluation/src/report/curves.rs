@@ -13,6 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::csv::{self, number};
 use super::figure::{Figure, WIDTH};
 use super::figures::{color, dash, sentence, widest_name};
 use super::scale::Scale;
@@ -113,10 +114,34 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
             }
         }
     }));
-    Some(Figure {
-        name: "learning",
-        svg: canvas.finish("learning", "Learning curves", &description),
-    })
+    Some(canvas.figure("learning", "Learning curves", &description))
+}
+
+/// Returns `learning.csv`, what the figure shows: a row per learner and row of training, with the objective, the return and
+/// the loss, each with its band; `None` without learners. A cell is empty where nothing was measured.
+pub(super) fn table(data: &Report) -> Option<String> {
+    let common = common_points(data);
+    let curves: Vec<Curve> = drawn(data).iter().filter_map(|m| curve(data, m, &common)).collect();
+    let names = |name: &str| [name.to_owned(), format!("{name}_low"), format!("{name}_high")];
+    let objective = match Scale::of(data) {
+        Scale::Value => data.manifest.identity.objective.clone(),
+        Scale::Ratio => "score".to_owned(),
+    };
+    let mut header = ["method", "row", "trainings"].map(str::to_owned).to_vec();
+    header.extend([objective.as_str(), "return", "loss"].into_iter().flat_map(names));
+    let rows = curves.iter().flat_map(|c| {
+        let traces = TRACES.map(|trace| traces::bands(data, &c.trainings, &trace));
+        (0..c.mean.len()).map(move |row| {
+            let of_traces = traces.iter().map(|bands| bands.get(row).copied().flatten());
+            let bands = [Some([c.mean[row], c.low[row], c.high[row]])].into_iter().chain(of_traces);
+            let cells =
+                bands.flat_map(|band| (0..3).map(move |i| number(band.map(|band| band[i]))));
+            let first =
+                [c.method.method.clone(), (row + 1).to_string(), c.trainings.len().to_string()];
+            first.into_iter().chain(cells).collect()
+        })
+    });
+    (!curves.is_empty()).then(|| csv::table(&header, rows))
 }
 
 /// Draws a row per learner: its objective with its band, the others in grey, then its return and loss.

@@ -130,8 +130,8 @@ pub(super) fn overall(data: &Report) -> Option<Figure> {
     }
     let description =
         sentence(methods.iter().map(|m| format!("{} {}", label(data, m), with_interval(m))));
-    let svg = canvas.finish("overall", "Overall performance of every method", &description);
-    (!methods.is_empty()).then_some(Figure { name: "overall", svg })
+    let title = "Overall performance of every method";
+    (!methods.is_empty()).then(|| canvas.figure("overall", title, &description))
 }
 
 /// Draws an estimate with its interval; what lies beyond the limit becomes an arrow at the edge.
@@ -229,7 +229,7 @@ pub(super) fn distribution(data: &Report) -> Option<Figure> {
         format!("{name}: {worse}beyond the axis {}", h.over)
     }));
     let title = "Distribution of scores over point MDPs";
-    Some(Figure { name: "distribution", svg: canvas.finish("distribution", title, &description) })
+    Some(canvas.figure("distribution", title, &description))
 }
 
 /// Returns on how many point MDPs a method is worse than what scores are divided by; `None` where that is nothing.

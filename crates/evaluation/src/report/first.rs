@@ -336,7 +336,8 @@ fn basis(data: &Report, best: &MethodSummary) -> String {
         false => format!("; so far results of {} on {}", best.method, best.points),
     };
     let conditions = data.sections.says(About::Conditions, data).unwrap_or_default();
-    format!("{points} of {}{stands}, {seeds} each{so_far}.{conditions}", identity.scenario)
+    let (scenario, simulator) = (&identity.scenario, &identity.simulator);
+    format!("{points} of {scenario}{stands}, {seeds} each, with {simulator}{so_far}.{conditions}")
 }
 
 /// Says what a sample has too much or too little of.

@@ -2,7 +2,7 @@
 
 use super::figures::shown;
 use super::format;
-use super::plain_table::plain_table;
+use super::plain_table::Cells;
 use super::whole::Report;
 use crate::analysis::{Estimated, MethodSummary};
 use crate::stats::Direction;
@@ -11,21 +11,22 @@ use crate::stats::Direction;
 const EQUAL: f64 = 0.005;
 
 /// Returns the further summaries of the methods that have an estimate, in the order of the ranking.
-pub(super) fn table(data: &Report) -> String {
+pub(super) fn table(data: &Report) -> Cells {
     let rows = data.methods.iter().filter(|m| m.overall.is_some()).map(|m| row(data, m));
     let of_scores: &[&str] = match data.reference.is_none() {
         true => &["median"],
         false => &["ratio", "median", "geometric"],
     };
-    let header: Vec<&str> = ["method"]
+    let header: Vec<String> = ["method"]
         .into_iter()
         .chain(of_scores.iter().copied())
         .chain(data.regimes.iter().map(|regime| regime.short))
         .chain(data.shares.iter().map(|share| share.short))
         .chain(["worst"])
+        .map(str::to_owned)
         .collect();
     let right: Vec<usize> = (1..header.len()).collect();
-    plain_table(&header, &right, rows.collect())
+    Cells { header, right, rows: rows.collect() }
 }
 
 /// Returns what the columns of the table mean, a line or two.

@@ -12,10 +12,10 @@ use super::figures::{label, shown};
 use super::first::{Answer, answers};
 use super::headline::{headline, lead};
 use super::page::render;
-use super::provenance::{hashes, provenance};
+use super::provenance::{CITATIONS, hashes, provenance, settings};
 use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
-use super::whole::Report;
+use super::whole::{Report, Runs};
 use super::words::Words;
 use super::{all, format, further, narrow, sure, text};
 use crate::analysis::{
@@ -55,6 +55,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
     let [_, reported] = data.sections.training_columns();
     context! {
         headline => headline(data),
+        runs => data.runs.as_ref().map(runs),
         answers => answers(data).iter().map(answer).collect::<Vec<_>>(),
         lead => lead(data),
         warnings => text::warnings(data),
@@ -90,6 +91,12 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         missing => data.missing(),
         ..merge_maps([words(data), said(data, parts), run(data)])
     }
+}
+
+/// Returns the runs that are compared, and what differs between them.
+fn runs(runs: &Runs) -> Value {
+    let names: Vec<&str> = runs.sources.iter().map(|(name, ..)| name.as_str()).collect();
+    context! { names => names.join(", "), differences => runs.differences.clone() }
 }
 
 /// Returns a question with its answer.
@@ -181,9 +188,9 @@ fn run(data: &Report) -> Value {
         replicated => identity.replicated.join(", "),
         resamples => identity.sample.resamples(RESAMPLES),
         provenance => provenance(data),
-        settings => serde_json::to_string_pretty(&identity.settings)
-            .expect("JSON read from a manifest can be written"),
+        settings => settings(data),
         hashes => hashes(data),
+        cite => CITATIONS.trim_end(),
         files => data.sections.tables(data),
     }
 }

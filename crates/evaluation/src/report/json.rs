@@ -1,14 +1,36 @@
 //! A method as `--json` prints it.
 
-use serde_json::{Map, Value};
+use std::sync::Arc;
 
-use super::whole::Report;
+use serde_json::{Map, Value, json};
+
+use super::whole::{Report, Runs};
 use crate::analysis::{Estimated, MethodSummary};
+use crate::store::manifest::Manifest;
 
 impl Report {
     /// Returns the methods as `--json` prints them, best first; `null` is what is not known.
     pub fn json_rows(&self) -> Vec<Map<String, Value>> {
         self.methods.iter().map(|m| json_row(self, m)).collect()
+    }
+}
+
+impl Runs {
+    /// Returns the runs that are compared as `--json` prints them.
+    pub fn json(&self) -> Value {
+        let run = |(name, path, manifest): &(String, String, Arc<Manifest>)| {
+            let (i, p) = (&manifest.identity, &manifest.provenance);
+            json!({
+                "run": name,
+                "path": path,
+                "simulator": i.simulator,
+                "tsc_family": i.tsc_family,
+                "git": p.git,
+                "manifest": manifest.sha256(),
+            })
+        };
+        let runs: Vec<Value> = self.sources.iter().map(run).collect();
+        json!({"event": "compare", "runs": runs, "differences": self.differences})
     }
 }
 

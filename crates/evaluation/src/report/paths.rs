@@ -21,10 +21,14 @@ pub struct ReportPaths {
     pub profiles: PathBuf,
     /// `DIR/report/training.csv`; there when a method learned.
     pub training: Option<PathBuf>,
+    /// `DIR/report/learning.csv`, the learning curves; there when a method learned.
+    pub learning: Option<PathBuf>,
+    /// `DIR/report/*.tex`: tables in LaTeX.
+    pub latex: Vec<PathBuf>,
     /// What the domain adds.
     pub further: Vec<PathBuf>,
     /// What people should know of that, such as why a file is missing.
     pub notes: Vec<String>,
-    /// `DIR/report/*.svg`.
+    /// `DIR/report/*.svg`; beside each are a `.pdf` and a `.pgf`.
     pub figures: Vec<PathBuf>,
 }

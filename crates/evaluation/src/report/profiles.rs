@@ -19,15 +19,15 @@ const STEP_PX: f64 = 0.75;
 
 /// Draws the profiles of all methods that are ranked; `None` without two.
 pub(super) fn profiles(data: &Report) -> Option<Figure> {
-    Some(Figure { name: "profiles", svg: drawing(data, WIDTH, "profiles")? })
+    drawing(data, WIDTH, "profiles")
 }
 
 /// Draws the same for narrow screens.
 pub(super) fn narrow(data: &Report) -> Option<String> {
-    drawing(data, NARROW_PX, "profiles-narrow")
+    drawing(data, NARROW_PX, "profiles-narrow").map(|figure| figure.svg)
 }
 
-fn drawing(data: &Report, width: f64, id: &str) -> Option<String> {
+fn drawing(data: &Report, width: f64, name: &'static str) -> Option<Figure> {
     let all = &data.comparison.profiles;
     // That of what scores are divided by is the dashed line.
     let shown: Vec<(&MethodSummary, &Profile)> =
@@ -68,7 +68,7 @@ fn drawing(data: &Report, width: f64, id: &str) -> Option<String> {
         canvas.polyline(corners, color(data, m), 2.2, dash(data, m));
     }
     let description = sentence(shown.iter().map(|(m, p)| described(data, m, p)));
-    Some(canvas.finish(id, "Performance profiles", &description))
+    Some(canvas.figure(name, "Performance profiles", &description))
 }
 
 /// Says what the axis has.

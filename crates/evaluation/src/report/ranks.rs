@@ -25,15 +25,15 @@ const SIDE_PX: f64 = 14.0;
 /// Draws the table; `None` where nothing was resampled.
 pub(super) fn ranks(data: &Report) -> Option<Figure> {
     let left = widest_name(data) + 20.0;
-    Some(Figure { name: "ranks", svg: drawing(data, WIDTH, left, "ranks")? })
+    drawing(data, WIDTH, left, "ranks")
 }
 
 /// Draws it for narrow screens, the names above their cells.
 pub(super) fn narrow(data: &Report) -> Option<String> {
-    drawing(data, NARROW_PX, SIDE_PX, "ranks-narrow")
+    drawing(data, NARROW_PX, SIDE_PX, "ranks-narrow").map(|figure| figure.svg)
 }
 
-fn drawing(data: &Report, width: f64, left: f64, id: &str) -> Option<String> {
+fn drawing(data: &Report, width: f64, left: f64, name: &'static str) -> Option<Figure> {
     let ranks = data.comparison.ranks.as_ref()?;
     let places = ranks.len() as f64;
     let beside = left > SIDE_PX;
@@ -78,7 +78,7 @@ fn drawing(data: &Report, width: f64, left: f64, id: &str) -> Option<String> {
         let likely = likely.map(|(place, p)| format!("place {} {}%", place + 1, percent(*p)));
         format!("{}: {}", label(data, m), likely.collect::<Vec<_>>().join(", "))
     }));
-    Some(canvas.finish(id, "Probability of every place", &description))
+    Some(canvas.figure(name, "Probability of every place", &description))
 }
 
 /// Returns a probability in per cent without its sign; more than nothing is never "0", less than all never "100".

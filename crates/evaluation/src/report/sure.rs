@@ -6,6 +6,7 @@ use super::error::ReportError;
 use super::figure::Figure;
 use super::figures::{label, shown};
 use super::page::render;
+use super::plain_table::Cells;
 use super::whole::Report;
 use super::{format, profiles, ranks, text};
 use crate::analysis::{Decided, FEWEST_TO_DOMINATE, Pair};
@@ -94,6 +95,35 @@ fn row(data: &Report, p: &Pair) -> Value {
         is_decided => matches!(p.decided(), Decided::First | Decided::Second),
         dominance,
     }
+}
+
+/// Returns all pairs with their differences, for papers; `None` where there are none.
+pub(super) fn pairs(data: &Report) -> Option<Cells> {
+    let name = |m: usize| shown(data, &data.methods[m].method);
+    let dash = || "-".to_owned();
+    let share =
+        |(low, high): (f64, f64)| format!("{} to {}", format::percent(low), format::percent(high));
+    let row = |p: &Pair| {
+        vec![
+            name(p.first),
+            name(p.second),
+            format::score_within(p.ahead.value, p.ahead.interval),
+            p.ahead.interval.map_or_else(dash, format::interval),
+            format::percent(p.improvement.value),
+            p.improvement.interval.map_or_else(dash, share),
+            match p.decided() {
+                Decided::First => name(p.first),
+                Decided::Second => name(p.second),
+                Decided::Open => "open".to_owned(),
+                Decided::Unknown => dash(),
+            },
+        ]
+    };
+    let rows: Vec<Vec<String>> = data.comparison.pairs.iter().map(row).collect();
+    let header =
+        ["method", "other", "ahead by", "95% interval", "improvement", "95% interval", "better"];
+    let header = header.map(str::to_owned).to_vec();
+    (!rows.is_empty()).then(|| Cells { header, right: (2..6).collect(), rows })
 }
 
 /// Says who is first and how sure that is, and which pairs are open.

@@ -2,10 +2,10 @@
 
 use super::divisor::baseline_in_full;
 use super::figures::shown;
-use super::plain_table::plain_table;
+use super::plain_table::Cells;
 use super::whole::Report;
 use super::{format, further, policies, rests};
-use crate::analysis::MethodSummary;
+use crate::analysis::{LearnerSummary, MethodSummary};
 
 /// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
 /// ranked, all of them on the point MDPs that they have in common; [`notes`] belong below it.
@@ -20,13 +20,17 @@ pub fn table(data: &Report) -> String {
         };
         text.push_str(&format!("Scores against {}{not}:\n\n", data.reference.name));
     }
-    text.push_str(&ranking(data, &data.methods, data.points.len()));
+    text.push_str(&ranking(data, &data.methods, data.points.len()).plain());
     if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
-        text.push_str(&format!("\n\n{}\n\n{}", further::legend(data), further::table(data)));
+        text.push_str(&format!(
+            "\n\n{}\n\n{}",
+            further::legend(data),
+            further::table(data).plain()
+        ));
     }
     if let Some(common) = &data.common {
         text.push_str(&format!("\n\n{}\n\n", common_title(data)));
-        text.push_str(&ranking(data, &common.methods, common.points));
+        text.push_str(&ranking(data, &common.methods, common.points).plain());
     }
     text
 }
@@ -38,15 +42,55 @@ pub(super) fn common_title(data: &Report) -> String {
     format!("On the {n} that all {} methods with results finished:", common.methods.len())
 }
 
-fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -> String {
-    let objective = data.words.column();
-    let mut header = vec!["rank", "method", "score", "95% interval"];
+/// Returns the ranking of methods over some point MDPs.
+pub(super) fn ranking(data: &Report, methods: &[MethodSummary], points: usize) -> Cells {
+    let mut header = ["rank", "method", "score", "95% interval"].map(str::to_owned).to_vec();
     // Without a reference the score is the objective.
-    header.extend((!data.reference.is_none()).then_some(objective.as_str()));
-    header.extend(["worst", "points", "failed"]);
+    header.extend((!data.reference.is_none()).then(|| data.words.column()));
+    header.extend(["worst", "points", "failed"].map(str::to_owned));
     let right: Vec<usize> = (0..header.len()).filter(|column| *column != 1).collect();
-    let rows = methods.iter().map(|m| row(data, m, points)).collect();
-    plain_table(&header, &right, rows)
+    Cells { header, right, rows: methods.iter().map(|m| row(data, m, points)).collect() }
+}
+
+/// Returns the learners with their trainings; `None` without learners.
+pub(super) fn trainings(data: &Report) -> Option<Cells> {
+    let score = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), format::score);
+    let learners = data.learners();
+    let [_, [best, last]] = data.sections.training_columns();
+    let rows = format!("{}s", data.words.row);
+    let header = [
+        "learner",
+        "trainings",
+        "failed",
+        rows.as_str(),
+        "score",
+        "last policy",
+        best,
+        last,
+        "median",
+        "worst",
+        "time",
+    ];
+    let row = |l: &LearnerSummary<'_>| {
+        vec![
+            shown(data, &l.method.method),
+            format!("{}/{}", l.scored, l.planned),
+            l.failed.to_string(),
+            l.episodes.to_string(),
+            l.method
+                .overall
+                .map_or_else(|| "-".to_owned(), |v| format::score_within(v, l.method.interval)),
+            score(l.last_policy),
+            score(l.best_episode),
+            score(l.last_episodes),
+            score(l.median),
+            score(l.worst),
+            l.wall_s.map_or_else(|| "-".to_owned(), format::duration),
+        ]
+    };
+    let rows: Vec<Vec<String>> = learners.iter().map(row).collect();
+    let header: Vec<String> = header.map(str::to_owned).to_vec();
+    (!rows.is_empty()).then(|| Cells { right: (1..header.len()).collect(), header, rows })
 }
 
 fn row(data: &Report, m: &MethodSummary, points: usize) -> Vec<String> {
@@ -84,7 +128,8 @@ pub fn notes(data: &Report) -> Vec<String> {
         let count = format::count(evaluated, "warning");
         notes.push(format!("{count} on what was evaluated: the page has them beside the ranking."));
     }
-    notes.extend(data.results.builds().warning());
+    // A comparison says first which builds there are.
+    notes.extend(data.results.builds().warning().filter(|_| data.runs.is_none()));
     notes.extend(further::disagreements(data));
     notes.extend(rests::sentence(data));
     notes.extend(policies::sentences(data));
@@ -166,6 +211,14 @@ pub(super) fn warnings(data: &Report) -> Vec<String> {
                 .to_owned(),
         );
     }
+    if !data.unpaired.is_empty() {
+        notes.push(format!(
+            "Measured elsewhere, and nothing shows that it was on the same {}: {}. Comparisons with it are unpaired; a column \
+             `vehicles` with the sha256 that `tsc-family routes` says makes them paired.",
+            data.words.met,
+            data.unpaired.iter().cloned().collect::<Vec<_>>().join(", ")
+        ));
+    }
     notes.extend(luck(data));
     notes.extend(data.methods.iter().filter_map(untuned));
     notes
@@ -183,6 +236,9 @@ fn untuned(m: &MethodSummary) -> Option<String> {
 
 /// Says how a sample has grown, and whether it says enough; `None` where it does not grow.
 pub fn growth(data: &Report) -> Option<String> {
+    if data.runs.is_some() {
+        return None;
+    }
     // What was asked for is of scores relative to the baseline.
     let standing = data.standing().filter(|_| data.reference.is_baseline)?;
     let growth = data.manifest.identity.sample.growth.as_ref()?;

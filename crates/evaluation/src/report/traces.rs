@@ -51,7 +51,7 @@ fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
 }
 
 /// Returns the mean and the band of a figure, one per episode.
-fn bands(data: &Report, trainings: &[&TrainingSummary], trace: &Trace) -> Vec<Band> {
+pub(super) fn bands(data: &Report, trainings: &[&TrainingSummary], trace: &Trace) -> Vec<Band> {
     let with_values =
         || trainings.iter().filter(|t| (trace.of)(t).iter().any(Option::is_some)).copied();
     let episodes = with_values().map(|t| (trace.of)(t).len()).max().unwrap_or(0);

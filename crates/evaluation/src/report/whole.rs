@@ -1,12 +1,16 @@
 //! A report before it is written: what records say, and what their domain adds.
 
 use std::ops::Deref;
+use std::sync::Arc;
 
+use super::runs::differences;
 use super::sections::Sections;
 use super::titles::{differ, with_id};
 use super::words::Words;
+use crate::analysis::joined::{Joined, Source};
 use crate::analysis::{Analysis, AnalysisError};
 use crate::stats::Limit;
+use crate::store::manifest::Manifest;
 use crate::store::results::Results;
 
 /// A report before it is written.
@@ -18,7 +22,18 @@ pub struct Report {
     pub words: Words,
     /// What the domain adds.
     pub sections: Box<dyn Sections>,
+    /// What it compares, where it is of several runs.
+    pub runs: Option<Runs>,
     titles: Vec<String>,
+}
+
+/// The runs that a report compares.
+#[derive(Debug)]
+pub struct Runs {
+    /// What they are called, their paths, and the settings of each.
+    pub(super) sources: Vec<(String, String, Arc<Manifest>)>,
+    /// What differs between them, and how much that matters, a sentence each.
+    pub differences: Vec<String>,
 }
 
 impl Deref for Report {
@@ -48,6 +63,16 @@ impl Report {
         Ok(Self::of(Analysis::against(results, method, sections.measures())?, sections))
     }
 
+    /// Returns a report that compares several runs.
+    pub fn joined(joined: Joined, sections: Box<dyn Sections>) -> Self {
+        let mut report = Self::new(&joined.results, sections);
+        let differences = differences(&report, &joined);
+        let of = |s: Source| (s.name, s.path, s.results.manifest);
+        let sources = joined.sources.into_iter().map(of).collect();
+        report.runs = Some(Runs { sources, differences });
+        report
+    }
+
     /// Sets what a failure is, instead of what the domain counts as one.
     ///
     /// # Errors
@@ -62,7 +87,7 @@ impl Report {
         analysis.failure = sections.failure();
         let words = sections.words(&analysis.manifest.identity.objective);
         let titles = analysis.points.iter().map(|p| sections.title(&p.row)).collect();
-        Self { analysis, words, sections, titles }
+        Self { analysis, words, sections, titles, runs: None }
     }
 
     /// Says which direction is better.

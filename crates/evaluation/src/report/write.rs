@@ -4,8 +4,11 @@ use std::path::Path;
 
 use super::error::ReportError;
 use super::paths::ReportPaths;
+use super::plain_table::Cells;
 use super::whole::Report;
-use super::{compared, context, csv, curves, figures, html, profiles, ranks};
+use super::{
+    compared, context, csv, curves, figures, further, html, latex, profiles, ranks, sure, text,
+};
 use crate::store::Layout;
 use basics::files::{Streamed, make_folder_beneath, write_atomically};
 
@@ -58,12 +61,22 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         ranks: folder.join("ranks.csv"),
         profiles: folder.join("profiles.csv"),
         training: (!data.trainings.is_empty()).then(|| folder.join("training.csv")),
+        learning: None,
+        latex: Vec::new(),
         figures: Vec::new(),
     };
     for figure in &figures {
-        let path = folder.join(format!("{}.svg", figure.name));
-        write_atomically(&path, figure.svg.as_bytes())?;
-        paths.figures.push(path);
+        paths.figures.push(figure.write(&folder)?);
+    }
+    for (name, about, cells) in for_papers(data) {
+        let path = folder.join(name);
+        write_atomically(&path, latex::table(&about, &cells).as_bytes())?;
+        paths.latex.push(path);
+    }
+    if let Some(table) = curves::table(data) {
+        let path = folder.join("learning.csv");
+        write_atomically(&path, table.as_bytes())?;
+        paths.learning = Some(path);
     }
     csv::scores(data, Streamed::new(&paths.scores)?)?;
     write_atomically(&paths.summary, csv::summary(data).as_bytes())?;
@@ -77,6 +90,38 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;
     Ok(paths)
+}
+
+/// Returns the tables that are written in LaTeX: name of the file, what it is a table of, and its cells.
+fn for_papers(data: &Report) -> Vec<(&'static str, String, Cells)> {
+    let (of, relative) = (&data.manifest.identity.scenario, data.relative());
+    let noun = &data.words.noun;
+    let better = data.better();
+    let ranking = text::ranking(data, &data.methods, data.points.len());
+    let mut tables = vec![(
+        "ranking.tex",
+        format!("Methods on {of} by overall performance: {noun}{relative}; {better}"),
+        ranking,
+    )];
+    if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
+        let about = format!("Further summaries of the methods on {of}, of {noun}{relative}");
+        tables.push(("summaries.tex", about, further::table(data)));
+    }
+    let pairs = sure::pairs(data).map(|pairs| {
+        let about = format!(
+            "Methods on {of} two at a time: by how much one is ahead, and how often it is better"
+        );
+        ("pairs.tex", about, pairs)
+    });
+    let trainings = text::trainings(data).map(|trainings| {
+        (
+            "training.tex",
+            format!("Trainings of the learners on {of}, of {noun}{relative}"),
+            trainings,
+        )
+    });
+    tables.extend(pairs.into_iter().chain(trainings));
+    tables
 }
 
 #[cfg(test)]

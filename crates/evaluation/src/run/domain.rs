@@ -64,6 +64,12 @@ pub trait Domain: Sync {
         None
     }
 
+    /// Returns the sections of settings that decide what every method meets in an episode of a seed: with others, episodes of
+    /// one seed are not the same.
+    fn episode_sections(&self) -> &'static [&'static str] {
+        &["environment"]
+    }
+
     /// All methods, the baseline first.
     fn methods(&self) -> &[Method];
 

@@ -37,6 +37,8 @@ pub struct Request<'a> {
     pub base_seed: u64,
     /// Number of evaluation episodes.
     pub evaluation_seeds: u32,
+    /// Their seeds, before a point MDP is mixed in; `None` derives them from [`Self::base_seed`].
+    pub seeds: Option<&'a [u64]>,
     /// Independent trainings of the methods that tune or learn.
     pub replicates: u32,
     /// Methods whose records are computed again, in a results directory that has them.
@@ -59,6 +61,7 @@ impl<'a> Request<'a> {
             methods,
             base_seed: 0,
             evaluation_seeds: EVALUATION_SEEDS,
+            seeds: None,
             replicates: 1,
             replace: &[],
         }
@@ -199,6 +202,7 @@ pub fn complete(
     let controllers = controllers?;
     let column = |f: &Feature| FeatureColumn { name: f.name.clone(), unit: f.unit.clone() };
     let objective = request.domain.objective();
+    let derived = || evaluation_seeds(request.base_seed, request.evaluation_seeds);
     let identity = Identity {
         schema_version: SCHEMA_VERSION,
         domain: request.domain.name().to_owned(),
@@ -217,7 +221,7 @@ pub fn complete(
         replicates: if draft.replicated.is_empty() { 1 } else { request.replicates },
         replicated: draft.replicated.clone(),
         base_seed: request.base_seed,
-        evaluation_seeds: evaluation_seeds(request.base_seed, request.evaluation_seeds),
+        evaluation_seeds: request.seeds.map_or_else(derived, <[u64]>::to_vec),
     };
     let tasks = identity.tasks();
     Ok((Manifest { identity, provenance }, tasks))

@@ -236,6 +236,7 @@ pub(super) fn request<'a>(
         methods,
         base_seed: 0,
         evaluation_seeds,
+        seeds: None,
         replicates,
         replace: &[],
     }

@@ -30,6 +30,7 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
         differs("--methods", &there.methods.join(","), &now.methods.join(",")),
         differs("--seed", &there.base_seed, &now.base_seed),
         differs("--eval-seeds", &there.evaluation_seeds.len(), &now.evaluation_seeds.len()),
+        seeds(there, now),
         differs("--replicates", &there.replicates, &now.replicates),
         differs("--budget", &there.sample.budget, &now.sample.budget),
         differs("--sampling", &written(there.sample.sampling), &written(now.sample.sampling)),
@@ -50,6 +51,12 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
     Some(rest.unwrap_or_else(|| {
         "it was planned by a version of tsc-family that chooses otherwise".to_owned()
     }))
+}
+
+/// Returns how evaluation seeds differ where as many are given in a file.
+fn seeds(there: &Identity, now: &Identity) -> Option<String> {
+    let other = there.evaluation_seeds.iter().zip(&now.evaluation_seeds).find(|(a, b)| a != b);
+    other.map(|(a, b)| format!("an evaluation seed (--seeds) is {a} there and {b} now"))
 }
 
 /// Returns what differs in how samples grow.
@@ -106,7 +113,7 @@ fn settings(there: &Value, now: &Value) -> Option<String> {
 }
 
 /// Returns the values of a tree by their dotted names.
-fn flat(value: &Value) -> BTreeMap<String, Value> {
+pub fn flat(value: &Value) -> BTreeMap<String, Value> {
     fn gather(above: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
         match value {
             Value::Object(inner) => {

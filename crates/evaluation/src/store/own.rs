@@ -4,6 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+/// What a record of scores from elsewhere says of its vehicles where their sha256 was that of the run's, in the detail
+/// `vehicles`.
+pub const SAME_VEHICLES: &str = "those of the run, by their sha256";
+
 /// What a method of somebody's own is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -3,13 +3,14 @@
 //! The first line is the [`Summary`], then follows one [`Row`] per episode of training, validation and
 //! evaluation. Wall-clock values stand apart: the checksum and every comparison leave them out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::figures::LAST_PREFIX;
 use super::manifest::Task;
 pub use super::metrics::Metrics;
 use super::opaque::Opaque;
@@ -182,6 +183,33 @@ impl Record {
         moved.summary.task = task.task;
         manifest.clone_into(&mut moved.summary.manifest);
         moved.sealed()
+    }
+
+    /// Returns the record as that of a task of a comparison, with the evaluation episodes of some seeds alone. What is made
+    /// of all episodes together is left out, where some are.
+    ///
+    /// # Arguments
+    ///
+    /// * `seeds` — as rows have them.
+    pub(crate) fn on_seeds(&self, task: &Task, seeds: &BTreeSet<u64>) -> Self {
+        let mut record = self.clone();
+        (record.summary.task, record.summary.method) = (task.task, task.method.to_string());
+        let of_evaluation = |row: &Row| matches!(row.kind, RowKind::Evaluation | RowKind::Last);
+        record.rows.retain(|row| !of_evaluation(row) || seeds.contains(&row.seed));
+        if record.rows.len() < self.rows.len() {
+            let means = mean_metrics(&record.rows);
+            // Where the last policy is the evaluated one, its rows are those of the evaluation.
+            let last = Some(means_of(&record.rows, RowKind::Last)).filter(|last| !last.is_empty());
+            for (name, mean) in last.as_ref().unwrap_or(&means).iter() {
+                let name = format!("{LAST_PREFIX}{name}");
+                if record.summary.metrics.contains_key(&name) {
+                    record.summary.metrics.insert(name, *mean);
+                }
+            }
+            record.summary.metrics.extend(means);
+            record.summary.parts = Opaque::default();
+        }
+        record.sealed()
     }
 
     fn sealed(mut self) -> Self {

@@ -111,6 +111,18 @@ impl Results {
         Some(Self { manifest: Arc::new(manifest), sha256, design, dropped, plan, records })
     }
 
+    /// Returns other tasks on the same point MDPs, with what is known of their family.
+    ///
+    /// # Arguments
+    ///
+    /// * `rows` — tasks of a point MDP follow one another.
+    pub(crate) fn with(&self, manifest: Manifest, rows: Vec<(Task, Option<Arc<Record>>)>) -> Self {
+        let (plan, records) = rows.into_iter().unzip();
+        let design = self.design.clone();
+        let (manifest, dropped) = (Arc::new(manifest), Vec::new());
+        Self { manifest, sha256: String::new(), design, dropped, plan, records }
+    }
+
     /// Returns all tasks.
     pub fn plan(&self) -> &[Task] {
         &self.plan

@@ -12,6 +12,7 @@ use evaluation::family::MdpFamily;
 use evaluation::run::domain::Course;
 use evaluation::run::domain::Trial;
 use evaluation::run::fault::TrialError;
+use evaluation::store::own::SAME_VEHICLES;
 use evaluation::store::record::Metrics;
 
 /// Column of the point MDP.
@@ -20,8 +21,13 @@ const POINT: &str = "point";
 const SEED: &str = "seed";
 /// Column of the number of the evaluation episode, from 0, in place of its seed.
 const EPISODE: &str = "episode";
+/// Column of the sha256 of an episode's vehicles, as `tsc-family routes` says it.
+const VEHICLES: &str = "vehicles";
 /// Column of the objective.
 const DELAY: &str = "delay_s";
+
+/// Returns the sha256 of the vehicles that an episode of a seed has.
+pub type VehiclesOf = Box<dyn Fn(u64) -> String + Send>;
 
 /// Which episode a row is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,18 +38,26 @@ enum Which {
     Episode(u64),
 }
 
+/// What was measured in an episode, and the sha256 of its vehicles where the table has it.
+#[derive(Debug, Clone, PartialEq)]
+struct Measured {
+    metrics: Metrics,
+    vehicles: Option<String>,
+}
+
 /// A table of scores.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scores {
-    rows: BTreeMap<String, BTreeMap<Which, Metrics>>,
+    rows: BTreeMap<String, BTreeMap<Which, Measured>>,
     /// Line on which each point MDP is first.
     lines: BTreeMap<String, u64>,
     has_seeds: bool,
+    has_vehicles: bool,
 }
 
 impl Scores {
-    /// Reads a table with the columns `point`, `delay_s` and either `seed` or `episode`; further columns are metrics,
-    /// with names like ours where they mean the same.
+    /// Reads a table with the columns `point`, `delay_s` and either `seed` or `episode`; beside `seed`, `vehicles` may have
+    /// the sha256 of the vehicles. Further columns are metrics, with names like ours where they mean the same.
     ///
     /// # Errors
     ///
@@ -77,17 +91,24 @@ impl Scores {
             (None, Some(episode)) => (episode, false),
             _ => return Err(at(line, format!("give one column of {SEED} and {EPISODE}"))),
         };
+        let vehicles = column(VEHICLES);
+        if vehicles.is_some() && !has_seeds {
+            return Err(at(
+                line,
+                format!("{VEHICLES} needs the column {SEED}: they are those of a seed"),
+            ));
+        }
         let mut twice = BTreeSet::new();
         if let Some(name) = headers.iter().find(|name| !twice.insert(*name)) {
             return Err(at(line, format!("the column {name:?} is there twice")));
         }
-        let mut rows: BTreeMap<String, BTreeMap<Which, Metrics>> = BTreeMap::new();
+        let mut rows: BTreeMap<String, BTreeMap<Which, Measured>> = BTreeMap::new();
         let mut lines = BTreeMap::new();
         while let Some(row) = sheet.next_row().map_err(|fault| at(fault.line, fault.message))? {
             let line = row.line;
             let mut metrics = Metrics::new();
-            for (i, name) in headers.iter().enumerate().filter(|(i, _)| ![point, which].contains(i))
-            {
+            let is_metric = |i: usize| ![Some(point), Some(which), vehicles].contains(&Some(i));
+            for (i, name) in headers.iter().enumerate().filter(|(i, _)| is_metric(*i)) {
                 match row.number(i) {
                     Ok(Some(value)) if is_usable(value) => {
                         metrics.insert(name.clone(), value);
@@ -109,10 +130,21 @@ impl Scores {
             let number: u64 = text.parse().map_err(|_| {
                 at(line, format!("{} is {text:?}, which is no whole number", headers[which]))
             })?;
+            let vehicles = vehicles.map(|i| row.text(i).to_lowercase());
+            let is_hash =
+                |text: &String| text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
+            if let Some(text) = vehicles.as_ref().filter(|text| !is_hash(text)) {
+                return Err(at(
+                    line,
+                    format!(
+                        "{VEHICLES} is {text:?}, which is no sha256; `tsc-family routes` says it"
+                    ),
+                ));
+            }
             let episode = if has_seeds { Which::Seed(number) } else { Which::Episode(number) };
             lines.entry(row.text(point).to_owned()).or_insert(line);
             let of_point = rows.entry(row.text(point).to_owned()).or_default();
-            if of_point.insert(episode, metrics).is_some() {
+            if of_point.insert(episode, Measured { metrics, vehicles }).is_some() {
                 let (point, name) = (row.text(point), &headers[which]);
                 return Err(at(line, format!("{point} has {name} {number} already")));
             }
@@ -120,7 +152,7 @@ impl Scores {
         if rows.is_empty() {
             return Err("it has no rows".to_owned());
         }
-        Ok(Self { rows, lines, has_seeds })
+        Ok(Self { rows, lines, has_seeds, has_vehicles: vehicles.is_some() })
     }
 
     /// Checks that all point MDPs of the table are of a family, and returns those of a sample that lack rows.
@@ -161,19 +193,29 @@ impl Scores {
         Ok(chosen.iter().copied().filter(|point| !has_all(point)).collect())
     }
 
+    /// Whether the table has the vehicles of every episode.
+    pub fn has_vehicles(&self) -> bool {
+        self.has_vehicles
+    }
+
     /// Returns the scores on a point MDP as a trial.
-    pub fn trial(&self, point: &str) -> ExternalTrial {
+    ///
+    /// # Arguments
+    ///
+    /// * `vehicles` — those of the run, which those of the table have to be; `None` compares nothing.
+    pub fn trial(&self, point: &str, vehicles: Option<VehiclesOf>) -> ExternalTrial {
         let rows = self.rows.get(point).cloned().unwrap_or_default();
-        ExternalTrial { point: point.to_owned(), rows, has_seeds: self.has_seeds, episode: 0 }
+        let (point, has_seeds) = (point.to_owned(), self.has_seeds);
+        ExternalTrial { point, rows, has_seeds, vehicles, episode: 0 }
     }
 }
 
 /// Scores on a point MDP; nothing is simulated.
-#[derive(Debug)]
 pub struct ExternalTrial {
     point: String,
-    rows: BTreeMap<Which, Metrics>,
+    rows: BTreeMap<Which, Measured>,
     has_seeds: bool,
+    vehicles: Option<VehiclesOf>,
     episode: u64,
 }
 
@@ -188,17 +230,30 @@ impl Trial for ExternalTrial {
             false => (Which::Episode(self.episode), format!("episode {}", self.episode)),
         };
         self.episode += 1;
-        self.rows.get(&which).cloned().ok_or_else(|| {
-            let point = &self.point;
+        let point = &self.point;
+        let found = self.rows.get(&which).cloned().ok_or_else(|| {
             TrialError::Input(format!("the table has no row of {point} with {words}").into())
-        })
+        })?;
+        if let (Some(of), Some(theirs)) = (&self.vehicles, &found.vehicles) {
+            let ours = of(seed);
+            if ours != *theirs {
+                return Err(TrialError::Input(
+                    format!(
+                        "the vehicles of {point} with {words} have the sha256 {theirs} in the table, but those of the run \
+                         {ours}; simulate what `tsc-family routes` writes with the settings of the run"
+                    )
+                    .into(),
+                ));
+            }
+        }
+        Ok(found.metrics)
     }
 
     fn details(&self) -> BTreeMap<String, String> {
-        let vehicles = if self.has_seeds { "those of the run's seeds" } else { "not known" };
+        let vehicles = if self.vehicles.is_some() { SAME_VEHICLES } else { "not known" };
         BTreeMap::from([
             ("measured".to_owned(), "elsewhere, not by this run".to_owned()),
-            ("vehicles".to_owned(), vehicles.to_owned()),
+            (VEHICLES.to_owned(), vehicles.to_owned()),
         ])
     }
 }
@@ -211,19 +266,41 @@ mod tests {
     #[test]
     fn rows_are_found_by_seed_or_by_the_number_of_the_episode() {
         let scores = Scores::parse(b"point,seed,delay_s,waiting_s\na,7,12.5,3\na,9,13,\n").unwrap();
-        let mut trial = scores.trial("a");
+        let mut trial = scores.trial("a", None);
         let first = trial.episode(7).unwrap();
         assert_eq!((first["delay_s"], first["waiting_s"]), (12.5, 3.0));
         assert!(!trial.episode(9).unwrap().contains_key("waiting_s"), "an empty cell is no 0");
         let e = trial.episode(8).unwrap_err().to_string();
         assert_eq!(e, "the table has no row of a with seed 8");
         let scores = Scores::parse(b"point;episode;delay_s\na;0;12,5\na;1;13\n").unwrap();
-        let mut trial = scores.trial("a");
+        let mut trial = scores.trial("a", None);
         assert_eq!(trial.episode(71).unwrap()["delay_s"], 12.5);
         assert_eq!(trial.episode(72).unwrap()["delay_s"], 13.0);
         let e = trial.episode(73).unwrap_err().to_string();
         assert_eq!(e, "the table has no row of a with episode 2");
-        assert!(scores.trial("b").episode(71).is_err());
+        assert!(scores.trial("b", None).episode(71).is_err());
+    }
+
+    #[test]
+    fn vehicles_are_those_of_the_run_or_the_task_fails() {
+        let (ours, others) = ("ab".repeat(32), "cd".repeat(32));
+        let table = format!(
+            "point,seed,delay_s,vehicles\na,7,12.5,{ours}\na,9,13,{}\n",
+            others.to_uppercase()
+        );
+        let scores = Scores::parse(table.as_bytes()).unwrap();
+        assert!(scores.has_vehicles());
+        let of = ours.clone();
+        let mut trial = scores.trial("a", Some(Box::new(move |_| of.clone())));
+        assert_eq!(trial.details()["vehicles"], SAME_VEHICLES);
+        let first = trial.episode(7).unwrap();
+        assert!(first.contains_key("delay_s") && !first.contains_key("vehicles"));
+        let e = trial.episode(9).unwrap_err().to_string();
+        assert!(
+            e.starts_with(&format!("the vehicles of a with seed 9 have the sha256 {others}")),
+            "{e}"
+        );
+        assert_eq!(scores.trial("a", None).details()["vehicles"], "not known");
     }
 
     #[test]
@@ -296,6 +373,14 @@ mod tests {
             (
                 "point,seed,delay_s,delay_s\na,1,2,3\n",
                 "line 1: the column \"delay_s\" is there twice",
+            ),
+            (
+                "point,seed,delay_s,vehicles\na,1,2,abc\n",
+                "line 2: vehicles is \"abc\", which is no sha256; `tsc-family routes` says it",
+            ),
+            (
+                "point,episode,delay_s,vehicles\na,1,2,abc\n",
+                "line 1: vehicles needs the column seed: they are those of a seed",
             ),
             ("point,seed,delay_s\n", "it has no rows"),
         ] {

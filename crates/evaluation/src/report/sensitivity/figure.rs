@@ -113,8 +113,7 @@ pub(super) fn draw(report: &SensitivityReport<'_>) -> Figure {
         format!("{}: {}", line.name, of.collect::<Vec<_>>().join(", "))
     });
     let title = "Overall performance of every method under other importance of the point MDPs";
-    let svg = canvas.finish("sensitivity", title, &sentence(described));
-    Figure { name: "sensitivity", svg }
+    canvas.figure("sensitivity", title, &sentence(described))
 }
 
 /// Returns the ends of the axis: those of the values, but where scores are relative no further than to a limit.

@@ -54,8 +54,7 @@ impl SensitivityReport<'_> {
                 None => remove(&path)?,
             }
         }
-        let drawing = folder.join(format!("{}.svg", figure.name));
-        write_atomically(&drawing, figure.svg.as_bytes())?;
+        figure.write(folder)?;
         let path = folder.join("index.html");
         write_atomically(&path, page.as_bytes())?;
         Ok(path)

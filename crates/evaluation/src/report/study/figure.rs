@@ -59,8 +59,7 @@ pub(super) fn by_budget(report: &StudyReport<'_>) -> Figure {
         panel(&mut canvas, report, method, area);
     }
     let description = methods.iter().map(|m| description(report, m)).collect::<Vec<_>>().join(" ");
-    let svg = canvas.finish("budget", "Estimates against the budget", &description);
-    Figure { name: "budget", svg }
+    canvas.figure("budget", "Estimates against the budget", &description)
 }
 
 /// Puts slots of these widths into rows; a row has positions of slots and where they begin.

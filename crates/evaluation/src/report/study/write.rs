@@ -7,7 +7,7 @@ use super::{csv, figure, page, stopping};
 use crate::report::error::ReportError;
 use basics::files::{make_folder, write_atomically};
 
-/// Writes `index.html`, `errors.csv` and `budget.svg`, and where runs that stop early were tried `stopping.csv`, into a folder; returns the page.
+/// Writes `index.html`, `errors.csv` and the figure `budget`, and where runs that stop early were tried `stopping.csv`, into a folder; returns the page.
 ///
 /// # Errors
 ///
@@ -15,7 +15,7 @@ use basics::files::{make_folder, write_atomically};
 pub fn write(folder: &Path, report: &StudyReport<'_>) -> Result<PathBuf, ReportError> {
     make_folder(folder)?;
     let figure = figure::by_budget(report);
-    write_atomically(&folder.join("budget.svg"), figure.svg.as_bytes())?;
+    figure.write(folder)?;
     write_atomically(&folder.join("errors.csv"), csv::errors(report).as_bytes())?;
     if let Some(csv) = stopping::csv(report) {
         write_atomically(&folder.join("stopping.csv"), csv.as_bytes())?;

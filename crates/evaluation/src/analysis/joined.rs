@@ -1,0 +1,563 @@
+//! Several runs over one family as one: their methods side by side, on the same point MDPs and evaluation seeds.
+//!
+//! - **Point MDPs** are those of the run that has fewest; all other runs must have them too. Its sample gives the weights.
+//! - **Seeds** are those that all runs have.
+//! - **A method that several runs have** is one method where its records agree. Where they differ, it is there once per
+//!   run, as `METHOD@RUN`. So what the runs differ in shows in the same ranking: a baseline under two versions of a
+//!   simulator is two methods.
+//! - **Scores** are relative to the baseline of the first run that is named.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::error::AnalysisError;
+use super::training::learns;
+use crate::store::difference::flat;
+use crate::store::manifest::{Identity, Manifest, PointRow, Provenance, Task};
+use crate::store::own::OwnMethod;
+use crate::store::record::{Metrics, Record};
+use crate::store::results::Results;
+
+/// Point MDPs that a refusal names.
+const NAMED: usize = 3;
+
+/// Largest relative difference of two importances that are the same.
+const SAME: f64 = 1e-9;
+
+/// Sections of settings that say how a family is made. Its point MDPs are compared themselves.
+const OF_FAMILY: [&str; 4] = ["family", "name", "title", "version"];
+
+/// Section of settings that only methods that learn read.
+const OF_LEARNERS: &str = "training";
+
+/// A run that is compared.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// What it is called: the last part of its path, as far as no other run is called so.
+    pub name: String,
+    /// Its path, as it was given.
+    pub path: String,
+    /// What its records say.
+    pub results: Results,
+}
+
+/// What a comparison must know of the domain.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'a> {
+    /// Names of its methods: settings in the section of one are read by that method alone.
+    pub methods: &'a [&'a str],
+    /// Sections of settings that decide what all methods meet in an episode.
+    pub episodes: &'a [&'a str],
+}
+
+/// Several runs as one.
+#[derive(Debug, Clone)]
+pub struct Joined {
+    /// Records of all methods.
+    pub results: Results,
+    /// The runs, in the order given.
+    pub sources: Vec<Source>,
+    /// The run whose sample counts.
+    pub sample: usize,
+    /// What differs between the runs, a sentence each.
+    pub differences: Vec<String>,
+    /// Versions of the simulator, where there are several.
+    pub simulators: Vec<String>,
+    /// Methods that several runs have with other records: the name, and what it is called under each of them.
+    pub apart: Vec<(String, Vec<String>)>,
+}
+
+/// A method of the comparison.
+struct Column {
+    /// Its name in the runs.
+    method: String,
+    /// The runs that have it with these records.
+    sources: Vec<usize>,
+    /// What it is called here.
+    name: String,
+}
+
+impl Source {
+    /// Names runs by the last parts of their paths: as many as it takes to tell them apart.
+    pub fn named(runs: Vec<(String, Results)>) -> Vec<Self> {
+        let most = runs.iter().map(|(path, _)| parts(path).len()).max().unwrap_or(1);
+        let names = |length: usize| -> Vec<String> {
+            runs.iter().map(|(path, _)| last_parts(path, length)).collect()
+        };
+        let distinct =
+            |names: &Vec<String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
+        let named = (1..=most).map(names).find(distinct);
+        let numbered = || (1..=runs.len()).map(|n| n.to_string()).collect();
+        let names = named.unwrap_or_else(numbered);
+        let source = |((path, results), name)| Self { name, path, results };
+        runs.into_iter().zip(names).map(source).collect()
+    }
+
+    fn identity(&self) -> &Identity {
+        &self.results.manifest.identity
+    }
+}
+
+fn parts(path: &str) -> Vec<String> {
+    let parts = Path::new(path).components();
+    parts.map(|part| part.as_os_str().to_string_lossy().into_owned()).collect()
+}
+
+/// Returns the last parts of a path as a name that may be part of a method's.
+fn last_parts(path: &str, length: usize) -> String {
+    let parts = parts(path);
+    let last = parts[parts.len().saturating_sub(length)..].join("-");
+    let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    last.chars().map(safe).collect()
+}
+
+/// Puts runs side by side.
+///
+/// # Errors
+///
+/// [`AnalysisError::NotTogether`] with the reason and the way out where they cannot be compared.
+pub fn join(sources: Vec<Source>, known: Known<'_>) -> Result<Joined, AnalysisError> {
+    let first = match &sources[..] {
+        [first, _, ..] => first,
+        _ => {
+            return refused(
+                "compare needs two results directories or more of one family".to_owned(),
+            );
+        }
+    };
+    for (at, other) in sources.iter().enumerate().skip(1) {
+        if let Some(same) = sources[..at].iter().find(|s| s.results.sha256 == other.results.sha256)
+        {
+            return refused(format!(
+                "{} and {} hold the same run; give each run once",
+                same.path, other.path
+            ));
+        }
+        check_together(first, other, known)?;
+    }
+    let sample =
+        (0..sources.len()).min_by_key(|s| sources[*s].identity().points.len()).unwrap_or(0);
+    for other in sources.iter().enumerate().filter(|(s, _)| *s != sample).map(|(_, other)| other) {
+        check_points(&sources[sample], other)?;
+    }
+    let seeds = common_seeds(&sources)?;
+    let columns = columns(&sources, &sources[sample].identity().points, &seeds);
+    let results = side_by_side(&sources, sample, &columns, &seeds);
+    let apart = apart(&columns);
+    let mut differences = differences(&sources, known);
+    differences.extend(unequal(&sources, sample, &seeds));
+    let simulators: BTreeSet<&String> = sources.iter().map(|s| &s.identity().simulator).collect();
+    let simulators = match simulators.len() {
+        1 => Vec::new(),
+        _ => simulators.into_iter().cloned().collect(),
+    };
+    Ok(Joined { results, sample, differences, simulators, apart, sources })
+}
+
+fn refused<T>(text: String) -> Result<T, AnalysisError> {
+    Err(AnalysisError::NotTogether(text))
+}
+
+/// Refuses two runs whose methods did not have the same task.
+fn check_together(a: &Source, b: &Source, known: Known<'_>) -> Result<(), AnalysisError> {
+    let (one, other) = (a.identity(), b.identity());
+    let of = |what: &str, x: &str, y: &str, way_out: &str| {
+        refused(format!("{what} {x} in {} and {y} in {}; {way_out}", a.path, b.path))
+    };
+    let families = "compare runs of one family here, and rank over several families with `across`";
+    if one.domain != other.domain {
+        return of("the task is", &one.domain, &other.domain, families);
+    }
+    if (&one.objective, one.direction) != (&other.objective, other.direction) {
+        return of("scores compare", &one.objective, &other.objective, families);
+    }
+    let preset = |i: &Identity| i.settings["preset"].as_str().unwrap_or("not set").to_owned();
+    if preset(one) != preset(other) {
+        let way_out = "methods of one preset can be compared; `across` ranks over both";
+        return of("the preset is", &preset(one), &preset(other), way_out);
+    }
+    if one.baseline != other.baseline {
+        return of("the baseline is", &one.baseline, &other.baseline, families);
+    }
+    let decides = |key: &str| known.episodes.contains(&section(key));
+    if let Some((key, values)) = settings([a, b]).into_iter().find(|(key, _)| decides(key)) {
+        let way_out = "with another value, episodes of the same seed are not the same; run one of them again with the \
+                       value of the other";
+        return of(&format!("the setting {key} is"), &values[0], &values[1], way_out);
+    }
+    Ok(())
+}
+
+/// Refuses a run that lacks point MDPs, or has others of the same names.
+fn check_points(sample: &Source, other: &Source) -> Result<(), AnalysisError> {
+    let (of_sample, of_other) = (sample.identity(), other.identity());
+    let there: HashMap<&str, &PointRow> =
+        of_other.points.iter().map(|p| (p.point.as_str(), p)).collect();
+    let lacking = |p: &&PointRow| !there.contains_key(p.point.as_str());
+    let missing: Vec<&str> =
+        of_sample.points.iter().filter(lacking).map(|p| p.point.as_str()).collect();
+    if !missing.is_empty() {
+        let more = if missing.len() > NAMED { ", ..." } else { "" };
+        return refused(format!(
+            "{} lacks {} of the {} point MDPs of {} ({}{more}); methods are compared on the same point MDPs: add those to \
+             it with `run --budget`, or run its methods with the scenario, --budget, --sampling and --seed of {}",
+            other.path,
+            missing.len(),
+            of_sample.points.len(),
+            sample.path,
+            missing[..missing.len().min(NAMED)].join(", "),
+            sample.path
+        ));
+    }
+    for point in &of_sample.points {
+        let same = there[point.point.as_str()];
+        let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
+        let name = point.name();
+        if point.content != same.content || point.features != same.features {
+            return refused(format!(
+                "the point MDP {name} is another one in {} than in {}, so its vehicles or random numbers are others; \
+                 compare runs of one table of point MDPs",
+                other.path, sample.path
+            ));
+        }
+        if !is_near(point.importance, same.importance) {
+            return refused(format!(
+                "the importance of the point MDP {name} is {} in {} and {} in {}; compare runs of one family",
+                same.importance, other.path, point.importance, sample.path
+            ));
+        }
+    }
+    if of_sample.sample.family_size != of_other.sample.family_size {
+        return refused(format!(
+            "the family has {} point MDPs in {} and {} in {}; compare runs of one family",
+            of_other.sample.family_size, other.path, of_sample.sample.family_size, sample.path
+        ));
+    }
+    Ok(())
+}
+
+/// Returns the evaluation seeds that all runs have, in the order of the first.
+fn common_seeds(sources: &[Source]) -> Result<Vec<u64>, AnalysisError> {
+    let mut common = sources[0].identity().evaluation_seeds.clone();
+    for other in &sources[1..] {
+        let (one, two) = (sources[0].identity(), other.identity());
+        common.retain(|seed| two.evaluation_seeds.contains(seed));
+        if common.is_empty() {
+            return refused(format!(
+                "{} and {} have no evaluation seed in common (--seed is {} and {}); run one of them again with the \
+                 --seed of the other",
+                sources[0].path, other.path, one.base_seed, two.base_seed
+            ));
+        }
+    }
+    Ok(common)
+}
+
+/// Returns the methods: those of the first run, then what the others add.
+fn columns(sources: &[Source], points: &[PointRow], seeds: &[u64]) -> Vec<Column> {
+    let evaluated: Vec<HashMap<_, _>> =
+        sources.iter().map(|source| evaluations(source, points, seeds)).collect();
+    let mut columns: Vec<Column> = Vec::new();
+    for (s, source) in sources.iter().enumerate() {
+        for method in &source.identity().methods {
+            let agrees = |column: &&mut Column| {
+                column.method == *method
+                    && column
+                        .sources
+                        .iter()
+                        .any(|other| agree(&evaluated[*other], &evaluated[s], method))
+            };
+            match columns.iter_mut().find(agrees) {
+                Some(column) => column.sources.push(s),
+                None => columns.push(Column {
+                    method: method.clone(),
+                    sources: vec![s],
+                    name: String::new(),
+                }),
+            }
+        }
+    }
+    for c in 0..columns.len() {
+        let method = columns[c].method.clone();
+        let several = columns.iter().filter(|other| other.method == method).count() > 1;
+        let of = &sources[columns[c].sources[0]].name;
+        columns[c].name = if several { format!("{method}@{of}") } else { method };
+    }
+    columns
+}
+
+/// What a task measured on every seed, by method, point MDP and replicate.
+type Evaluated<'a> = HashMap<(&'a str, &'a str, u32), Vec<(u64, &'a Metrics)>>;
+
+fn evaluations<'a>(source: &'a Source, points: &[PointRow], seeds: &[u64]) -> Evaluated<'a> {
+    let seeds: HashMap<&str, BTreeSet<u64>> = (points.iter())
+        .map(|p| (p.point.as_str(), p.evaluation_seeds(seeds).into_iter().collect()))
+        .collect();
+    let of = |(task, record): (&'a Task, &'a Record)| {
+        let seeds = seeds.get(&*task.point)?;
+        let rows = record.evaluations().filter(|row| seeds.contains(&row.seed));
+        let mut rows: Vec<_> = rows.map(|row| (row.seed, &row.metrics)).collect();
+        rows.sort_by_key(|row| row.0);
+        Some(((&*task.method, &*task.point, task.replicate), rows))
+    };
+    source.results.done().filter_map(of).collect()
+}
+
+/// Whether two runs have the same records of a method wherever both have some, and both have some somewhere.
+fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
+    let mut shared = a
+        .iter()
+        .filter(|(key, _)| key.0 == method)
+        .filter_map(|(key, rows)| Some((rows, b.get(key)?)));
+    let mut some = false;
+    let all = shared.all(|(x, y)| {
+        some |= !x.is_empty();
+        x == y
+    });
+    all && some
+}
+
+/// A task of a run with its record.
+type Found<'a> = (&'a Task, Option<&'a Record>);
+
+/// Returns the records of all methods, in the order of a plan.
+fn side_by_side(sources: &[Source], sample: usize, columns: &[Column], seeds: &[u64]) -> Results {
+    let base = &sources[sample].results;
+    let key = |task: &'_ Task| (task.method.to_string(), task.point.to_string(), task.replicate);
+    let tasks: Vec<HashMap<_, Found<'_>>> = (sources.iter())
+        .map(|s| s.results.rows().map(|(task, record)| (key(task), (task, record))).collect())
+        .collect();
+    let replicates = |c: &Column| {
+        let of = |s: &usize| sources[*s].identity().replicates_of(&c.method);
+        c.sources.iter().map(of).max().unwrap_or(1)
+    };
+    let identity = identity(sources, sample, columns, seeds, &replicates);
+    let mut rows: Vec<(Task, Option<Arc<Record>>)> = Vec::new();
+    for point in &identity.points {
+        let of_point: BTreeSet<u64> = point.evaluation_seeds(seeds).into_iter().collect();
+        for column in columns {
+            for replicate in 0..replicates(column) {
+                let key = (column.method.clone(), point.point.clone(), replicate);
+                let planned = || column.sources.iter().filter_map(|s| tasks[*s].get(&key));
+                let Some((task, _)) = planned().next() else { continue };
+                let task =
+                    Task { task: rows.len(), method: column.name.clone(), ..(*task).clone() };
+                let found = planned().find_map(|(_, record)| *record);
+                let record = found.map(|record| Arc::new(record.on_seeds(&task, &of_point)));
+                rows.push((task, record));
+            }
+        }
+    }
+    let networks = base.manifest.provenance.networks.clone();
+    let provenance = Provenance { networks, ..provenance(sources) };
+    base.with(Manifest { identity, provenance }, rows)
+}
+
+/// Returns what the comparison is a run of: that of the run whose sample counts, with the methods of all.
+fn identity(
+    sources: &[Source],
+    sample: usize,
+    columns: &[Column],
+    seeds: &[u64],
+    replicates: &dyn Fn(&Column) -> u32,
+) -> Identity {
+    let of_sample = sources[sample].identity();
+    let baseline =
+        columns.iter().find(|c| c.method == of_sample.baseline && c.sources.contains(&0));
+    let controller = |c: &Column| {
+        let own = sources[c.sources[0]].identity().controller(&c.method)?;
+        Some(OwnMethod { name: c.name.clone(), ..own.clone() })
+    };
+    let several = columns.iter().filter(|c| replicates(c) > 1);
+    let of = |value: &dyn Fn(&Identity) -> &str| {
+        each(sources, &|source| value(source.identity()).to_owned())
+    };
+    Identity {
+        methods: columns.iter().map(|c| c.name.clone()).collect(),
+        baseline: baseline.map(|c| c.name.clone()).unwrap_or_default(),
+        controllers: columns.iter().filter_map(controller).collect(),
+        replicates: columns.iter().map(replicates).max().unwrap_or(1),
+        replicated: several.map(|c| c.name.clone()).collect(),
+        evaluation_seeds: seeds.to_vec(),
+        simulator: of(&|identity| &identity.simulator),
+        tsc_family: of(&|identity| &identity.tsc_family),
+        ..of_sample.clone()
+    }
+}
+
+/// Returns where the runs come from.
+fn provenance(sources: &[Source]) -> Provenance {
+    let of = |value: &dyn Fn(&Provenance) -> &str| {
+        each(sources, &|source| value(&source.results.manifest.provenance).to_owned())
+    };
+    let warnings = sources.iter().flat_map(|source| {
+        let warnings = &source.results.manifest.provenance.warnings;
+        warnings.iter().map(|warning| format!("{}: {warning}", source.name))
+    });
+    Provenance {
+        command: of(&|p| &p.command),
+        git: of(&|p| &p.git),
+        rustc: of(&|p| &p.rustc),
+        host: of(&|p| &p.host),
+        started: of(&|p| &p.started),
+        networks: String::new(),
+        warnings: warnings.collect(),
+        memory_per_worker_mb: None,
+    }
+}
+
+/// Returns a value that all runs share, or else each value with the runs that have it.
+fn each(sources: &[Source], value: &dyn Fn(&Source) -> String) -> String {
+    let mut by_value: Vec<(String, Vec<&str>)> = Vec::new();
+    for source in sources {
+        let value = value(source);
+        match by_value.iter_mut().find(|(known, _)| *known == value) {
+            Some((_, names)) => names.push(&source.name),
+            None => by_value.push((value, vec![&source.name])),
+        }
+    }
+    match &by_value[..] {
+        [(value, _)] => value.clone(),
+        several => {
+            let of = |(value, names): &(String, Vec<&str>)| {
+                let value = if value.is_empty() { "not known" } else { value };
+                format!("{value} in {}", names.join(" and "))
+            };
+            several.iter().map(of).collect::<Vec<_>>().join("; ")
+        }
+    }
+}
+
+/// Says what differs between the runs.
+fn differences(sources: &[Source], known: Known<'_>) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut add = |what: &str, value: &dyn Fn(&Source) -> String| {
+        let several = sources.iter().map(value).collect::<BTreeSet<_>>().len() > 1;
+        found.extend(several.then(|| format!("{what}: {}", each(sources, value))));
+    };
+    add("Simulator", &|s| s.identity().simulator.clone());
+    add("Build of tsc-family", &|s| {
+        format!("{} (git {})", s.identity().tsc_family, s.results.manifest.provenance.git)
+    });
+    for (key, _) in
+        settings(sources.iter()).into_iter().filter(|(key, _)| is_read(sources, known, key))
+    {
+        add(&format!("Setting {key}"), &|s| value_of(flat(&s.identity().settings).get(&key)));
+    }
+    let files = |s: &Source, point: &str| {
+        let row = s.identity().points.iter().find(|p| p.point == point);
+        row.map(|row| (row.sha256.clone(), row.given.clone()))
+    };
+    let fewest = sources.iter().min_by_key(|s| s.identity().points.len());
+    let points = fewest.map_or(&[][..], |s| &s.identity().points);
+    let others = |point: &&PointRow| {
+        sources.iter().any(|s| files(s, &point.point) != files(&sources[0], &point.point))
+    };
+    let others = points.iter().filter(others).count();
+    if others > 0 {
+        found.push(format!(
+            "Files of the point MDPs: on {others} of {} networks, demand or what the command line gave are not the same",
+            points.len()
+        ));
+    }
+    found.extend(controllers(sources));
+    found
+}
+
+/// Says which methods of somebody's own have one name and are not the same.
+fn controllers(sources: &[Source]) -> Vec<String> {
+    let mut found = Vec::new();
+    for (i, one) in sources.iter().enumerate() {
+        for other in &sources[i + 1..] {
+            for own in &one.identity().controllers {
+                let now = other.identity().controller(&own.name);
+                let difference = now.and_then(|now| own.difference(now));
+                found.extend(
+                    difference.map(|d| format!("From {} to {}: {d}", one.name, other.name)),
+                );
+            }
+        }
+    }
+    found
+}
+
+/// Whether more than one of the runs has a method that reads a setting.
+fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
+    let method = section(key).replace('_', "-");
+    let readers = |reads: &dyn Fn(&Source) -> bool| sources.iter().filter(|s| reads(s)).count() > 1;
+    if section(key) == OF_LEARNERS {
+        return readers(&|s| s.results.done().any(|(_, record)| learns(record)));
+    }
+    !known.methods.contains(&method.as_str())
+        || readers(&|s| s.identity().methods.contains(&method))
+}
+
+/// Returns the section of a setting.
+fn section(key: &str) -> &str {
+    key.split('.').next().unwrap_or_default()
+}
+
+/// Returns the settings that differ, apart from those of the family, with their values in the runs.
+fn settings<'a>(sources: impl IntoIterator<Item = &'a Source>) -> BTreeMap<String, Vec<String>> {
+    let all: Vec<BTreeMap<String, Value>> =
+        sources.into_iter().map(|s| flat(&s.identity().settings)).collect();
+    let keys: BTreeSet<&String> = all.iter().flat_map(BTreeMap::keys).collect();
+    let keys = keys.into_iter().filter(|key| !OF_FAMILY.contains(&section(key)));
+    let of =
+        |key: &String| (key.clone(), all.iter().map(|values| value_of(values.get(key))).collect());
+    keys.map(of)
+        .filter(|(_, values): &(String, Vec<String>)| values.iter().any(|v| *v != values[0]))
+        .collect()
+}
+
+fn value_of(value: Option<&Value>) -> String {
+    match value {
+        None | Some(Value::Null) => "not set".to_owned(),
+        Some(value) => value.to_string(),
+    }
+}
+
+/// Says of which runs only a part of the point MDPs and seeds is compared.
+fn unequal(sources: &[Source], sample: usize, seeds: &[u64]) -> Vec<String> {
+    let points = sources[sample].identity().points.len();
+    let mut found = Vec::new();
+    for source in sources {
+        let identity = source.identity();
+        let (all, of) = (identity.points.len(), &source.name);
+        if all > points {
+            found.push(format!(
+                "Point MDPs: {points} of the {all} of {of} are compared, those of {}",
+                sources[sample].name
+            ));
+        }
+        let all = identity.evaluation_seeds.len();
+        if all > seeds.len() {
+            found.push(format!(
+                "Evaluation seeds: {} of the {all} of {of} are compared",
+                seeds.len()
+            ));
+        }
+    }
+    if sources[sample].identity().sample.growth.is_some() {
+        found.push(format!(
+            "Sample: {} grew in looks until enough was known, so all intervals are wider and hold over all its looks",
+            sources[sample].name
+        ));
+    }
+    found
+}
+
+/// Returns the methods that several runs have with other records.
+fn apart(columns: &[Column]) -> Vec<(String, Vec<String>)> {
+    let mut found: Vec<(String, Vec<String>)> = Vec::new();
+    for column in columns.iter().filter(|c| c.name != c.method) {
+        match found.iter_mut().find(|(method, _)| *method == column.method) {
+            Some((_, names)) => names.push(column.name.clone()),
+            None => found.push((column.method.clone(), vec![column.name.clone()])),
+        }
+    }
+    found
+}

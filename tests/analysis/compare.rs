@@ -1,0 +1,191 @@
+//! Runs of one family in one ranking: what is the same as in one run, what is said of their differences, what is refused.
+
+use std::fs;
+use std::path::Path;
+
+use crate::common::{run, stderr, stdout, succeed};
+use crate::families::{MadeUp, equal};
+use crate::made_up::{evaluations, manifest, write_results};
+use tsc_family::stats::Direction;
+use tsc_family::store::Layout;
+use tsc_family::store::manifest::{Manifest, Task};
+use tsc_family::store::record::TaskResult;
+
+/// Mean delay of a method on a point MDP, s.
+fn delay_s(task: &Task) -> f64 {
+    let by_point = if task.point == "busy" { 40.0 } else { 0.0 };
+    let by_method = match task.method.as_str() {
+        "baseline" => 60.0,
+        "actuated" => 50.0,
+        "max-pressure" => 45.0,
+        _ => 38.0,
+    };
+    by_point + by_method + 3.0 * f64::from(task.replicate)
+}
+
+/// Writes a run in which every task has the delay that `of` gives, a second less and a second more.
+fn write_run(root: &Path, manifest: &Manifest, of: impl Fn(&Task) -> f64) -> Layout {
+    fs::create_dir_all(root).unwrap();
+    write_results(root, manifest, |task| {
+        let identity = &manifest.identity;
+        let point = identity.points.iter().find(|p| p.point == task.point).unwrap();
+        // As the vehicles of a point MDP have them.
+        let seeds = point.evaluation_seeds(&identity.evaluation_seeds);
+        let mut rows = evaluations(&[of(task) - 1.0, of(task) + 1.0]);
+        rows.truncate(seeds.len());
+        rows.iter_mut().zip(seeds).for_each(|(row, seed)| row.seed = seed);
+        Some(Ok(TaskResult { rows, ..TaskResult::default() }))
+    })
+}
+
+/// Writes runs `one` and `two`, which share the baseline.
+fn two_runs(root: &Path, change: impl Fn(&mut Manifest), of_second: impl Fn(&Task) -> f64) {
+    write_run(&root.join("one"), &manifest(&["baseline", "actuated", "max-pressure"]), delay_s);
+    let mut second = manifest(&["baseline", "idqn", "max-pressure"]);
+    change(&mut second);
+    write_run(&root.join("two"), &second, of_second);
+}
+
+#[test]
+fn two_runs_have_the_scores_of_one_run_with_all_their_methods() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    two_runs(root, |_| {}, delay_s);
+    let all = manifest(&["baseline", "actuated", "max-pressure", "idqn"]);
+    write_run(&root.join("all"), &all, delay_s);
+    let text = succeed(root, "compare one two --out compared");
+    assert!(text.starts_with("The runs differ in their methods alone.\n"), "{text}");
+    succeed(root, "report all");
+    for table in
+        ["scores.csv", "summary.csv", "episodes.csv", "pairs.csv", "ranks.csv", "profiles.csv"]
+    {
+        let of = |folder: &str| fs::read_to_string(root.join(folder).join(table)).unwrap();
+        assert_eq!(of("compared"), of("all/report"), "{table}");
+    }
+    let page = fs::read_to_string(root.join("compared/index.html")).unwrap();
+    assert!(page.contains("comparison of <strong>one, two</strong>"));
+}
+
+#[test]
+fn what_differs_is_said_first_and_measured_where_methods_are_in_both() {
+    let folder = tempfile::tempdir().unwrap();
+    let change = |manifest: &mut Manifest| {
+        let identity = &mut manifest.identity;
+        identity.simulator = "SUMO 1.28.0".to_owned();
+        identity.settings["signal"]["actions"] = "all-pairs".into();
+        // Nobody but idqn reads it, and one run alone has that.
+        identity.settings["idqn"]["learning_rate"] = 0.5.into();
+        identity.settings["max_pressure"]["count"] = 2.into();
+    };
+    let other = |task: &Task| delay_s(task) * if task.method == "max-pressure" { 0.9 } else { 1.0 };
+    two_runs(folder.path(), change, other);
+    let text = succeed(folder.path(), "compare one two --out compared");
+    insta::assert_snapshot!("differences", text);
+    let page = fs::read_to_string(folder.path().join("compared/index.html")).unwrap();
+    let place = |text: &str| page.find(text).unwrap();
+    assert!(place("What differs between the runs") < place("<h1>"));
+    let json = succeed(folder.path(), "compare one two --json");
+    let first: serde_json::Value = serde_json::from_str(json.lines().next().unwrap()).unwrap();
+    assert_eq!(
+        (&first["event"], &first["runs"][1]["simulator"]),
+        (&"compare".into(), &"SUMO 1.28.0".into())
+    );
+    assert_eq!(json.lines().count(), 6, "a line of the runs, and one per method");
+}
+
+#[test]
+fn a_run_with_more_point_mdps_and_seeds_is_compared_on_those_of_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let large = manifest(&["baseline", "actuated"]);
+    write_run(&root.join("large"), &large, delay_s);
+    let mut small = manifest(&["baseline", "idqn"]);
+    let identity = &mut small.identity;
+    identity.points.truncate(1);
+    identity.evaluation_seeds.truncate(1);
+    identity.sample.draws.truncate(1);
+    identity.sample.draws[0].weight = 1.0;
+    identity.sample.budget = 1;
+    write_run(&root.join("small"), &small, delay_s);
+    let text = succeed(root, "compare large small --out compared");
+    assert!(
+        text.contains("- Point MDPs: 1 of the 2 of large are compared, those of small\n"),
+        "{text}"
+    );
+    assert!(text.contains("- Evaluation seeds: 1 of the 2 of large are compared\n"), "{text}");
+    let scores = fs::read_to_string(root.join("compared/scores.csv")).unwrap();
+    // 49 s of actuated on the first seed, not the mean of 50 s.
+    assert!(scores.lines().any(|l| l.contains("actuated") && l.contains("49")), "{scores}");
+    assert!(!scores.contains("busy"), "{scores}");
+}
+
+#[test]
+fn more_trainings_of_a_method_join_those_of_another_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    write_run(&root.join("one"), &manifest(&["baseline", "idqn"]), delay_s);
+    let mut three = manifest(&["baseline", "idqn"]);
+    (three.identity.replicates, three.identity.replicated) = (3, vec!["idqn".to_owned()]);
+    write_run(&root.join("three"), &three, delay_s);
+    succeed(root, "compare one three --out compared");
+    succeed(root, "report three");
+    let of = |folder: &str| fs::read_to_string(root.join(folder).join("summary.csv")).unwrap();
+    assert_eq!(of("compared"), of("three/report"));
+}
+
+#[test]
+fn runs_that_cannot_be_compared_are_refused_with_the_place_and_a_way_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    two_runs(root, |_| {}, delay_s);
+    let other = |name: &str, change: &dyn Fn(&mut Manifest)| {
+        let mut manifest = manifest(&["baseline", "idqn"]);
+        change(&mut manifest);
+        write_run(&root.join(name), &manifest, delay_s);
+    };
+    other("preset", &|m| m.identity.settings["preset"] = "resco".into());
+    other("demand", &|m| m.identity.settings["demand"]["horizon_s"] = 600.0.into());
+    other("seed", &|m| (m.identity.base_seed, m.identity.evaluation_seeds) = (1, vec![7, 8]));
+    other("importance", &|m| m.identity.points[0].importance = 0.5);
+    other("content", &|m| m.identity.points[0].features[1] = 300.0);
+    other("named", &|m| {
+        m.identity.points[0].point = "calm".to_owned();
+        m.identity.sample.draws[0].point = "calm".to_owned();
+    });
+    other("family", &|m| m.identity.sample.family_size = 9);
+    let swimmer = MadeUp {
+        objective: "distance_m",
+        direction: Direction::Higher,
+        baseline: "",
+        methods: &["drift", "stroke"],
+        points: equal(&[&[1.0, 2.0]]),
+    };
+    swimmer.write(&root.join("swimmer"));
+    let cases = [
+        "one",
+        "one one",
+        "one nowhere",
+        "one preset",
+        "one demand",
+        "one seed",
+        "one importance",
+        "one content",
+        "one named",
+        "one family",
+        "one swimmer",
+    ];
+    let said: String = cases
+        .iter()
+        .map(|args| {
+            let output = run(root, &format!("compare {args}"));
+            assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
+            assert_eq!(stdout(&output), "", "{args}");
+            format!("compare {args}\n  {}", stderr(&output))
+        })
+        .collect();
+    insta::assert_snapshot!("refused", said);
+    fs::create_dir(root.join("thesis")).unwrap();
+    fs::write(root.join("thesis/thesis.tex"), "").unwrap();
+    let output = run(root, "compare one two --out thesis");
+    assert!(stderr(&output).contains("no folder that report wrote"), "{}", stderr(&output));
+}

@@ -1,0 +1,101 @@
+//! What the pages say of published results is what their records give.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use crate::common::succeed;
+use tsc_family::domains;
+use tsc_family::store::Layout;
+use tsc_family::store::results::Results;
+
+/// The pages with tables of scores: what stands before the name of a method, the decimals of the table, and the results.
+const TABLES: [(&str, &str, usize, &str); 12] = [
+    ("docs/results.md", "| `resco` | ", 3, "resco"),
+    ("docs/results.md", "| `resco` | ", 3, "nema-resco"),
+    ("docs/results.md", "| `field` | ", 3, "field-0.2.0"),
+    ("docs/results.md", "| `field` | ", 3, "nema-field-0.2.0"),
+    ("docs/results.md", "| `resco` | ", 3, "intersections-resco"),
+    ("docs/results.md", "| `field` | ", 3, "intersections-field"),
+    ("docs/results.md", "| `field` | ", 3, "nema-intersections-field"),
+    ("docs/results.md", "| ", 3, "resco"),
+    ("docs/results.md", "| ", 3, "learners"),
+    ("docs/results.md", "| ", 2, "learners-field"),
+    ("README.md", "| ", 3, "resco"),
+    ("README.md", "| ", 3, "nema-resco"),
+];
+
+/// Methods whose scores a table rounds to other decimals: those that fail on many point MDPs.
+const ROUNDED: [(&str, usize); 1] = [("ippo", 2)];
+
+fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn results(name: &str) -> PathBuf {
+    repository().join("results/salt-lake-city").join(name)
+}
+
+/// The methods of published results, without the baseline.
+fn methods(name: &str) -> Vec<Map<String, Value>> {
+    let layout = Layout::new(results(name));
+    let report = domains::report(&layout, &Results::load(&layout).unwrap()).unwrap();
+    let mut rows = report.json_rows();
+    rows.retain(|row| row["method"] != "baseline");
+    rows
+}
+
+/// A score with its interval, as tables have it.
+fn cell(row: &Map<String, Value>, decimals: usize) -> String {
+    let number = |name: &str| format!("{:.decimals$}", row[name].as_f64().unwrap());
+    format!("{} ({} to {})", number("overall"), number("overall_low"), number("overall_high"))
+}
+
+#[test]
+fn scores_on_the_pages_are_those_of_the_records() {
+    let mut wrong = Vec::new();
+    for (page, before, decimals, name) in TABLES {
+        let text = fs::read_to_string(repository().join(page)).unwrap();
+        for row in methods(name) {
+            let method = row["method"].as_str().unwrap();
+            let rounded = ROUNDED.iter().find(|(other, _)| *other == method).map(|(_, d)| *d);
+            let cell = cell(&row, rounded.unwrap_or(decimals));
+            // The README says in brackets what some methods are.
+            let says = |line: &str| {
+                let Some(rest) = line.strip_prefix(&format!("{before}{method}")) else {
+                    return false;
+                };
+                let rest = if rest.starts_with(" (") {
+                    rest.split_once(')').map_or("", |r| r.1)
+                } else {
+                    rest
+                };
+                rest.starts_with(&format!(" | {cell}"))
+            };
+            if !text.lines().any(says) {
+                wrong.push(format!("{page} has no row of {method} with {cell}, as {name} gives"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn ranks_across_families_on_the_page_are_those_of_the_command() {
+    let args =
+        format!("across {} {} --json", results("resco").display(), results("field").display());
+    let said = succeed(repository(), &args);
+    let lines: Vec<Value> = said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let page = fs::read_to_string(results("README.md")).unwrap();
+    let percent =
+        |value: &Value, decimals: usize| format!("{:.decimals$}%", 100.0 * value.as_f64().unwrap());
+    for line in lines.iter().filter(|line| line["event"] == "method") {
+        let ranks = ["rank_1", "rank_2", "rank_3", "rank_4"].map(|rank| percent(&line[rank], 2));
+        let row = format!("| {} | {} |", line["method"].as_str().unwrap(), ranks.join(" | "));
+        assert!(page.contains(&row), "results/salt-lake-city/README.md lacks {row}");
+    }
+    let holds = format!("overall order holds in {} of them", percent(&lines[0]["order_holds"], 1));
+    let summary = fs::read_to_string(repository().join("docs/results.md")).unwrap();
+    assert!(page.contains(&holds) && summary.contains(&holds), "{holds}");
+}
