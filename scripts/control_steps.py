@@ -1,24 +1,32 @@
 #!/usr/bin/env python3
-"""Writes tests/control_tasks/*.csv: steps of gymnasium's Pendulum-v1 and MountainCarContinuous-v0.
+"""Writes tests/control_tasks/*.csv: steps of gymnasium's environments.
 
-    python3 -m venv /tmp/gymnasium && /tmp/gymnasium/bin/pip install gymnasium==1.4.0
+    python3 -m venv /tmp/gymnasium && /tmp/gymnasium/bin/pip install gymnasium==1.4.0 mujoco==4.0.0
     /tmp/gymnasium/bin/python scripts/control_steps.py
 
 1,000 steps of gymnasium's own constants and 50 of each of some contexts, set as CARL does (attributes of a made
 environment). Actions are random, some of them beyond the limits, in double precision for the pendulum and in single precision
-for the car; an episode that is over is followed by a new one, whose row
-says `start`.
+for the car; an episode that is over is followed by a new one, whose row says `start`.
+
+For half cheetah and swimmer, every tenth state: so small differences would have grown. There a context, of which there are 30
+steps, is set in the model that gymnasium has loaded (cheetah), or in a copy of its file (swimmer).
 """
 
 import csv
 import pathlib
 import random
+import tempfile
 
 import gymnasium
+import mujoco
 import numpy as np
 
 OUT = pathlib.Path(__file__).parent.parent / "tests" / "control_tasks"
 PENDULUMS = [(1, 1, 10), (0.4, 0.5, 15), (4, 10, 2), (1.5, 4, 12), (3, 7, 5)]
+ACROBOTS = [(1, 1, 1, 1), (0.5, 1.5, 2, 0.5), (1.5, 0.5, 1, 2)]
+# Gravity, shares of the torso's mass and of friction.
+CHEETAHS = [(9.81, 1, 1), (2, 0.5, 0.25)]
+SWIMMERS = [(0.1, 0.1, 0.1), (0.1, 0.1125, 0.1), (0.05, 0.05, 0.05)]
 CARS = [(0.07, 0.45, 0.0015), (0.035, 0.55, 0.003), (0.1, 0.25, 0.0005), (0.05, 0.35, 0.002)]
 
 
@@ -65,9 +73,82 @@ def write(name, features, make, contexts):
             out.writerows(rows(make, context, 1000 if seed == 0 else 50, seed))
 
 
+def acrobot():
+    with (OUT / "acrobot.csv").open("w", newline="") as file:
+        out = csv.writer(file, lineterminator="\n")
+        names = ["first", "second", "first_speed", "second_speed"]
+        out.writerow(["first_length_m", "second_length_m", "first_mass_kg", "second_mass_kg", "start", "action", *names,
+                      *(f"{name}_after" for name in names), "terminated"])
+        for seed, context in enumerate(ACROBOTS):
+            env = gymnasium.make("Acrobot-v1").unwrapped
+            env.LINK_LENGTH_1, env.LINK_LENGTH_2, env.LINK_MASS_1, env.LINK_MASS_2 = context
+            env.LINK_COM_POS_1, env.LINK_COM_POS_2 = context[0] / 2, context[1] / 2
+            draw, left = random.Random(seed), 0
+            for _ in range(1000 if seed == 0 else 50):
+                start = left == 0
+                if start:
+                    env.reset(seed=draw.randrange(2**31))
+                    left = 500
+                before = [float(s) for s in env.state]
+                # A pump, which reaches the goal.
+                action = (0 if before[2] > 0 else 2) if draw.random() < 0.8 else draw.randrange(3)
+                _, _, terminated, _, _ = env.step(action)
+                out.writerow([*context, int(start), action, *before, *map(float, env.state), int(terminated)])
+                left = 0 if terminated else left - 1
+
+
+def cheetah(context):
+    env = gymnasium.make("HalfCheetah-v5").unwrapped
+    gravity, torso, friction = context
+    model = env.model
+    model.opt.gravity[2] = -gravity
+    model.geom_friction[:, 0] *= friction
+    if torso != 1:
+        model.body_mass[1] *= torso
+        model.body_inertia[1] *= torso
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    return env
+
+
+def swimmer(context):
+    asset = pathlib.Path(gymnasium.__file__).parent / "envs/mujoco/assets/swimmer.xml"
+    text = asset.read_text()
+    for radius in context:
+        text = text.replace('size="0.1"', f'size = "{radius}"', 1)
+    with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+        file.write(text)
+        file.flush()
+        return gymnasium.make("Swimmer-v5", xml_file=file.name).unwrapped
+
+
+def models(name, features, make, contexts):
+    with (OUT / f"{name}.csv").open("w", newline="") as file:
+        out = csv.writer(file, lineterminator="\n")
+        for seed, context in enumerate(contexts):
+            env = make(context)
+            env.reset(seed=seed)
+            count, actions = 2 * env.model.nv, env.model.nu
+            if seed == 0:
+                out.writerow([*features, "step", *(f"state_{i}" for i in range(count)), "reward"])
+            reward, number = 0.0, seed
+            for step in range(1001 if seed == 0 else 31):
+                if step % 10 == 0:
+                    state = [*map(float, env.data.qpos), *map(float, env.data.qvel)]
+                    out.writerow([*context, step, *state, float(reward)])
+                action = []
+                for _ in range(actions):
+                    # The numbers that tests/control_tasks/steps.rs draws; each is one in single precision.
+                    number = (1103515245 * number + 12345) % 2**31
+                    action.append((number >> 8) / 2**22 - 1)
+                _, reward, _, _, _ = env.step(np.array(action))
+
+
 def main():
     write("pendulum", ["mass_kg", "length_m", "gravity_mps2"], pendulum, PENDULUMS)
     write("mountain-car", ["max_speed", "goal_position", "power"], car, CARS)
+    acrobot()
+    models("half-cheetah", ["gravity_mps2", "torso_share", "friction_share"], cheetah, CHEETAHS)
+    models("swimmer", ["head_radius_m", "middle_radius_m", "tail_radius_m"], swimmer, SWIMMERS)
 
 
 if __name__ == "__main__":

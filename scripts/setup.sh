@@ -1,7 +1,33 @@
 #!/usr/bin/env bash
 # Installs what building and running tsc-family needs, through apt-get when that is possible;
 # otherwise prints the one line to run and stops.
+#
+#   scripts/setup.sh          what all of it needs
+#   scripts/setup.sh mujoco   MuJoCo instead, which only half-cheetah and swimmer need, through pip
 set -euo pipefail
+
+if [ "${1:-}" = mujoco ]; then
+    # One of the versions in crates/control-tasks/src/mujoco.rs.
+    wanted=mujoco==4.0.0
+    python3 -c 'import mujoco' 2>/dev/null && exit 0
+    command -v python3 >/dev/null || {
+        echo "python3 is missing: install it, then try again" >&2
+        exit 1
+    }
+    # Where the system keeps its Python to itself, it goes into a folder of this user's own.
+    python3 -m pip install --quiet "$wanted" 2>/dev/null && exit 0
+    folder=${XDG_DATA_HOME:-$HOME/.local/share}/tsc-family/mujoco
+    if ! { python3 -m venv "$folder" && "$folder/bin/pip" install --quiet "$wanted"; }; then
+        echo "pip cannot install $wanted; get its wheel from PyPI, unpack it, and set MUJOCO_LIB_DIR to its folder mujoco" >&2
+        exit 1
+    fi
+    echo "MuJoCo is in a folder of its own; set"
+    echo "  export MUJOCO_LIB_DIR=$("$folder/bin/python" -c 'import mujoco; print(mujoco.__path__[0])')"
+    exit 0
+elif [ $# -gt 0 ]; then
+    echo "usage: scripts/setup.sh [mujoco]" >&2
+    exit 1
+fi
 
 command -v cargo >/dev/null || {
     echo "cargo is missing: install Rust (1.89 or newer), https://rustup.rs" >&2

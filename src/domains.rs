@@ -2,12 +2,15 @@
 
 use std::sync::OnceLock;
 
+use control_tasks::acrobot::Acrobots;
 use control_tasks::cartpole::CartPoles;
 use control_tasks::domain::TaskDomain;
+use control_tasks::half_cheetah::HalfCheetahs;
 use control_tasks::mountain_car::MountainCars;
 use control_tasks::pendulum::Pendulums;
 use control_tasks::pendulum_swing_up::SwingUps;
 use control_tasks::quad::Quads;
+use control_tasks::swimmer::Swimmers;
 
 use crate::family::FamilyError;
 use crate::report::{Look, Plain, Report, Sections};
@@ -23,12 +26,15 @@ use crate::traffic::report::TrafficSections;
 static TRAFFIC: OnceLock<Traffic> = OnceLock::new();
 
 /// All domains but traffic signals, whose problems need more of the command line.
-const OTHERS: [Entry; 5] = [
+const OTHERS: [Entry; 8] = [
     TaskDomain::<CartPoles>::ENTRY,
     TaskDomain::<Pendulums>::ENTRY,
     TaskDomain::<MountainCars>::ENTRY,
+    TaskDomain::<Acrobots>::ENTRY,
     TaskDomain::<SwingUps>::ENTRY,
     TaskDomain::<Quads>::ENTRY,
+    TaskDomain::<HalfCheetahs>::ENTRY,
+    TaskDomain::<Swimmers>::ENTRY,
 ];
 
 /// Sets traffic signals with further methods; to be called once, before anything asks for them.
@@ -138,9 +144,9 @@ mod tests {
         assert_eq!(of("domain = \"traffic\""), Ok(None));
         assert_eq!(of("name = \"a\""), Ok(None));
         assert_eq!(of("= broken"), Ok(None));
-        let e = of("domain = \"swimmer\"").unwrap_err();
-        let expected = "scenario.toml: domain = \"swimmer\": expected one of traffic, cartpole, pendulum, \
-                        mountain-car, pendulum-swing-up, quad";
+        let e = of("domain = \"moon\"").unwrap_err();
+        let expected = "scenario.toml: domain = \"moon\": expected one of traffic, cartpole, pendulum, \
+                        mountain-car, acrobot, pendulum-swing-up, quad, half-cheetah, swimmer";
         assert!(e.ends_with(expected), "{e}");
         assert_eq!(entry_of("cartpole").unwrap().map(|e| e.domain.name()), Some("cartpole"));
         assert!(entry_of("smoke").unwrap().is_none() && entry_of("nowhere").unwrap().is_none());

@@ -205,7 +205,7 @@ def family(scenario: str = "salt-lake-city", *, preset: str | None = None, setti
     """Returns the family of a scenario: a name that the package carries, or a path.
 
     Carried are ``salt-lake-city``, ``salt-lake-city-peak``, ``smoke``, ``cartpole``, ``pendulum``,
-    ``mountain-car``, ``pendulum-swing-up`` and ``quad``.
+    ``mountain-car``, ``acrobot``, ``pendulum-swing-up``, ``quad``, ``half-cheetah`` and ``swimmer``.
     """
     of = _native.family(scenario, flags(settings, preset))
     count = len(of["points"])

@@ -2,6 +2,7 @@
 
 use std::thread::available_parallelism;
 
+use control_tasks::mujoco::{self, MujocoError};
 use serde::Serialize;
 
 use super::output::line;
@@ -12,6 +13,9 @@ use crate::store::manifest::{GIT, RUSTC};
 use crate::traffic::calibration::{Quantity, SEEDS};
 use crate::traffic::network::netconvert::Netconvert;
 use crate::traffic::settings::{Preset, Scenario};
+
+/// What stands for a MuJoCo that is missing.
+const MUJOCO_ABSENT: &str = "not found; only half-cheetah and swimmer need it";
 
 /// Scenario whose settings `--calibrate` takes where none is named.
 const SCENARIO: &str = "salt-lake-city";
@@ -60,6 +64,7 @@ struct Findings {
     sumo_version: Option<String>,
     netconvert: Option<String>,
     netconvert_version: Option<String>,
+    mujoco: Option<String>,
     workers: usize,
     problems: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,6 +87,7 @@ pub(super) fn run(args: &DoctorArgs) -> anyhow::Result<u8> {
             ("SUMO", findings.sumo_version.clone().unwrap_or_else(absent)),
             ("netconvert", findings.netconvert.clone().unwrap_or_else(absent)),
             ("", findings.netconvert_version.clone().unwrap_or_default()),
+            ("MuJoCo", findings.mujoco.clone().unwrap_or_else(|| MUJOCO_ABSENT.to_owned())),
             ("workers", format!("{}, one per processor", findings.workers)),
         ];
         for (name, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
@@ -175,9 +181,22 @@ fn look() -> Findings {
         sumo_version,
         netconvert: netconvert.map(|n| n.path().display().to_string()),
         netconvert_version,
+        mujoco: mujoco(&mut problems),
         workers: available_parallelism().map_or(1, std::num::NonZero::get),
         problems,
         calibration: None,
+    }
+}
+
+/// Returns version and path of MuJoCo. That it is missing is no problem, as few tasks need it; that it cannot be used is one.
+fn mujoco(problems: &mut Vec<String>) -> Option<String> {
+    match mujoco::version() {
+        Ok((version, path)) => Some(format!("{version} ({})", path.display())),
+        Err(MujocoError::Missing(_)) => None,
+        Err(e) => {
+            problems.push(e.to_string());
+            None
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::io::ErrorKind;
 
+use control_tasks::mujoco::MujocoError;
 use osm_signals::OsmError;
 
 use crate::analysis::AnalysisError;
@@ -32,7 +33,7 @@ pub const UNEXPECTED: u8 = 1;
 pub const USAGE: u8 = 2;
 /// The run is complete, but some tasks failed.
 pub const SOME_FAILED: u8 = 3;
-/// SUMO is missing or unsupported.
+/// SUMO or MuJoCo is missing or unsupported.
 pub const NO_SUMO: u8 = 4;
 /// The results directory holds another run, or is in use by one; or a controller of the user's is another than planned.
 pub const MISMATCH: u8 = 5;
@@ -97,6 +98,9 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     }
     if let Some(e) = error.downcast_ref::<OwnError>() {
         return Some(if let OwnError::Io(e) = e { file(e) } else { USAGE });
+    }
+    if error.is::<MujocoError>() {
+        return Some(NO_SUMO);
     }
     if error.is::<Refused>() {
         return Some(USAGE);

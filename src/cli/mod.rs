@@ -81,7 +81,7 @@ Examples:
   tsc-family report results/slc
 
 Exit codes:
-  0 done, 1 unexpected, 2 usage or input, 3 some tasks failed, 4 SUMO missing,
+  0 done, 1 unexpected, 2 usage or input, 3 some tasks failed, 4 SUMO or MuJoCo missing,
   5 DIR holds another run or is in use, 6 some tasks have no record,
   75 stopped at a checkpoint, 130 interrupted";
 

@@ -21,7 +21,8 @@ use crate::traffic::settings::Preset;
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArg {
     /// Path of a scenario or of its table, or the name of an embedded one: `salt-lake-city`,
-    /// `salt-lake-city-peak`, `smoke`, `cartpole`, `pendulum`, `mountain-car`, `pendulum-swing-up`, `quad`
+    /// `salt-lake-city-peak`, `smoke`, `cartpole`, `pendulum`, `mountain-car`, `acrobot`,
+    /// `pendulum-swing-up`, `quad`, `half-cheetah`, `swimmer`
     #[arg(value_name = "SCENARIO", default_value = "salt-lake-city")]
     pub scenario: String,
     /// Setting of the scenario file to replace, such as `demand.horizon_s=600` (repeatable)

@@ -5,7 +5,9 @@
 use std::fs;
 
 use tsc_family::control_tasks::task::scenario::Settings;
-use tsc_family::control_tasks::{cartpole, mountain_car, pendulum, pendulum_swing_up, quad};
+use tsc_family::control_tasks::{
+    acrobot, cartpole, half_cheetah, mountain_car, pendulum, pendulum_swing_up, quad, swimmer,
+};
 use tsc_family::settings::page::markdown;
 use tsc_family::traffic::settings::table::defaults;
 
@@ -23,14 +25,24 @@ fn the_page_of_settings_says_what_they_are() {
     let pendulums = markdown("Pendulum: ", &pendulum::Scenario::default().sections());
     // The other sections of these have no setting that the pendulum's do not have.
     let cars = mountain_car::Scenario::default();
-    let cars = markdown("Mountain car: ", &cars.sections()[..1]);
-    let swing_up = pendulum_swing_up::Scenario::default();
-    let swing_up = markdown("Pendulum, swung up: ", &swing_up.sections()[..1]);
-    let quads = markdown("Quad: ", &quad::Scenario::default().sections()[..1]);
+    let acrobots = acrobot::Scenario::default();
+    let swing_ups = pendulum_swing_up::Scenario::default();
+    let quads = quad::Scenario::default();
+    let cheetahs = half_cheetah::Scenario::default();
+    let swimmers = swimmer::Scenario::default();
+    let others = [
+        markdown("Mountain car: ", &cars.sections()[..1]),
+        markdown("Acrobot: ", &acrobots.sections()[..1]),
+        markdown("Pendulum, swung up: ", &swing_ups.sections()[..1]),
+        markdown("Quad: ", &quads.sections()[..1]),
+        markdown("Half cheetah: ", &cheetahs.sections()[..1]),
+        markdown("Swimmer: ", &swimmers.sections()[..1]),
+    ];
+    let others = others.join("\n");
     let expected = format!(
         "{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}\n## Other control tasks\n\n\
-         Mountain car, Pendulum, swung up, and Quad have the sections of the pendulum, but for their environments.\n\n\
-         {pendulums}\n{cars}\n{swing_up}\n{quads}"
+         The other tasks have the sections of the pendulum, but for their environments; acrobot has `dqn` as CartPole \
+         does.\n\n{pendulums}\n{others}"
     );
     if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
         fs::write(PAGE, &expected).unwrap();

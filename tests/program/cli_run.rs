@@ -270,7 +270,8 @@ fn bad_requests_are_usage_errors_and_write_nothing() {
         ("run smoke --methods maxpressure", "; did you mean max-pressure?"),
         (
             "run smok",
-            "(salt-lake-city, salt-lake-city-peak, smoke, cartpole, pendulum, mountain-car, pendulum-swing-up, quad)",
+            "(salt-lake-city, salt-lake-city-peak, smoke, cartpole, pendulum, mountain-car, acrobot, pendulum-swing-up, \
+             quad, half-cheetah, swimmer)",
         ),
         ("run smok", "did you mean smoke?"),
         ("rum smoke", "some similar subcommands exist: 'run', 'resume'"),

@@ -4,17 +4,27 @@ use std::fs;
 use std::process::Command;
 
 use serde_json::Value;
+use tsc_family::control_tasks::mujoco;
 
 #[test]
 fn every_control_task_runs_with_every_method_from_the_family_to_the_page() {
     let dir = tempfile::tempdir().unwrap();
-    for (task, methods, metric) in [
+    let mut tasks = vec![
+        ("acrobot", "ppo,dqn,trpo,ars", "return"),
         ("cartpole", "trpo,ars", "normalised_return"),
         ("pendulum", "ppo,sac,td3,trpo,ars", "normalised_return"),
         ("mountain-car", "ppo,sac,td3,trpo,ars", "return"),
         ("pendulum-swing-up", "ppo,td3,trpo", "steps_to_upright"),
         ("quad", "ppo,td3,trpo", "course_share"),
-    ] {
+    ];
+    match mujoco::version() {
+        Ok(_) => tasks.extend([
+            ("half-cheetah", "ppo,sac,td3,trpo,ars", "return"),
+            ("swimmer", "ppo,td3,trpo", "steps_to_goal"),
+        ]),
+        Err(e) => eprintln!("half-cheetah and swimmer are skipped: {e}"),
+    }
+    for (task, methods, metric) in tasks {
         let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
         command.args(["run", task, "--budget", "1", "--methods", methods, "-q", "--out", task]);
         for method in methods.split(',') {
@@ -35,6 +45,25 @@ fn every_control_task_runs_with_every_method_from_the_family_to_the_page() {
         }
         let page = fs::read_to_string(dir.path().join(task).join("report/index.html")).unwrap();
         assert!(methods.split(',').all(|method| page.contains(method)));
+    }
+}
+
+#[test]
+fn without_mujoco_a_run_says_what_to_install_and_a_list_needs_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let said = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tsc-family"));
+        command.args(args).current_dir(dir.path()).env(mujoco::VARIABLE, dir.path());
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, text) = said(&["run", "swimmer", "--methods", "ppo"]);
+    assert_eq!(code, Some(4), "{text}");
+    assert!(text.contains("MuJoCo is missing, which half-cheetah and swimmer need"), "{text}");
+    assert!(text.contains("scripts/setup.sh mujoco"), "{text}");
+    for args in [&["list", "half-cheetah"][..], &["plan", "half-cheetah", "--budget", "10"]] {
+        let (code, text) = said(args);
+        assert_eq!(code, Some(0), "{text}");
     }
 }
 

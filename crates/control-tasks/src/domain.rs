@@ -62,6 +62,7 @@ impl<T: Task> Domain for TaskDomain<T> {
         method: &str,
         seed: u64,
     ) -> Result<Box<dyn Trial>, TrialError> {
+        T::simulator().map_err(TrialError::Simulator)?;
         let input = |message: String| TrialError::Input(message.into());
         let scenario = scenario_of::<T>(site.settings).map_err(input)?;
         let context = context::parse::<T>(&site.point.environment).map_err(|e| {

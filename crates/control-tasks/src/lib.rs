@@ -4,16 +4,20 @@
 //! [`task::Task`]. All else is generic: [`episodes`], [`context`], [`task::scenario`], [`problem`], [`trial`], [`domain`] and
 //! [`load`]. A method is one file of [`methods`] with its settings; what it computes is in the crate of learners.
 
+pub mod acrobot;
 pub mod cartpole;
 pub mod context;
 pub mod domain;
 pub mod episodes;
+pub mod half_cheetah;
 pub mod load;
 pub mod methods;
 pub mod mountain_car;
+pub mod mujoco;
 pub mod pendulum;
 pub mod pendulum_swing_up;
 pub mod problem;
 pub mod quad;
+pub mod swimmer;
 pub mod task;
 pub mod trial;

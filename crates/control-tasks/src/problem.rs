@@ -71,7 +71,7 @@ impl<T: Task> Problem for TaskProblem<T> {
         chosen: &BTreeSet<&str>,
         done: &(dyn Fn(&str) + Sync),
     ) -> Result<Prepared, Cause> {
-        let mut prepared = Prepared { simulator: T::SIMULATOR.to_owned(), ..Prepared::default() };
+        let mut prepared = Prepared { simulator: T::simulator()?, ..Prepared::default() };
         for point in self.family.points.iter().filter(|p| chosen.contains(p.id.as_str())) {
             let context = context::context::<T>(&self.scenario, &self.family.features, point)?;
             let environment = context::text::<T>(&context);

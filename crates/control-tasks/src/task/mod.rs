@@ -8,6 +8,7 @@ use self::scenario::Settings;
 use crate::episodes::{Dynamics, Episodes};
 use evaluation::family::{MdpFamily, PointMdp};
 use evaluation::run::domain::Objective;
+use evaluation::run::fault::Cause;
 use evaluation::stats::Side;
 
 /// A number that one point MDP of a family differs in from another.
@@ -53,6 +54,15 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     type Scenario: Settings<Task = Self>;
     /// What happens in a step.
     type Dynamics: Dynamics + Clone + 'static;
+
+    /// Looks for the simulator, where it is not a part of this program, and returns what stands in manifests for it.
+    ///
+    /// # Errors
+    ///
+    /// What is missing, and the way out.
+    fn simulator() -> Result<String, Cause> {
+        Ok(Self::SIMULATOR.to_owned())
+    }
 
     /// Returns the point MDPs of the family, whose importances sum to 1.
     fn points() -> Vec<PointMdp>;
