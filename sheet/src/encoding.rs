@@ -52,8 +52,8 @@ pub fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, Fault> {
     std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(|e| {
         let byte = bytes[e.valid_up_to()];
         let message = format!(
-            "not UTF-8 text but probably Windows-1252 or Latin-1 (byte {byte:02X}); save the file \
-             as UTF-8"
+            "not UTF-8 text but probably Windows-1252 or Latin-1 (byte {byte:02X}); save the file as UTF-8, such as with \
+             `iconv -f WINDOWS-1252 -t UTF-8`"
         );
         Fault { line: 1 + lines(&bytes[..e.valid_up_to()]), message }
     })

@@ -45,7 +45,7 @@ impl MadeUp<'_> {
         });
         Manifest {
             identity: Identity {
-                domain: "swimmer".into(),
+                domain: "river".into(),
                 direction: self.direction,
                 schema_version: 1,
                 tsc_family: "0.1.0".into(),

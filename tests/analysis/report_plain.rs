@@ -20,7 +20,7 @@ const DISTANCES: [(&str, [f64; 2]); 3] =
 fn swimmers() -> Manifest {
     let mut manifest = manifest(&DISTANCES.map(|(name, _)| name));
     let identity = &mut manifest.identity;
-    identity.domain = "swimmer".into();
+    identity.domain = "river".into();
     identity.simulator = "water".into();
     identity.scenario = "swimmer".into();
     identity.settings = serde_json::json!({"viscosity": 0.1});
