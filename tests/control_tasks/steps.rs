@@ -127,6 +127,7 @@ fn every_step_of_an_acrobot_is_gymnasium_s() {
 }
 
 /// Checks every tenth state of episodes in MuJoCo, which go on from our own states; `N` numbers make a state.
+#[expect(clippy::print_stderr, reason = "says that it skips")]
 fn check_model<D: Dynamics<State = [f64; N]>, const N: usize>(
     name: &str,
     make: impl Fn(&[f64]) -> D,

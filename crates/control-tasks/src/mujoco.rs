@@ -5,7 +5,7 @@
 //! A library of a version that was not checked is refused, and so is one whose state is not what is expected.
 //!
 //! Two facts justify the calls, and each `SAFETY` comment names what else is needed:
-//! - **Signatures.** Those here are those of `mujoco.h` in [`VERSIONS`], which [`Api::load`] checks first.
+//! - **Signatures.** Those here are those of `mujoco.h` in [`VERSIONS`], which `Api::load` checks first.
 //! - **Whose memory.** A [`Simulation`] owns its model and its data, and is neither `Send` nor `Sync`.
 #![expect(unsafe_code, reason = "MuJoCo is C; every call is one documented unsafe block")]
 

@@ -287,7 +287,7 @@ impl Pdf {
         let mut file = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n".to_vec();
         let mut places = String::new();
         for (i, object) in objects.iter().enumerate() {
-            let _ = write!(places, "{:010} 00000 n \n", file.len());
+            let _ = writeln!(places, "{:010} 00000 n ", file.len());
             file.extend(format!("{} 0 obj\n{object}\nendobj\n", i + 1).into_bytes());
         }
         let (count, begin) = (objects.len() + 1, file.len());
