@@ -59,7 +59,7 @@ pub(super) fn common_points(data: &Report) -> BTreeSet<usize> {
 }
 
 /// Returns the learners that have a curve, in the order of the ranking.
-fn drawn(data: &Report) -> Vec<&MethodSummary> {
+pub(super) fn drawn(data: &Report) -> Vec<&MethodSummary> {
     let has_curve = |m: &&MethodSummary| data.trainings_of(&m.method).any(|t| t.curve.len() > 1);
     data.methods.iter().filter(has_curve).collect()
 }
@@ -215,7 +215,7 @@ fn curve<'a>(
 }
 
 /// Returns the trailing means of a curve, which goes on level to the given length.
-fn smoothed(curve: &[f64], episodes: usize) -> Vec<f64> {
+pub(super) fn smoothed(curve: &[f64], episodes: usize) -> Vec<f64> {
     let trailing = |end: usize| {
         let window = &curve[end.saturating_sub(SMOOTHED_OVER)..end];
         window.iter().sum::<f64>() / window.len() as f64
@@ -228,7 +228,7 @@ fn last(values: &[f64]) -> f64 {
 }
 
 /// Draws axes, and for ratios the line of what they are relative to.
-fn panel(
+pub(super) fn panel(
     canvas: &mut Canvas,
     area: (f64, f64, f64, f64),
     episodes: usize,
@@ -261,7 +261,7 @@ fn panel(
 }
 
 /// Draws values by episode, and returns where the line ends.
-fn line(
+pub(super) fn line(
     canvas: &mut Canvas,
     (frame, scale): (&Frame, Scale),
     values: &[f64],

@@ -75,6 +75,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         narrow => narrow::overall(data),
         any_failed => data.failed().count() > 0,
         learning => figure("learning"),
+        learning_by_point => figure("learning-by-point"),
         training => training(data),
         distribution => figure("distribution"),
         worst => worst(data),

@@ -6,6 +6,7 @@
 
 pub mod across;
 mod all;
+mod by_point;
 mod choice;
 mod compared;
 mod context;

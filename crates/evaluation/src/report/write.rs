@@ -7,7 +7,8 @@ use super::paths::ReportPaths;
 use super::plain_table::Cells;
 use super::whole::Report;
 use super::{
-    compared, context, csv, curves, figures, further, html, latex, profiles, ranks, sure, text,
+    by_point, compared, context, csv, curves, figures, further, html, latex, profiles, ranks, sure,
+    text,
 };
 use crate::store::Layout;
 use basics::files::{Streamed, make_folder_beneath, write_atomically};
@@ -44,6 +45,7 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         profiles::profiles(data),
         figures::distribution(data),
         curves::learning(data),
+        by_point::learning(data),
         context::by_feature(data),
     ];
     let mut figures: Vec<_> = general.into_iter().flatten().collect();

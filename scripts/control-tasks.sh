@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Computes what is published of CartPole, one run after the other, each going on from what is committed under
-# results/cartpole/NAME, and packs it so that it can be committed again. On one core, without SUMO.
+# Computes what is published of control tasks, one run after the other, each going on from what is committed under
+# results/NAME, and packs it so that it can be committed again. On one core, without SUMO.
 #
-#   scripts/cartpole.sh                 all runs, in their order
-#   scripts/cartpole.sh carl physical   these only
-#   scripts/cartpole.sh --list          their names
+#   scripts/control-tasks.sh                                    all runs, in their order
+#   scripts/control-tasks.sh cartpole/carl control-tasks/quad   these only
+#   scripts/control-tasks.sh --list                             their names
 #
 # Ctrl-C stops it, and the same command continues. JOBS is the number of workers, BINARY a program to
 # use instead of building one.
@@ -13,10 +13,14 @@ cd "$(dirname "$0")/.."
 
 # Name, then the arguments of `tsc-family run`.
 runs=(
-    "carl --methods ppo,dqn"
-    "gymnasium-start --set environment.start=0.05 --methods ppo,dqn"
-    "physical --set environment.dynamics=physical --methods ppo,dqn"
-    "tuned --preset tuned --methods ppo"
+    "cartpole/carl cartpole --methods ppo,dqn"
+    "cartpole/gymnasium-start cartpole --set environment.start=0.05 --methods ppo,dqn"
+    "cartpole/physical cartpole --set environment.dynamics=physical --methods ppo,dqn"
+    "cartpole/tuned cartpole --preset tuned --methods ppo"
+    "control-tasks/quad quad --methods ppo,trpo"
+    "control-tasks/pendulum-swing-up pendulum-swing-up --methods ppo,trpo"
+    "control-tasks/pendulum pendulum --budget 20 --methods ppo,trpo,sac,td3 --set sac.total_steps=10000 --set td3.total_steps=10000"
+    "control-tasks/mountain-car mountain-car --methods ppo,trpo"
 )
 
 if [ "${1:-}" = --list ]; then
@@ -33,14 +37,14 @@ for run in "${runs[@]}"; do
     if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then
         continue
     fi
-    out=results/cartpole/$name
+    out=results/$name
     if [ ! -d "$out/done" ] && [ -e "$out/records.tar.xz" ]; then
         tar -xJf "$out/records.tar.xz" -C "$out"
         gunzip -kf "$out/plan.jsonl.gz"
     fi
     code=0
     # shellcheck disable=SC2086 # the arguments of a run are words
-    "$BINARY" run cartpole ${run#* } --eval-seeds 20 --jobs "${JOBS:-1}" --out "$out" || code=$?
+    "$BINARY" run ${run#* } --eval-seeds 20 --jobs "${JOBS:-1}" --out "$out" || code=$?
     tar -C "$out" --sort=name --mtime=@0 --owner=0 --group=0 -cJf "$out/records.tar.xz" done
     gzip -nkf "$out/plan.jsonl"
     echo "$out: $(find "$out/done" -name '*.jsonl' | wc -l) of $(wc -l <"$out/plan.jsonl") tasks" >&2
