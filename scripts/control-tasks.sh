@@ -17,6 +17,7 @@ runs=(
     "cartpole/gymnasium-start cartpole --set environment.start=0.05 --methods ppo,dqn"
     "cartpole/physical cartpole --set environment.dynamics=physical --methods ppo,dqn"
     "cartpole/tuned cartpole --preset tuned --methods ppo"
+    "cartpole/trpo-ars cartpole --methods trpo,ars"
     "control-tasks/quad quad --methods ppo,trpo"
     "control-tasks/pendulum-swing-up pendulum-swing-up --methods ppo,trpo"
     "control-tasks/pendulum pendulum --budget 20 --methods ppo,trpo,sac,td3 --set sac.total_steps=10000 --set td3.total_steps=10000"
