@@ -63,7 +63,8 @@ pub struct BuildNetworksArgs {
     /// (repeatable)
     #[arg(long, value_name = "FILE")]
     pub turning_counts: Vec<PathBuf>,
-    /// Plans that the signals have today, for the method existing: a table with a row per phase, or UTDF [default: those of
+    /// Plans that the signals have today, for the method existing: a table with a row per phase, UTDF, or an
+    /// additional file of SUMO with tlLogic [default: those of
     /// the scenario or of --utdf]
     #[arg(long, value_name = "FILE", conflicts_with = "osm")]
     pub existing: Option<PathBuf>,

@@ -211,6 +211,7 @@ fn store(error: &StoreError) -> u8 {
         | StoreError::Plan { .. }
         | StoreError::Design { .. }
         | StoreError::Renewable { .. }
+        | StoreError::Setting { .. }
         | StoreError::Malformed { .. }
         | StoreError::Record { .. }
         | StoreError::Records(_)

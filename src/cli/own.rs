@@ -17,7 +17,7 @@ use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
 use crate::traffic::domain::Traffic;
-use crate::traffic::given::{add, add_external, add_named};
+use crate::traffic::given::{add, add_external, add_named, add_plan};
 use crate::traffic::own::Host;
 
 /// Time that a command may take for an answer, seconds.
@@ -41,6 +41,10 @@ pub struct ControllersArgs {
     /// Scores measured elsewhere: a table with the columns point, delay_s, and seed or episode (repeatable)
     #[arg(long = "controller-results", value_name = "NAME=FILE")]
     pub results: Vec<String>,
+    /// Plans of signals as a method of this name, such as a plan that is proposed: a table with a row per phase, UTDF, or an
+    /// additional file of SUMO with tlLogic (repeatable)
+    #[arg(long = "plan-file", value_name = "NAME=FILE")]
+    pub plans: Vec<String>,
     /// Time that a command may take for an answer
     #[arg(long, value_name = "SECONDS", default_value_t = ANSWER_TIMEOUT_S, value_parser = at_least_a_second())]
     pub answer_timeout: u64,
@@ -49,7 +53,7 @@ pub struct ControllersArgs {
 impl ControllersArgs {
     /// Returns the names of all that were given.
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
-        let all = self.controllers.iter().chain(&self.results);
+        let all = self.controllers.iter().chain(&self.results).chain(&self.plans);
         all.filter_map(|given| Some(given.split_once('=')?.0.to_owned()))
     }
 
@@ -95,8 +99,11 @@ impl ControllersArgs {
             None => std::env::current_exe().context("cannot find this program")?,
         };
         let mut own: Vec<(String, Vec<OsString>)> = Vec::new();
-        let options =
-            [("--controller", &self.controllers), ("--controller-results", &self.results)];
+        let options = [
+            ("--controller", &self.controllers),
+            ("--controller-results", &self.results),
+            ("--plan-file", &self.plans),
+        ];
         for (option, values) in options {
             for given in values {
                 let name = given.split_once('=').map_or(given.as_str(), |(name, _)| name);
@@ -119,6 +126,9 @@ impl ControllersArgs {
         }
         for given in &self.results {
             traffic = add_external(traffic, given)?;
+        }
+        for given in &self.plans {
+            traffic = add_plan(traffic, given)?;
         }
         Ok(traffic)
     }

@@ -18,7 +18,9 @@ use crate::run::plan::Draft;
 use crate::settings::overrides::Override;
 use crate::traffic::city::folder::default_folder;
 use crate::traffic::control::{existing, program};
+use crate::traffic::family::doubts::Doubt;
 use crate::traffic::family::load::LoadedScenario;
+use crate::traffic::given::plan_file;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::SimError;
@@ -47,17 +49,37 @@ impl Subject {
             return Ok(Self::Other(entry, problem));
         }
         let mut loaded = scenario(args)?;
+        let say = |doubts: &[Doubt]| {
+            doubts.iter().for_each(|doubt| note(format!("warning: {}", doubt.brief())));
+        };
         if let Some(path) = &args.existing {
             let (plans, doubts) = read_plans(path)?;
-            doubts.iter().for_each(|doubt| note(format!("warning: {}", doubt.brief())));
+            say(&doubts);
             loaded.plans = Some(plans);
         }
+        let mut plans = Vec::new();
+        for given in &args.controllers.plans {
+            let (method, path) = plan_file(given)?;
+            if !args.sumocfg.is_empty() {
+                return Err(Refused(format!(
+                    "--plan-file {method} has no effect: plans are of generated networks, and SUMO scenarios bring theirs; leave \
+                     it out"
+                ))
+                .into());
+            }
+            let (read, doubts) = read_plans(path)?;
+            say(&doubts);
+            plans.push((method, read));
+        }
         let networks = args.networks.clone().unwrap_or_else(|| default_folder(name, &loaded));
-        let problem =
-            SignalProblem::new(loaded, folder(name), networks, &args.sumocfg, &args.given.given())?;
+        let (folder, given) = (folder(name), args.given.given());
+        let problem = SignalProblem::new(loaded, folder, networks, &args.sumocfg, &given, &plans)?;
         if !args.quiet {
-            let doubts = problem.existing.doubts.iter().cloned().chain(problem.existing.left_out());
-            doubts.for_each(|doubt| note(format!("warning: {}", doubt.brief())));
+            for (method, placed) in &problem.plans {
+                for doubt in placed.doubts.iter().cloned().chain(placed.left_out()) {
+                    note(format!("warning: {method}: {}", doubt.brief()));
+                }
+            }
         }
         Ok(Self::Signals(Box::new(problem)))
     }
@@ -68,7 +90,10 @@ impl Subject {
         let all = problem.family().points.iter().map(|point| point.id.as_str()).collect();
         match problem.is_imported() {
             true => Some(program::METHOD.name),
-            false => problem.without_existing(&all).is_empty().then_some(existing::METHOD.name),
+            false => {
+                let lacking = problem.without_plan(existing::METHOD.name, &all);
+                lacking.is_empty().then_some(existing::METHOD.name)
+            }
         }
     }
 
@@ -81,7 +106,8 @@ impl Subject {
         }
         let loaded = scenario.signals(&scenario.settings())?;
         let networks = default_folder(name, &loaded);
-        let problem = SignalProblem::new(loaded, folder(name), networks, &[], &Given::default())?;
+        let problem =
+            SignalProblem::new(loaded, folder(name), networks, &[], &Given::default(), &[])?;
         Ok(Self::Signals(Box::new(problem)))
     }
 
@@ -125,7 +151,7 @@ impl Subject {
             Self::Other(entry, _) => return of_others(args, entry.domain, draft),
         };
         let imported = problem.is_imported();
-        has_plans(problem, draft)?;
+        has_plans(args, problem, draft)?;
         if imported && args.networks.is_some() {
             let reason =
                 "--networks has no effect: the SUMO scenarios bring their networks; leave it out";
@@ -162,32 +188,43 @@ impl Subject {
     }
 }
 
-/// Refuses the method `existing` where plans are missing.
-fn has_plans(problem: &SignalProblem, draft: &Draft) -> Result<(), Refused> {
-    if !draft.methods.iter().any(|name| name == existing::METHOD.name) {
-        return Ok(());
-    }
-    if problem.is_imported() {
-        return Err(Refused(
-            "the method existing runs plans that are given; what SUMO scenarios have today is the method program".to_owned(),
-        ));
-    }
+/// Refuses methods that run plans where these are missing.
+fn has_plans(args: &RunArgs, problem: &SignalProblem, draft: &Draft) -> Result<(), Refused> {
+    let is_today = |name: &str| name == existing::METHOD.name;
+    let is_plan = |name: &&String| {
+        let given = args.controllers.plans.iter().filter_map(|given| given.split_once('='));
+        is_today(name) || given.into_iter().any(|(own, _)| own == name.as_str())
+    };
     let family = problem.family();
     let chosen = draft.sample.draws.iter().map(|draw| draw.point.as_str()).collect();
-    let lacking = problem.without_existing(&chosen);
-    let few = lacking.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join(", ");
-    let more = if lacking.len() > MOST_NAMED { ", ..." } else { "" };
-    match lacking.len() {
-        0 => Ok(()),
-        count if problem.existing.of_point.is_empty() => Err(Refused(format!(
-            "no plan was given for the method existing ({count} point MDPs); give one with --existing FILE, or              `existing = \"FILE\"` in [family] of the scenario, or leave the method out"
-        ))),
-        count => Err(Refused(format!(
-            "no plan was given, or none that can be shown, for {count} of {} point MDPs ({few}{more}), which the method \
-             existing needs; complete the table, leave them out of the sample (--plan), or leave the method out",
+    for method in draft.methods.iter().filter(is_plan) {
+        if is_today(method) && problem.is_imported() {
+            return Err(Refused(
+                "the method existing runs plans that are given; what SUMO scenarios have today is the method program"
+                    .to_owned(),
+            ));
+        }
+        let lacking = problem.without_plan(method, &chosen);
+        let few = lacking.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join(", ");
+        let more = if lacking.len() > MOST_NAMED { ", ..." } else { "" };
+        if lacking.is_empty() {
+            continue;
+        }
+        if is_today(method) && !problem.plans.contains_key(method) {
+            return Err(Refused(format!(
+                "no plan was given for the method existing ({} point MDPs); give one with --existing FILE, or \
+                 `existing = \"FILE\"` in [family] of the scenario, or leave the method out",
+                lacking.len()
+            )));
+        }
+        return Err(Refused(format!(
+            "no plan was given, or none that can be shown, for {} of {} point MDPs ({few}{more}), which the method \
+             {method} needs; complete the table, leave them out of the sample (--plan), or leave the method out",
+            lacking.len(),
             family.points.len().min(chosen.len())
-        ))),
+        )));
     }
+    Ok(())
 }
 
 /// Refuses what has no effect on other domains than traffic signals.

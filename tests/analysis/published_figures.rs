@@ -11,14 +11,13 @@ use tsc_family::store::Layout;
 use tsc_family::store::results::Results;
 
 /// The pages with tables of scores: what stands before the name of a method, the decimals of the table, and the results.
-const TABLES: [(&str, &str, usize, &str); 12] = [
+const TABLES: [(&str, &str, usize, &str); 11] = [
     ("docs/results.md", "| `resco` | ", 3, "resco"),
     ("docs/results.md", "| `resco` | ", 3, "nema-resco"),
     ("docs/results.md", "| `field` | ", 3, "field-0.2.0"),
     ("docs/results.md", "| `field` | ", 3, "nema-field-0.2.0"),
     ("docs/results.md", "| `resco` | ", 3, "intersections-resco"),
-    ("docs/results.md", "| `field` | ", 3, "intersections-field"),
-    ("docs/results.md", "| `field` | ", 3, "nema-intersections-field"),
+    ("docs/results.md", "| `field` | ", 3, "intersections-field-0.2.1"),
     ("docs/results.md", "| ", 3, "resco"),
     ("docs/results.md", "| ", 3, "learners"),
     ("docs/results.md", "| ", 2, "learners-field"),

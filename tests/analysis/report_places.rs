@@ -45,6 +45,7 @@ fn places() -> Places {
             place("n5", &[], (40.77, -111.88), "far", None),
         ],
         streets: vec![StreetsOfRank { rank: 3, lines: vec![line] }],
+        drawings: vec![],
     }
 }
 

@@ -75,6 +75,12 @@ fn counted_turns_are_what_is_simulated_in_every_period() {
         "run counted --budget all --methods baseline --eval-seeds 1 --set demand.horizon_s=60 --out r",
     );
     assert!(output.contains("2/2"), "{output}");
+    let page = fs::read_to_string(folder.path().join("r/report/intersections/i0007.html")).unwrap();
+    for expected in
+        ["am, 500 h a year", "pm, 250 h a year", "Movements, pm", "<th scope=\"row\">am</th>"]
+    {
+        assert!(page.contains(expected), "{expected}: {page}");
+    }
     let table = fs::read_to_string(folder.path().join("r/report/periods.csv")).unwrap();
     let mut rows = table.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
     for (period, hours) in [("am", 500.0), ("pm", 250.0)] {
@@ -178,17 +184,18 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     // The phases of the dual ring and the stages of fixed time have the movements of the street.
     let sheet = fs::read_to_string(folder.path().join("r/report/cabinet.csv")).unwrap();
     for row in [
-        "i0001,nema,0,c,phase,1,1,1,1,EBL,,",
-        "i0002,nema,0,c,phase,6,2,1,2,EBT EBR,,",
-        ",fixed-time,0,c,stage,1,,,,",
-        "i0001,existing,0,c,phase,2,1,1,2,EBT,EBL EBR,15,3,34,4.3,1.2,7,14,max,100,39.5,coordinated,0,2 6",
-        "i0002,existing,0,c,phase,8,2,2,2,NBL,NBR,8,3,27.6,3.3,1.1,7,18,none,100,32,coordinated,32,2 6",
+        "i0001,nema,0,c,phase,actuated,,0,,0,1,1,1,1,EBL,,",
+        "i0002,nema,0,c,phase,actuated,,0,,0,6,2,1,2,EBT EBR,,",
+        ",fixed-time,0,c,stage,pretimed,",
+        "i0001,existing,0,c,phase,coordinated,100,0,2 6,0,2,1,1,2,EBT,EBL EBR,15,34,39.5,3,4.3,1.2,7,14,max,",
+        "i0002,existing,0,c,phase,coordinated,100,32,2 6,0,8,2,2,2,NBL,NBR,8,27.6,32,3,3.3,1.1,7,18,none,",
     ] {
         assert!(sheet.contains(row), "{row}: {sheet}");
     }
     let page = fs::read_to_string(folder.path().join("r/report/index.html")).unwrap();
     assert!(page.contains("id=\"movements\"") && page.contains("id=\"cabinet\""));
     plans_go_back(folder.path());
+    plans_are_given_back(folder.path());
     fs::write(folder.path().join("c.csv"), "INTID,NBL,NBR,EBT,EBR,WBL,WBT\n2,5,6,7,8,9,10\n")
         .unwrap();
     succeed(folder.path(), "build-networks --utdf n.csv --turning-counts c.csv --out both");
@@ -212,6 +219,39 @@ fn a_network_in_utdf_is_simulated_with_its_volumes_or_with_counts() {
     }
     let output = run(folder.path(), "build-networks --utdf c.csv --out x");
     assert!(stderr(&output).contains("--turning-counts"), "{}", stderr(&output));
+}
+
+/// Checks the page of an intersection: on it stands what changes from today, and it follows the assumptions of its reader.
+fn page_of_an_intersection(folder: &Path) {
+    let page = || fs::read_to_string(folder.join("r/report/intersections/i0007.html")).unwrap();
+    let first = page();
+    for expected in [
+        "<td>today</td>",
+        "<svg xmlns=",
+        "\u{b1}",
+        "existing, pretimed, cycle 70 s, offset 0 s",
+        "2: 40, 4: 30, 6: 40, 8: 30",
+        "value_of_time_usd_per_h",
+        ">NBL ",
+        "../plans/i0007.html",
+    ] {
+        assert!(first.contains(expected), "{expected}: {first}");
+    }
+    let index = fs::read_to_string(folder.join("r/report/index.html")).unwrap();
+    assert!(index.contains("href=\"intersections&#x2f;i0007.html\""), "no link");
+    fs::write(folder.join("r/assumptions.toml"), "value_of_time_usd_per_h = 0\n").unwrap();
+    succeed(folder, "report r");
+    assert!(page().contains("<td>yours</td>") && page() != first, "{}", page());
+    fs::write(folder.join("r/assumptions.toml"), "value_of_time = 5\n").unwrap();
+    let output = run(folder, "report r");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let e = stderr(&output);
+    assert!(
+        e.contains("r/assumptions.toml: value_of_time is no assumption; expected one of")
+            && e.contains("correct it, or delete it for the defaults"),
+        "{e}"
+    );
+    fs::remove_file(folder.join("r/assumptions.toml")).unwrap();
 }
 
 /// Checks that the delays of movements, weighted by their vehicles, are the delay of every point MDP and method.
@@ -268,6 +308,7 @@ fn an_existing_plan_is_simulated_and_compared_with() {
     assert!(page.contains("which is what is done today"), "no headline");
     assert!(page.contains("pretimed, cycle 70 s, offset 0 s"), "no caption");
     assert!(folder.path().join("r/report/against-existing/index.html").is_file());
+    page_of_an_intersection(folder.path());
     // Greens of 35 and 25 s, yellow of 4 s and all-red of 1 s; SUMO can run it.
     let plans = read("r/report/plans.csv");
     let row = plans.lines().find(|row| row.contains(",existing,")).unwrap();
@@ -336,7 +377,15 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     );
     fs::write(folder.path().join("t.xml"), "<additional/>").unwrap();
     let e = refused("run city --existing t.xml --out x");
-    assert!(e.contains("XML, not a table of phases; programs of SUMO run with --sumocfg"), "{e}");
+    assert!(e.contains("t.xml, line 1: XML without a tlLogic, no existing plan"), "{e}");
+    let logic =
+        "<additional><tlLogic id='7'><phase duration='9' state='GGrr'/></tlLogic></additional>";
+    fs::write(folder.path().join("t.xml"), logic).unwrap();
+    let e = refused("run city --existing t.xml --out x");
+    assert!(
+        e.contains("signal 7: states have 4 letters, but the intersection has 16 links"),
+        "{e}"
+    );
     for (from, to, expected) in [
         ("NBT NBR,NBL", "NBR,NBL", "p.csv, line 2: intersection 7: NBT has no phase"),
         ("EBT,EBL", "EBT NBT,EBL", "which cross; correct ring and barrier, or let one yield"),
@@ -354,6 +403,57 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     let config = "city/networks/i0007/i0007.sumocfg";
     let e = refused(&format!("run --sumocfg {config} --methods existing --out x"));
     assert!(e.contains("what SUMO scenarios have today is the method program"), "{e}");
+}
+
+/// Checks that tables of plans that the report wrote are taken back with the same values, that a fixed cycle then gives the
+/// same delays to the last digit, also as a program of SUMO, and that the sheet of all methods has to be told apart.
+fn plans_are_given_back(folder: &Path) {
+    let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    let text = read("r/report/plans/i0001.add.xml").replace("id=\"c\"", "id=\"1\"");
+    let other = read("r/report/plans/i0002.add.xml").replace("id=\"c\"", "id=\"i0002\"");
+    let logic = |text: &str| {
+        let from = text.find("<tlLogic").unwrap();
+        text[from..text.find("</additional>").unwrap()].to_owned()
+    };
+    let both = format!("<additional>{}{}</additional>", logic(&text), logic(&other));
+    fs::write(folder.join("both.add.xml"), both).unwrap();
+    let plans = "--plan-file old=both.add.xml --plan-file new=r/report/plans/nema.csv";
+    let run_it = "run networks/n --budget all --methods existing --eval-seeds 1 --set demand.horizon_s=120 \
+                  --existing r/report/plans/fixed-time.csv --out given";
+    succeed(folder, &format!("{run_it} {plans}"));
+    assert_eq!(read("given/report/plans/existing.csv"), read("r/report/plans/fixed-time.csv"));
+    assert_eq!(read("given/report/plans/new.csv"), read("r/report/plans/nema.csv"));
+    let delays = |name: &str, method: &str| -> Vec<String> {
+        let mut reader = csv::Reader::from_path(folder.join(name)).unwrap();
+        let rows = reader.deserialize::<BTreeMap<String, String>>().map(Result::unwrap);
+        rows.filter(|row| row["method"] == method).map(|row| row["delay_s"].clone()).collect()
+    };
+    let fixed_time = delays("r/report/scores.csv", "fixed-time");
+    assert_eq!(delays("given/report/scores.csv", "existing"), fixed_time);
+    assert_eq!(delays("given/report/scores.csv", "old"), fixed_time);
+    // A further plan adds to the run.
+    let third = "--plan-file third=r/report/plans/existing.csv";
+    let grown = run(folder, &format!("{run_it} {plans} {third}"));
+    assert!(stderr(&grown).contains("8 records stay"), "{}", stderr(&grown));
+    assert_eq!(delays("given/report/scores.csv", "third").len(), 2);
+    for (arguments, expected) in [
+        (
+            "run networks/n --existing r/report/cabinet.csv --out x",
+            ": rows are of several methods (baseline, nema); keep those of one, or give plans/METHOD.csv",
+        ),
+        ("run networks/n --plan-file a --out x", "\"a\": write NAME=FILE, with a table of phases"),
+        ("run networks/n --plan-file nema=n.csv --out x", "there is a method nema already"),
+        ("run networks/n --plan-file a=none.csv --out x", "none.csv"),
+        ("run cartpole --plan-file a=n.csv --out x", "has no effect on cartpole"),
+        (
+            "run --sumocfg networks/n/networks/i0001/i0001.sumocfg --plan-file a=n.csv --out x",
+            "--plan-file a has no effect: plans are of generated networks",
+        ),
+    ] {
+        let output = run(folder, arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {}", stderr(&output));
+        assert!(stderr(&output).contains(expected), "{arguments}: {}", stderr(&output));
+    }
 }
 
 /// Checks that the network without its phases takes back the plans that the report wrote, with the same values, and that
@@ -393,4 +493,97 @@ fn plans_go_back(folder: &Path) {
     );
     let page = read("r/report/plans/i0001.html");
     assert!(page.contains("@media print") && page.contains("coordinated, cycle 100 s"), "{page}");
+}
+
+#[test]
+fn mistakes_with_counts_networks_and_plans_are_named_with_file_and_line() {
+    let folder = with_table();
+    let network =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/signals/tests/utdf/two-signals.csv");
+    let network = fs::read_to_string(network).unwrap();
+    let refused = |command: &str, file: &str, text: &str| {
+        fs::write(folder.path().join(file), text).unwrap();
+        let output = run(folder.path(), command);
+        assert_eq!(output.status.code(), Some(2), "{text}: {}", stderr(&output));
+        assert!(!folder.path().join("x").exists(), "{text}: nothing is written");
+        stderr(&output)
+    };
+    let counted = "build-networks a.toml --turning-counts w.csv --out x";
+    for (text, expected) in [
+        ("a,b\n1,2\n", "line 1: no line names movements; expected columns such as INTID, Time"),
+        (
+            "INTID,NBL,NBT,NBTR,SBT\n7,1,2,3,4\n",
+            "line 1: column NBTR counts several turns together",
+        ),
+        (
+            "INTID,NBL,NBT,NBR RTOR,SBT\n7,1,2,3,4\n",
+            "column NBR RTOR may count vehicles, and is not",
+        ),
+        ("INTID,NBL,NBT,NBT,NBR\n7,1,2,3,4\n", "line 1: columns NBT and NBT count the same"),
+        (
+            "INTID,Time,NBL,NBT,NBR\n7,7h15,1,2,3\n",
+            "line 2: time \"7h15\" is not understood; write",
+        ),
+        ("INTID,NBL,NBT,NBR\n7,x,2,3\n", "line 2: \"x\" in column 2: write a number"),
+        ("INTID,NBL,NBT,NBR\n7,-5,2,3\n", "line 2: -5 in column 2: expected a number from 0 to"),
+        ("INTID,NBL,NBT,NBR\n8,1,2,3\n", "line 2: none of the counted intersections (8) is one of"),
+        ("INTID,NBL,NBT,NBR\n7,1,2,3\n7,1,2,3\n", "line 3: a second row of the same intersection"),
+        (
+            "INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:25,1,2,3\n",
+            "line 3: 25 minutes after the row",
+        ),
+        ("INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:15,1,2,3\n", "line 2: no hour is complete"),
+        (network.as_str(), "line 1: a network in UTDF, not a table of counts; give it with --utdf"),
+    ] {
+        let e = refused(counted, "w.csv", text);
+        assert!(e.contains("w.csv, ") && e.contains(expected), "{expected}: {e}");
+    }
+    let utdf = "build-networks --utdf u.csv --out x";
+    for (from, to, expected) in [
+        ("Volume,1,80,", "Volume,1,many,", "line 72: volume = \"many\": expected a number"),
+        ("Volume,1,80,", "Volume,1,-80,", "line 72: volume of NBL = -80: expected a number from 0"),
+        ("Lanes,1,1,2,0,1", "Lanes,1,1.5,2,0,1", "line 64: lanes = 1.5: expected a whole number"),
+        ("PHF,1,0.90", "PHF,1,90", "line 74: phf of NBL = 90: expected a number from 0.25 to 1"),
+        (
+            "HeavyVehicles,1,2,",
+            "HeavyVehicles,1,200,",
+            "line 76: heavyvehicles of NBL = 200: expected",
+        ),
+        ("Peds,1,20", "Peds,1,-3", "line 73: peds of NBL = -3: expected a number from 0 to 3600"),
+        ("Metric,0", "Metric,maybe", "[Network] metric = \"maybe\": expected a number from 0 to 1"),
+        ("[Lanes]", "[Lane]", "no lanes ([Lanes] or LANES.CSV); export the network again"),
+        ("[Nodes]", "[Node]", "no nodes ([Nodes] or LAYOUT.CSV); export the network again"),
+    ] {
+        assert!(network.contains(from), "{from}");
+        let e = refused(utdf, "u.csv", &network.replace(from, to));
+        assert!(e.contains("u.csv, ") && e.contains(expected), "{expected}: {e}");
+    }
+    counts(&folder.path().join("c.csv"));
+    succeed(folder.path(), "build-networks a.toml --turning-counts c.csv --out city");
+    let plans = "run city --existing p.csv --out x";
+    for (from, to, expected) in [
+        (
+            "2,1,1,1,NBT",
+            "2,3,1,1,NBT",
+            "phase 2 is in ring 3; plans of one or two rings can be shown",
+        ),
+        ("7,pretimed", "7,coordinated", "no reference phase says which phases hold the green"),
+        (
+            "7,pretimed",
+            "7,fixed",
+            "line 2: control = \"fixed\": expected one of pretimed, actuated",
+        ),
+        (
+            ",12,max",
+            ",12,maximum",
+            "line 2: recall = \"maximum\": expected one of none, min, ped, max",
+        ),
+        ("40,4,1,7,12", "40,4,1,7,", "line 2: walk_s and clearance_s belong together"),
+        ("2,1,1,1,NBT NBR", "2,1,1,1,NBTR", "line 2: movements = \"NBTR\": NBTR is no movement"),
+        ("SBT,SBL,40", "SBT,SBL,4", "split_s = 4: nothing is left for green after 4 s of yellow"),
+    ] {
+        assert!(PLAN.contains(from), "{from}");
+        let e = refused(plans, "p.csv", &PLAN.replace(from, to));
+        assert!(e.contains("p.csv, ") && e.contains(expected), "{expected}: {e}");
+    }
 }

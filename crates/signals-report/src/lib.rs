@@ -14,6 +14,7 @@ mod map_view;
 mod measures;
 mod movements;
 mod overloaded;
+mod pages;
 mod periods;
 mod plan_values;
 pub mod plans;
@@ -21,6 +22,8 @@ pub mod quality;
 mod remarks;
 mod sections;
 mod shown;
+mod sketch;
+mod worth;
 
 pub use measures::TrafficMeasures;
 pub use overloaded::Overloaded;

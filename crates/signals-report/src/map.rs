@@ -4,6 +4,7 @@
 mod dot;
 mod legend;
 
+use super::intersections::basis;
 use super::level_of_service::LEVELS;
 use super::map_view::{MapFrame, MapView, scale_bar};
 use super::shown::Seen;
@@ -92,5 +93,27 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
         .collect();
     let title =
         format!("Map of {} under {}", format::count(dots.len(), "intersection"), best.method);
-    Some(canvas.figure("map", &title, &counts.join("; ")))
+    let figure = canvas.figure("map", &title, &counts.join("; "));
+    Some(Figure { svg: linked(figure.svg, seen, &dots), ..figure })
+}
+
+/// Lets the dots of intersections that have a page of their own lead to it.
+fn linked(mut svg: String, seen: Seen<'_>, dots: &[Dot]) -> String {
+    let pages = super::pages::links(seen);
+    if pages.is_empty() {
+        return svg;
+    }
+    for dot in dots {
+        let place = &seen.shown.places.intersections[dot.number];
+        let point = basis(seen.data, place).1;
+        let Some(page) = point.and_then(|point| pages.get(&point)) else { continue };
+        let id = format!("id=\"dot-{}\"", dot.number);
+        let Some(at) = svg.find(&id) else { continue };
+        let (Some(from), Some(to)) = (svg[..at].rfind("<g"), svg[at..].find("</g>")) else {
+            continue;
+        };
+        svg.insert_str(at + to + "</g>".len(), "</a>");
+        svg.insert_str(from, &format!("<a href=\"{page}\">"));
+    }
+    svg
 }

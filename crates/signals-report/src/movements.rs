@@ -61,7 +61,8 @@ const HEADER: [&str; 20] = [
 /// Results by movement of a task.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TaskMovements {
-    method: usize,
+    /// Position of the method in the manifest.
+    pub(crate) method: usize,
     /// Position of the point MDP in the manifest.
     pub(crate) point: usize,
     replicate: u32,
@@ -143,8 +144,11 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     }
     let identity = &data.manifest.identity;
     let many = data.points.len() > FEW;
-    let points: Vec<Value> =
-        (0..data.points.len()).filter(|_| !many).filter_map(|p| point(seen, p)).collect();
+    let pages = super::pages::links(seen);
+    let points: Vec<Value> = (0..data.points.len())
+        .filter(|_| !many)
+        .filter_map(|p| point(seen, p, pages.get(&p).map(String::as_str)))
+        .collect();
     Some(context! {
         points,
         many,
@@ -156,7 +160,11 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 }
 
 /// Returns the movements of an intersection under the best method, and under what is done today or else the baseline.
-fn point(seen: Seen<'_>, point: usize) -> Option<Value> {
+///
+/// # Arguments
+///
+/// * `page` — where the page of the intersection is, if it has one.
+pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<Value> {
     let Seen { data, shown } = seen;
     let identity = &data.manifest.identity;
     let of =
@@ -192,6 +200,7 @@ fn point(seen: Seen<'_>, point: usize) -> Option<Value> {
                         ratio => capacity.map_or_else(|| "-".to_owned(), |c| ratio_text(c.ratio)),
                         stops => own.stops.map(|stops| format!("{stops:.2}")),
                         queue => format!("{:.0}", own.queue_95_veh),
+                        queue_m => format!("{:.0}", own.queue_95_veh * VEHICLE_M),
                         spills => queue_ratio(own).is_some_and(|ratio| ratio > 1.0),
                         unserved,
                     }
@@ -200,13 +209,16 @@ fn point(seen: Seen<'_>, point: usize) -> Option<Value> {
             context! {
                 movement => m.movement.as_str(),
                 volume => format!("{:.0}", m.vehicles_veh / hours),
+                storage => m.storage_m.map(|length_m| format!("{length_m:.0}")),
                 cells => cells.collect::<Vec<_>>(),
             }
         })
         .collect();
     let names: Vec<String> = compared.iter().map(|m| named(data, &identity.methods[*m])).collect();
     let title = shown.title(&data.points[point].row);
-    Some(context! { title, names, rows, weight => format::percent(data.points[point].weight) })
+    Some(
+        context! { title, names, rows, page, weight => format::percent(data.points[point].weight) },
+    )
 }
 
 /// Returns the level of service of a movement: F where its lane group is above capacity.

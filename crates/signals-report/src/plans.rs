@@ -16,6 +16,7 @@ mod read;
 pub(super) mod sheets;
 mod table;
 mod task_plan;
+pub(super) mod told;
 
 pub(super) use files::{FOLDER, TABLE, write};
 pub(super) use read::plans;

@@ -251,6 +251,7 @@ impl Sections for TrafficSections {
                 chosen => data.points.len(),
                 family_size => data.manifest.identity.sample.family_size,
                 sampling => data.sampling(),
+                has_pages => !super::pages::links(self.seen(data)).is_empty(),
             };
             let template = include_str!("templates/map.html");
             parts.push(part(Slot::Body, "places", "Map", template, values)?);
@@ -302,6 +303,7 @@ impl Sections for TrafficSections {
             )
         }));
         written.notes.extend(plans::sheets::write(&folder.join(plans::FOLDER), seen)?.notes);
+        super::pages::write(folder, seen)?;
         let path = folder.join(plans::cabinet::TABLE);
         write_atomically(&path, plans::cabinet::table(seen).as_bytes())?;
         written.files.push(path);

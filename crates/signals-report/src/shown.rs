@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::movements::{TaskMovements, movements};
 use super::plans::{TaskPlan, plans};
+use super::worth::Worth;
 use evaluation::analysis::Analysis;
 use evaluation::report::titles::{differ, with_id};
 use evaluation::store::Layout;
@@ -29,6 +30,8 @@ pub(super) struct Shown {
     pub(super) plans: Vec<TaskPlan>,
     /// Results by movement of every finished task that has them, in the order of the plan.
     pub(super) movements: Vec<TaskMovements>,
+    /// What delay and stops are worth.
+    pub(super) worth: Worth,
 }
 
 /// An analysis with what is shown beside it.
@@ -45,7 +48,7 @@ impl Shown {
     ///
     /// # Errors
     ///
-    /// [`StoreError`] when its file of places is damaged.
+    /// [`StoreError`] when its file of places is damaged, or that of assumptions has something else.
     pub(super) fn read(layout: &Layout, results: &Results) -> Result<Self, StoreError> {
         let places = Places::read(&layout.root().join(FILE))?;
         let of_points = || Places::of_points(&results.manifest.identity.points);
@@ -64,6 +67,7 @@ impl Shown {
             stood_for,
             plans: plans(results),
             movements: movements(results),
+            worth: Worth::read(layout.root())?,
         })
     }
 

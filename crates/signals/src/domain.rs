@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::control::Controller;
 use super::control::baseline;
+use super::control::existing;
 use super::control::program;
 use super::control::registry::METHODS;
 use super::controllers::{create, setup};
@@ -89,6 +90,7 @@ impl Traffic {
     ) -> Result<Box<dyn Controller>, RunError> {
         match self.own_of(method).map(|own| &own.play) {
             Some(Play::Controller(create)) => Ok(create(&setup(scenario, imported, seed))),
+            Some(Play::Plan) => create(existing::METHOD.name, scenario, imported, seed),
             _ => create(method, scenario, imported, seed),
         }
     }
@@ -192,7 +194,7 @@ impl Domain for Traffic {
         }
         let scenario = scenario_of(site.settings).map_err(|e| TrialError::Input(e.into()))?;
         let own = method == program::METHOD.name;
-        let world = planned_world(site.point, site.prepared, own).map_err(|e| match e {
+        let world = planned_world(site.point, site.prepared, own, method).map_err(|e| match e {
             TrafficError::Network(e) => of_network(e),
             TrafficError::Sim(e) => of_sim(e),
             other => of_files(other),

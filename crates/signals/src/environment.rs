@@ -10,7 +10,7 @@ use super::held::Held;
 use super::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
 use crate::env::world::TurnShare;
 use crate::env::{SignalEnv, World};
-use crate::existing::{ExistingPlan, GIVEN};
+use crate::existing::ExistingPlan;
 use crate::network::demand::DemandSpec;
 use crate::settings::{Detail, Scenario};
 use crate::sim::Sim;
@@ -32,7 +32,11 @@ pub fn environment<S: Sim>(
     if scenario.family.detail == Detail::SixFeatures {
         world.ways = None;
     }
-    let (signal, simulation) = (scenario.signal.clone(), scenario.simulation.clone());
+    let (mut signal, simulation) = (scenario.signal.clone(), scenario.simulation.clone());
+    // Who was counted pushes a button; a crosswalk where nobody was counted has what the settings say.
+    if signal.pedestrians && !world.pedestrians.is_empty() {
+        signal.pedestrian_calls_per_h.get_or_insert(0.0);
+    }
     SignalEnv::new(sim, world, signal, simulation, scratch.to_path_buf())
 }
 
@@ -74,6 +78,9 @@ pub fn generated_world(files: &NetworkFiles) -> Result<World, TrafficError> {
         })
         .collect();
     for stream in &demand.streams {
+        world
+            .pedestrians
+            .extend(stream.pedestrians_per_h.map(|per_h| (stream.from.clone(), per_h)));
         for turn in [Turn::Left, Turn::Right] {
             let length_m = stream.storage.and_then(|storage| storage.of_turn(turn));
             world.bays.extend(length_m.map(|m| (stream.from.clone(), turn, m)));
@@ -107,13 +114,14 @@ pub fn given(point: &PointRow) -> Result<Given, SimError> {
     })
 }
 
-/// Returns the plan that the signal of a generated point MDP has today, as its manifest keeps it.
+/// Returns the plan of a generated point MDP that a method runs, as its manifest keeps it: `existing`, or one of
+/// `--plan-file`.
 ///
 /// # Errors
 ///
 /// What the manifest says instead.
-pub fn existing_plan(point: &PointRow) -> Result<Option<ExistingPlan>, String> {
-    let plan = point.given.get(GIVEN).filter(|_| point.environment == GENERATED);
+pub fn existing_plan(point: &PointRow, method: &str) -> Result<Option<ExistingPlan>, String> {
+    let plan = point.given.get(method).filter(|_| point.environment == GENERATED);
     let plan: Option<ExistingPlan> = plan
         .map(|plan| serde_json::from_value(plan.clone()))
         .transpose()
@@ -129,6 +137,7 @@ pub fn existing_plan(point: &PointRow) -> Result<Option<ExistingPlan>, String> {
 /// # Arguments
 ///
 /// * `day_plan` — whether programs change by the clock as they do in the scenario.
+/// * `method` — whose plan is taken, where it has one.
 ///
 /// # Errors
 ///
@@ -137,6 +146,7 @@ pub fn planned_world(
     point: &PointRow,
     networks: &Path,
     day_plan: bool,
+    method: &str,
 ) -> Result<(World, Held), TrafficError> {
     let mut held = Held::default();
     if point.environment != GENERATED {
@@ -160,7 +170,7 @@ pub fn planned_world(
         let name = file_name(&point.point, ending);
         held.add(&files.folder.join(&name), point.sha256.get(&name))?;
     }
-    let existing = existing_plan(point)
+    let existing = existing_plan(point, method)
         .map_err(|reason| SimError::Config { path: files.net.clone(), reason })?;
     Ok((World { existing, ..generated_world(&files)? }, held))
 }
@@ -212,7 +222,7 @@ mod tests {
         for ending in FILE_ENDINGS {
             fs::write(files.folder.join(file_name("p", ending)), ending).unwrap();
         }
-        let e = planned_world(&point, folder.path(), false).unwrap_err();
+        let e = planned_world(&point, folder.path(), false, "").unwrap_err();
         assert!(
             matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("p.demand.json"))
         );
@@ -232,9 +242,9 @@ mod tests {
         point.environment = config.display().to_string();
         point.sha256 = hash_scenario(&Intake::read(&config, &Given::default()).unwrap()).unwrap();
         assert_eq!(point.sha256.len(), 4);
-        planned_world(&point, Path::new(""), false).unwrap();
+        planned_world(&point, Path::new(""), false, "").unwrap();
         write("b.xml", "<routes> </routes>");
-        let e = planned_world(&point, Path::new(""), false).unwrap_err();
+        let e = planned_world(&point, Path::new(""), false, "").unwrap_err();
         assert!(matches!(&e, TrafficError::Altered { path, .. } if path.ends_with("b.xml")), "{e}");
     }
 

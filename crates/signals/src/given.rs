@@ -1,4 +1,5 @@
-//! From what the command line says to a method: `NAME=exec:COMMAND`, `NAME=FILE.py:CLASS`, `NAME=SCORES.csv`.
+//! From what the command line says to a method: `NAME=exec:COMMAND`, `NAME=FILE.py:CLASS`, `NAME=SCORES.csv`, and plans of
+//! signals.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -19,6 +20,10 @@ use evaluation::store::own::{OwnKind, OwnMethod};
 
 /// What a command begins with.
 const EXEC: &str = "exec:";
+
+/// How a plan is given.
+const PLAN_FORM: &str =
+    "write NAME=FILE, with a table of phases, UTDF or an additional file of SUMO";
 
 /// Names that mean something else: all methods, and in tables that no method is better or that this is open.
 const RESERVED: [&str; 4] = ["all", "none", "open", "tie"];
@@ -148,7 +153,38 @@ pub fn add_external(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> 
     Ok(traffic.with_own(method, Own { about, files: BTreeMap::from([(file, path)]), play }))
 }
 
-/// Adds a method that records have and that nobody gave, so that they can be read; it cannot be played.
+/// Adds a plan of signals as a method.
+///
+/// # Arguments
+///
+/// * `given` — `NAME=FILE`.
+///
+/// # Errors
+///
+/// [`OwnError`] saying what is wrong with how it is written. What the file has is read with the scenario.
+pub fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
+    let (name, source) = named(given, PLAN_FORM)?;
+    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
+    check_name(&traffic, &name).map_err(wrong)?;
+    let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
+    let file = label(source);
+    let about = OwnMethod::new(&name, OwnKind::Plan, file.clone());
+    let method = Method::new(name.leak(), OwnKind::Plan.in_words(), Training::None);
+    let own = Own { about, files: BTreeMap::from([(file, path)]), play: Play::Plan };
+    Ok(traffic.with_own(method, own))
+}
+
+/// Returns name and file of plans as the command line gives them.
+///
+/// # Errors
+///
+/// [`OwnError::Source`] saying how it has to be written.
+pub fn plan_file(given: &str) -> Result<(String, &Path), OwnError> {
+    named(given, PLAN_FORM).map(|(name, file)| (name, Path::new(file)))
+}
+
+/// Adds a method that records have and that nobody gave, so that they can be read; of these only plans can be played,
+/// which the manifest keeps.
 pub fn add_named(traffic: Traffic, about: &OwnMethod) -> Traffic {
     if check_name(&traffic, &about.name).is_err() {
         return traffic;
@@ -156,7 +192,8 @@ pub fn add_named(traffic: Traffic, about: &OwnMethod) -> Traffic {
     let training = if about.learns { Training::Learned } else { Training::None };
     let summary: &'static str = about.kind.in_words();
     let method = Method::new(about.name.clone().leak(), summary, training);
-    let own = Own { about: about.clone(), files: BTreeMap::new(), play: Play::Absent };
+    let play = if about.kind == OwnKind::Plan { Play::Plan } else { Play::Absent };
+    let own = Own { about: about.clone(), files: BTreeMap::new(), play };
     traffic.with_own(method, own)
 }
 

@@ -12,13 +12,15 @@ use osm_signals::angle::normalise_degrees;
 use osm_signals::{DrivingSide, Turn};
 use sheet::Fault;
 
-use crate::existing::{ExistingPlan, NamedPlan, Plans};
+use crate::existing::ran::{of_program, unusual};
+use crate::existing::{ExistingPlan, NamedPlan, NamedProgram, Plans};
 use crate::family::approaches::Intersection;
 use crate::family::doubts::Doubt;
 use crate::family::load::LoadedScenario;
 use crate::network::intersection::{IntersectionSpec, intersections};
-use crate::network::lanes::{LaneLayout, layout};
+use crate::network::lanes::{LaneLayout, layout, link_order};
 use crate::network::movements::ArmMovement;
+use crate::network::plain::SIGNAL;
 use crate::settings::Detail;
 use crate::turning::{comparable, matching};
 use crate::vocabulary::Heading;
@@ -33,6 +35,8 @@ const FEW: usize = 6;
 pub struct Placed {
     /// By point MDP.
     pub of_point: BTreeMap<String, ExistingPlan>,
+    /// The same as they were given.
+    pub given: Vec<NamedPlan>,
     /// Plans that cannot be shown, with the reason.
     pub refused: Vec<(NamedPlan, String)>,
     /// What is doubtful.
@@ -58,6 +62,27 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     let specs = intersections(loaded).map_err(|e| wrong(1, e.to_string()))?;
     let side = loaded.scenario.network.driving_side;
     let mut placed = Placed::default();
+    let mut plans = plans.clone();
+    let (mut odd, mut elsewhere) = (Vec::new(), Vec::new());
+    for program in &plans.programs {
+        match of_states(program, loaded, &specs, side) {
+            Ok(Some((plan, notes))) => {
+                odd.extend(notes);
+                plans.all.push(plan);
+            }
+            Ok(None) => elsewhere.push(program.program.signal.clone()),
+            Err(message) => return Err(wrong(program.line, message)),
+        }
+    }
+    if let (Some(first), true) = (plans.programs.first(), plans.all.is_empty()) {
+        let mut known = loaded.intersections.iter().map(|i| i.id.clone());
+        let message = format!(
+            "no tlLogic ({}) is an intersection of the scenario ({}); give each the id of its intersection, or of its point MDP",
+            few(&mut elsewhere.into_iter()),
+            few(&mut known)
+        );
+        return Err(wrong(first.line, message));
+    }
     let (mut used, mut notes, mut without) = (vec![false; plans.all.len()], Vec::new(), Vec::new());
     for ((point, members), spec) in loaded.family.points.iter().zip(&loaded.members).zip(&specs) {
         let intersection = &loaded.intersections[members[0]];
@@ -65,13 +90,15 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
             let same = |a: &str, b: &str| a == b || comparable(a) == comparable(b);
             same(&plan.intersection, &intersection.id)
         };
-        let of = |period: &str| {
-            let own = plans.all.iter().enumerate();
-            own.filter(|(_, plan)| is_same(plan) && plan.period == period).collect::<Vec<_>>()
+        let of = |is_own: &dyn Fn(&NamedPlan) -> bool| {
+            plans.all.iter().enumerate().filter(|(_, plan)| is_own(plan)).collect::<Vec<_>>()
         };
-        let mut found = of(&intersection.period);
-        if found.is_empty() {
-            found = of("");
+        // Reports call an intersection in a period by the id of its point MDP.
+        let mut found = of(&|plan| plan.intersection == point.id && plan.period.is_empty());
+        for period in [intersection.period.as_str(), ""] {
+            if found.is_empty() {
+                found = of(&|plan| is_same(plan) && plan.period == period);
+            }
         }
         let (index, named) = match found[..] {
             [] => {
@@ -95,16 +122,11 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
                         .map(|note| format!("intersection {}: {note}", named_in(intersection))),
                 );
                 placed.of_point.insert(point.id.clone(), plan);
+                placed.given.extend((!placed.given.contains(named)).then(|| named.clone()));
             }
             Err(reason) => placed.refused.push((named.clone(), reason)),
         }
     }
-    let few = |names: &mut dyn Iterator<Item = String>| {
-        let mut names: Vec<String> = names.collect();
-        names.dedup();
-        let more = if names.len() > FEW { ", ..." } else { "" };
-        format!("{}{more}", names[..names.len().min(FEW)].join(", "))
-    };
     if !used.contains(&true) {
         let own = few(&mut plans.all.iter().map(|plan| plan.intersection.clone()));
         let table = few(&mut loaded.intersections.iter().map(|i| i.id.clone()));
@@ -120,6 +142,7 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
             "" => plan.intersection.clone(),
             period => format!("{}, {period}", plan.intersection),
         })
+        .chain(elsewhere)
         .collect();
     placed.doubts.extend(Doubt::of(
         "existing plans of intersections or periods that the scenario does not have",
@@ -127,6 +150,10 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
     ));
     placed.doubts.extend(Doubt::of("intersections without an existing plan", without));
     placed.doubts.extend(Doubt::of("existing plans are not quite as they look", notes));
+    placed.doubts.extend(Doubt::of(
+        "programs of SUMO are shown as phases of one ring; check that the states have the links of the network in its order",
+        odd,
+    ));
     Ok(placed)
 }
 
@@ -154,6 +181,103 @@ impl Placed {
             .map(|(named, why)| format!("intersection {}: {why}", named.intersection));
         Doubt::of("existing plans that cannot be shown are left out", said.collect())
     }
+}
+
+/// Returns names as messages list them.
+fn few(names: &mut dyn Iterator<Item = String>) -> String {
+    let mut names: Vec<String> = names.collect();
+    names.dedup();
+    let more = if names.len() > FEW { ", ..." } else { "" };
+    format!("{}{more}", names[..names.len().min(FEW)].join(", "))
+}
+
+/// Returns the plan that a program of SUMO is, and what of it is not as it looks; `None` for one of another signal.
+///
+/// # Errors
+///
+/// What of the program does not fit to the intersection, with the way out.
+fn of_states(
+    named: &NamedProgram,
+    loaded: &LoadedScenario,
+    specs: &[IntersectionSpec],
+    side: DrivingSide,
+) -> Result<Option<(NamedPlan, Vec<String>)>, String> {
+    let program = &named.program;
+    let id = program.signal.as_str();
+    let first = |members: &Vec<usize>| &loaded.intersections[members[0]];
+    let is_only = || loaded.members.iter().all(|m| first(m).id == first(&loaded.members[0]).id);
+    let points = loaded.family.points.iter().zip(&loaded.members).zip(specs);
+    let mut own = points.filter(|((point, members), _)| {
+        let intersection = &first(members).id;
+        point.id == id
+            || *intersection == id
+            || comparable(intersection) == comparable(id)
+            || (id == SIGNAL && is_only())
+    });
+    let Some(((point, members), spec)) = own.next() else { return Ok(None) };
+    let fail = |message: String| format!("signal {id}: {message}");
+    let intersection = first(members);
+    let layout = layout(spec).map_err(|e| e.to_string())?;
+    let headings = headings(intersection, side).map_err(fail)?;
+    let mut names = BTreeMap::new();
+    for (connection, link) in layout.connections.iter().zip(link_order(spec, &layout)) {
+        let turn = letter(on_side(connection.movement.turn, side));
+        names.insert(link, format!("{}{turn}", headings[&connection.movement.from]));
+    }
+    let letters = program.phases[0].state.len();
+    if letters != names.len() {
+        let links: Vec<&str> = names.values().map(String::as_str).collect();
+        return Err(fail(format!(
+            "states have {letters} letters, but the intersection has {} links ({}); give each its letter, in this order",
+            links.len(),
+            links.join(" ")
+        )));
+    }
+    let mut plan = of_program(program, &names).expect("static and actuated programs are read");
+    if plan.phases.is_empty() {
+        return Err(fail("no phase has a green; give it one".to_owned()));
+    }
+    plan.offset_s = named.offset_s;
+    let intersection = match point.id == id {
+        true => point.id.clone(),
+        false => intersection.id.clone(),
+    };
+    let stages = unusual(program).into_iter();
+    let notes = stages.map(|stage| {
+        format!("intersection {intersection}: after phase {stage} lights end one by one in the file, and together here")
+    });
+    let notes = notes.collect();
+    let line = named.line;
+    Ok(Some((NamedPlan { intersection, period: String::new(), plan, line }, notes)))
+}
+
+/// Returns how vehicles travel that come from an arm, by its position in the network.
+fn headings(
+    intersection: &Intersection,
+    side: DrivingSide,
+) -> Result<BTreeMap<usize, Heading>, String> {
+    let incoming = || intersection.arms.iter().filter(|arm| arm.lanes_in > 0);
+    let said: Option<BTreeSet<Heading>> = incoming()
+        .map(|arm| {
+            let first = arm.arm.split_whitespace().next().unwrap_or_default();
+            Heading::ALL.into_iter().find(|heading| heading.name() == first)
+        })
+        .collect();
+    let nearest = |parts: usize| -> BTreeSet<Heading> {
+        let step_deg = 360.0 / parts as f64;
+        let way_deg = |bearing_deg: f64| normalise_degrees(bearing_deg + 180.0);
+        let part = |bearing_deg: f64| (way_deg(bearing_deg) / step_deg).round() as usize % parts;
+        let all = incoming().map(|arm| Heading::ALL[part(arm.bearing_deg) * (8 / parts)]);
+        all.collect()
+    };
+    let all = [said.unwrap_or_default(), nearest(4), nearest(8)];
+    let count = incoming().count();
+    let told = all.into_iter().find(|headings| headings.len() == count);
+    let told = told.ok_or(
+        "two approaches have the same direction of travel; give the plan as a table of phases",
+    )?;
+    let (arms, _) = arms_of(&told, intersection, side)?;
+    Ok(arms.into_iter().map(|(heading, arm)| (arm, heading)).collect())
 }
 
 /// Returns an intersection with its period, as messages call it.
@@ -408,7 +532,7 @@ mod tests {
 
     fn plans(plan: ExistingPlan) -> Plans {
         let named = NamedPlan { intersection: "7".into(), period: String::new(), plan, line: 2 };
-        Plans { file: "e.csv".into(), is_utdf: false, all: vec![named] }
+        Plans { file: "e.csv".into(), all: vec![named], ..Plans::default() }
     }
 
     fn tried(change: &dyn Fn(&mut ExistingPlan)) -> Placed {
@@ -532,5 +656,69 @@ mod tests {
         plan.reference.clear();
         let placed = placed(&scenario(&CROSS, ""), &plans(plan)).unwrap();
         assert!(placed.refused[0].1.contains("an approach has no phase"), "{placed:?}");
+    }
+
+    #[test]
+    fn a_plan_may_be_called_by_the_id_of_its_point_mdp() {
+        let mut given = plans(plan(Control::Pretimed));
+        given.all[0].intersection = "i0007".into();
+        assert_eq!(placed(&scenario(&CROSS, ""), &given).unwrap().of_point.len(), 1);
+    }
+
+    /// An additional file with a program for the crossing, whose 12 links are right, through and left of each arm from
+    /// north on, once per lane.
+    fn program(states: [&str; 2]) -> Plans {
+        let [a, b] = states;
+        let yellow = |state: &str| state.replace(['G', 'g'], "y");
+        let text = format!(
+            "<additional><tlLogic id='7' type='static' offset='5'><phase duration='30' state='{a}'/><phase duration='4' \
+             state='{}'/><phase duration='20' state='{b}'/><phase duration='4' state='{}'/></tlLogic></additional>",
+            yellow(a),
+            yellow(b)
+        );
+        crate::existing::read(&text, "p.add.xml").unwrap()
+    }
+
+    #[test]
+    fn the_states_of_a_program_are_movements_in_the_order_of_the_links() {
+        let placed = placed(&scenario(&CROSS, ""), &program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]));
+        let placed = placed.unwrap();
+        let plan = &placed.of_point["i0007"];
+        let told: Vec<_> = (plan.phases.iter())
+            .map(|p| (p.movements.join(" "), p.yielding.join(" "), p.max_green_s, p.yellow_s))
+            .collect();
+        let text = str::to_owned;
+        assert_eq!(
+            told,
+            [
+                (text("NBT NBR SBT SBR"), text("NBL SBL"), 30.0, 4.0),
+                (text("EBT EBR WBT WBR"), text("EBL WBL"), 20.0, 4.0),
+            ]
+        );
+        assert_eq!(
+            (plan.offset_s, plan.cycle_s, plan.control),
+            (5.0, Some(58.0), Control::Pretimed)
+        );
+        assert_eq!(plan.ways["NBT"], [("in2".to_owned(), "out0".to_owned())]);
+        assert_eq!(placed.given[0].intersection, "7");
+    }
+
+    #[test]
+    fn states_that_do_not_fit_are_refused_with_the_order_of_the_links() {
+        let of = |plans: &Plans| placed(&scenario(&CROSS, ""), plans).unwrap_err().to_string();
+        let e = of(&program(["GGrr", "rrGG"]));
+        let expected = "signal 7: states have 4 letters, but the intersection has 12 links (SBR SBT SBL WBR WBT WBL NBR NBT";
+        assert!(e.contains("p.add.xml, line 1") && e.contains(expected), "{e}");
+        let mut other = program(["GGgrrrGGgrrr", "rrrGGgrrrGGg"]);
+        other.programs[0].program.signal = "gneJ1".into();
+        let e = of(&other);
+        assert!(
+            e.contains(
+                "no tlLogic (gneJ1) is an intersection of the scenario (7); give each the id"
+            ),
+            "{e}"
+        );
+        let e = placed(&scenario(&CROSS, ""), &program(["GGGrrrGGGrrr", "rrrGGgrrrGGg"])).unwrap();
+        assert!(e.refused[0].1.contains("which cross"), "{e:?}");
     }
 }

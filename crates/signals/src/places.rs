@@ -43,6 +43,59 @@ pub struct StreetsOfRank {
     pub lines: Vec<Vec<[f64; 2]>>,
 }
 
+/// A simulated intersection, as it is drawn: on the ground.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DrawnIntersection {
+    /// Its point MDP.
+    pub point: String,
+    /// Its id in the table of approaches.
+    pub intersection: String,
+    /// Period of the day; empty where there is one only.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub period: String,
+    /// Whether traffic keeps to the left.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_left_hand: bool,
+    /// Its arms.
+    pub arms: Vec<DrawnArm>,
+}
+
+/// An arm of an intersection, as it is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DrawnArm {
+    /// Its name.
+    pub name: String,
+    /// SUMO's id of the edge that leads to the signal.
+    pub edge: String,
+    /// Direction from the centre, degrees clockwise from north.
+    pub bearing_deg: f64,
+    /// Turns of each lane to the signal, such as `sr`, from the kerb to the middle of the street: left, straight, right.
+    pub lanes: Vec<String>,
+    /// Lanes away from the signal.
+    pub lanes_out: u32,
+    /// Speed limit, miles per hour.
+    pub speed_mph: f64,
+    /// Length of the left-turn lanes, metres; absent: that of the street.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_storage_m: Option<f64>,
+    /// Length of the right-turn lanes, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right_storage_m: Option<f64>,
+}
+
+impl DrawnArm {
+    /// Returns the length of a lane that only a turn uses and that is shorter than the street, metres.
+    pub fn bay_m(&self, lane: usize) -> Option<f64> {
+        match self.lanes.get(lane)?.as_str() {
+            "l" => self.left_storage_m,
+            "r" => self.right_storage_m,
+            _ => None,
+        }
+    }
+}
+
 /// Where a family's intersections are.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Places {
@@ -51,6 +104,9 @@ pub struct Places {
     /// Streets, minor ones first; empty when there is no map.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub streets: Vec<StreetsOfRank>,
+    /// The simulated intersections with arms of their own, as they are drawn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drawings: Vec<DrawnIntersection>,
 }
 
 /// A file of places.
@@ -60,6 +116,8 @@ struct Kept {
     intersections: Vec<MappedIntersection>,
     #[serde(default)]
     streets: Vec<StreetsOfRank>,
+    #[serde(default)]
+    drawings: Vec<DrawnIntersection>,
     /// Of the rest; versions before had none.
     #[serde(default)]
     sha256: Option<String>,
@@ -82,7 +140,7 @@ impl Places {
                 point.places.iter().filter(|at| at.iter().all(|degrees| degrees.is_finite()));
             intersections.extend(known.map(|at| place(point, *at)));
         }
-        Self { intersections, streets: Vec::new() }
+        Self { intersections, ..Self::default() }
     }
 
     /// Reads a file of places; `None` when there is none.
@@ -103,9 +161,9 @@ impl Places {
     /// [`StoreError::Renewable`] when they are damaged.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, StoreError> {
         let malformed = |reason: String| StoreError::Renewable { path: path.to_path_buf(), reason };
-        let Kept { intersections, streets, sha256 } =
+        let Kept { intersections, streets, drawings, sha256 } =
             serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
-        let places = Self { intersections, streets };
+        let places = Self { intersections, streets, drawings };
         if sha256.is_some_and(|expected| expected != places.sha256()) {
             return Err(malformed("altered: the checksum does not match".to_owned()));
         }
@@ -141,8 +199,14 @@ impl Places {
         let rows = |rows: Vec<String>| rows.join(",\n");
         let intersections = self.intersections.iter().map(|p| line(serde_json::to_string(p)));
         let streets = self.streets.iter().map(|s| line(serde_json::to_string(s)));
+        let drawings = self.drawings.iter().map(|d| line(serde_json::to_string(d)));
+        // Files without drawings have the checksum of the versions before.
+        let drawings = match self.drawings.is_empty() {
+            true => String::new(),
+            false => format!(",\"drawings\":[\n{}\n]", rows(drawings.collect())),
+        };
         format!(
-            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]",
+            "{{\"intersections\":[\n{}\n],\"streets\":[\n{}\n]{drawings}",
             rows(intersections.collect()),
             rows(streets.collect())
         )
@@ -167,7 +231,25 @@ mod tests {
         };
         let streets =
             vec![StreetsOfRank { rank: 3, lines: vec![vec![[-111.5, 40.5], [-111.4, 40.5]]] }];
-        let places = Places { intersections: vec![place], streets };
+        let arm = DrawnArm {
+            name: "NB Main".into(),
+            edge: "in0".into(),
+            bearing_deg: 180.0,
+            lanes: vec!["sr".into(), "l".into()],
+            lanes_out: 1,
+            speed_mph: 30.0,
+            left_storage_m: Some(45.7),
+            right_storage_m: None,
+        };
+        assert_eq!([0, 1, 2].map(|lane| arm.bay_m(lane)), [None, Some(45.7), None]);
+        let drawn = DrawnIntersection {
+            point: "p".into(),
+            intersection: "n7".into(),
+            period: String::new(),
+            is_left_hand: false,
+            arms: vec![arm],
+        };
+        let places = Places { intersections: vec![place], streets, drawings: vec![drawn] };
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("places.json");
         assert_eq!(Places::read(&path).unwrap(), None);

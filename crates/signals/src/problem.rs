@@ -7,9 +7,10 @@ use std::sync::OnceLock;
 use serde_json::Value;
 
 use super::content;
+use super::control::existing;
 use super::environment::hash_scenario;
 use super::error::TrafficError;
-use super::existing::GIVEN;
+use super::existing::Plans;
 use super::family::load::LoadedScenario;
 use super::network::build::{BuildOptions, BuildSummary, build_all};
 use super::network::error::NetworkError;
@@ -38,8 +39,8 @@ pub struct SignalProblem {
     /// SUMO scenarios by the id of their point MDP; empty where networks are generated.
     pub imported: BTreeMap<String, Intake>,
     family: MdpFamily,
-    /// Plans that signals have today, by point MDP.
-    pub existing: Placed,
+    /// Plans that were given, by the method that runs them: [`existing`] and those of `--plan-file`.
+    pub plans: BTreeMap<String, Placed>,
     /// What is to be said of the SUMO scenarios, once they were looked at.
     warnings: OnceLock<Vec<String>>,
 }
@@ -51,6 +52,7 @@ impl SignalProblem {
     ///
     /// * `sumocfgs` — SUMO configurations that make up the family instead.
     /// * `given` — what counts in place of what these say.
+    /// * `plans` — further plans of signals, by method.
     ///
     /// # Errors
     ///
@@ -62,22 +64,26 @@ impl SignalProblem {
         networks: PathBuf,
         sumocfgs: &[PathBuf],
         given: &Given,
+        plans: &[(String, Plans)],
     ) -> Result<Self, TrafficError> {
         let (family, imported) = match sumocfgs {
             [] => (loaded.family.clone(), BTreeMap::new()),
             configs => imported_family(configs, given)?,
         };
-        let existing = match &loaded.plans {
-            Some(plans) if imported.is_empty() => placed(&loaded, plans)?.whole(plans)?,
-            _ => Placed::default(),
-        };
+        let today = loaded.plans.iter().filter(|_| imported.is_empty());
+        let today = today.map(|plans| (existing::METHOD.name, plans));
+        let plans = today
+            .chain(plans.iter().map(|(method, plans)| (method.as_str(), plans)))
+            .map(|(method, plans)| Ok((method.to_owned(), placed(&loaded, plans)?.whole(plans)?)))
+            .collect::<Result<BTreeMap<_, _>, TrafficError>>()?;
         let warnings = OnceLock::new();
-        Ok(Self { loaded, folder, networks, imported, family, existing, warnings })
+        Ok(Self { loaded, folder, networks, imported, family, plans, warnings })
     }
 
-    /// Returns which of some point MDPs have no plan that the method `existing` could run.
-    pub fn without_existing(&self, points: &BTreeSet<&str>) -> Vec<String> {
-        let lacks = |point: &&&str| !self.existing.of_point.contains_key(**point);
+    /// Returns which of some point MDPs have no plan that a method could run.
+    pub fn without_plan(&self, method: &str, points: &BTreeSet<&str>) -> Vec<String> {
+        let plans = self.plans.get(method);
+        let lacks = |point: &&&str| !plans.is_some_and(|p| p.of_point.contains_key(**point));
         points.iter().filter(lacks).map(|point| (*point).to_owned()).collect()
     }
 
@@ -132,8 +138,11 @@ impl SignalProblem {
                 content: content::of_point(&self.loaded, index),
                 sha256: files.sha256,
                 places: self.loaded.members[index].iter().filter_map(place).collect(),
-                given: (self.existing.of_point.get(&id).into_iter())
-                    .map(|plan| (GIVEN.to_owned(), serde_json::to_value(plan).expect("plain data")))
+                given: (self.plans.iter())
+                    .filter_map(|(method, plans)| Some((method, plans.of_point.get(&id)?)))
+                    .map(|(method, plan)| {
+                        (method.clone(), serde_json::to_value(plan).expect("plain data"))
+                    })
                     .collect(),
             };
             (id, made)

@@ -8,6 +8,9 @@ use osm_signals::Turn;
 /// Width of a lane of which a network says nothing, metres (SUMO's default).
 pub const DEFAULT_LANE_WIDTH_M: f64 = 3.2;
 
+/// The order in which engineers list directions, and turns.
+const ORDER: ([&str; 8], &str) = (["NB", "SB", "EB", "WB", "NE", "NW", "SE", "SW"], "LTR");
+
 /// A direction of travel: `NB` is northbound, so the vehicles come from the south.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Heading {
@@ -126,6 +129,13 @@ pub fn on_red(state: &str, may: &[bool], meet: &dyn Fn(usize, usize) -> bool) ->
         _ => letter,
     };
     state.chars().enumerate().map(letter).collect()
+}
+
+/// Returns the place of a movement in the order in which engineers list them, by its name.
+pub fn listed_before(name: &str) -> (Option<usize>, Option<usize>) {
+    let (directions, turns) = ORDER;
+    let direction = directions.iter().position(|direction| name.starts_with(direction));
+    (direction, name.get(2..3).and_then(|turn| turns.find(turn)))
 }
 
 #[cfg(test)]

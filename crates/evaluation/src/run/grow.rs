@@ -55,6 +55,16 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) ->
             own.clone_from(before);
         }
     }
+    // What was given to a method that is new, or whose records are computed again, is in no record that stays.
+    for row in &mut same.points {
+        let before = there.points.iter().find(|before| before.point == row.point);
+        for method in now.methods.iter().filter(|m| !stays(m) || replaced.contains(m)) {
+            match before.and_then(|before| before.given.get(method)) {
+                Some(value) => drop(row.given.insert(method.clone(), value.clone())),
+                None => drop(row.given.remove(method)),
+            }
+        }
+    }
     if same.replicates >= there.replicates {
         same.replicates = there.replicates;
         same.replicated.clone_from(&there.replicated);

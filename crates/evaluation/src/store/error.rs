@@ -52,6 +52,14 @@ pub enum StoreError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A file that a person wrote for reports has something else.
+    #[error("{}: {reason}; correct it, or delete it for the defaults", .path.display())]
+    Setting {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A file that every run writes anew is damaged.
     #[error(
         "{}: {reason}; delete it, and the next `tsc-family run` writes it again",

@@ -20,6 +20,8 @@ pub enum OwnKind {
     Python,
     /// Results that were measured elsewhere; nothing runs.
     External,
+    /// A plan of signals, which the manifest keeps with each point MDP.
+    Plan,
 }
 
 impl OwnKind {
@@ -30,6 +32,7 @@ impl OwnKind {
             Self::Exec => "a command",
             Self::Python => "a class in Python",
             Self::External => "measured elsewhere, not by this run",
+            Self::Plan => "a plan that was given with --plan-file",
         }
     }
 }

@@ -2,9 +2,8 @@
 
 use super::task_plan::{Source, TaskPlan};
 use evaluation::analysis::Analysis;
-use signals::program::{ProgramKind, ProgramPhase, SignalProgram};
-use signals::settings::signal::SignalSettings;
-use signals::timing::Timing;
+use signals::existing::ran::greens;
+use signals::program::{ProgramKind, SignalProgram};
 
 /// The columns.
 pub(super) const HEADER: [&str; 17] = [
@@ -26,21 +25,6 @@ pub(super) const HEADER: [&str; 17] = [
     "file",
     "remark",
 ];
-
-/// A green with the change after it.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Green {
-    /// Its state.
-    pub(super) state: String,
-    /// Its duration, of actuated programs the shortest, seconds.
-    pub(super) green_s: f64,
-    /// Longest duration of actuated programs, seconds.
-    pub(super) max_s: Option<f64>,
-    /// Yellow after it, seconds.
-    pub(super) yellow_s: f64,
-    /// All-red after it, seconds.
-    pub(super) all_red_s: f64,
-}
 
 /// Returns the rows of a plan.
 ///
@@ -145,81 +129,4 @@ fn remark(plan: &TaskPlan, program: Option<&SignalProgram>) -> String {
         Source::Recorded => "",
     };
     text.to_owned()
-}
-
-/// Returns the greens of a program with what comes after each; phases before the first green belong to
-/// the last.
-pub(super) fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
-    let phases = &program.phases;
-    let green = |p: &ProgramPhase| Green {
-        state: p.state.clone(),
-        green_s: p.duration_s,
-        max_s: p.max_s.filter(|_| program.kind == ProgramKind::Actuated),
-        yellow_s: 0.0,
-        all_red_s: 0.0,
-    };
-    if !with_changes {
-        return phases.iter().map(green).collect();
-    }
-    let timing = Timing::new(&SignalSettings::default(), Vec::new(), Vec::new());
-    // Where vehicles may turn on red, it is red.
-    let states: Vec<String> = phases.iter().map(|p| p.state.replace('s', "r")).collect();
-    let durations = phases.iter().map(|p| p.duration_s);
-    let pairs: Vec<(&str, f64)> = states.iter().map(String::as_str).zip(durations).collect();
-    let starts = timing.greens(&pairs);
-    let mut greens: Vec<Green> = starts.iter().map(|i| green(&phases[*i])).collect();
-    for (k, start) in starts.iter().enumerate() {
-        let next = starts[(k + 1) % starts.len()];
-        let mut i = (start + 1) % phases.len();
-        while i != next && i != *start {
-            let is_yellow = phases[i].state.contains(['y', 'Y', 'u']);
-            let time_s = if is_yellow { &mut greens[k].yellow_s } else { &mut greens[k].all_red_s };
-            *time_s += phases[i].duration_s;
-            i = (i + 1) % phases.len();
-        }
-    }
-    greens
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn program(phases: &[(&str, f64)]) -> SignalProgram {
-        let phase = |(state, duration_s): &(&str, f64)| ProgramPhase {
-            state: (*state).to_owned(),
-            duration_s: *duration_s,
-            min_s: None,
-            max_s: None,
-        };
-        let phases = phases.iter().map(phase).collect();
-        SignalProgram {
-            signal: "c".into(),
-            own: false,
-            kind: ProgramKind::Static,
-            phases,
-            rings: Vec::new(),
-        }
-    }
-
-    fn found(phases: &[(&str, f64)], with_changes: bool) -> Vec<(String, [f64; 3])> {
-        let greens = greens(&program(phases), with_changes);
-        greens.into_iter().map(|g| (g.state, [g.green_s, g.yellow_s, g.all_red_s])).collect()
-    }
-
-    #[test]
-    fn a_green_has_the_change_after_it_also_across_the_end_of_the_cycle() {
-        let cycle =
-            [("rr", 1.0), ("Gr", 30.0), ("yr", 4.0), ("rr", 2.0), ("rG", 20.0), ("ry", 3.0)];
-        let expected = [("Gr".to_owned(), [30.0, 4.0, 2.0]), ("rG".to_owned(), [20.0, 3.0, 1.0])];
-        assert_eq!(found(&cycle, true), expected);
-    }
-
-    #[test]
-    fn a_single_green_and_none_at_all() {
-        assert_eq!(found(&[("GG", 90.0)], true), [("GG".to_owned(), [90.0, 0.0, 0.0])]);
-        assert_eq!(found(&[("GG", 9.0), ("rr", 1.0)], true)[0].1, [9.0, 0.0, 1.0]);
-        assert_eq!(found(&[], true), []);
-        assert_eq!(found(&[("rr", 9.0)], true), []);
-    }
 }

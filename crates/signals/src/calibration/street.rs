@@ -253,6 +253,7 @@ fn stream(from: usize, to: usize, inflow_vph: f64) -> Stream {
         inflow_vph,
         arrivals: None,
         heavy_vehicles: None,
+        pedestrians_per_h: None,
         depart_lane: "best".to_owned(),
         depart_speed: "max".to_owned(),
         routes: vec![RouteShare { to: format!("out{to}"), share: 1.0 }],

@@ -11,7 +11,7 @@ use super::folder::{
 };
 use super::input::input_file;
 use super::surroundings::{INTERSECTIONS_FILE, STREETS_FILE};
-use crate::existing::{self, NamedPlan, Plans};
+use crate::existing::{self, Plans};
 use crate::family::approaches::{Approach, to_csv};
 use crate::family::doubts::Doubt;
 use crate::family::load::{LoadedScenario, Uncounted, from_text};
@@ -81,10 +81,7 @@ pub fn counted(request: &CountedRequest<'_>) -> Result<CountedScenario, CityErro
         let found = placed(&loaded, given)?.whole(given)?;
         joined.doubts.extend(found.left_out());
         joined.doubts.extend(found.doubts.iter().cloned());
-        let is_shown =
-            |plan: &&NamedPlan| !found.refused.iter().any(|(refused, _)| refused == *plan);
-        let shown: Vec<NamedPlan> = given.all.iter().filter(is_shown).cloned().collect();
-        plans = (!found.of_point.is_empty()).then(|| existing::table::to_csv(&shown));
+        plans = (!found.of_point.is_empty()).then(|| existing::table::to_csv(&found.given));
     }
     let text = scenario_text(request, plans.is_some())?;
     let counted = from_text(&text, &file, &[], &|name| {

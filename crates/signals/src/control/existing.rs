@@ -1,6 +1,7 @@
 //! The plan that a signal has today, as the cabinet has it.
 //!
-//! What the plan is comes with the point MDP: `--existing` or `family.existing`, a table of phases or UTDF. A pretimed plan
+//! What the plan is comes with the point MDP: `--existing` or `family.existing`, a table of phases, UTDF or a program of SUMO.
+//! Plans of `--plan-file` run in the same way. A pretimed plan
 //! is a fixed cycle of its splits. An actuated one runs the logic of [`nema`](super::nema) with its own phases and times, a
 //! coordinated one within its cycle.
 //!

@@ -21,16 +21,13 @@ use crate::control::LaneObservation;
 use crate::sim::topology::edge;
 use crate::sim::tripinfo::Trip;
 use crate::sim::{Link, Scene, SignalInfo};
-use crate::vocabulary::{Heading, Light};
+use crate::vocabulary::{Heading, Light, listed_before};
 
 /// Edges from which and to which a vehicle drives.
 pub type Way = (String, String);
 
 /// Returns the way of every vehicle of an episode by its id, given the seed.
 pub type Ways = Box<dyn Fn(u64) -> BTreeMap<String, Way>>;
-
-/// The order in which engineers list directions, and turns.
-const ORDER: ([&str; 8], &str) = (["NB", "SB", "EB", "WB", "NE", "NW", "SE", "SW"], "LTR");
 
 /// How the vehicles of a movement fared in an episode.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -301,13 +298,6 @@ fn group(movements: &mut [Movement]) {
         let names: Vec<&str> = members.iter().map(|m| movements[*m].name.as_str()).collect();
         movements[index].group = (names.join(" "), lanes.len() as u32);
     }
-}
-
-/// Returns the place of a movement in the order in which engineers list them, by its name.
-pub fn listed_before(name: &str) -> (Option<usize>, Option<usize>) {
-    let (directions, turns) = ORDER;
-    let direction = directions.iter().position(|direction| name.starts_with(direction));
-    (direction, name.get(2..3).and_then(|turn| turns.find(turn)))
 }
 
 #[cfg(test)]

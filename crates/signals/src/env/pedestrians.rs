@@ -52,17 +52,16 @@ impl Pedestrians {
     ///
     /// # Arguments
     ///
-    /// * `edges` — of every crosswalk the edge that it leads over; none where no green ever lets anybody cross, or each of the
-    ///   signal's own program does.
+    /// * `crossings` — of every crosswalk the edge that it leads over, and people per hour; none where no green ever lets
+    ///   anybody cross, or each of the signal's own program does.
     pub fn new(
-        edges: &[Option<&str>],
+        crossings: &[Option<(&str, f64)>],
         signal: &str,
-        per_hour: f64,
         seed: u64,
         (begin_s, end_s): (f64, f64),
     ) -> Self {
-        let crossing = |edge: &Option<&str>| {
-            let Some(edge) = edge else { return Crossing::default() };
+        let crossing = |crossing: &Option<(&str, f64)>| {
+            let Some((edge, per_hour)) = crossing else { return Crossing::default() };
             let mut rng = ChaCha12Rng::seed_from_u64(seed::pedestrians(seed, signal, edge));
             let (mut time_s, mut to_come) = (begin_s, Vec::new());
             loop {
@@ -77,7 +76,7 @@ impl Pedestrians {
             Crossing { to_come, ..Crossing::default() }
         };
         Self {
-            crossings: edges.iter().map(crossing).collect(),
+            crossings: crossings.iter().map(crossing).collect(),
             totals: PedestrianTotals::default(),
         }
     }
@@ -149,8 +148,8 @@ mod tests {
     use crate::settings::SignalSettings;
 
     fn hours(hours: f64, seed: u64, per_hour: f64) -> Pedestrians {
-        let edges = [Some("a"), None, Some("b")];
-        Pedestrians::new(&edges, "c", per_hour, seed, (0.0, 3600.0 * hours))
+        let crossings = [Some(("a", per_hour)), None, Some(("b", per_hour))];
+        Pedestrians::new(&crossings, "c", seed, (0.0, 3600.0 * hours))
     }
 
     #[test]
@@ -162,6 +161,14 @@ mod tests {
         assert_eq!(hours(1.0, 7, 10.0), hours(1.0, 7, 10.0));
         assert_ne!(hours(1.0, 7, 10.0), hours(1.0, 8, 10.0));
         assert_eq!(of(&hours(1.0, 7, 0.0)), [0; 3]);
+    }
+
+    #[test]
+    fn each_crosswalk_has_its_own_pedestrians() {
+        let crossings = [Some(("a", 20.0)), Some(("b", 5.0))];
+        let drawn = Pedestrians::new(&crossings, "c", 7, (0.0, 3.6e6));
+        let counts = drawn.crossings.iter().map(|c| c.to_come.len() as f64).collect::<Vec<_>>();
+        assert!((counts[0] - 20_000.0).abs() < 600.0 && (counts[1] - 5000.0).abs() < 300.0);
     }
 
     #[test]

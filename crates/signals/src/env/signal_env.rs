@@ -192,14 +192,17 @@ impl<S: Sim> SignalEnv<S> {
         let span_s = (self.world.begin_s, self.world.end_s);
         let of = |(info, signal): (&SignalInfo, &DerivedSignal)| {
             let per_hour = per_hour.filter(|_| signal.timing.crossings() > 0)?;
+            let of_edge =
+                |edge: &str| self.world.pedestrians.get(edge).copied().unwrap_or(per_hour);
             let may_wait = |crossing: usize| {
                 let serves = |green: &String| signal.timing.serves_crossing(green, crossing);
                 signal.timing.is_open(crossing) && !signal.own_greens.iter().all(serves)
             };
             let edges = approach_edges(&self.scene, info);
             let edges = edges.into_iter().enumerate().map(|(i, edge)| may_wait(i).then_some(edge));
-            let edges: Vec<Option<&str>> = edges.collect();
-            Some(Pedestrians::new(&edges, &info.id, per_hour, self.seed, span_s))
+            let crossings: Vec<Option<(&str, f64)>> =
+                edges.map(|edge| edge.map(|edge| (edge, of_edge(edge)))).collect();
+            Some(Pedestrians::new(&crossings, &info.id, self.seed, span_s))
         };
         self.scene.signals.iter().zip(&self.signals).map(of).collect()
     }

@@ -56,6 +56,7 @@ pub(crate) fn minute(routes: Option<RouteWriter>) -> World {
         side: osm_signals::DrivingSide::Right,
         turn_shares: vec![],
         bays: Vec::new(),
+        pedestrians: std::collections::BTreeMap::new(),
         existing: None,
         files: None,
         day_plan: false,

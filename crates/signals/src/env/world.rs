@@ -1,5 +1,6 @@
 //! What an episode simulates: a SUMO configuration, its time span, and where its vehicles come from.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -40,6 +41,8 @@ pub struct World {
     pub turn_shares: Vec<TurnShare>,
     /// Turn lanes that are shorter than their street.
     pub bays: Bays,
+    /// People per hour who cross the street of an edge at the signal, where they were counted.
+    pub pedestrians: BTreeMap<String, f64>,
     /// The plan that its signal has today, where somebody brought one.
     pub existing: Option<ExistingPlan>,
     /// Its files, of which SUMO may get private copies; `None` reads them as they are.
@@ -100,6 +103,7 @@ impl World {
             side: driving_side(&intake.config),
             turn_shares: Vec::new(),
             bays: Bays::new(),
+            pedestrians: BTreeMap::new(),
             existing: None,
             files: Some((intake.config, intake.sources)),
             day_plan: false,

@@ -1,6 +1,6 @@
 //! Plans that signals have today: phases in two rings, with the times that stand in the cabinet.
 //!
-//! [`table`] reads and writes them as CSV, [`utdf`](crate::utdf) reads those of Synchro, [`placed`](crate::placed) gives
+//! [`table`] reads and writes them as CSV, [`program_file`] reads those of SUMO, [`utdf`](crate::utdf) those of Synchro, [`placed`](crate::placed) gives
 //! their movements to the arms of an intersection, and the environment shows them (`env::dual_ring`, `env::fixed_rings`).
 //!
 //! Choices:
@@ -14,6 +14,8 @@
 //!
 //! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapters 5 to 7; NEMA TS 2.
 
+pub mod program_file;
+pub mod ran;
 mod seconds;
 pub mod table;
 
@@ -22,10 +24,10 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-pub use seconds::{Timed, change_s, nearest_s, schedule};
+use evaluation::family::error::FamilyError;
 
-/// Name under which the manifest keeps the plan of a point MDP.
-pub const GIVEN: &str = "existing";
+pub use program_file::NamedProgram;
+pub use seconds::{Timed, change_s, nearest_s, schedule};
 
 /// Most rings.
 const RINGS: u32 = 2;
@@ -236,6 +238,20 @@ pub struct Plans {
     pub is_utdf: bool,
     /// The plans.
     pub all: Vec<NamedPlan>,
+    /// Plans that are programs of SUMO: their states say links, which only an intersection gives movements.
+    pub programs: Vec<NamedProgram>,
+}
+
+/// Reads plans from a table of phases or from an additional file of SUMO.
+///
+/// # Errors
+///
+/// Those of [`table::read`] and [`program_file::read`].
+pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
+    match text.trim_start().starts_with('<') {
+        true => program_file::read(text, file),
+        false => table::read(text, file),
+    }
 }
 
 impl ExistingPlan {

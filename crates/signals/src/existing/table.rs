@@ -3,6 +3,8 @@
 //! Columns that a table needs: `intersection`, `control` (`pretimed`, `actuated`, `coordinated`), `phase`, `ring`,
 //! `barrier`, `position`, `movements`, `max_green_s` or `split_s`, `yellow_s`, `all_red_s`. Others may be missing; see
 //! [`OPTIONAL`]. What is one value per intersection may stand in any of its rows.
+//!
+//! The sheet for the cabinet that a report writes (`cabinet.csv`) is such a table, with the columns `method` and `replicate`.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -34,7 +36,7 @@ pub const COLUMNS: [&str; 9] = [
     "all_red_s",
 ];
 
-/// Columns that may be missing; one of `max_green_s` and `split_s` is needed.
+/// Columns that may be missing; one of `max_green_s` and `split_s` is needed, and where both are given they have to agree.
 pub const OPTIONAL: [&str; 15] = [
     "period",
     "yielding",
@@ -53,10 +55,8 @@ pub const OPTIONAL: [&str; 15] = [
     "referenced_to",
 ];
 
-/// Columns in the order in which they are written.
-const WRITTEN: [&str; 23] = [
-    "intersection",
-    "period",
+/// Columns of a phase and of its plan, in the order in which they are written; before them stands what plan it is.
+pub const WRITTEN: [&str; 22] = [
     "control",
     "cycle_s",
     "offset_s",
@@ -70,6 +70,7 @@ const WRITTEN: [&str; 23] = [
     "yielding",
     "min_green_s",
     "max_green_s",
+    "split_s",
     "passage_s",
     "yellow_s",
     "all_red_s",
@@ -80,11 +81,23 @@ const WRITTEN: [&str; 23] = [
     "inhibit_max",
 ];
 
+/// Columns that say of which plan a report's table is: all rows of a table that is read have to be of one.
+const WHOSE: [&str; 2] = ["method", "replicate"];
+
+/// Columns of a report's table that are passed over.
+const PASSED_OVER: [&str; 3] = ["title", "signal", "kind"];
+
+/// How far `split_s` may be from green, yellow and all-red, seconds: a digit after the point.
+const SPLIT_SLACK_S: f64 = 0.051;
+
 /// Shortest green where a table says none, seconds.
 const SHORT_GREEN_S: f64 = 5.0;
 
 /// Passage time where a table says none, seconds.
 const EXTENSION_S: f64 = 3.0;
+
+/// Split, seconds.
+const SPLIT_S: RangeInclusive<f64> = 0.1..=930.0;
 
 /// What is one value per intersection.
 #[derive(Default, Clone, PartialEq)]
@@ -109,23 +122,26 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     let header_line = sheet.header_line();
-    let known = [&COLUMNS[..], &OPTIONAL].concat();
+    let known = [&COLUMNS[..], &OPTIONAL, &WHOSE, &PASSED_OVER].concat();
     let columns = Columns::find(sheet.headers(), &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .and_then(|columns| match (columns.get("max_green_s"), columns.get("split_s")) {
             (None, None) => Err("no column max_green_s; add it, or split_s".to_owned()),
-            (Some(_), Some(_)) => {
-                Err("max_green_s and split_s say the same; remove one of the two".to_owned())
-            }
             _ => Ok(columns),
         })
         .map_err(|message| fail(Fault::new(header_line, message)))?;
     let mut plans: Vec<(NamedPlan, Whole)> = Vec::new();
     let mut position: BTreeMap<(String, String), usize> = BTreeMap::new();
+    let mut whose: Option<[String; 2]> = None;
     while let Some(row) = sheet.next_row().map_err(fail)? {
         let line = row.line;
         let wrong = |message| fail(Fault { line, message });
         let fields = Fields { row: &row, columns: &columns };
+        let own = WHOSE.map(|name| fields.text(name).to_owned());
+        let first = whose.get_or_insert_with(|| own.clone());
+        if *first != own {
+            return Err(wrong(several(first, &own)));
+        }
         let id = title("intersection", fields.text("intersection")).map_err(wrong)?;
         let period = match fields.text("period") {
             "" => String::new(),
@@ -168,7 +184,23 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         named.plan.check().map_err(wrong)?;
         all.push(named);
     }
-    Ok(Plans { file: file.to_owned(), is_utdf: false, all })
+    Ok(Plans { file: file.to_owned(), all, ..Plans::default() })
+}
+
+/// Says that rows are of several plans.
+fn several(first: &[String; 2], other: &[String; 2]) -> String {
+    let (what, [a, b]) = match first[0] != other[0] {
+        true => ("methods", [&first[0], &other[0]]),
+        false => ("trainings", [&first[1], &other[1]]),
+    };
+    format!(
+        "rows are of several {what} ({a}, {b}); keep those of one, or give plans/METHOD.csv of the report, which has one"
+    )
+}
+
+/// Returns a time without digits that come from adding tenths, seconds.
+fn rounded(seconds: f64) -> f64 {
+    (seconds * 1000.0).round() / 1000.0
 }
 
 /// Returns the names of the kinds of control as messages list them.
@@ -279,23 +311,38 @@ impl Fields<'_> {
         put("referenced_to", &mut whole.referenced_to, to)
     }
 
+    /// Returns the longest green: what is given as such, or what yellow and all-red leave of the split.
+    fn green_s(&self, yellow_s: f64, all_red_s: f64) -> Result<f64, String> {
+        let split_s = self.number("split_s", SPLIT_S)?;
+        match (self.number("max_green_s", GREEN_S)?, split_s) {
+            (Some(green_s), Some(split_s))
+                if (split_s - green_s - yellow_s - all_red_s).abs() > SPLIT_SLACK_S =>
+            {
+                Err(format!(
+                    "split_s = {split_s}, but green, yellow and all-red are {} s together; correct one of them, or leave \
+                     split_s or max_green_s empty",
+                    rounded(green_s + yellow_s + all_red_s)
+                ))
+            }
+            (Some(green_s), _) => Ok(green_s),
+            (None, Some(split_s)) if split_s <= yellow_s + all_red_s => Err(format!(
+                "split_s = {split_s}: nothing is left for green after {yellow_s} s of yellow and {all_red_s} s of \
+                 all-red; give more, or put the green into a column max_green_s"
+            )),
+            (None, Some(split_s)) => Ok(rounded(split_s - yellow_s - all_red_s)),
+            (None, None) => {
+                let columns = ["split_s", "max_green_s"];
+                let column = columns.into_iter().find(|name| self.columns.get(name).is_some());
+                Err(format!("{} is empty; give a number", column.unwrap_or("max_green_s")))
+            }
+        }
+    }
+
     fn phase(&self) -> Result<PlanPhase, String> {
         let yellow_s = self.needed("yellow_s", YELLOW_S)?;
         let all_red_s = self.needed("all_red_s", ALL_RED_S)?;
         let number = self.place("phase")?;
-        let max_green_s = match self.number("split_s", GREEN_S)? {
-            None if self.columns.get("split_s").is_some() => {
-                return Err("split_s is empty; give a number".to_owned());
-            }
-            None => self.needed("max_green_s", GREEN_S)?,
-            Some(split_s) if split_s <= yellow_s + all_red_s => {
-                return Err(format!(
-                    "split_s = {split_s}: nothing is left for green after {yellow_s} s of yellow and {all_red_s} s of \
-                     all-red; give more, or put the green into a column max_green_s"
-                ));
-            }
-            Some(split_s) => ((split_s - yellow_s - all_red_s) * 1000.0).round() / 1000.0,
-        };
+        let max_green_s = self.green_s(yellow_s, all_red_s)?;
         let walk_s = self.number("walk_s", PEOPLE_S)?.filter(|s| *s > 0.0);
         let clearance_s = self.number("clearance_s", PEOPLE_S)?.filter(|s| *s > 0.0);
         let walk_s = match (walk_s, clearance_s) {
@@ -356,42 +403,48 @@ fn names(column: &str, text: &str) -> Result<Vec<String>, String> {
         .collect()
 }
 
-/// Returns plans as a table, which reads back as the same.
-pub fn to_csv(plans: &[NamedPlan]) -> String {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(WRITTEN).expect("memory takes every row");
+/// Returns the cells of a phase in the order of [`WRITTEN`].
+pub fn cells(plan: &ExistingPlan, phase: &PlanPhase) -> Vec<String> {
     let number = |value: f64| value.to_string();
     let optional = |value: Option<f64>| value.map(number).unwrap_or_default();
     let yes = |flag: bool| if flag { "yes" } else { "no" }.to_owned();
+    let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
+    let [walk_s, clearance_s] = [0, 1].map(|i| optional(phase.walk_s.map(|both| both[i])));
+    vec![
+        plan.control.name().to_owned(),
+        optional(plan.cycle_s),
+        number(plan.offset_s),
+        reference.join(" "),
+        plan.referenced_to.to_string(),
+        phase.number.to_string(),
+        phase.ring.to_string(),
+        phase.barrier.to_string(),
+        phase.position.to_string(),
+        phase.movements.join(" "),
+        phase.yielding.join(" "),
+        number(phase.min_green_s),
+        number(phase.max_green_s),
+        number(rounded(phase.split_s())),
+        number(phase.passage_s),
+        number(phase.yellow_s),
+        number(phase.all_red_s),
+        walk_s,
+        clearance_s,
+        phase.recall.name().to_owned(),
+        yes(phase.dual_entry),
+        yes(phase.inhibit_max),
+    ]
+}
+
+/// Returns plans as a table, which reads back as the same.
+pub fn to_csv(plans: &[NamedPlan]) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let header = ["intersection", "period"].into_iter().chain(WRITTEN);
+    writer.write_record(header).expect("memory takes every row");
     for NamedPlan { intersection, period, plan, .. } in plans {
-        let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
-        for p in &plan.phases {
-            let [walk_s, clearance_s] = [0, 1].map(|i| optional(p.walk_s.map(|both| both[i])));
-            let row = [
-                intersection.clone(),
-                period.clone(),
-                plan.control.name().to_owned(),
-                optional(plan.cycle_s),
-                number(plan.offset_s),
-                reference.join(" "),
-                plan.referenced_to.to_string(),
-                p.number.to_string(),
-                p.ring.to_string(),
-                p.barrier.to_string(),
-                p.position.to_string(),
-                p.movements.join(" "),
-                p.yielding.join(" "),
-                number(p.min_green_s),
-                number(p.max_green_s),
-                number(p.passage_s),
-                number(p.yellow_s),
-                number(p.all_red_s),
-                walk_s,
-                clearance_s,
-                p.recall.name().to_owned(),
-                yes(p.dual_entry),
-                yes(p.inhibit_max),
-            ];
+        for phase in &plan.phases {
+            let whose = [intersection.clone(), period.clone()];
+            let row = whose.into_iter().chain(cells(plan, phase));
             writer.write_record(row).expect("memory takes every row");
         }
     }
@@ -423,6 +476,49 @@ mod tests {
             NamedPlan { intersection: "Oak / Main".into(), period: "am".into(), plan, line: 2 };
         let text = to_csv(std::slice::from_ref(&named));
         assert_eq!(read(&text, "e.csv").unwrap().all, [named]);
+    }
+
+    #[test]
+    fn a_sheet_for_the_cabinet_is_read_if_it_is_of_one_plan() {
+        let named = NamedPlan {
+            intersection: "7".into(),
+            period: String::new(),
+            plan: plan(Control::Pretimed),
+            line: 2,
+        };
+        let table = |methods: [&str; 2], replicates: [&str; 2]| {
+            let header = WRITTEN.join(",");
+            let mut text = format!("intersection,title,method,replicate,signal,kind,{header}\n");
+            for (i, phase) in named.plan.phases.iter().enumerate() {
+                let (method, replicate) = (methods[i / 3], replicates[i / 3]);
+                let cells = cells(&named.plan, phase).join(",");
+                text += &format!("7,Oak,{method},{replicate},c,phase,{cells}\n");
+            }
+            read(&text, "cabinet.csv")
+        };
+        assert_eq!(table(["nema"; 2], ["0"; 2]).unwrap().all, std::slice::from_ref(&named));
+        let e = table(["existing", "nema"], ["0"; 2]).unwrap_err().to_string();
+        assert!(e.contains("line 5: rows are of several methods (existing, nema); keep"), "{e}");
+        let e = table(["idqn"; 2], ["0", "1"]).unwrap_err().to_string();
+        assert!(e.contains("rows are of several trainings (0, 1)"), "{e}");
+    }
+
+    #[test]
+    fn green_and_split_have_to_agree_and_one_of_them_is_enough() {
+        let header = format!("{HEADER},max_green_s");
+        let read_it = |first: &str, second: &str| {
+            let rows = format!(
+                "7,pretimed,60,2,1,1,1,NBT NBR,NBL,{first}\n7,,,4,1,2,1,\"EBT, EBR\",ebl,{second}\n"
+            );
+            read(&format!("{header}\n{rows}"), "e.csv").map_err(|e| e.to_string())
+        };
+        let plans = read_it("30,4,1,", ",4,1,25").unwrap();
+        let greens = plans.all[0].plan.phases.iter().map(|p| p.max_green_s);
+        assert_eq!(greens.collect::<Vec<_>>(), [25.0, 25.0]);
+        let e = read_it("30,4,1,25", "30,4,1,26").unwrap_err();
+        assert!(e.contains("line 3: split_s = 30, but green, yellow and all-red are 31 s"), "{e}");
+        let e = read_it("30,4,1,25", ",4,1,").unwrap_err();
+        assert!(e.contains("line 3: split_s is empty; give a number"), "{e}");
     }
 
     #[test]

@@ -26,7 +26,9 @@ use approach::RawIntersection;
 pub use approach::{Approach, Intersection};
 pub use arms::{ARMS, check_arms};
 use basics::units::KMH_TO_MPH;
-pub use counted::{Arrivals, Counted, MANNERS, MOST_VPH, VOLUMES};
+pub use counted::{
+    Arrivals, Counted, MANNERS, MOST_PEDESTRIANS_PER_H, MOST_VPH, PEDESTRIANS, VOLUMES,
+};
 use evaluation::family::columns::{Columns, at};
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::title;
@@ -98,7 +100,7 @@ fn read_with(
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
     let header_line = sheet.header_line();
-    let known = [&COLUMNS[..], &STORAGE, &[PERIOD], &VOLUMES, &MANNERS].concat();
+    let known = [&COLUMNS[..], &STORAGE, &[PERIOD], &VOLUMES, &MANNERS, &[PEDESTRIANS]].concat();
     let columns = Columns::find(sheet.headers(), &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;

@@ -196,13 +196,7 @@ mod tests {
     #[test]
     fn what_was_counted_by_turn_is_neither_capped_nor_raised() {
         let counted = |left_vph: f64, through_vph: f64| Approach {
-            counted: Some(Counted {
-                left_vph,
-                through_vph,
-                right_vph: 0.0,
-                arrivals: None,
-                heavy_vehicles: None,
-            }),
+            counted: Some(Counted { left_vph, through_vph, ..Counted::default() }),
             ..arm(1, 1, 0.0)
         };
         let inflow = |a| simulated_inflow_vph(&a, &FamilySettings::default());

@@ -320,7 +320,7 @@ fn plans_of(
         let message = "a network in UTDF, not a table of phases; give it with --existing, or with build-networks --utdf";
         return Err(at(path, Fault { line: 1, message: message.to_owned() }));
     }
-    existing::table::read(&text, path).map(Some)
+    existing::read(&text, path).map(Some)
 }
 
 /// Returns what messages call a scenario whose settings are replaced.

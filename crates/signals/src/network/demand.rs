@@ -118,6 +118,9 @@ pub struct Stream {
     /// Share of heavy vehicles; `None`: that of the demand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heavy_vehicles: Option<f64>,
+    /// People per hour who cross the street; `None`: as the settings of the signal say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pedestrians_per_h: Option<f64>,
     /// SUMO's `departLane`.
     pub depart_lane: String,
     /// SUMO's `departSpeed`.
@@ -191,6 +194,7 @@ impl DemandSpec {
                 inflow_vph,
                 arrivals: counted.and_then(|c| c.arrivals),
                 heavy_vehicles: counted.and_then(|c| c.heavy_vehicles),
+                pedestrians_per_h: counted.and_then(|c| c.pedestrians_per_h),
                 depart_lane: DEPART_LANE.to_owned(),
                 depart_speed: DEPART_SPEED.to_owned(),
                 routes: routes(&own, weight),
@@ -456,6 +460,7 @@ mod tests {
             right_vph: right,
             arrivals: Some(Arrivals::QuarterHours([100.0, 200.0, 0.0, 100.0])),
             heavy_vehicles: Some(1.0),
+            pedestrians_per_h: None,
         });
         arm.inflow_vph = left + through + right;
         spec

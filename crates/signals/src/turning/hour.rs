@@ -84,6 +84,8 @@ pub(super) struct Interval {
     pub(super) vehicles: BTreeMap<(Heading, Towards), f64>,
     /// Heavy vehicles among them, by approach, where they were counted.
     pub(super) heavy: BTreeMap<Heading, f64>,
+    /// People who cross the approach from which vehicles travel so, or any approach.
+    pub(super) pedestrians: BTreeMap<Option<Heading>, f64>,
 }
 
 /// What was counted in an hour.
@@ -100,6 +102,8 @@ pub struct Hour {
     pub quarters: BTreeMap<Heading, [f64; 4]>,
     /// Share of heavy vehicles by approach.
     pub heavy: BTreeMap<Heading, f64>,
+    /// People per hour who cross an approach, by how its vehicles travel; `None`: any approach of the intersection.
+    pub pedestrians: BTreeMap<Option<Heading>, f64>,
     /// Whether nothing says how long a row is, so that it is taken for an hour.
     pub is_assumed: bool,
     /// Fields that are empty beside numbers of the same column, and count as nobody.
@@ -294,6 +298,10 @@ fn sum(hours: &[Vec<&Interval>], step: u32, begin_min: Option<u32>) -> Hour {
     let mut quarters: BTreeMap<Heading, [f64; 4]> = BTreeMap::new();
     let mut heavy: BTreeMap<Heading, (f64, f64)> = BTreeMap::new();
     let empty = hours.iter().flatten().map(|i| columns.len() - i.vehicles.len()).sum();
+    let mut pedestrians: BTreeMap<Option<Heading>, f64> = BTreeMap::new();
+    for (heading, count) in hours.iter().flatten().flat_map(|interval| &interval.pedestrians) {
+        *pedestrians.entry(*heading).or_default() += count / days as f64;
+    }
     for hour in hours {
         for (k, interval) in hour.iter().enumerate() {
             for (&(heading, towards), count) in &interval.vehicles {
@@ -318,7 +326,7 @@ fn sum(hours: &[Vec<&Interval>], step: u32, begin_min: Option<u32>) -> Hour {
         .filter(|(_, (_, all))| *all > 0.0)
         .map(|(h, (of, all))| (h, of / all))
         .collect();
-    Hour { begin_min, days, vehicles, quarters, heavy, is_assumed: false, empty }
+    Hour { begin_min, days, vehicles, quarters, heavy, pedestrians, is_assumed: false, empty }
 }
 
 #[cfg(test)]
@@ -341,6 +349,7 @@ mod tests {
             day: (*day).to_owned(),
             minute: Some(*minute),
             vehicles: BTreeMap::from([(NBT, *count)]),
+            pedestrians: BTreeMap::new(),
             heavy: BTreeMap::from([(
                 Heading::North,
                 if *minute < 440 { 0.1 * count } else { 0.0 },

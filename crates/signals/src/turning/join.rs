@@ -4,6 +4,8 @@
 //! - Left, through and right are the turns that the bearings of the arms make. A turn that was counted exists, also where
 //!   `movements` lacks it. Turns without an exit of their name go to the exits that nobody was counted for, from left to
 //!   right, where these are as many.
+//! - Pedestrians of `NB` cross the arm that northbound vehicles come from. Those of no direction are divided equally among the
+//!   arms that lead to the signal.
 //! - U-turns count as left turns. Deviation: networks have no U-turns.
 //! - Vehicles that have no arm or no exit are not simulated.
 //!
@@ -19,7 +21,9 @@ use super::header::{Heading, Towards};
 use super::hour::{Hour, Unfit, busiest};
 use super::matching::matching;
 use super::{CountedIntersection, FEW, Period, TurningCounts, days};
-use crate::family::approaches::{Approach, Arrivals, Counted, Intersection};
+use crate::family::approaches::{
+    Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H,
+};
 use crate::family::doubts::Doubt;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
@@ -72,6 +76,8 @@ struct Said {
     empty: Vec<String>,
     weekend: Vec<String>,
     one_row: Vec<String>,
+    divided_walkers: Vec<String>,
+    no_crosswalk: Vec<String>,
 }
 
 impl TurningCounts {
@@ -297,14 +303,10 @@ impl Said {
             self.either_way.push(format!("intersection {}", intersection.id));
         }
         // An approach without vehicles was counted as well, as long as others were.
+        let walked = |arm: &Approach| arm.counted.and_then(|counted| counted.pedestrians_per_h);
+        let walked: Vec<Option<f64>> = arms.iter().map(walked).collect();
         for i in &incoming {
-            arms[*i].counted = Some(Counted {
-                left_vph: 0.0,
-                through_vph: 0.0,
-                right_vph: 0.0,
-                arrivals: None,
-                heavy_vehicles: None,
-            });
+            arms[*i].counted = Some(Counted::default());
         }
         for (heading, arm) in headings.iter().zip(&matched.arms) {
             let vehicles = |towards| hour.of(*heading, towards);
@@ -339,7 +341,52 @@ impl Said {
                 right_vph: volumes[2],
                 arrivals: quarters(hour, *heading, volumes.iter().sum()),
                 heavy_vehicles: hour.heavy.get(heading).copied(),
+                pedestrians_per_h: None,
             });
+        }
+        // Those of a network in UTDF stay where nobody counted others.
+        for (arm, before) in arms.iter_mut().zip(walked) {
+            if let Some(counted) = &mut arm.counted {
+                counted.pedestrians_per_h = before;
+            }
+        }
+        self.give_pedestrians(hour, intersection, arms);
+    }
+
+    /// Gives the people of an hour to the arms that they cross.
+    fn give_pedestrians(
+        &mut self,
+        hour: &Hour,
+        intersection: &Intersection,
+        arms: &mut [Approach],
+    ) {
+        if hour.pedestrians.is_empty() {
+            return;
+        }
+        let incoming: Vec<usize> = (0..arms.len()).filter(|i| arms[*i].lanes_in > 0).collect();
+        let bearings_deg: Vec<f64> = incoming.iter().map(|i| arms[*i].bearing_deg).collect();
+        let headings: Vec<Heading> = hour.pedestrians.keys().copied().flatten().collect();
+        let matched = matching(&headings, &bearings_deg);
+        let anywhere = hour.pedestrians.get(&None).copied().unwrap_or_default();
+        if anywhere > 0.0 {
+            self.divided_walkers.push(format!("intersection {}: {anywhere:.0}", intersection.id));
+        }
+        let share = anywhere / incoming.len().max(1) as f64;
+        let mut per_h = vec![share; incoming.len()];
+        for (heading, arm) in headings.iter().zip(&matched.arms) {
+            let count = hour.pedestrians[&Some(*heading)];
+            match arm {
+                Some(arm) => per_h[*arm] += count,
+                None if count > 0.0 => self
+                    .no_crosswalk
+                    .push(format!("intersection {}, {heading}: {count:.0}", intersection.id)),
+                None => {}
+            }
+        }
+        for (arm, per_h) in incoming.into_iter().zip(per_h) {
+            if let Some(counted) = &mut arms[arm].counted {
+                counted.pedestrians_per_h = Some(per_h.min(MOST_PEDESTRIANS_PER_H));
+            }
         }
     }
 
@@ -445,6 +492,14 @@ impl Said {
             ("empty fields beside numbers count as nobody", self.empty),
             ("the hour is the mean of several days", self.weekend),
             ("rows without a length, read as the vehicles of an hour", self.one_row),
+            (
+                "pedestrians per hour without a direction are divided equally among the crosswalks",
+                self.divided_walkers,
+            ),
+            (
+                "pedestrians cross an arm that does not lead to the signal, and are not simulated",
+                self.no_crosswalk,
+            ),
         ];
         doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
     }

@@ -286,6 +286,7 @@ impl Columns {
             minute,
             vehicles: BTreeMap::new(),
             heavy: BTreeMap::new(),
+            pedestrians: BTreeMap::new(),
         };
         let mut percents = Vec::new();
         for (i, holds) in &self.holds {
@@ -317,6 +318,11 @@ impl Columns {
                 }
                 Holds::HeavyPercent(heading) => {
                     percents.extend(number(100.0)?.map(|percent| (*heading, percent)));
+                }
+                Holds::Pedestrians(heading) => {
+                    if let Some(count) = number(1e6)? {
+                        *interval.pedestrians.entry(*heading).or_insert(0.0) += count;
+                    }
                 }
                 Holds::Intersection
                 | Holds::Date

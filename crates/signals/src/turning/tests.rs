@@ -246,3 +246,17 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     let short = counts(quarter).into_approaches(&cross(), &[]).unwrap_err().to_string();
     assert!(short.contains("no hour is complete: rows of 15 minutes were counted"), "{short}");
 }
+
+#[test]
+fn pedestrians_cross_the_arm_that_their_column_names_or_any() {
+    let text = "INTID,Time,NBL,NBT,NBR,SBT,EBT,WBT,NB Peds,SB Peds CW,SB Peds CCW,PED\n\
+                7,07:00,1,2,3,4,5,6,30,7,8,20\n7,08:00,0,0,1,0,0,0,1,1,1,1\n";
+    let joined = counts(text).into_approaches(&cross(), &[]).unwrap();
+    let walk = joined.approaches.iter().map(|a| a.counted.unwrap().pedestrians_per_h.unwrap());
+    // North, east, south, west: those of no direction are 5 each.
+    assert_eq!(walk.collect::<Vec<_>>(), [20.0, 5.0, 35.0, 5.0]);
+    let said = doubts(&joined);
+    assert!(said.contains("divided equally among the crosswalks (intersection 7: 20)"), "{said}");
+    let without = counts("INTID,NBL,NBT,SBT\n7,1,2,3\n").into_approaches(&cross(), &[]).unwrap();
+    assert_eq!(without.approaches[0].counted.unwrap().pedestrians_per_h, None);
+}

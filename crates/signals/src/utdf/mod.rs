@@ -16,7 +16,7 @@ use std::path::Path;
 use sheet::uneven::{self, is_utdf};
 use sheet::{Fault, file};
 
-use crate::existing::{Plans, table};
+use crate::existing::{self, Plans};
 use crate::family::doubts::Doubt;
 use crate::family::load::Uncounted;
 use evaluation::family::columns::at;
@@ -106,7 +106,8 @@ impl Utdf {
     }
 }
 
-/// Reads the plans that signals have today: a table of phases, or UTDF, of which all but the plans is passed over.
+/// Reads the plans that signals have today: a table of phases, an additional file of SUMO, or UTDF, of which all but the
+/// plans is passed over.
 ///
 /// # Errors
 ///
@@ -130,12 +131,7 @@ pub fn read_plans(path: &Path) -> Result<(Plans, Vec<Doubt>), FamilyError> {
         return Ok((plans, doubts));
     }
     let text = sheet::decode(&bytes).map_err(|fault| at(&file, fault))?;
-    if text.trim_start().starts_with('<') {
-        return Err(wrong(
-            "XML, not a table of phases; programs of SUMO run with --sumocfg, as the method program".to_owned(),
-        ));
-    }
-    Ok((table::read(&text, &file)?, Vec::new()))
+    Ok((existing::read(&text, &file)?, Vec::new()))
 }
 
 #[cfg(test)]

@@ -24,7 +24,8 @@ use super::plans::Names;
 use super::tables::{Cell, Cells, Node, Records};
 use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{
-    Approach, Arrivals, Counted, Intersection, MOST_VPH, check_arms, gathered,
+    Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H, MOST_VPH, check_arms,
+    gathered,
 };
 use crate::family::doubts::Doubt;
 use crate::settings::MIN_PEAK_HOUR_FACTOR;
@@ -63,7 +64,7 @@ pub(super) const NO_PLAN: &str = "plans that cannot be shown are left out";
 const MOST_BENDS: usize = 20;
 
 /// Records that are read, in lower case.
-const READ: [&str; 18] = [
+const READ: [&str; 19] = [
     "storage",
     "stlanes",
     "up id",
@@ -78,6 +79,7 @@ const READ: [&str; 18] = [
     "growth",
     "phf",
     "heavyvehicles",
+    "peds",
     "exit lanes",
     "node 0",
     "node 1",
@@ -129,6 +131,8 @@ struct Movement {
     volume_vph: f64,
     peak_hour_factor: Option<f64>,
     heavy: Option<f64>,
+    /// People per hour who cross where it leaves.
+    pedestrians_per_h: Option<f64>,
     /// Length of its bay, metres, and how many of its lanes are in it.
     storage: Option<(f64, Option<u32>)>,
 }
@@ -143,7 +147,7 @@ impl Utdf {
         self.check_network().map_err(|message| at(&self.file, Fault { line: 1, message }))?;
         let mut said = Said::default();
         let mut rows = Vec::new();
-        let mut plans = Plans { file: self.file.clone(), is_utdf: true, all: Vec::new() };
+        let mut plans = Plans { file: self.file.clone(), is_utdf: true, ..Plans::default() };
         let mut with_volumes = 0;
         let signals: Vec<&Node> =
             self.tables.nodes.iter().filter(|node| self.is_signal(node)).collect();
@@ -334,6 +338,12 @@ impl Utdf {
                 imputed: false,
             };
             give(&mut arm, &own, &ways, said);
+            // Both turns into a street meet the same people.
+            let into = |m: &&Movement| m.turn != Turn::Through && m.leads_to(&up, i);
+            let walk = movements.iter().filter(into).filter_map(|m| m.pedestrians_per_h);
+            if let Some(counted) = &mut arm.counted {
+                counted.pedestrians_per_h = walk.reduce(f64::max);
+            }
             for m in own.iter().filter(|m| m.lanes > 0) {
                 let Some((storage_m, lanes)) = m.storage else { continue };
                 let (bay, own_lanes) = match ways.turn(m).unwrap_or(m.turn) {
@@ -487,7 +497,7 @@ impl Utdf {
         let of = |records: &Records, name: &str| -> Cells {
             records.get(&(name.to_owned(), id.to_owned())).cloned().unwrap_or_default()
         };
-        let [lanes, shared, to, volumes, growth, factors, heavy, storage, in_bay] = [
+        let [lanes, shared, to, volumes, growth, factors, heavy, peds, storage, in_bay] = [
             "lanes",
             "shared",
             "dest node",
@@ -495,6 +505,7 @@ impl Utdf {
             "growth",
             "phf",
             "heavyvehicles",
+            "peds",
             "storage",
             "stlanes",
         ]
@@ -533,6 +544,7 @@ impl Utdf {
                 range(&factors, "phf", MIN_PEAK_HOUR_FACTOR, 1.0)?.or_else(|| default("phf"));
             let percent =
                 range(&heavy, "heavyvehicles", 0.0, 100.0)?.map(|percent| percent / 100.0);
+            let pedestrians_per_h = range(&peds, "peds", 0.0, MOST_PEDESTRIANS_PER_H)?;
             let bay_m =
                 range(&storage, "storage", 0.0, MOST_LENGTH_M)?.map(|length| length * unit_m);
             let in_bay = in_bay.get(column).map(|cell| whole(cell, "stlanes")).transpose()?;
@@ -552,6 +564,7 @@ impl Utdf {
                 heavy: percent
                     .or_else(|| default("hv"))
                     .filter(|share| (0.0..=1.0).contains(share)),
+                pedestrians_per_h,
             });
         }
         Ok(movements)
@@ -599,6 +612,24 @@ impl Ways<'_> {
             }
             Some(_) => named(Turn::Left),
             None => named(m.turn),
+        }
+    }
+}
+
+impl Movement {
+    /// Whether it leaves by the street with an index, by its destination or else by the compass.
+    fn leads_to(&self, up: &[(Heading, &Cell)], street: usize) -> bool {
+        let (heading, cell) = &up[street];
+        let eighths = match self.turn {
+            Turn::Left => 2,
+            Turn::Through => 4,
+            Turn::Right => 6,
+        };
+        match &self.to {
+            Some(to) => *to == cell.text,
+            None => {
+                Heading::ALL[(self.heading as usize + eighths) % Heading::ALL.len()] == *heading
+            }
         }
     }
 }
@@ -671,6 +702,7 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
         right_vph: vph(Turn::Right),
         arrivals: has_factor.then(|| Arrivals::PeakHourFactor((total / peaks * 1e4).round() / 1e4)),
         heavy_vehicles: has_heavy.then(|| (heavy / total * 1e4).round() / 1e4),
+        pedestrians_per_h: None,
     });
 }
 

@@ -48,6 +48,9 @@ fn signals_become_intersections_with_lanes_lengths_and_volumes() {
         (counted.heavy_vehicles, counted.arrivals),
         (Some(0.03), Some(Arrivals::PeakHourFactor(0.92)))
     );
+    // Both turns into a street meet the same people, who cross its arm.
+    let walk = one.arms.iter().map(|a| a.counted.unwrap().pedestrians_per_h.unwrap());
+    assert_eq!(walk.collect::<Vec<_>>(), [12.0, 20.0, 10.0, 15.0]);
     // Bays of 150, 250 and 200 ft.
     let bays: Vec<_> = one.arms.iter().map(|a| (a.left_storage_m, a.right_storage_m)).collect();
     assert_eq!(
@@ -60,7 +63,7 @@ fn signals_become_intersections_with_lanes_lengths_and_volumes() {
     assert_eq!(two.arms[2].length_m, ((1000.0_f64 + 800.0) * 3.048).round() / 10.0);
     assert!(
         said(&converted).contains(
-            "records that are not used: allow rtor, lock timings, master, mingap, pedcalls, peds"
+            "records that are not used: allow rtor, lock timings, master, mingap, pedcalls, time"
         ),
         "{}",
         said(&converted)

@@ -17,13 +17,13 @@ use crate::control::dual_ring::Config;
 use crate::existing::ExistingPlan;
 use crate::program::RingPhase;
 use crate::sim::{Scene, SignalInfo};
+use crate::vocabulary::listed_before;
 
 use self::existing::Wired;
 pub use self::existing::fixed_cycle;
 use self::links::Links;
 use self::plan::Plan;
 use self::rings::{Rings, Seen};
-use super::by_movement::listed_before;
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
 use super::pedestrians::Pedestrians;
 use crate::timing::WALK_S;

@@ -8,6 +8,7 @@
 //! | `peak_hour_factor` | volume divided by four times that of the busiest quarter, from 0.25 to 1 |
 //! | `quarter_hours` | vehicles in each quarter of the hour, such as `110 140 130 120` |
 //! | `heavy_vehicles` | share of heavy vehicles, from 0 to 1 |
+//! | `pedestrians_per_h` | people per hour who cross this arm |
 //!
 //! A counted approach is simulated as it was counted: neither the share of the hour nor the peak direction, the cap,
 //! the minimum or the turn shares of the settings apply to it.
@@ -26,6 +27,12 @@ pub const VOLUMES: [&str; 3] = ["left_vph", "through_vph", "right_vph"];
 /// Columns of how they arrive and what they are.
 pub const MANNERS: [&str; 3] = ["peak_hour_factor", "quarter_hours", "heavy_vehicles"];
 
+/// Column of those who walk.
+pub const PEDESTRIANS: &str = "pedestrians_per_h";
+
+/// Most people of a crosswalk, per hour, as many as `signal.pedestrian_calls_per_h` may be.
+pub const MOST_PEDESTRIANS_PER_H: f64 = 3600.0;
+
 /// Most vehicles of a movement, per hour: eight lanes at 2,500, which no lane carries.
 pub const MOST_VPH: f64 = 20_000.0;
 
@@ -34,7 +41,7 @@ const ROUNDING_VEH: f64 = 4.0;
 const ROUNDING: f64 = 0.02;
 
 /// What was counted of an approach in the hour that is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Counted {
     /// Vehicles per hour that turn left.
@@ -49,6 +56,9 @@ pub struct Counted {
     /// Share of heavy vehicles; `None`: as the settings say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heavy_vehicles: Option<f64>,
+    /// People per hour who cross the arm; `None`: as the settings say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pedestrians_per_h: Option<f64>,
 }
 
 /// When the vehicles of an approach come within the hour.
@@ -107,7 +117,7 @@ impl Arrivals {
 pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, String> {
     let given = |name: &str| columns.get(name).is_some_and(|at| !row.text(at).is_empty());
     if !VOLUMES.iter().any(|name| given(name)) {
-        return match MANNERS.iter().find(|name| given(name)) {
+        return match MANNERS.iter().chain([&PEDESTRIANS]).find(|name| given(name)) {
             None => Ok(None),
             Some(name) => Err(format!(
                 "{name} is of counted vehicles, and {} are empty; give them, or leave {name} empty",
@@ -152,7 +162,9 @@ pub(super) fn counted(row: &Row, columns: &Columns) -> Result<Option<Counted>, S
     }
     let heavy_vehicles = optional(row, columns, "heavy_vehicles", 0.0, 1.0)
         .map_err(|e| format!("{e}; it is a share: 0.03 for 3%"))?;
-    Ok(Some(Counted { left_vph, through_vph, right_vph, arrivals, heavy_vehicles }))
+    let pedestrians_per_h = optional(row, columns, PEDESTRIANS, 0.0, MOST_PEDESTRIANS_PER_H)?;
+    let volumes = Counted { left_vph, through_vph, right_vph, ..Counted::default() };
+    Ok(Some(Counted { arrivals, heavy_vehicles, pedestrians_per_h, ..volumes }))
 }
 
 fn optional(

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Approach, Arrivals, COLUMNS, Intersection, MANNERS, PERIOD, STORAGE, VOLUMES};
+use super::{
+    Approach, Arrivals, COLUMNS, Intersection, MANNERS, PEDESTRIANS, PERIOD, STORAGE, VOLUMES,
+};
 
 /// Digits after the point of what was counted, as a power of ten: means of several days have any number.
 const COUNT: f64 = 100.0;
@@ -12,6 +14,8 @@ const COUNT: f64 = 100.0;
 pub fn to_csv(rows: &[Approach]) -> String {
     let has_period = rows.iter().any(|a| !a.period.is_empty());
     let has_counts = rows.iter().any(|a| a.counted.is_some());
+    let walks = |a: &Approach| a.counted.and_then(|counted| counted.pedestrians_per_h);
+    let has_pedestrians = rows.iter().any(|a| walks(a).is_some());
     let has_storage =
         rows.iter().any(|a| a.left_storage_m.is_some() || a.right_storage_m.is_some());
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -24,6 +28,9 @@ pub fn to_csv(rows: &[Approach]) -> String {
     }
     if has_counts {
         header.extend(VOLUMES.iter().chain(&MANNERS));
+    }
+    if has_pedestrians {
+        header.push(PEDESTRIANS);
     }
     writer.write_record(header).expect("memory takes every row");
     for a in rows {
@@ -56,6 +63,10 @@ pub fn to_csv(rows: &[Approach]) -> String {
         }
         if has_counts {
             row.extend(counted(a));
+        }
+        if has_pedestrians {
+            let rounded = |per_h: f64| ((per_h * COUNT).round() / COUNT).to_string();
+            row.push(walks(a).map_or_else(String::new, rounded));
         }
         writer.write_record(row).expect("memory takes every row");
     }
@@ -134,5 +145,11 @@ mod tests {
         );
         let rows: Vec<Approach> = read(&counted, "a.csv").unwrap().remove(0).arms;
         assert_eq!(to_csv(&rows), counted);
+        let walked = counted
+            .replace("heavy_vehicles\n", "heavy_vehicles,pedestrians_per_h\n")
+            .replace("0.05\n", "0.05,62.5\n")
+            .replace("0.92,,\n", "0.92,,,\n");
+        let rows: Vec<Approach> = read(&walked, "a.csv").unwrap().remove(0).arms;
+        assert_eq!(to_csv(&rows), walked);
     }
 }

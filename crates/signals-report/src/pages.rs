@@ -1,0 +1,408 @@
+//! A page per intersection, to print on two sheets: a sketch to scale, what changes between today and the best method,
+//! movements, and on the second sheet plans and their schedule (`intersections/POINT.html`).
+//!
+//! Periods of an intersection are point MDPs of their own and stand on one page. Intervals are Student's, over evaluation
+//! seeds, with the same vehicles for both methods; they contain no error of the model.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use minijinja::{Value, context};
+
+use super::demand::{HOUR_S, horizon_s};
+use super::first::today;
+use super::level_of_service::{DELAY, letter};
+use super::movements;
+use super::plans::cabinet::{of_plan, phases, seconds};
+use super::plans::sheets::rings;
+use super::plans::told::{Told, best, renamed};
+use super::shown::Seen;
+use super::sketch::sketch;
+use super::worth::{FILE, Yearly};
+use basics::files::{FileError, write_atomically};
+use evaluation::analysis::Analysis;
+use evaluation::family::names::safe_id;
+use evaluation::report::figures::shown as named;
+use evaluation::report::page::render;
+use evaluation::report::{ReportError, format};
+use evaluation::stats::score::mean;
+use signals::existing::ExistingPlan;
+use signals::places::DrawnIntersection;
+
+/// Name of the folder within the report.
+pub(super) const FOLDER: &str = "intersections";
+
+/// Most intersections with a page each.
+const MOST_PAGES: usize = 500;
+
+/// Two-sided 95% quantiles of Student's distribution for 1 to 30 degrees of freedom.
+const STUDENT_95: [f64; 30] = [
+    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160,
+    2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056,
+    2.052, 2.048, 2.045, 2.042,
+];
+
+/// The same for more degrees of freedom.
+const NORMAL_95: f64 = 1.96;
+
+/// An intersection with the positions of its point MDPs, one per period.
+struct Page<'a> {
+    name: String,
+    periods: Vec<(usize, &'a DrawnIntersection)>,
+}
+
+/// Returns the intersections that have a page.
+fn pages(seen: Seen<'_>) -> Vec<Page<'_>> {
+    let Seen { data, shown } = seen;
+    let mut pages: Vec<(&str, Page<'_>)> = Vec::new();
+    if data.manifest.identity.objective != DELAY {
+        return Vec::new();
+    }
+    for drawn in &shown.places.drawings {
+        let Some(point) = data.position(&drawn.point) else { continue };
+        let own = pages.iter_mut().find(|(id, _)| *id == drawn.intersection);
+        match own.filter(|_| !drawn.period.is_empty()) {
+            Some((_, page)) => page.periods.push((point, drawn)),
+            None => {
+                let suffix = format!("-{}", safe_id(&drawn.period));
+                let stem = drawn.point.strip_suffix(&suffix).filter(|_| !drawn.period.is_empty());
+                let name = format!("{}.html", stem.unwrap_or(&drawn.point));
+                pages.push((&drawn.intersection, Page { name, periods: vec![(point, drawn)] }));
+            }
+        }
+    }
+    if pages.len() > MOST_PAGES { Vec::new() } else { pages.into_iter().map(|p| p.1).collect() }
+}
+
+/// Returns the page of each point MDP that has one, as seen from the folder of the report.
+pub(super) fn links(seen: Seen<'_>) -> BTreeMap<usize, String> {
+    let all = pages(seen);
+    let of = |page: &Page<'_>| {
+        let link = format!("{FOLDER}/{}", page.name);
+        page.periods.iter().map(|(point, _)| (*point, link.clone())).collect::<Vec<_>>()
+    };
+    all.iter().flat_map(of).collect()
+}
+
+/// Writes the pages into the folder of a report; those of an earlier report are replaced.
+///
+/// # Errors
+///
+/// [`ReportError`] when a file cannot be written.
+pub(super) fn write(folder: &Path, seen: Seen<'_>) -> Result<(), ReportError> {
+    let own = folder.join(FOLDER);
+    match fs::symlink_metadata(&own) {
+        // Not what it points to.
+        Ok(about) if about.is_symlink() => fs::remove_file(&own),
+        Ok(_) => fs::remove_dir_all(&own),
+        Err(_) => Ok(()),
+    }
+    .map_err(FileError::at("remove", &own))?;
+    let pages = pages(seen);
+    if pages.is_empty() {
+        return Ok(());
+    }
+    fs::create_dir_all(&own).map_err(FileError::at("create", &own))?;
+    let plans = best(seen);
+    for page in &pages {
+        let values = values(seen, page, &plans);
+        let template = include_str!("templates/intersection_page.html");
+        let html = render("intersection_page.html", template, values);
+        let html = html.map_err(ReportError::Template)?;
+        write_atomically(&own.join(&page.name), html.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// What is compared in a period: positions of methods in the manifest.
+struct Compared {
+    point: usize,
+    period: String,
+    reference: usize,
+    best: Option<usize>,
+    runner_up: Option<usize>,
+    hours: f64,
+}
+
+fn compared(seen: Seen<'_>, (point, drawn): &(usize, &DrawnIntersection)) -> Option<Compared> {
+    let Seen { data, shown } = seen;
+    let identity = &data.manifest.identity;
+    let name = today(data).unwrap_or(&identity.baseline);
+    let reference = identity.methods.iter().position(|m| m == name)?;
+    let winner = data.winners[*point].as_ref();
+    let hours = identity.settings.pointer("/family/periods").and_then(|all| all.get(&drawn.period));
+    Some(Compared {
+        point: *point,
+        period: drawn.period.clone(),
+        reference,
+        best: winner.map(|w| w.best),
+        runner_up: winner.and_then(|w| w.runner_up),
+        hours: hours
+            .and_then(serde_json::Value::as_f64)
+            .unwrap_or_else(|| shown.worth.hours_per_year()),
+    })
+}
+
+/// Returns the stops per vehicle of a method.
+fn stops(seen: Seen<'_>, point: usize, method: usize) -> Option<f64> {
+    let mut own = seen.shown.movements.iter().filter(|t| (t.point, t.method) == (point, method));
+    let task = own.next()?;
+    let (mut stops, mut vehicles) = (0.0, 0.0);
+    for m in &task.results {
+        stops += m.stops.unwrap_or_default() * m.vehicles_veh;
+        vehicles += m.vehicles_veh;
+    }
+    (vehicles > 0.0).then(|| stops / vehicles)
+}
+
+/// Returns what a method costs in a year.
+fn yearly(
+    seen: Seen<'_>,
+    c: &Compared,
+    drawn: &DrawnIntersection,
+    method: usize,
+) -> Option<Yearly> {
+    let Seen { data, shown } = seen;
+    let result = data.points[c.point].results[method].as_ref()?;
+    let horizon_s = horizon_s(&data.manifest.identity)?;
+    let vehicles = result.metrics.get("vehicles_veh")? * HOUR_S / horizon_s * c.hours;
+    let lanes = |arm: &&signals::places::DrawnArm| !arm.lanes.is_empty();
+    let speeds: Vec<f64> = drawn.arms.iter().filter(lanes).map(|arm| arm.speed_mph).collect();
+    let stops = stops(seen, c.point, method);
+    Some(shown.worth.yearly(vehicles, result.objective, stops, mean(&speeds)))
+}
+
+/// Returns the mean of values and half the width of its interval; no width for a single one.
+fn interval(values: &[f64]) -> Option<(f64, Option<f64>)> {
+    let middle = mean(values)?;
+    let degrees = values.len() - 1;
+    if degrees == 0 {
+        return Some((middle, None));
+    }
+    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
+    let error = (squares / degrees as f64 / values.len() as f64).sqrt();
+    let quantile = STUDENT_95.get(degrees - 1).copied().unwrap_or(NORMAL_95);
+    Some((middle, Some(quantile * error)))
+}
+
+/// Returns the delay of a method by evaluation seed, over its trainings.
+fn by_seed(data: &Analysis, point: usize, method: usize) -> Option<Vec<f64>> {
+    let all = &data.points[point].results[method].as_ref()?.objectives.as_ref()?.method;
+    let seeds = all.first()?.len();
+    (0..seeds)
+        .map(|s| mean(&all.iter().filter_map(|r| r.get(s).copied()).collect::<Vec<_>>()))
+        .collect()
+}
+
+/// Says a number with half the width of its interval.
+fn with_width((middle, half): (f64, Option<f64>), sign: bool) -> String {
+    let middle = if sign { format!("{middle:+.1}") } else { format!("{middle:.1}") };
+    half.map_or(middle.clone(), |half| format!("{middle} \u{b1} {half:.1}"))
+}
+
+/// Says a number of a year; a dash where it is not known.
+fn number(value: Option<f64>) -> String {
+    match value {
+        None => "-".to_owned(),
+        Some(value) if value <= -0.5 => format!("\u{2212}{}", format::thousands(-value)),
+        Some(value) => format::thousands(value.max(0.0)),
+    }
+}
+
+/// Returns the row of a method in the comparison.
+fn row(seen: Seen<'_>, c: &Compared, drawn: &DrawnIntersection, method: usize) -> Option<Value> {
+    let Seen { data, .. } = seen;
+    let identity = &data.manifest.identity;
+    let result = data.points[c.point].results[method].as_ref()?;
+    let own = by_seed(data, c.point, method);
+    let delay = own.as_ref().and_then(|own| interval(own));
+    let delay = with_width(delay.unwrap_or((result.objective, None)), false);
+    let other = by_seed(data, c.point, c.reference).filter(|_| method != c.reference);
+    let change = own.zip(other).and_then(|(own, other)| {
+        interval(&own.iter().zip(&other).map(|(a, b)| a - b).collect::<Vec<_>>())
+    });
+    let winner = data.winners[c.point].as_ref().filter(|_| c.best == Some(method));
+    let probability = winner.and_then(|w| w.probability).map(format::percent);
+    let is_today = today(data).is_some();
+    let role = match (method == c.reference, c.best == Some(method)) {
+        (true, true) if is_today => "today, and best",
+        (true, true) => "baseline, and best",
+        (true, false) if is_today => "today",
+        (true, false) => "baseline",
+        (false, true) => "best",
+        _ => "runner-up",
+    };
+    let year = yearly(seen, c, drawn, method);
+    Some(context! {
+        role,
+        method => named(data, &identity.methods[method]),
+        delay,
+        level => letter(result.objective).to_string(),
+        change => change.map(|change| with_width(change, true)),
+        probability,
+        stops => stops(seen, c.point, method).map(|stops| format!("{stops:.2}")),
+        hours => number(year.map(|y| y.vehicle_hours)),
+        yearly_stops => number(year.and_then(|y| y.stops)),
+        litres => number(year.and_then(|y| y.litres)),
+        co2 => number(year.and_then(|y| y.co2_kg)),
+        usd => number(year.map(|y| y.usd)),
+    })
+}
+
+/// Returns the plan of a method as the page shows it.
+fn plan(seen: Seen<'_>, told: &Told) -> Value {
+    let identity = &seen.data.manifest.identity;
+    context! {
+        method => named(seen.data, &identity.methods[told.method]),
+        of => of_plan(&told.plan),
+        phases => phases(&told.plan),
+        rings => rings(&told.plan),
+        is_stages => told.is_stages,
+        schedule => schedule(&told.plan),
+    }
+}
+
+/// Returns the row of a plan in the schedule: cycle, offset, reference, and the split of each phase.
+fn schedule(plan: &ExistingPlan) -> Value {
+    let mut phases: Vec<_> = plan.phases.iter().collect();
+    phases.sort_by_key(|phase| phase.number);
+    let splits = phases.iter().map(|p| format!("{}: {}", p.number, seconds(p.split_s())));
+    let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
+    context! {
+        control => plan.control.name(),
+        cycle => plan.cycle_s.map_or_else(|| "free".to_owned(), seconds),
+        offset => plan.cycle_s.map_or_else(|| "-".to_owned(), |_| seconds(plan.offset_s)),
+        reference => if reference.is_empty() { "-".to_owned() } else { reference.join(" ") },
+        splits => splits.collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// Returns per arm the phases of its movements.
+fn phases_of_arms(
+    seen: Seen<'_>,
+    c: &Compared,
+    drawn: &DrawnIntersection,
+    told: &Told,
+) -> Vec<String> {
+    let results = seen.shown.movements.iter().find(|task| task.point == c.point);
+    let names = renamed(seen, c.point);
+    let of_arm = |edge: &str| {
+        let own = results.iter().flat_map(|task| &task.results).filter(|m| m.from == edge);
+        let mut said: Vec<String> = Vec::new();
+        for m in own {
+            let name = names.get(&m.movement).unwrap_or(&m.movement);
+            let has = |p: &&signals::existing::PlanPhase| p.all_movements().any(|n| n == name);
+            let numbers: Vec<String> =
+                told.plan.phases.iter().filter(has).map(|p| p.number.to_string()).collect();
+            let text = format!("{name} {}", numbers.join("+"));
+            if !numbers.is_empty() && !said.contains(&text) {
+                said.push(text);
+            }
+        }
+        said.join(", ")
+    };
+    drawn.arms.iter().map(|arm| of_arm(&arm.edge)).collect()
+}
+
+/// Returns what a page shows.
+fn values(seen: Seen<'_>, page: &Page<'_>, plans: &[Told]) -> Value {
+    let Seen { data, shown } = seen;
+    let identity = &data.manifest.identity;
+    let all: Vec<(Compared, &DrawnIntersection)> =
+        page.periods.iter().filter_map(|p| Some((compared(seen, p)?, p.1))).collect();
+    let (first, drawn) = (page.periods[0].0, page.periods[0].1);
+    let title = shown.title(&data.points[first].row);
+    let of_period = format!(", {}", drawn.period);
+    let title = title.strip_suffix(&of_period).unwrap_or(&title).to_owned();
+    // The best method of those that a cabinet can be told.
+    let proposed = |c: &Compared| {
+        let delay = |told: &&Told| {
+            data.points[c.point].results[told.method]
+                .as_ref()
+                .map_or(f64::INFINITY, |r| r.objective)
+        };
+        let own = plans.iter().filter(|told| told.point == c.point);
+        own.min_by(|a, b| delay(a).total_cmp(&delay(b)))
+    };
+    let said = all.first().and_then(|(c, _)| Some(phases_of_arms(seen, c, drawn, proposed(c)?)));
+    let said = said.unwrap_or_else(|| vec![String::new(); drawn.arms.len()]);
+    let mut saved: Option<Yearly> = None;
+    let mut is_whole = true;
+    let periods: Vec<Value> = all
+        .iter()
+        .map(|(c, drawn)| {
+            let mut methods = vec![c.reference];
+            for method in [c.best, c.runner_up].into_iter().flatten() {
+                if !methods.contains(&method) {
+                    methods.push(method);
+                }
+            }
+            let rows: Vec<Value> =
+                methods.iter().filter_map(|method| row(seen, c, drawn, *method)).collect();
+            let ends = c.best.and_then(|best| yearly(seen, c, drawn, best));
+            match yearly(seen, c, drawn, c.reference).zip(ends) {
+                Some((before, after)) => {
+                    let own = before.less(after);
+                    saved = Some(saved.map_or(own, |others| others.plus(own)));
+                }
+                None => is_whole = false,
+            }
+            let own =
+                |method: usize| plans.iter().find(|t| (t.point, t.method) == (c.point, method));
+            let mut shown_plans: Vec<&Told> = own(c.reference).into_iter().collect();
+            if let Some(told) = proposed(c).filter(|told| told.method != c.reference) {
+                shown_plans.push(told);
+            }
+            context! {
+                name => c.period.as_str(),
+                hours => seconds(c.hours),
+                rows,
+                movements => movements::point(seen, c.point, None),
+                plans => shown_plans.into_iter().map(|told| plan(seen, told)).collect::<Vec<_>>(),
+            }
+        })
+        .collect();
+    let point = data.points[first].row.point.as_str();
+    let sketch = sketch(drawn, &title, &said);
+    context! {
+        title,
+        point,
+        several => page.periods.len() > 1,
+        sketch,
+        has_phases => said.iter().any(|text| !text.is_empty()),
+        periods,
+        is_today => today(data).is_some(),
+        unchanged => all.iter().all(|(c, _)| c.best == Some(c.reference)),
+        saved => saved.filter(|_| is_whole).map(|saved| context! {
+            hours => number(Some(saved.vehicle_hours)),
+            stops => number(saved.stops),
+            litres => number(saved.litres),
+            co2 => number(saved.co2_kg),
+            usd => number(Some(saved.usd)),
+        }),
+        assumptions => shown.worth.values(),
+        file => FILE,
+        seeds => format::count(identity.evaluation_seeds.len(), "evaluation seed"),
+        has_sheet => plans.iter().any(|told| told.point == first),
+        simulator => identity.simulator.as_str(),
+        version => identity.tsc_family.as_str(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_is_student_s_and_a_single_seed_has_none() {
+        assert_eq!(interval(&[3.0]), Some((3.0, None)));
+        // Deviation 1, error 1 / sqrt(3), 2 degrees of freedom.
+        let (middle, half) = interval(&[1.0, 2.0, 3.0]).unwrap();
+        assert!(
+            (middle - 2.0).abs() < 1e-12 && (half.unwrap() - 4.303 / 3.0_f64.sqrt()).abs() < 1e-9
+        );
+        assert_eq!(interval(&[]), None);
+        assert_eq!(with_width((-2.0, Some(0.5)), true), "-2.0 \u{b1} 0.5");
+    }
+}

@@ -1,0 +1,111 @@
+//! Plans as they are told to people: all of them as phases, existing ones as they were given.
+
+use std::collections::BTreeMap;
+
+use super::task_plan::TaskPlan;
+use crate::shown::Seen;
+use evaluation::analysis::Analysis;
+use signals::environment::existing_plan;
+use signals::existing::ExistingPlan;
+use signals::existing::ran::{of_program, of_rings};
+use signals::movement_results::MovementResult;
+use signals::network::plain::SIGNAL;
+
+/// The plan of a signal as phases.
+pub(crate) struct Told {
+    /// Position of the method in the manifest.
+    pub(crate) method: usize,
+    /// Position of the point MDP in the manifest.
+    pub(crate) point: usize,
+    /// SUMO's id of the signal.
+    pub(crate) signal: String,
+    /// The plan.
+    pub(crate) plan: ExistingPlan,
+    /// Whether its phases are stages of a program.
+    pub(crate) is_stages: bool,
+}
+
+/// Returns the plans of all signals of a task; nothing for methods that decide while they run.
+pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
+    let Seen { data, shown } = seen;
+    let told = |signal: &str, plan: ExistingPlan, is_stages: bool| Told {
+        method: task.method,
+        point: task.point,
+        signal: signal.to_owned(),
+        plan: with_names_of_the_network(seen, task.point, plan),
+        is_stages,
+    };
+    if let Some(plan) = existing_of(data, task) {
+        return vec![told(SIGNAL, plan, false)];
+    }
+    let names = shown.link_names(task.point);
+    let nothing = BTreeMap::new();
+    let rings = task.rings.iter().map(|signal| told(&signal.signal, of_rings(signal), false));
+    let programs = task.programs().iter().filter(|_| task.is_whole()).filter_map(|program| {
+        let plan = of_program(program, names.get(&program.signal).unwrap_or(&nothing))?;
+        Some(told(&program.signal, plan, true)).filter(|told| !told.plan.phases.is_empty())
+    });
+    rings.chain(programs).collect()
+}
+
+/// Returns the plan of every method that has one at every intersection of one signal whose movements are known: of several
+/// trainings that of the best objective.
+pub(crate) fn best(seen: Seen<'_>) -> Vec<Told> {
+    let direction = seen.data.direction();
+    let mut best: BTreeMap<(usize, usize), (&TaskPlan, Told)> = BTreeMap::new();
+    for task in &seen.shown.plans {
+        let mut of_task = of_task(seen, task);
+        let (Some(told), true) = (of_task.pop(), of_task.is_empty()) else { continue };
+        if told.plan.phases.iter().all(|phase| phase.all_movements().next().is_none()) {
+            continue;
+        }
+        let key = (task.point, task.method);
+        let is_better =
+            best.get(&key).is_none_or(|(other, _)| match (task.objective, other.objective) {
+                (Some(own), Some(other)) => direction.is_worse(other, own),
+                (own, other) => own.is_some() && other.is_none(),
+            });
+        if is_better {
+            best.insert(key, (task, told));
+        }
+    }
+    best.into_values().map(|(_, told)| told).collect()
+}
+
+/// Returns the plan that a task of a method with given plans ran, as it was given.
+fn existing_of(data: &Analysis, task: &TaskPlan) -> Option<ExistingPlan> {
+    let identity = &data.manifest.identity;
+    existing_plan(&identity.points[task.point], &identity.methods[task.method]).ok().flatten()
+}
+
+/// Returns what the plan that was given for an intersection calls movements, by the name that they have in results.
+pub(crate) fn renamed(seen: Seen<'_>, point: usize) -> BTreeMap<String, String> {
+    let Seen { data, shown } = seen;
+    let identity = &data.manifest.identity;
+    let given = |method: &String| existing_plan(&identity.points[point], method).ok().flatten();
+    let existing = identity.methods.iter().find_map(given);
+    let results = shown.movements.iter().find(|task| task.point == point);
+    let Some((existing, results)) = existing.zip(results) else { return BTreeMap::new() };
+    let name = |m: &MovementResult| {
+        let way = (m.from.clone(), m.to.clone());
+        let (name, _) = existing.ways.iter().find(|(_, ways)| ways.contains(&way))?;
+        Some((m.movement.clone(), name.clone()))
+    };
+    results.results.iter().filter_map(name).collect()
+}
+
+/// Calls movements as the existing plan of an intersection does, where there is one.
+fn with_names_of_the_network(seen: Seen<'_>, point: usize, mut plan: ExistingPlan) -> ExistingPlan {
+    if !plan.ways.is_empty() {
+        return plan;
+    }
+    let renamed = renamed(seen, point);
+    for phase in &mut plan.phases {
+        for name in phase.movements.iter_mut().chain(&mut phase.yielding) {
+            if let Some(other) = renamed.get(name.as_str()) {
+                *name = (*other).clone();
+            }
+        }
+    }
+    plan
+}

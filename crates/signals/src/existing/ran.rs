@@ -1,0 +1,279 @@
+//! Plans from what signals ran: dual rings as they are, and programs as phases of ring 1, one after the other.
+//!
+//! A stage is a green with the change after it. A movement of several stages has several phases. SUMO's `actuated` has
+//! passage times of 3 s, its own.
+
+use std::collections::BTreeMap;
+
+use super::{Control, ExistingPlan, PlanPhase, Recall};
+use crate::program::{ProgramKind, ProgramPhase, RingPhase, SignalProgram};
+use crate::settings::SignalSettings;
+use crate::timing::Timing;
+use crate::vocabulary::listed_before;
+
+/// Gap between vehicles after which SUMO's actuated programs end a green, seconds (its default).
+const SUMO_GAP_S: f64 = 3.0;
+
+/// A green with the change after it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Green {
+    /// Its state.
+    pub state: String,
+    /// Its duration, of actuated programs the shortest, seconds.
+    pub green_s: f64,
+    /// Longest duration of actuated programs, seconds.
+    pub max_s: Option<f64>,
+    /// Yellow after it, seconds.
+    pub yellow_s: f64,
+    /// All-red after it, seconds.
+    pub all_red_s: f64,
+}
+
+/// Returns the plan of a signal that ran in two rings, by vehicles.
+pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
+    let people = |phase: &RingPhase| {
+        let both =
+            phase.walk_s.zip(phase.clearance_s).map(|(walk, clear)| [walk, clear].map(f64::from));
+        both.filter(|both| both.iter().all(|s| *s > 0.0))
+    };
+    let phase = |p: &RingPhase| PlanPhase {
+        number: p.number,
+        ring: p.ring,
+        barrier: p.barrier,
+        position: p.position,
+        movements: p.movements.clone(),
+        yielding: p.yielding.clone(),
+        min_green_s: p.min_green_s.into(),
+        max_green_s: p.max_green_s.into(),
+        passage_s: p.passage_s.into(),
+        yellow_s: p.yellow_s.into(),
+        all_red_s: p.all_red_s.into(),
+        walk_s: people(p),
+        recall: if p.recall { Recall::Min } else { Recall::None },
+        dual_entry: p.number.is_multiple_of(2),
+        inhibit_max: false,
+    };
+    plan(Control::Actuated, None, Vec::new(), signal.rings.iter().map(phase).collect())
+}
+
+/// Returns the stages of a program as phases of one ring; `None` for kinds that are no list of phases.
+///
+/// # Arguments
+///
+/// * `names` — of the movements, by link; a link without one is passed over.
+pub fn of_program(
+    program: &SignalProgram,
+    names: &BTreeMap<usize, String>,
+) -> Option<ExistingPlan> {
+    let is_fixed = program.kind == ProgramKind::Static;
+    if !is_fixed && program.kind != ProgramKind::Actuated {
+        return None;
+    }
+    let of = |state: &str, letter: char| {
+        let links = state.char_indices().filter(|(_, c)| *c == letter);
+        let mut found: Vec<String> = Vec::new();
+        for name in links.filter_map(|(link, _)| names.get(&link)) {
+            if !found.contains(name) {
+                found.push(name.clone());
+            }
+        }
+        found.sort_by_key(|name| listed_before(name));
+        found
+    };
+    let phases: Vec<PlanPhase> = (1u32..)
+        .zip(greens(program, true))
+        .map(|(number, green)| {
+            let movements = of(&green.state, 'G');
+            let mut yielding = of(&green.state, 'g');
+            yielding.retain(|name| !movements.contains(name));
+            PlanPhase {
+                number,
+                ring: 1,
+                barrier: 1,
+                position: number,
+                movements,
+                yielding,
+                min_green_s: green.green_s,
+                max_green_s: green.max_s.unwrap_or(green.green_s),
+                passage_s: if is_fixed { 0.0 } else { SUMO_GAP_S },
+                yellow_s: green.yellow_s,
+                all_red_s: green.all_red_s,
+                walk_s: None,
+                recall: if is_fixed { Recall::Max } else { Recall::Min },
+                dual_entry: true,
+                inhibit_max: false,
+            }
+        })
+        .collect();
+    let cycle_s = is_fixed.then(|| phases.iter().map(PlanPhase::split_s).sum());
+    let control = if is_fixed { Control::Pretimed } else { Control::Actuated };
+    Some(plan(control, cycle_s, if is_fixed { vec![1] } else { Vec::new() }, phases))
+}
+
+fn plan(
+    control: Control,
+    cycle_s: Option<f64>,
+    reference: Vec<u32>,
+    phases: Vec<PlanPhase>,
+) -> ExistingPlan {
+    ExistingPlan {
+        control,
+        cycle_s,
+        offset_s: 0.0,
+        reference,
+        referenced_to: 0,
+        phases,
+        ways: BTreeMap::new(),
+    }
+}
+
+/// Returns the greens of a program with what comes after each; phases before the first green belong to
+/// the last.
+pub fn greens(program: &SignalProgram, with_changes: bool) -> Vec<Green> {
+    let phases = &program.phases;
+    let green = |p: &ProgramPhase| Green {
+        state: p.state.clone(),
+        green_s: p.duration_s,
+        max_s: p.max_s.filter(|_| program.kind == ProgramKind::Actuated),
+        yellow_s: 0.0,
+        all_red_s: 0.0,
+    };
+    if !with_changes {
+        return phases.iter().map(green).collect();
+    }
+    let starts = starts(program);
+    let mut greens: Vec<Green> = starts.iter().map(|i| green(&phases[*i])).collect();
+    for (k, start) in starts.iter().enumerate() {
+        let next = starts[(k + 1) % starts.len()];
+        let mut i = (start + 1) % phases.len();
+        while i != next && i != *start {
+            let is_yellow = phases[i].state.contains(['y', 'Y', 'u']);
+            let time_s = if is_yellow { &mut greens[k].yellow_s } else { &mut greens[k].all_red_s };
+            *time_s += phases[i].duration_s;
+            i = (i + 1) % phases.len();
+        }
+    }
+    greens
+}
+
+/// Returns the stages of a program after which the lights do not change as those of phases do: what ends is yellow and then
+/// red, all at once, what goes on stays green, and what begins waits.
+pub fn unusual(program: &SignalProgram) -> Vec<usize> {
+    let phases = &program.phases;
+    let greens = starts(program);
+    let light = |phase: usize, link: usize| phases[phase].state.as_bytes()[link];
+    let is_green = |phase: usize, link: usize| matches!(light(phase, link), b'G' | b'g');
+    let usual = |k: usize| {
+        let (from, to) = (greens[k], greens[(k + 1) % greens.len()]);
+        let mut change = Vec::new();
+        let mut phase = (from + 1) % phases.len();
+        while phase != to {
+            change.push(phase);
+            phase = (phase + 1) % phases.len();
+        }
+        (0..phases[from].state.len()).all(|link| match (is_green(from, link), is_green(to, link)) {
+            (true, true) => change.iter().all(|p| is_green(*p, link)),
+            (true, false) => {
+                let is_yellow = |p: &usize| matches!(light(*p, link), b'y' | b'Y');
+                let ends = change.iter().take_while(|p| is_yellow(p)).count();
+                let yellow = change.iter().filter(|p| phases[**p].state.contains(['y', 'Y', 'u']));
+                ends == yellow.count() && !change[ends..].iter().any(|p| is_green(*p, link))
+            }
+            (false, _) => change.iter().all(|p| !is_green(*p, link)),
+        })
+    };
+    (0..greens.len()).filter(|k| greens.len() > 1 && !usual(*k)).map(|k| k + 1).collect()
+}
+
+/// Returns the indices of the phases that are greens.
+fn starts(program: &SignalProgram) -> Vec<usize> {
+    let timing = Timing::new(&SignalSettings::default(), Vec::new(), Vec::new());
+    // Where vehicles may turn on red, it is red.
+    let states: Vec<String> = program.phases.iter().map(|p| p.state.replace('s', "r")).collect();
+    let durations = program.phases.iter().map(|p| p.duration_s);
+    let pairs: Vec<(&str, f64)> = states.iter().map(String::as_str).zip(durations).collect();
+    timing.greens(&pairs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn program(phases: &[(&str, f64)]) -> SignalProgram {
+        let phase = |(state, duration_s): &(&str, f64)| ProgramPhase {
+            state: (*state).to_owned(),
+            duration_s: *duration_s,
+            min_s: None,
+            max_s: None,
+        };
+        let phases = phases.iter().map(phase).collect();
+        SignalProgram {
+            signal: "c".into(),
+            own: false,
+            kind: ProgramKind::Static,
+            phases,
+            rings: Vec::new(),
+        }
+    }
+
+    fn found(phases: &[(&str, f64)], with_changes: bool) -> Vec<(String, [f64; 3])> {
+        let greens = greens(&program(phases), with_changes);
+        greens.into_iter().map(|g| (g.state, [g.green_s, g.yellow_s, g.all_red_s])).collect()
+    }
+
+    #[test]
+    fn a_green_has_the_change_after_it_also_across_the_end_of_the_cycle() {
+        let cycle =
+            [("rr", 1.0), ("Gr", 30.0), ("yr", 4.0), ("rr", 2.0), ("rG", 20.0), ("ry", 3.0)];
+        let expected = [("Gr".to_owned(), [30.0, 4.0, 2.0]), ("rG".to_owned(), [20.0, 3.0, 1.0])];
+        assert_eq!(found(&cycle, true), expected);
+    }
+
+    #[test]
+    fn a_single_green_and_none_at_all() {
+        assert_eq!(found(&[("GG", 90.0)], true), [("GG".to_owned(), [90.0, 0.0, 0.0])]);
+        assert_eq!(found(&[("GG", 9.0), ("rr", 1.0)], true)[0].1, [9.0, 0.0, 1.0]);
+        assert_eq!(found(&[], true), []);
+        assert_eq!(found(&[("rr", 9.0)], true), []);
+    }
+
+    #[test]
+    fn stages_of_a_program_are_phases_one_after_the_other() {
+        let phase = |state: &str, duration_s: f64| ProgramPhase {
+            state: state.to_owned(),
+            duration_s,
+            min_s: None,
+            max_s: None,
+        };
+        let program = SignalProgram {
+            signal: "c".into(),
+            own: false,
+            kind: ProgramKind::Static,
+            phases: vec![
+                phase("Gg", 20.0),
+                phase("yy", 4.0),
+                phase("rr", 1.0),
+                phase("rG", 10.0),
+                phase("ry", 3.0),
+            ],
+            rings: vec![],
+        };
+        let names = BTreeMap::from([(0, "NBT".to_owned()), (1, "NBL".to_owned())]);
+        let plan = of_program(&program, &names).unwrap();
+        let told: Vec<_> = (plan.phases.iter())
+            .map(|p| (p.position, p.movements.join(" "), p.yielding.join(" "), p.split_s()))
+            .collect();
+        let text = |s: &str| s.to_owned();
+        assert_eq!(told, [(1, text("NBT"), text("NBL"), 25.0), (2, text("NBL"), text(""), 13.0)]);
+        assert_eq!((plan.cycle_s, plan.check()), (Some(38.0), Ok(vec![])));
+    }
+
+    #[test]
+    fn a_change_in_which_lights_do_not_end_together_is_unusual() {
+        let usual = [("GGr", 20.0), ("Gyr", 3.0), ("Grr", 1.0), ("GrG", 9.0), ("Gry", 3.0)];
+        assert_eq!(unusual(&program(&usual)), Vec::<usize>::new());
+        let one_by_one =
+            [("GGr", 20.0), ("Gyr", 3.0), ("yrr", 3.0), ("rrr", 1.0), ("rrG", 9.0), ("rry", 3.0)];
+        assert_eq!(unusual(&program(&one_by_one)), [1]);
+    }
+}
