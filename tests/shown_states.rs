@@ -11,12 +11,12 @@ use std::{env, fs};
 use osm_signals::DrivingSide;
 use shown::{Limits, Way, foes, hurried, states, violations, violations_by_link};
 use tsc_family::settings::overrides::Override;
-use tsc_family::traffic::control::existing;
 use tsc_family::traffic::control::nema;
 use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
+use tsc_family::traffic::control::{coordinated, existing};
 use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{SignalEnv, run_episode};
 use tsc_family::traffic::environment::{environment, generated_world};
@@ -259,8 +259,9 @@ fn checked_seconds(preset: &str) -> usize {
             let mut watch = Watch::new(&scenario, features, limits, folder.path());
             let mut controllers: Vec<Box<dyn Controller>> =
                 vec![Box::new(Restless(0)), Box::new(Stubborn)];
-            // An existing plan has its own times, and these networks have none.
-            for method in METHODS.iter().filter(|m| m.name != existing::METHOD.name) {
+            // An existing plan has its own times, and these networks have none; nor have they signals to coordinate.
+            let others = [existing::METHOD.name, coordinated::METHOD.name];
+            for method in METHODS.iter().filter(|m| !others.contains(&m.name)) {
                 controllers.push(create(method.name, &scenario, false, 1).unwrap());
             }
             for mut controller in controllers {

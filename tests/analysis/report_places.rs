@@ -60,6 +60,7 @@ fn program(kind: ProgramKind, own: bool, phases: &[(&str, f64, Option<f64>)]) ->
         signal: "c".into(),
         own,
         kind,
+        offset_s: 0.0,
         phases: phases.iter().map(phase).collect(),
         rings: Vec::new(),
     }

@@ -49,6 +49,8 @@ mod own_controllers;
 mod plain_sumo;
 #[cfg(feature = "libsumo")]
 mod plans_sumo;
+#[cfg(feature = "libsumo")]
+mod several_signals;
 mod strange_files;
 #[cfg(feature = "libsumo")]
 mod strangers;

@@ -2,6 +2,7 @@
 //! map, signal plans; and the page on the quality of a family that was derived from a map.
 
 mod capacity;
+mod corridors;
 mod demand;
 mod first;
 mod happened;

@@ -26,6 +26,7 @@ use evaluation::family::names::safe_id;
 use evaluation::report::figures::shown as named;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
+use evaluation::stats::mean_interval;
 use evaluation::stats::score::mean;
 use signals::existing::ExistingPlan;
 use signals::places::DrawnIntersection;
@@ -35,16 +36,6 @@ pub(super) const FOLDER: &str = "intersections";
 
 /// Most intersections with a page each.
 const MOST_PAGES: usize = 500;
-
-/// Two-sided 95% quantiles of Student's distribution for 1 to 30 degrees of freedom.
-const STUDENT_95: [f64; 30] = [
-    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160,
-    2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056,
-    2.052, 2.048, 2.045, 2.042,
-];
-
-/// The same for more degrees of freedom.
-const NORMAL_95: f64 = 1.96;
 
 /// An intersection with the positions of its point MDPs, one per period.
 struct Page<'a> {
@@ -175,15 +166,8 @@ fn yearly(
 
 /// Returns the mean of values and half the width of its interval; no width for a single one.
 fn interval(values: &[f64]) -> Option<(f64, Option<f64>)> {
-    let middle = mean(values)?;
-    let degrees = values.len() - 1;
-    if degrees == 0 {
-        return Some((middle, None));
-    }
-    let squares: f64 = values.iter().map(|value| (value - middle).powi(2)).sum();
-    let error = (squares / degrees as f64 / values.len() as f64).sqrt();
-    let quantile = STUDENT_95.get(degrees - 1).copied().unwrap_or(NORMAL_95);
-    Some((middle, Some(quantile * error)))
+    let (middle, low, high) = mean_interval(values)?;
+    Some((middle, (values.len() > 1).then_some((high - low) / 2.0)))
 }
 
 /// Returns the delay of a method by evaluation seed, over its trainings.

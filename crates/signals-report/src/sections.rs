@@ -4,6 +4,7 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
+use super::corridors;
 use super::first;
 use super::happened::happened;
 use super::hours;
@@ -225,7 +226,9 @@ impl Sections for TrafficSections {
     }
 
     fn figures(&self, data: &Analysis) -> Vec<Figure> {
-        [levels(data), map::places(self.seen(data))].into_iter().flatten().collect()
+        let figures =
+            [levels(data), map::places(self.seen(data)), corridors::diagram(self.seen(data))];
+        figures.into_iter().flatten().collect()
     }
 
     fn parts(&self, data: &Analysis, figures: &[Figure]) -> Result<Vec<Part>, ReportError> {
@@ -264,6 +267,11 @@ impl Sections for TrafficSections {
             let template = include_str!("templates/movements.html");
             parts.push(part(Slot::Body, "movements", "Movements", template, values)?);
         }
+        if let Some(values) = corridors::values(self.seen(data), figure("time-space")) {
+            let (template, title) =
+                (include_str!("templates/corridors.html"), "Streets of several signals");
+            parts.push(part(Slot::Body, "corridors", title, template, values)?);
+        }
         if let Some(plans) = plan_values(self.seen(data)) {
             let values = context! { plans, chosen => data.points.len() };
             let template = include_str!("templates/plans.html");
@@ -284,10 +292,12 @@ impl Sections for TrafficSections {
         let placed = [INTERSECTIONS, GEOJSON].into_iter().filter(|_| self.shown.is_placed());
         let moved = (!self.shown.movements.is_empty()).then_some(movements::TABLE);
         let by_period = periods::are_known(data).then_some(periods::TABLE);
+        let along = (!self.shown.streets.is_empty()).then_some(corridors::TABLE);
         [plans::TABLE, plans::cabinet::TABLE]
             .into_iter()
             .chain(by_period)
             .chain(moved)
+            .chain(along)
             .chain(placed)
             .collect()
     }
@@ -315,6 +325,11 @@ impl Sections for TrafficSections {
         if !self.shown.movements.is_empty() {
             let path = folder.join(movements::TABLE);
             write_atomically(&path, movements::table(seen).as_bytes())?;
+            written.files.push(path);
+        }
+        if !self.shown.streets.is_empty() {
+            let path = folder.join(corridors::TABLE);
+            write_atomically(&path, corridors::table(seen).as_bytes())?;
             written.files.push(path);
         }
         if self.shown.is_placed() {

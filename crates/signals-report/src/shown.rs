@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::corridors::{TaskStreets, streets as corridors};
 use super::movements::{TaskMovements, movements};
 use super::plans::{TaskPlan, plans};
 use super::worth::Worth;
@@ -32,6 +33,8 @@ pub(super) struct Shown {
     pub(super) movements: Vec<TaskMovements>,
     /// What delay and stops are worth.
     pub(super) worth: Worth,
+    /// Results by street of every finished task that has them, in the order of the plan.
+    pub(super) streets: Vec<TaskStreets>,
 }
 
 /// An analysis with what is shown beside it.
@@ -68,6 +71,7 @@ impl Shown {
             plans: plans(results),
             movements: movements(results),
             worth: Worth::read(layout.root())?,
+            streets: corridors(results),
         })
     }
 

@@ -32,6 +32,7 @@ pub mod program;
 pub mod settings;
 pub mod sim;
 pub mod simulator;
+pub mod street_results;
 pub mod timing;
 pub mod trial;
 pub mod turning;

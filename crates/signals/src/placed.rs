@@ -233,11 +233,10 @@ fn of_states(
             links.join(" ")
         )));
     }
-    let mut plan = of_program(program, &names).expect("static and actuated programs are read");
+    let plan = of_program(program, &names).expect("static and actuated programs are read");
     if plan.phases.is_empty() {
         return Err(fail("no phase has a green; give it one".to_owned()));
     }
-    plan.offset_s = named.offset_s;
     let intersection = match point.id == id {
         true => point.id.clone(),
         false => intersection.id.clone(),

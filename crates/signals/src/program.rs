@@ -94,7 +94,11 @@ pub struct SignalProgram {
     pub own: bool,
     /// How it goes on from phase to phase.
     pub kind: ProgramKind,
-    /// Its phases, in order; a fixed cycle is in its first one at time 0 and its multiples.
+    /// When its first phase begins, seconds after time 0 and its multiples of the cycle; of the network's own the network has
+    /// it.
+    #[serde(default, skip_serializing_if = "crate::settings::is_zero")]
+    pub offset_s: f64,
+    /// Its phases, in order; a fixed cycle begins with its first one.
     pub phases: Vec<ProgramPhase>,
     /// Phases in two rings; empty for other kinds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

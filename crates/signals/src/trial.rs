@@ -13,6 +13,7 @@ use super::movement_results::ByEpisode;
 use super::network::error::NetworkError;
 use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
+use super::street_results::{ByStreet, StreetResult};
 use basics::files::numbers::is_usable;
 use evaluation::run::domain::{Course, Next, Policy, Trial};
 use evaluation::run::fault::TrialError;
@@ -36,12 +37,14 @@ pub struct SignalTrial<S> {
     pub held: Held,
     /// What the evaluation episodes so far are made of.
     movements: ByEpisode,
+    streets: ByStreet,
 }
 
 impl<S> SignalTrial<S> {
     /// Returns a controller on signals.
     pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: Held) -> Self {
-        Self { env, controller, held, movements: ByEpisode::default() }
+        let (movements, streets) = (ByEpisode::default(), ByStreet::default());
+        Self { env, controller, held, movements, streets }
     }
 }
 
@@ -55,15 +58,16 @@ impl<S: Sim> Trial for SignalTrial<S> {
         self.env.collect_movements(true);
         let played = played(&mut self.env, self.controller.as_mut(), seed);
         self.env.collect_movements(false);
-        let (metrics, movements) = played?;
+        let (metrics, movements, streets) = played?;
         self.movements.add(movements);
+        self.streets.add(streets);
         Ok(metrics)
     }
 
     fn validate(&mut self, seed: u64) -> Result<Metrics, TrialError> {
         self.controller.set_validation(true);
         let metrics =
-            played(&mut self.env, self.controller.as_mut(), seed).map(|(metrics, _)| metrics);
+            played(&mut self.env, self.controller.as_mut(), seed).map(|(metrics, ..)| metrics);
         self.controller.set_validation(false);
         metrics
     }
@@ -74,7 +78,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
 
     /// Another policy is evaluated from here on.
     fn load(&mut self, model: &Archive) -> Result<(), TrialError> {
-        self.movements = ByEpisode::default();
+        (self.movements, self.streets) = (ByEpisode::default(), ByStreet::default());
         self.controller.load(model.clone()).map_err(of_control)
     }
 
@@ -99,16 +103,22 @@ impl<S: Sim> Trial for SignalTrial<S> {
             signal,
             own: false,
             kind: ProgramKind::DualRing,
+            offset_s: 0.0,
             phases: Vec::new(),
             rings,
         }));
         if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
     }
 
-    /// Results by movement, means over the evaluation episodes; none where ways of vehicles are not known.
+    /// Results by movement, means over the evaluation episodes, where ways of vehicles are known; else those by street, where
+    /// there are several signals.
     fn parts(&self) -> Opaque {
         let results = self.movements.results();
-        if results.is_empty() { Opaque::default() } else { Opaque::of(&results) }
+        match (results.is_empty(), self.streets.streets.is_empty()) {
+            (false, _) => Opaque::of(&results),
+            (true, false) => Opaque::of(&self.streets),
+            (true, true) => Opaque::default(),
+        }
     }
 
     fn simulator_s(&self) -> f64 {
@@ -125,13 +135,14 @@ fn played<S: Sim>(
     env: &mut SignalEnv<S>,
     controller: &mut dyn Controller,
     seed: u64,
-) -> Result<(Metrics, Vec<MovementTotals>), TrialError> {
+) -> Result<(Metrics, Vec<MovementTotals>, Vec<StreetResult>), TrialError> {
     let mut metrics = run_episode(env, controller, seed).map_err(|e| match e {
         EpisodeError::Sim(e) => of_sim(e),
         EpisodeError::Control(e) => of_control(e),
     })?;
     let movements = std::mem::take(&mut metrics.movements);
-    Ok((named(&metrics, seed).map_err(of_sim)?, movements))
+    let streets = std::mem::take(&mut metrics.streets);
+    Ok((named(&metrics, seed).map_err(of_sim)?, movements, streets))
 }
 
 /// What a controller has learned so far, on the signals on which it trains.
@@ -344,7 +355,8 @@ fn kept(running: Running) -> SignalProgram {
         ProgramPhase { state: p.state, duration_s: p.duration_s, min_s, max_s }
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
-    SignalProgram { signal: running.signal, own: running.own, kind, phases, rings: Vec::new() }
+    let Running { signal, own, offset_s, .. } = running;
+    SignalProgram { signal, own, kind, offset_s, phases, rings: Vec::new() }
 }
 
 #[cfg(test)]

@@ -19,9 +19,21 @@ use super::PointObjectives;
 use super::quantile::ALPHA;
 use super::score::mean;
 
+/// Half of the interval of a standard normal value that holds it in 95 of 100 cases.
+const NORMAL_HALF: f64 = 1.959_963_984_540_054;
+
 /// Returns by which factor intervals of the mean score are wider than its resamples, at least 1.
 pub fn stretch(points: &[PointObjectives]) -> f64 {
     degrees(points).map_or(1.0, of_degrees)
+}
+
+/// Returns the mean of values with its 95% interval by Student's t; an interval without width for one value, `None` without
+/// values.
+pub fn mean_interval(values: &[f64]) -> Option<(f64, f64, f64)> {
+    let middle = mean(values)?;
+    let half = of_mean(values)
+        .map_or(0.0, |(variance, degrees)| NORMAL_HALF * variance.sqrt() * of_degrees(degrees));
+    Some((middle, middle - half, middle + half))
 }
 
 /// Returns the degrees of freedom of the mean score; `None` where there is no noise.
@@ -74,6 +86,16 @@ mod tests {
     fn point(weight: f64, method: &[&[f64]], baseline: &[f64]) -> PointObjectives {
         let method = method.iter().map(|row| row.to_vec()).collect();
         PointObjectives { weight, draws: 1, method, baseline: baseline.to_vec() }
+    }
+
+    #[test]
+    fn the_interval_of_a_mean_is_student_s() {
+        // The mean of three values with a standard deviation of 1: 4.303 / sqrt(3).
+        let (mean, low, high) = mean_interval(&[1.0, 2.0, 3.0]).unwrap();
+        assert!((mean - 2.0).abs() < 1e-12 && (high - 2.0 - 2.484).abs() < 1e-3, "{high}");
+        assert!((mean - low - (high - mean)).abs() < 1e-12);
+        assert_eq!(mean_interval(&[4.0]), Some((4.0, 4.0, 4.0)));
+        assert_eq!(mean_interval(&[]), None);
     }
 
     #[test]

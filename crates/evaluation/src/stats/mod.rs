@@ -26,7 +26,7 @@ pub mod weighted_quantile;
 pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all, means};
 pub use direction::Direction;
 pub use dominance::{Dominance, Verdict};
-pub use few_seeds::{degrees, stretch};
+pub use few_seeds::{degrees, mean_interval, stretch};
 pub use histogram::Histogram;
 pub use limit::{Limit, Side};
 pub use objectives::{PointMeans, PointObjectives};

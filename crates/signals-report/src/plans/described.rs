@@ -35,6 +35,7 @@ pub(super) fn programs(
             signal,
             own,
             kind: ProgramKind::Static,
+            offset_s: 0.0,
             phases,
             rings: Vec::new(),
         });

@@ -31,10 +31,11 @@ pub(super) fn additional(
     text += "-->\n<additional>\n";
     for program in programs {
         text += &format!(
-            "    <tlLogic id=\"{}\" type=\"{}\" programID=\"{}\" offset=\"0\">\n",
+            "    <tlLogic id=\"{}\" type=\"{}\" programID=\"{}\" offset=\"{}\">\n",
             escape(program.signal.as_str()),
             program.kind.name(),
             escape(method),
+            program.offset_s,
         );
         for phase in &program.phases {
             let bound = |name: &str, value: Option<f64>| {
@@ -71,6 +72,7 @@ mod tests {
             signal: "a&b".into(),
             own,
             kind: ProgramKind::Actuated,
+            offset_s: 0.0,
             phases,
             rings: Vec::new(),
         }

@@ -6,7 +6,7 @@ use signals::existing::ran::greens;
 use signals::program::{ProgramKind, SignalProgram};
 
 /// The columns.
-pub(super) const HEADER: [&str; 17] = [
+pub(super) const HEADER: [&str; 18] = [
     "point",
     "streets",
     "method",
@@ -22,6 +22,7 @@ pub(super) const HEADER: [&str; 17] = [
     "yellow_s",
     "all_red_s",
     "cycle_s",
+    "offset_s",
     "file",
     "remark",
 ];
@@ -50,23 +51,23 @@ pub(super) fn rows(
         number(plan.objective),
         if winner { "yes" } else { "no" }.to_owned(),
     ];
-    let row = |cells: [String; 11]| head.iter().cloned().chain(cells).collect::<Vec<_>>();
+    let row = |cells: [String; 12]| head.iter().cloned().chain(cells).collect::<Vec<_>>();
     let empty = String::new;
     let file = file.unwrap_or_default();
     let Some(programs) = &plan.programs else {
         let program = if plan.source == Source::Decides { "none" } else { "unknown" };
         if !plan.phases.is_empty() {
             let phases = |(signal, phases): &(String, String)| {
-                let mut cells: [String; 11] = std::array::from_fn(|_| empty());
+                let mut cells: [String; 12] = std::array::from_fn(|_| empty());
                 (cells[0], cells[1]) = (signal.clone(), program.to_owned());
-                cells[10] = format!("decides every second; {phases}");
+                cells[11] = format!("decides every second; {phases}");
                 row(cells)
             };
             return plan.phases.iter().map(phases).collect();
         }
-        let mut cells: [String; 11] = std::array::from_fn(|_| empty());
+        let mut cells: [String; 12] = std::array::from_fn(|_| empty());
         cells[1] = program.to_owned();
-        cells[10] = remark(plan, None);
+        cells[11] = remark(plan, None);
         return vec![row(cells)];
     };
     let mut all = Vec::new();
@@ -80,9 +81,9 @@ pub(super) fn rows(
         let changes_known = plan.is_whole();
         let greens = greens(program, changes_known);
         if greens.is_empty() {
-            let mut cells: [String; 11] = std::array::from_fn(|_| empty());
+            let mut cells: [String; 12] = std::array::from_fn(|_| empty());
             (cells[0], cells[1]) = (program.signal.clone(), kind.to_owned());
-            (cells[9], cells[10]) = (file.to_owned(), remark.clone());
+            (cells[10], cells[11]) = (file.to_owned(), remark.clone());
             all.push(row(cells));
         }
         let total_s: f64 = program.phases.iter().map(|p| p.duration_s).sum();
@@ -99,6 +100,7 @@ pub(super) fn rows(
                 number(Some(green.yellow_s).filter(|_| changes_known)),
                 number(Some(green.all_red_s).filter(|_| changes_known)),
                 number(cycle_s),
+                number(Some(program.offset_s).filter(|_| fixed && !program.own)),
                 file.to_owned(),
                 remark.clone(),
             ]));

@@ -15,7 +15,7 @@
 //! 3. The start, the best network of step 1 and that of step 2 are compared on further training seeds.
 //!
 //! Choices:
-//! - **One plan per signal**; offsets are not coordinated.
+//! - **One plan per signal**; offsets are not coordinated, see [`super::coordinated`].
 //! - **Greens are whole seconds within the signal's limits**, and so is the cycle.
 //! - **The own program** is a candidate where it keeps to the limits; that of an imported network may not.
 //!   Tuning then starts from Webster's plan for the first set of phases.
@@ -36,7 +36,8 @@ use std::collections::BTreeMap;
 use argmin::core::Executor;
 use argmin::solver::neldermead::NelderMead;
 
-use self::plan::{KEPT, SIMULATIONS, TUNING, describe};
+use self::plan::describe;
+pub(super) use self::plan::{KEPT, SIMULATIONS, TUNING};
 pub use self::plan::{OWN, PLAN, Plan, kept_start};
 use self::search::{Search, SearchState};
 use super::phase_sets::covering;

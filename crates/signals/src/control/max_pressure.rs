@@ -24,6 +24,10 @@
 //! - **A movement with more vehicles ahead of it than behind has no pressure**, so that it keeps no other movement
 //!   of its phase from green. Deviation: Varaiya's has one below zero. (With pressures below zero a phase that
 //!   nobody can use wins where all others lead into longer queues.)
+//! - **A signal over several nodes** is one signal. A vehicle that passes two of its stop lines counts at the first one.
+//!   A phase that also lets it pass the second lets it through, whatever stands between the two. Under a phase that does
+//!   not, it gets no further than the lane between, and once that is full nothing moves on the lane that it comes from.
+//!   (Otherwise the phase of the longest queue is kept for ever while its vehicles stand before a red light 12 m ahead.)
 //! - **Queues** are the observation's: vehicles that have halted within the detection distance.
 //! - **Ties** keep the current phase, which saves yellow.
 //! - **No least green of its own**; the limits of the signal hold.
@@ -64,6 +68,9 @@ pub const METHOD: Method = Method {
 
 /// Vehicles that a prior of equal shares per lane counts for, before vehicles have been seen.
 const PRIOR_VEH: f64 = 10.0;
+
+/// Street that a standing vehicle takes: SUMO's default length and gap, metres.
+const VEHICLE_M: f64 = 7.5;
 
 /// Saturation flow of a protected left turn, relative to a through lane (HCM).
 const LEFT_FACTOR: f64 = 0.95;
@@ -130,11 +137,15 @@ impl Controller for MaxPressure {
             heads.update(signal, observation, self.decision_s);
             let mut parts = lane_parts(signal, &shares(signal, streets, observation));
             heads.divide(signal, &mut parts);
-            let queues = queues(signal, &parts, observation);
-            let claims = claims(signal, &parts);
+            let stopping = queues(signal, &parts, observation, false);
+            let passing = queues(signal, &parts, observation, true);
+            let mut claims = claims(signal, &parts);
+            let onward = onward(signal, &parts, observation, &mut claims);
             let pressure = |i: usize| -> f64 {
                 let service = signal.phases[i].service.iter().zip(&signal.movements);
-                let service = service.zip(parts.iter().zip(&queues));
+                let queues =
+                    (0..parts.len()).map(|m| if onward[i][m] { passing[m] } else { stopping[m] });
+                let service = service.zip(parts.iter().zip(queues));
                 service
                     .map(|((service, movement), (parts, queue))| {
                         let lanes = movement.lanes.iter().zip(parts);
@@ -175,7 +186,11 @@ fn factor(turn: Turn) -> f64 {
 }
 
 /// Returns the pressure of every movement, vehicles: those queued for it less those queued ahead, if there are more.
-fn queues(signal: &SignalSpec, parts: &[Vec<f64>], seen: &Observation) -> Vec<f64> {
+///
+/// # Arguments
+///
+/// * `passing` — whether vehicles pass all stop lines of the signal, so that those between two of them are not ahead.
+fn queues(signal: &SignalSpec, parts: &[Vec<f64>], seen: &Observation, passing: bool) -> Vec<f64> {
     signal
         .movements
         .iter()
@@ -185,8 +200,10 @@ fn queues(signal: &SignalSpec, parts: &[Vec<f64>], seen: &Observation) -> Vec<f6
             let own: f64 = parts.iter().sum();
             let upstream: f64 =
                 movement.lanes.iter().zip(parts).map(|(l, part)| part * seen.lanes[*l].queue).sum();
-            let lanes = movement.downstream.len().max(1) as f64;
-            let ahead: f64 = movement.downstream.iter().map(|l| seen.downstream_queue[*l]).sum();
+            let inner: &[usize] = if passing { &movement.inner } else { &[] };
+            let lanes = (movement.downstream.len() - inner.len()).max(1) as f64;
+            let ahead = movement.downstream.iter().map(|l| seen.downstream_queue[*l]).sum::<f64>()
+                - inner.iter().map(|l| seen.lanes[*l].queue).sum::<f64>();
             (upstream - own * ahead / lanes).max(0.0)
         })
         .collect()
@@ -199,6 +216,40 @@ fn claims(signal: &SignalSpec, parts: &[Vec<f64>]) -> Vec<Vec<bool>> {
     let most: Vec<f64> = (0..signal.lanes.len()).map(most).collect();
     let claims = |lanes: &Vec<f64>| lanes.iter().zip(&most).map(|(s, most)| s >= most).collect();
     served.iter().map(claims).collect()
+}
+
+/// Returns, per phase and movement, whether the phase lets its vehicles also pass the signal's next stop line, if there is
+/// one; and takes back the claims on lanes that stand before a full lane which the phase does not clear.
+fn onward(
+    signal: &SignalSpec,
+    parts: &[Vec<f64>],
+    seen: &Observation,
+    claims: &mut [Vec<bool>],
+) -> Vec<Vec<bool>> {
+    let is_full = |lane: &usize| {
+        let on_it = seen.lanes[*lane].queue + seen.lanes[*lane].approach;
+        on_it >= (signal.lanes[*lane].length_m / VEHICLE_M).floor().max(1.0)
+    };
+    // Whether somebody on the lane, as far as is known of its first vehicle, may go.
+    let clears = |phase: &Phase, lane: &usize| {
+        signal.movements.iter().zip(parts).zip(&phase.service).any(|((m, parts), service)| {
+            let mut of_lane = m.lanes.iter().zip(parts);
+            *service != Light::Red && of_lane.any(|(l, part)| l == lane && *part > 0.0)
+        })
+    };
+    let phases = signal.phases.iter().zip(claims);
+    let of_phase = |(phase, claims): (&Phase, &mut Vec<bool>)| {
+        let of_movement = |(m, parts): (&Movement, &Vec<f64>)| {
+            let passes = m.inner.is_empty() || m.inner.iter().any(|lane| clears(phase, lane));
+            if !passes && m.inner.iter().all(is_full) {
+                let stuck = m.lanes.iter().zip(parts).filter(|(_, part)| **part > 0.0);
+                stuck.for_each(|(lane, _)| claims[*lane] = false);
+            }
+            passes
+        };
+        signal.movements.iter().zip(parts).map(of_movement).collect()
+    };
+    phases.map(of_phase).collect()
 }
 
 /// Returns the part of each lane that a phase serves: exactly 1 where it serves all movements.
@@ -304,6 +355,27 @@ mod tests {
         };
         assert_eq!(act(&signal, &ahead(6.0)), 1, "6 - 6 against 1");
         assert_eq!(act(&signal, &ahead(4.0)), 0, "6 - 4 against 1");
+    }
+
+    #[test]
+    fn what_stands_between_two_stop_lines_of_a_signal_holds_up_only_phases_that_do_not_clear_it() {
+        // A street of two stop lines, 0 and 1; phase 0 lets it pass the first, phase 1 both, phase 2 serves another.
+        let mut signal = signal_with(&[[G, N, N], [G, G, N], [N, N, G]]);
+        signal.movements[0].downstream = vec![0];
+        signal.movements[0].inner = vec![1];
+        signal.lanes[1].length_m = 16.0;
+        let seen = |between: f64, other: f64| Observation {
+            downstream_queue: vec![between],
+            seen: vec![0.0; 3],
+            ..queues(2, &[9.0, between, other])
+        };
+        assert_eq!(act(&signal, &seen(0.0, 8.0)), 0, "9 against 9 and 8");
+        assert_eq!(act(&signal, &seen(1.0, 9.0)), 1, "8 against 9 + 1 and 9");
+        assert_eq!(act(&signal, &seen(2.0, 10.0)), 1, "nothing against 9 + 2 and 10");
+        // Without phase 1: nothing moves in phase 0 while two vehicles fill the 16 m.
+        signal.phases[1].service = vec![N, G, N];
+        assert_eq!(act(&signal, &seen(2.0, 0.0)), 1);
+        assert_eq!(act(&signal, &seen(1.0, 0.0)), 0);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 pub mod actuated;
 pub mod baseline;
+pub mod coordinated;
 pub mod dual_ring;
 pub mod existing;
 pub mod fixed_time;
@@ -23,6 +24,7 @@ pub mod phase_sets;
 pub mod program;
 pub mod registry;
 pub mod state;
+pub mod streets;
 #[cfg(test)]
 pub(crate) mod testing;
 mod training;
@@ -57,6 +59,9 @@ pub struct Movement {
     pub lanes: Vec<usize>,
     /// Indices into [`Observation::downstream_queue`] of the lanes it leads to at another signal.
     pub downstream: Vec<usize>,
+    /// Indices into [`SignalSpec::lanes`] of those lanes downstream that are this signal's own: where it controls several
+    /// nodes, a vehicle passes more than one of its stop lines.
+    pub inner: Vec<usize>,
     /// Share of the approach's vehicles that make the movement, where the demand says so.
     pub share: Option<f64>,
 }
@@ -94,8 +99,25 @@ pub struct SignalSpec {
     pub movements: Vec<Movement>,
     /// Green phases, the actions of the signal.
     pub phases: Vec<Phase>,
+    /// Lanes of other signals to which its vehicles come next.
+    pub onward: Vec<Onward>,
     /// How long phases may and must be shown.
     pub limits: Limits,
+}
+
+/// A lane of another signal to which a movement leads, with no signal between.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Onward {
+    /// Index into [`SignalSpec::movements`].
+    pub movement: usize,
+    /// Position of the other signal.
+    pub signal: usize,
+    /// Index into the other signal's lanes.
+    pub lane: usize,
+    /// From stop line to stop line, metres.
+    pub distance_m: f64,
+    /// The same at the speed limit of the other signal's lane, seconds.
+    pub travel_s: f64,
 }
 
 /// How long the phases of a signal may and must be shown, seconds; whole numbers.
@@ -211,6 +233,8 @@ pub enum Drive {
     Existing,
     /// A cycle of green phases with their durations, seconds, without the yellows in between.
     Cycle(Vec<(GreenPhase, f64)>),
+    /// The same with an offset: the first green begins so many seconds after time 0, and once in every cycle.
+    Coordinated(Vec<(GreenPhase, f64)>, f64),
 }
 
 /// Figures of a finished episode that training can use.

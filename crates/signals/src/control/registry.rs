@@ -14,7 +14,8 @@ macro_rules! methods {
             super::max_pressure::Config,
             super::max_pressure_resco,
             super::actuated::Config,
-            super::nema::Config;
+            super::nema::Config,
+            super::coordinated::Config;
             super::idqn::Config,
             super::ippo::Config,
             super::mplight::Config,

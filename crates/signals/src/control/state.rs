@@ -220,6 +220,7 @@ mod tests {
             turn: Turn::Left,
             lanes: vec![1, 0],
             downstream: vec![],
+            inner: vec![],
             share: None,
         });
         assert_eq!(movement_slots(&signal), 12);

@@ -21,6 +21,7 @@ pub(crate) fn signal_with<const M: usize>(service: &[[Light; M]]) -> SignalSpec 
         turn: Turn::Through,
         lanes: vec![m],
         downstream: vec![],
+        inner: vec![],
         share: None,
     };
     let phase = |row: &[Light; M]| Phase {
@@ -33,6 +34,7 @@ pub(crate) fn signal_with<const M: usize>(service: &[[Light; M]]) -> SignalSpec 
         lanes: (0..M).map(lane).collect(),
         movements: (0..M).map(movement).collect(),
         phases: service.iter().map(phase).collect(),
+        onward: Vec::new(),
         limits: limits(service.len()),
     }
 }

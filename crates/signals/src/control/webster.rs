@@ -50,15 +50,7 @@ pub fn greens(
     flow_vph: &[f64],
     constants: &Constants,
 ) -> Vec<f64> {
-    let shares: Vec<Vec<f64>> =
-        (0..signal.lanes.len()).map(|lane| lane_shares(signal, phases, lane)).collect();
-    let ratios: Vec<f64> = (0..phases.len())
-        .map(|p| {
-            (0..signal.lanes.len())
-                .map(|lane| shares[lane][p] * flow_vph[lane] / constants.saturation_flow_vph)
-                .fold(MIN_FLOW_RATIO, f64::max)
-        })
-        .collect();
+    let ratios = flow_ratios(signal, phases, flow_vph, constants);
     let total: f64 = ratios.iter().sum();
     let lost_s = constants.lost_time_s * phases.len() as f64;
     let limits = &signal.limits;
@@ -70,6 +62,42 @@ pub fn greens(
     let green_s = (cycle_s - limits.lost_s(phases)).max(0.0);
     let greens: Vec<f64> = ratios.iter().map(|r| green_s * r / total).collect();
     within(signal, phases, &greens)
+}
+
+/// Returns the green of each phase of a cycle of this length, seconds: by flow ratios, within the limits of each green.
+/// Where these do not fit the cycle, the greens do not fill it or are more than it has.
+///
+/// # Arguments
+///
+/// * `phases`, `flow_vph` — as in [`greens`].
+pub fn split(
+    signal: &SignalSpec,
+    phases: &[usize],
+    flow_vph: &[f64],
+    constants: &Constants,
+    cycle_s: f64,
+) -> Vec<f64> {
+    let limits = &signal.limits;
+    let most_s: Vec<f64> = phases.iter().map(|p| limits.max_green_s[*p]).collect();
+    let ratios = flow_ratios(signal, phases, flow_vph, constants);
+    fill(&ratios, &limits.least_s(phases), &most_s, cycle_s - limits.lost_s(phases))
+}
+
+/// Returns the flow ratio of each phase: that of its busiest lane.
+fn flow_ratios(
+    signal: &SignalSpec,
+    phases: &[usize],
+    flow_vph: &[f64],
+    constants: &Constants,
+) -> Vec<f64> {
+    let shares: Vec<Vec<f64>> =
+        (0..signal.lanes.len()).map(|lane| lane_shares(signal, phases, lane)).collect();
+    let ratio = |p: usize| {
+        (0..signal.lanes.len())
+            .map(|lane| shares[lane][p] * flow_vph[lane] / constants.saturation_flow_vph)
+            .fold(MIN_FLOW_RATIO, f64::max)
+    };
+    (0..phases.len()).map(ratio).collect()
 }
 
 /// Returns greens in whole seconds that keep to the limits of the signal: each within its own, and the

@@ -11,7 +11,7 @@
 //! Source: RESCO's signal configuration (`config/signal_config.py`), whose hand-written phase pairs
 //! the derived ones equal on Ingolstadt.
 
-use crate::control::{LaneSpec, Movement, Phase, SignalSpec};
+use crate::control::{LaneSpec, Movement, Onward, Phase, SignalSpec};
 use crate::settings::{Actions, SignalSettings};
 use crate::sim::error::SimError;
 use crate::sim::{Program, ProgramKind, Scene, SignalInfo};
@@ -124,8 +124,13 @@ pub fn derive(
             turn: movement.turn,
             lanes: movement.lanes.iter().map(|l| position(&mut lanes, *l)).collect(),
             downstream: movement.downstream.iter().map(|l| position(&mut downstream, *l)).collect(),
+            inner: Vec::new(),
             share: None,
         });
+    }
+    for movement in &mut movements {
+        let own = |d: &usize| lanes.iter().position(|lane| *lane == downstream[*d]);
+        movement.inner = movement.downstream.iter().filter_map(own).collect();
     }
     let services: Vec<Vec<Light>> = states.iter().map(|state| services(state, &raw)).collect();
     let (naming, pairs) = names(&services, &raw);
@@ -142,6 +147,7 @@ pub fn derive(
             .collect(),
         movements,
         phases: phases.map(|((state, pair), service)| Phase { state, pair, service }).collect(),
+        onward: Vec::new(),
         limits,
     };
     let seen_m = lanes.iter().map(|lane| seen_m(scene, *lane)).collect();
@@ -160,6 +166,30 @@ pub fn derive(
         own_kind: own.kind,
         unreached: own.phases.iter().filter(|p| !p.is_reached).map(|p| p.state.clone()).collect(),
     })
+}
+
+/// Returns where the movements of a signal lead to: lanes of other signals, each once per movement, the shortest way.
+pub(super) fn onward(scene: &Scene, signals: &[DerivedSignal], from: usize) -> Vec<Onward> {
+    let mut found: Vec<Onward> = Vec::new();
+    for (movement, ways) in signals[from].movement_ways.iter().enumerate() {
+        for (index, number) in ways {
+            let link = &scene.signals[from].links[*index][*number];
+            for (place, distance_m) in &link.onward {
+                for (signal, other) in signals.iter().enumerate().filter(|(i, _)| *i != from) {
+                    let Some(lane) = other.lanes.iter().position(|l| l == place) else { continue };
+                    let travel_s = distance_m / scene.lanes[*place].speed_mps.max(0.1);
+                    let (distance_m, place) = (*distance_m, (movement, signal, lane));
+                    let new = Onward { movement, signal, lane, distance_m, travel_s };
+                    match found.iter_mut().find(|o| (o.movement, o.signal, o.lane) == place) {
+                        Some(old) if new.distance_m < old.distance_m => *old = new,
+                        Some(_) => {}
+                        None => found.push(new),
+                    }
+                }
+            }
+        }
+    }
+    found
 }
 
 /// Returns the green states of a program in their order: some link is green, none yellow, and the program comes to them

@@ -5,6 +5,7 @@ use super::pedestrians::PedestrianTotals;
 use crate::control::EpisodeOutcome;
 use crate::sim::StepCounts;
 use crate::sim::tripinfo::TripTotals;
+use crate::street_results::StreetResult;
 
 /// What an episode is judged by.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -21,6 +22,8 @@ pub struct EpisodeMetrics {
     pub max_queue_veh: f64,
     /// What it is made of, where ways of vehicles are known.
     pub movements: Vec<MovementTotals>,
+    /// Who drove along streets of several signals, where that is collected.
+    pub streets: Vec<StreetResult>,
     /// Vehicles seen per hour, per signal and lane of the signal.
     pub lane_flow_vph: Vec<Vec<f64>>,
 }

@@ -4,6 +4,7 @@
 //! signal, `terminated`, `truncated`. Timing is RESCO's: a decision every `delta_time_s`, of which
 //! the first seconds are yellow and all-red where the phase changes; [`cabinet`] keeps to the limits.
 
+pub mod along;
 pub mod by_movement;
 pub mod cabinet;
 pub mod derive;

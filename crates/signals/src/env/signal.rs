@@ -89,7 +89,7 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
                 ..ProgramPhase::fixed(state, least_s)
             }),
         ),
-        Drive::Cycle(greens) => {
+        Drive::Cycle(greens) | Drive::Coordinated(greens, _) => {
             let phases = greens
                 .iter()
                 .map(|(phase, green_s)| {
@@ -112,16 +112,16 @@ pub fn fixed(phases: Vec<ProgramPhase>) -> Program {
 }
 
 /// Returns the phase that a fixed cycle is in at a time, and how long it still lasts, seconds, as
-/// if the cycle had run since time 0: what SUMO does with a program of offset 0 in a network file.
+/// if the cycle had run since its offset: what SUMO does with a program in a network file.
 ///
 /// The position in the cycle matters: on RESCO's Ingolstadt, where vehicles arrive in platoons, the
 /// mean delay of one and the same cycle is 42 to 48 s depending on its offset.
-pub fn aligned(program: &Program, time_s: f64) -> Option<(u32, f64)> {
+pub fn aligned(program: &Program, offset_s: f64, time_s: f64) -> Option<(u32, f64)> {
     let cycle_s: f64 = program.phases.iter().map(|p| p.duration_s).sum();
     if program.kind != ProgramKind::Static || cycle_s <= 0.0 || cycle_s >= UNTIL_DECISION_S {
         return None;
     }
-    let mut position_s = time_s.rem_euclid(cycle_s);
+    let mut position_s = (time_s - offset_s).rem_euclid(cycle_s);
     for (i, phase) in program.phases.iter().enumerate() {
         if position_s < phase.duration_s {
             return Some((i as u32, phase.duration_s - position_s));
@@ -232,11 +232,13 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_is_aligned_with_time_zero() {
+    fn a_cycle_is_aligned_with_its_offset() {
         let program = program(&signal(), &Drive::OwnEqualSplit(35.0)).unwrap().unwrap();
-        assert_eq!(aligned(&program, 0.0), Some((0, 35.0)));
-        assert_eq!(aligned(&program, 76.0 * 10.0 + 36.0), Some((1, 2.0)));
-        assert_eq!(aligned(&DecisionProgram::new(&signal()).program, 7.0), None);
+        assert_eq!(aligned(&program, 0.0, 0.0), Some((0, 35.0)));
+        assert_eq!(aligned(&program, 0.0, 76.0 * 10.0 + 36.0), Some((1, 2.0)));
+        assert_eq!(aligned(&program, 30.0, 66.0), Some((1, 2.0)));
+        assert_eq!(aligned(&program, 30.0, 0.0), Some((2, 27.0)));
+        assert_eq!(aligned(&DecisionProgram::new(&signal()).program, 0.0, 7.0), None);
     }
 
     #[test]

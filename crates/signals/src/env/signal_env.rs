@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crate::control::{Drive, GreenPhase, Observation, SignalSpec};
+use crate::control::{Drive, GreenPhase, Observation, Onward, SignalSpec};
 use crate::existing::{Control, ExistingPlan};
 use crate::program::RingPhase;
 use crate::settings::{SignalSettings, SimulationSettings};
@@ -12,9 +12,10 @@ use crate::sim::error::SimError;
 use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
 use basics::units::SECONDS_PER_HOUR;
 
+use super::along::Along;
 use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
-use super::derive::{DerivedSignal, derive};
+use super::derive::{DerivedSignal, derive, onward};
 use super::dual_ring::{DualRing, fixed_cycle};
 use super::limits::{approach_edges, share_turns};
 use super::metrics::EpisodeMetrics;
@@ -41,6 +42,8 @@ pub struct Running {
     pub signal: String,
     /// Whether it is the network's own, untouched.
     pub own: bool,
+    /// When its first phase begins, seconds after time 0 and its multiples of the cycle.
+    pub offset_s: f64,
     /// The program.
     pub program: Program,
 }
@@ -84,6 +87,7 @@ pub struct SignalEnv<S> {
     /// Whether the next episodes say what they are made of.
     collects_movements: bool,
     by_movement: Option<ByMovement>,
+    along: Option<Along>,
     queue_sum: f64,
     queue_max: f64,
     decisions: u32,
@@ -126,6 +130,7 @@ impl<S: Sim> SignalEnv<S> {
             counts: StepCounts::default(),
             collects_movements: false,
             by_movement: None,
+            along: None,
             queue_sum: 0.0,
             queue_max: 0.0,
             decisions: 0,
@@ -177,11 +182,14 @@ impl<S: Sim> SignalEnv<S> {
         self.counts = StepCounts::default();
         let by_movement = || ByMovement::new(&self.scene, self.world.side, &self.world.bays);
         self.by_movement = (self.collects_movements && self.world.ways.is_some()).then(by_movement);
+        let along = || Along::new(&self.scene, &self.signals, self.world.side);
+        self.along = self.collects_movements.then(along).flatten();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
         Ok(())
     }
 
-    /// Says whether the next episodes collect their movements, which takes the routes of all their vehicles.
+    /// Says whether the next episodes collect their movements, which takes the routes of all their vehicles, and who drives
+    /// along streets.
     pub fn collect_movements(&mut self, collects: bool) {
         self.collects_movements = collects;
     }
@@ -263,6 +271,11 @@ impl<S: Sim> SignalEnv<S> {
             let DerivedSignal { spec, movement_ways, .. } = signal;
             share_turns(spec, movement_ways, (&scene, info), &self.world.turn_shares);
         }
+        let onward: Vec<Vec<Onward>> =
+            (0..self.signals.len()).map(|i| onward(&scene, &self.signals, i)).collect();
+        for (signal, onward) in self.signals.iter_mut().zip(onward) {
+            signal.spec.onward = onward;
+        }
         self.specs = self.signals.iter().map(|s| s.spec.clone()).collect();
         self.observations = vec![Observation::default(); self.signals.len()];
         self.request = vec![None; self.signals.len()];
@@ -326,7 +339,8 @@ impl<S: Sim> SignalEnv<S> {
             match &installed {
                 Some(installed) => {
                     self.sim.install(i, installed)?;
-                    if let Some((phase, left_s)) = aligned(installed, self.time_s) {
+                    if let Some((phase, left_s)) = aligned(installed, offset_s(drive), self.time_s)
+                    {
                         self.sim.enter(i, phase, left_s)?;
                     }
                 }
@@ -356,7 +370,8 @@ impl<S: Sim> SignalEnv<S> {
                 self.sim.show(i, &self.on_red[i].shown(rings.shown()))?;
                 self.rings[i] = Some(rings);
             } else if self.cabinets[i].is_none() {
-                self.programs[i] = running(&self.scene.signals[i], installed, &self.on_red[i]);
+                self.programs[i] =
+                    running(&self.scene.signals[i], installed, offset_s(drive), &self.on_red[i]);
             }
         }
         self.observe()
@@ -414,6 +429,7 @@ impl<S: Sim> SignalEnv<S> {
             let mut seconds = next.map_or(left_s, |next| next.min(left_s));
             if self.rings.iter().any(Option::is_some)
                 || self.pedestrians.iter().any(Option::is_some)
+                || self.along.is_some()
                 || (self.by_movement.is_some() && self.programs.iter().any(Option::is_some))
             {
                 seconds = seconds.min(1);
@@ -421,6 +437,10 @@ impl<S: Sim> SignalEnv<S> {
             self.let_pedestrians_go()?;
             self.run(seconds)?;
             self.note_lights(seconds)?;
+            if let Some(along) = &mut self.along {
+                self.sim.observe(&mut self.snapshot)?;
+                along.second(&self.snapshot, self.time_s);
+            }
             self.advance_rings(seconds)?;
             self.cabinets.iter_mut().flatten().for_each(|cabinet| cabinet.elapse(seconds));
             left_s -= seconds;
@@ -567,6 +587,7 @@ impl<S: Sim> SignalEnv<S> {
         Ok(EpisodeMetrics {
             trips,
             movements,
+            streets: self.along.take().map(Along::finish).unwrap_or_default(),
             counts: self.counts,
             pedestrians,
             queue_veh: self.queue_sum / f64::from(self.decisions.max(1)),
@@ -594,11 +615,21 @@ fn existing_cycle(
     Ok(Some(fixed(phases)))
 }
 
+/// Returns when the first green of a drive's cycle begins, seconds.
+fn offset_s(drive: &Drive) -> f64 {
+    if let Drive::Coordinated(_, offset_s) = drive { *offset_s } else { 0.0 }
+}
+
 /// Returns what a signal runs: what was installed, or its own program.
-fn running(signal: &SignalInfo, installed: Option<Program>, on_red: &OnRed) -> Option<Running> {
+fn running(
+    signal: &SignalInfo,
+    installed: Option<Program>,
+    offset_s: f64,
+    on_red: &OnRed,
+) -> Option<Running> {
     let own = || signal.programs.iter().find(|p| p.id == signal.active_program).cloned();
     let id = signal.id.clone();
-    let made = |program, own| Running { signal: id, own, program };
+    let made = |program, own| Running { signal: id, own, offset_s, program };
     match installed {
         Some(program) => Some(made(program, false)),
         None => own().map(|program| made(on_red.program(program), true)),

@@ -236,8 +236,10 @@ fn said(kind: &[&Warning]) -> String {
 pub fn warnings(signal: &DerivedSignal) -> Vec<Warning> {
     let spec = &signal.spec;
     let mut warnings = Vec::new();
-    for (lane, &seen_m) in spec.lanes.iter().zip(&signal.seen_m) {
-        if seen_m < SHORT_M {
+    for (i, (lane, &seen_m)) in spec.lanes.iter().zip(&signal.seen_m).enumerate() {
+        // What comes to a lane between two nodes of the signal is seen at the stop line before.
+        let is_inner = spec.movements.iter().any(|m| m.inner.contains(&i));
+        if seen_m < SHORT_M && !is_inner {
             warnings.push(Warning::ShortLane { lane: lane.id.clone(), seen_m });
         }
     }

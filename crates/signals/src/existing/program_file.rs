@@ -26,8 +26,6 @@ const LETTERS: &str = "GgyYrus";
 pub struct NamedProgram {
     /// Line of its `tlLogic`.
     pub line: u64,
-    /// Offset, seconds.
-    pub offset_s: f64,
     /// The program; its signal is the intersection.
     pub program: SignalProgram,
 }
@@ -133,8 +131,9 @@ fn logic(tag: &BytesStart<'_>) -> Result<NamedProgram, String> {
         }
     };
     let offset_s = number(tag, "offset")?.unwrap_or_default();
-    let program = SignalProgram { signal, own: false, kind, phases: Vec::new(), rings: Vec::new() };
-    Ok(NamedProgram { line: 0, offset_s, program })
+    let (phases, rings) = (Vec::new(), Vec::new());
+    let program = SignalProgram { signal, own: false, kind, offset_s, phases, rings };
+    Ok(NamedProgram { line: 0, program })
 }
 
 /// Returns a phase of a program.
@@ -183,7 +182,7 @@ mod tests {
                     <tlLogic id='8' programID='0'><phase duration='9' state='G'/></tlLogic></additional>";
         let plans = read(text, "a.xml").unwrap();
         let [a, b] = &plans.programs[..] else { panic!("{plans:?}") };
-        assert_eq!((a.line, a.offset_s, a.program.kind), (2, 12.0, ProgramKind::Actuated));
+        assert_eq!((a.line, a.program.offset_s, a.program.kind), (2, 12.0, ProgramKind::Actuated));
         assert_eq!((a.program.phases[0].duration_s, a.program.phases[0].max_s), (5.0, Some(40.0)));
         assert_eq!((b.line, b.program.signal.as_str()), (5, "8"));
     }

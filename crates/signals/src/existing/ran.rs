@@ -107,7 +107,8 @@ pub fn of_program(
         .collect();
     let cycle_s = is_fixed.then(|| phases.iter().map(PlanPhase::split_s).sum());
     let control = if is_fixed { Control::Pretimed } else { Control::Actuated };
-    Some(plan(control, cycle_s, if is_fixed { vec![1] } else { Vec::new() }, phases))
+    let reference = if is_fixed { vec![1] } else { Vec::new() };
+    Some(ExistingPlan { offset_s: program.offset_s, ..plan(control, cycle_s, reference, phases) })
 }
 
 fn plan(
@@ -209,6 +210,7 @@ mod tests {
         let phases = phases.iter().map(phase).collect();
         SignalProgram {
             signal: "c".into(),
+            offset_s: 0.0,
             own: false,
             kind: ProgramKind::Static,
             phases,
@@ -247,6 +249,7 @@ mod tests {
         };
         let program = SignalProgram {
             signal: "c".into(),
+            offset_s: 0.0,
             own: false,
             kind: ProgramKind::Static,
             phases: vec![

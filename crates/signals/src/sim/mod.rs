@@ -73,6 +73,9 @@ pub struct Link {
     /// Indices in [`Scene::lanes`] of the incoming lanes of signals to which the outgoing lane leads,
     /// or which it is itself: the downstream queues.
     pub downstream: Vec<usize>,
+    /// The stop lines of signals that come next, whatever the detection distance: indices in [`Scene::lanes`], and metres
+    /// from this stop line.
+    pub onward: Vec<(usize, f64)>,
     /// SUMO's direction of the turn.
     pub direction: Direction,
 }
@@ -80,7 +83,14 @@ pub struct Link {
 impl Link {
     /// Returns a link of which nothing else is known.
     pub fn new(from_lane: usize, to_lane: impl Into<String>, direction: Direction) -> Self {
-        Self { from_lane, to_lane: to_lane.into(), length_m: 0.0, downstream: vec![], direction }
+        Self {
+            from_lane,
+            to_lane: to_lane.into(),
+            length_m: 0.0,
+            downstream: vec![],
+            onward: vec![],
+            direction,
+        }
     }
 }
 

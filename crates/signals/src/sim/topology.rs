@@ -159,6 +159,11 @@ impl Topology {
     /// Returns the signalled lanes that vehicles on a lane come to next, of those that begin within
     /// `reach_m` of this lane's start, in ascending order.
     pub fn downstream(&self, lane: usize, reach_m: f64) -> Vec<usize> {
+        self.next_stop_lines(lane, reach_m).into_keys().collect()
+    }
+
+    /// Returns the lanes of [`Self::downstream`], with the way from the start of this lane to their stop lines, metres.
+    pub fn next_stop_lines(&self, lane: usize, reach_m: f64) -> BTreeMap<usize, f64> {
         let mut found = BTreeMap::from([(lane, (0, 0.0))]);
         let mut open = vec![(lane, 0.0)];
         while let Some((lane, start_m)) = open.pop() {
@@ -172,7 +177,8 @@ impl Topology {
                 }
             }
         }
-        found.into_keys().filter(|lane| self.signalled(*lane)).collect()
+        let signalled = found.into_iter().filter(|(lane, _)| self.signalled(*lane));
+        signalled.map(|(lane, (_, start_m))| (lane, start_m + self.lanes[lane].length_m)).collect()
     }
 
     /// Returns the width of the street at a stop line, metres: all lanes of the edge but those for

@@ -16,6 +16,11 @@ use std::collections::HashMap;
 use super::topology::{Topology, edge};
 use super::{Link, Piece, Scene};
 
+/// Farthest that the street before a stop line begins behind another signal for the two to be coordinated, metres: half a mile.
+///
+/// Source: MUTCD (2009), section 4D.01: signals within half a mile of one another along a major route should be coordinated.
+const COORDINATED_M: f64 = 804.67;
+
 /// Changes of lane, metres to the stop line, and lane of the scene.
 type Lead = (u32, f64, usize);
 
@@ -119,6 +124,10 @@ fn describe_links(
         if let Some(way) = from.and_then(|from| from.ways.iter().find(|way| way.to == to)) {
             link.length_m = topology.way_length_m(way);
         }
+        let next = topology.next_stop_lines(to, COORDINATED_M).into_iter();
+        link.onward = next
+            .filter_map(|(lane, beyond_m)| Some((*index.get(&lane)?, link.length_m + beyond_m)))
+            .collect();
     }
 }
 

@@ -11,11 +11,11 @@ pub const OWN: &str = "the network's own program";
 pub const PLAN: &str = "plan ";
 
 /// Name of the detail that counts the episodes of tuning.
-pub(super) const SIMULATIONS: &str = "simulations";
+pub(in crate::control) const SIMULATIONS: &str = "simulations";
 
 /// Name of the detail that says what became of tuning, and what it then says.
-pub(super) const TUNING: &str = "tuning";
-pub(super) const KEPT: &str = "kept the plans that it started from";
+pub(in crate::control) const TUNING: &str = "tuning";
+pub(in crate::control) const KEPT: &str = "kept the plans that it started from";
 
 /// Returns whether tuning kept the plans that it started from, by the details of its record; `None` where nothing was
 /// tuned.

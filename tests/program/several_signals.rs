@@ -1,0 +1,203 @@
+//! Networks of several signals and of signals over several nodes.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::common::{run, stderr, succeed};
+use crate::fixture::Scenario;
+use serde_json::Value;
+use tsc_family::traffic::sim::tripinfo;
+
+/// A street that crosses a divided one, whose two nodes are 20 m apart and one signal.
+const DIVIDED_NODES: &str = r#"<nodes>
+    <node id="w" x="-300" y="0"/> <node id="e" x="320" y="0"/>
+    <node id="a" x="0" y="0" type="traffic_light" tl="J"/> <node id="b" x="20" y="0" type="traffic_light" tl="J"/>
+    <node id="an" x="0" y="300"/> <node id="as" x="0" y="-300"/>
+    <node id="bn" x="20" y="300"/> <node id="bs" x="20" y="-300"/>
+</nodes>"#;
+
+const DIVIDED_EDGES: &str = r#"<edges>
+    <edge id="wa" from="w" to="a" numLanes="2"/> <edge id="ab" from="a" to="b" numLanes="2"/>
+    <edge id="be" from="b" to="e" numLanes="2"/> <edge id="eb" from="e" to="b" numLanes="2"/>
+    <edge id="ba" from="b" to="a" numLanes="2"/> <edge id="aw" from="a" to="w" numLanes="2"/>
+    <edge id="na" from="an" to="a"/> <edge id="as" from="a" to="as"/>
+    <edge id="sb" from="bs" to="b"/> <edge id="bn" from="b" to="bn"/>
+</edges>"#;
+
+/// The side streets have green while what is between the nodes has red, and then that has green alone.
+const DIVIDED_PROGRAM: &str = r#"<additional><tlLogic id="J" type="static" programID="own" offset="0">
+    <phase duration="40" state="rrrGGgGGGGGGrrrGGg"/> <phase duration="3" state="rrryyyyyyyyyrrryyy"/>
+    <phase duration="22" state="GGGrrrrrrrrrGGGrrr"/> <phase duration="3" state="yyyrrrrrrrrryyyrrr"/>
+    <phase duration="9" state="rrrGGGrrrrrrrrrGGG"/> <phase duration="3" state="rrryyyrrrrrrrrryyy"/>
+</tlLogic></additional>"#;
+
+fn flows(flows: &[(&str, &str, u32)], end_s: u32) -> String {
+    let flow = |(from, to, vph): &(&str, &str, u32)| {
+        format!(
+            "<flow id=\"{from}-{to}\" begin=\"0\" end=\"{end_s}\" from=\"{from}\" to=\"{to}\" vehsPerHour=\"{vph}\"/>"
+        )
+    };
+    flows.iter().map(flow).collect()
+}
+
+/// Rewrites a configuration.
+fn with(config: &Path, more: &str, end_s: u32) {
+    let text = fs::read_to_string(config).unwrap();
+    let end = format!("{more}</input><end value=\"{end_s}\"/>");
+    fs::write(config, text.replace("</input>", &end)).unwrap();
+}
+
+/// Summary and rows of a task's record.
+fn record(folder: &Path, task: usize) -> Vec<Value> {
+    let text = fs::read_to_string(folder.join(format!("out/done/000/{task}.jsonl"))).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn max_pressure_knows_what_stands_between_two_nodes_of_a_signal() {
+    let files = Scenario::new();
+    files.build("divided", DIVIDED_NODES, DIVIDED_EDGES, None);
+    fs::write(files.file("own", "add"), DIVIDED_PROGRAM).unwrap();
+    let (main, side, turn) = (400, 130, 120);
+    let routes = flows(
+        &[
+            ("wa", "be", main),
+            ("eb", "aw", main),
+            ("na", "as", side),
+            ("sb", "bn", side),
+            ("na", "be", turn),
+            ("sb", "aw", turn),
+            ("wa", "bn", turn),
+            ("eb", "as", turn),
+        ],
+        900,
+    );
+    let config = files.options("divided", "divided", &routes).config;
+    with(&config, "<additional-files value=\"own.add.xml\"/>", 900);
+    let folder = config.parent().unwrap();
+    // What comes to the lanes of 12 m is seen before.
+    let text = succeed(folder, "signals divided.sumocfg");
+    assert!(text.contains("ab_0") && !text.contains("seen for"), "{text}");
+    let methods = "--methods program,max-pressure --eval-seeds 2 --quiet --out out";
+    succeed(folder, &format!("run --sumocfg divided.sumocfg {methods}"));
+    let delay_s = |task: usize| record(folder, task)[0]["metrics"]["delay_s"].as_f64().unwrap();
+    let (program_s, pressure_s) = (delay_s(1), delay_s(2));
+    // 67.6 s and 17.0 s with SUMO 1.15; 50.8 s before, with one of the two episodes stuck.
+    assert!(pressure_s < 25.0 && pressure_s < program_s, "{pressure_s} s, program {program_s} s");
+}
+
+/// A street of three signals 300 m apart.
+fn street(files: &Scenario, end_s: u32) -> std::path::PathBuf {
+    let (mut nodes, mut edges) = (String::new(), String::new());
+    let row = ["W", "A", "B", "C", "E"];
+    for (i, id) in row.iter().enumerate() {
+        let x = 300 * i;
+        let kind = if (1..4).contains(&i) { "traffic_light" } else { "priority" };
+        nodes += &format!("<node id=\"{id}\" x=\"{x}\" y=\"0\" type=\"{kind}\"/>");
+        if (1..4).contains(&i) {
+            for (side, y) in [("n", 250), ("s", -250)] {
+                nodes += &format!("<node id=\"{side}{id}\" x=\"{x}\" y=\"{y}\"/>");
+                edges += &format!(
+                    "<edge id=\"{side}{id}in\" from=\"{side}{id}\" to=\"{id}\"/>\
+                     <edge id=\"{side}{id}out\" from=\"{id}\" to=\"{side}{id}\"/>"
+                );
+            }
+        }
+    }
+    for pair in row.windows(2) {
+        for (a, b) in [(pair[0], pair[1]), (pair[1], pair[0])] {
+            edges += &format!("<edge id=\"{a}{b}\" from=\"{a}\" to=\"{b}\" numLanes=\"2\"/>");
+        }
+    }
+    let (nodes, edges) = (format!("<nodes>{nodes}</nodes>"), format!("<edges>{edges}</edges>"));
+    files.build("street", &nodes, &edges, None);
+    let mut all = vec![("WA", "CE", 500), ("EC", "AW", 400)];
+    for (a, b) in [("nAin", "sAout"), ("sBin", "nBout"), ("nCin", "sCout")] {
+        all.push((a, b, 150));
+    }
+    let config = files.options("street", "street", &flows(&all, end_s)).config;
+    with(&config, "", end_s);
+    config
+}
+
+#[test]
+fn coordinated_signals_have_a_common_cycle_and_plain_sumo_repeats_their_plan_with_its_offsets() {
+    let files = Scenario::new();
+    let config = street(&files, 600);
+    let folder = config.parent().unwrap();
+    let methods = "--methods coordinated --eval-seeds 2 --set coordinated.simulations=8";
+    succeed(
+        folder,
+        &format!("run --sumocfg street.sumocfg --preset field {methods} --quiet --out out"),
+    );
+    // The baseline and `program` run too.
+    let task = (0..3).find(|task| record(folder, *task)[0]["method"] == "coordinated").unwrap();
+    let rows = record(folder, task);
+    let programs = rows[0]["programs"].as_array().unwrap();
+    let cycle_s = |program: &Value| -> f64 {
+        let phases = program["phases"].as_array().unwrap().iter();
+        phases.map(|phase| phase["duration_s"].as_f64().unwrap()).sum()
+    };
+    assert_eq!(programs.len(), 3);
+    assert!(programs.iter().all(|p| cycle_s(p) == cycle_s(&programs[0])), "{programs:?}");
+    assert!(programs.iter().any(|p| p["offset_s"].as_f64().is_some()), "{programs:?}");
+    let plan = "out/report/plans/street.coordinated.add.xml";
+    assert!(fs::read_to_string(folder.join(plan)).unwrap().contains("offset=\""));
+    for row in rows.iter().filter(|row| row["kind"] == "evaluation") {
+        let args = format!(
+            "-c street.sumocfg -a {plan} --seed {} --time-to-teleport -1 --xml-validation never --no-step-log \
+             --tripinfo-output trips.xml --tripinfo-output.write-unfinished --tripinfo-output.write-undeparted",
+            row["seed"]
+        );
+        let mut sumo = Command::new("sumo");
+        let output = sumo.args(args.split_whitespace()).current_dir(folder).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        let trips = tripinfo::read(&folder.join("trips.xml")).unwrap();
+        assert_eq!(row["metrics"]["delay_s"], trips.delay_s / f64::from(trips.vehicles));
+    }
+}
+
+#[test]
+fn a_street_of_several_signals_has_travel_times_per_direction_and_a_time_space_diagram() {
+    let files = Scenario::new();
+    let config = street(&files, 600);
+    let folder = config.parent().unwrap();
+    let methods = "--methods fixed-time --eval-seeds 3 --set fixed_time.simulations=8";
+    succeed(folder, &format!("run --sumocfg street.sumocfg {methods} --quiet --out out"));
+    let mut table = csv::Reader::from_path(folder.join("out/report/corridors.csv")).unwrap();
+    let columns = table.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    let cell = |row: &csv::StringRecord, name: &str| -> String {
+        row[columns.iter().position(|column| column == name).unwrap()].to_owned()
+    };
+    let number = |row: &csv::StringRecord, name: &str| cell(row, name).parse::<f64>().unwrap();
+    let both: Vec<_> = rows.iter().filter(|row| cell(row, "method") == "fixed-time").collect();
+    let told: Vec<_> =
+        both.iter().map(|row| (cell(row, "direction"), cell(row, "signals"))).collect();
+    let expected = [("EB", "A B C"), ("WB", "C B A")].map(|(a, b)| (a.to_owned(), b.to_owned()));
+    assert_eq!(told, expected);
+    for row in both {
+        // 600 m between the stop lines at 50 km/h, and some 290 m before.
+        let (travel_s, delay_s) = (number(row, "travel_s"), number(row, "delay_s"));
+        assert!((travel_s - delay_s - 64.0).abs() < 3.0, "{row:?}");
+        assert!(delay_s > 0.0 && number(row, "vehicles_per_episode") > 30.0, "{row:?}");
+        let (low, high) = (number(row, "travel_s_low"), number(row, "travel_s_high"));
+        assert!(low <= travel_s && travel_s <= high && number(row, "stops_per_veh") < 4.0);
+    }
+    let page = fs::read_to_string(folder.join("out/report/index.html")).unwrap();
+    assert!(page.contains("Streets of several signals") && page.contains("A B C"));
+    let diagram = folder.join("out/report/time-space.svg");
+    let diagram = fs::read_to_string(&diagram).unwrap();
+    assert!(diagram.contains("time (s)") && diagram.contains("distance (m)"));
+}
+
+#[test]
+fn a_signal_alone_cannot_be_coordinated_and_the_message_says_what_to_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = "run smoke --methods coordinated --eval-seeds 1 --set demand.horizon_s=60 --out out";
+    let output = run(folder.path(), args);
+    assert_eq!(output.status.code(), Some(3));
+    let text = stderr(&output);
+    assert!(text.contains("nothing to coordinate; run fixed-time"), "{text}");
+}
