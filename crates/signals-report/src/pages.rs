@@ -381,11 +381,10 @@ mod tests {
     #[test]
     fn an_interval_is_student_s_and_a_single_seed_has_none() {
         assert_eq!(interval(&[3.0]), Some((3.0, None)));
-        // Deviation 1, error 1 / sqrt(3), 2 degrees of freedom.
+        // A standard deviation of 1, an error of 1 / sqrt(3), Student's quantile for 2 degrees of freedom.
         let (middle, half) = interval(&[1.0, 2.0, 3.0]).unwrap();
-        assert!(
-            (middle - 2.0).abs() < 1e-12 && (half.unwrap() - 4.303 / 3.0_f64.sqrt()).abs() < 1e-9
-        );
+        let expected = 4.302_652_73 / 3.0_f64.sqrt();
+        assert!((middle - 2.0).abs() < 1e-12 && (half.unwrap() - expected).abs() < 1e-7);
         assert_eq!(interval(&[]), None);
         assert_eq!(with_width((-2.0, Some(0.5)), true), "-2.0 \u{b1} 0.5");
     }
