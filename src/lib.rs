@@ -44,7 +44,7 @@
 pub mod cli;
 pub mod domains;
 
-pub use basics::{files, hash, machine, pulse, seed, suggest, units};
+pub use basics::{files, hash, heartbeat, machine, seed, suggest, units};
 pub use control_tasks::{self, cartpole};
 pub use evaluation::{
     analysis, export, family, model, report, run, sample, settings, stats, store, study,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::handover::{Count, abroad, counted};
+use super::executors::{Count, abroad, counted};
 use super::output::line;
 use crate::cli::exit;
 use crate::run::batch::{BatchSystem, Slurm, Standing, submission};

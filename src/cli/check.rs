@@ -9,9 +9,9 @@ use std::thread::available_parallelism;
 
 use serde_json::json;
 
+use super::controllers::{ControllersArgs, manifest_of};
 use super::interrupt::interrupted;
 use super::output::{line, note};
-use super::own::{ControllersArgs, manifest_of};
 use super::values::at_least_one_worker;
 use crate::cli::exit;
 use crate::cli::refused::Refused;

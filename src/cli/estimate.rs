@@ -1,54 +1,210 @@
-//! How much work a run is, in words.
+//! `tsc-family estimate`: what estimators miss at which budget, on a family that was evaluated as a whole.
 
-use std::fmt::Write;
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::PathBuf;
 
-use super::forecast::{Forecast, Job, range};
-use crate::run::effort::Efforts;
-use crate::run::error::RunError;
-use crate::run::plan::{Draft, Request};
+use serde_json::json;
 
-/// Returns the plan in words, for so many workers on so many processors.
-pub(super) fn estimate(
-    request: &Request<'_>,
-    draft: &Draft,
-    jobs: usize,
-    processors: usize,
-) -> Result<String, RunError> {
-    let sample = &draft.sample;
-    let replicates = |method: &String| match draft.replicated.contains(method) {
-        true => u64::from(request.replicates),
-        false => 1,
-    };
-    let per_point: u64 = draft.methods.iter().map(replicates).sum();
-    let tasks = sample.draws.len() as u64 * per_point;
-    let mut text = format!(
-        "{} of {} point MDPs ({}, seed {}), {} methods, {tasks} tasks",
-        sample.draws.len(),
-        sample.family_size,
-        serde_json::to_value(sample.sampling).expect("a name is plain data").as_str().unwrap_or(""),
-        sample.seed,
-        draft.methods.len(),
-    );
-    let mut episodes = 0;
-    let mut all = Vec::with_capacity(tasks as usize);
-    let (efforts, family) = (Efforts::of_request(request)?, request.problem.family());
-    for draw in &sample.draws {
-        for method in &draft.methods {
-            let effort = efforts.in_family(method, family, &draw.point)?;
-            episodes += replicates(method) * u64::from(effort.episodes());
-            for _ in 0..replicates(method) {
-                let (task, method, point) = (all.len(), method.clone(), draw.point.clone());
-                all.push(Job { task, method, point, effort });
-            }
+use super::folder::ESTIMATE;
+use super::output::{Counted, line, note};
+use super::recorded::{read, warn_of_settings};
+use super::target::Target;
+use super::until::UntilArgs;
+use super::values::{MOST_REPEATS, from_one_to, parse_seed};
+use crate::cli::exit;
+use crate::cli::refused::Refused;
+use crate::report::study::{StudyReport, write};
+use crate::study::{Cell, Kind, Stopped, StudyPlan, grow, study};
+
+/// Budgets where nothing else is asked for, as far as the family has so many point MDPs.
+const BUDGETS: [usize; 4] = [10, 20, 40, 80];
+
+/// Resamples of the interval of every sample; the ends need not be as exact as in a report.
+const RESAMPLES: usize = 400;
+
+/// `tsc-family estimate`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Needs no SUMO. DIR must hold results of the whole family (--budget all). Writes DIR/estimate/index.html,
+errors.csv and the figure as SVG.
+
+Examples:
+  tsc-family estimate results/all
+  tsc-family estimate results/all --budgets 10,20,40,80 --until-decided
+  tsc-family estimate results/learners --assist results/all --budgets 20,40 --repeats 200")]
+pub struct EstimateArgs {
+    /// Results directory in which the whole family was evaluated
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
+    /// Results of the same family for methods without training, for m4 and bq [default: DIR]
+    #[arg(long, value_name = "DIR")]
+    pub assist: Option<PathBuf>,
+    /// Methods whose scores m4 and bq know on all point MDPs [default: all that do not learn]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub inputs: Vec<String>,
+    /// Sizes of samples [default: 10,20,40,80, if the family is larger]
+    #[arg(long, value_name = "N,...", value_delimiter = ',')]
+    pub budgets: Vec<NonZeroUsize>,
+    /// Try runs that stop early too, with looks at --budgets
+    #[command(flatten)]
+    pub until: UntilArgs,
+    /// Samples per budget and estimator
+    #[arg(long, value_name = "R", default_value = "500", value_parser = from_one_to::<MOST_REPEATS>)]
+    pub repeats: NonZeroU32,
+    /// Estimators
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum, default_values_t = Kind::ALL)]
+    pub estimators: Vec<Kind>,
+    /// Seed of the samples
+    #[arg(long, default_value_t = 0, value_parser = parse_seed)]
+    pub seed: u64,
+    /// Folder to write to [default: DIR/estimate]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON lines instead of the table: one per estimator, budget and method
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but errors
+    #[arg(long, short, conflicts_with = "json")]
+    pub quiet: bool,
+}
+
+pub(super) fn run(args: &EstimateArgs) -> anyhow::Result<u8> {
+    let target = Target::new(&args.dir, args.dir.join("estimate"), args.out.as_ref());
+    target.check(&ESTIMATE)?;
+    let (mut recorded, analysis) = read(&args.dir)?;
+    let kinds = kinds(&args.estimators);
+    if let Some(dir) = &args.assist {
+        if !kinds.iter().any(|k| k.is_assisted()) {
+            let reason = "--assist has no effect without m4 or bq among --estimators; leave it out";
+            return Err(Refused(reason.to_owned()).into());
         }
-        write!(text, "\n{:40} weight {:.4}", draw.point, draw.weight)
-            .expect("writing to a string cannot fail");
+        let (other, known) = read(dir)?;
+        if !args.quiet {
+            warn_of_settings(dir, &known, &analysis.manifest.identity.settings);
+        }
+        recorded.assisted_by(
+            &other,
+            &dir.display().to_string(),
+            &args.dir.display().to_string(),
+        )?;
     }
-    write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
-    if all.iter().any(|job| job.effort.is_informed) {
-        let time = range(Forecast::new(all, jobs, processors).left(0.0));
-        write!(text, ", about {time} with {jobs} workers")
-            .expect("writing to a string cannot fail");
+    if !args.inputs.is_empty() {
+        if !kinds.iter().any(|k| k.is_assisted()) {
+            let reason = "--inputs has no effect without m4 or bq among --estimators; leave it out";
+            return Err(Refused(reason.to_owned()).into());
+        }
+        recorded.keep_inputs(&args.inputs, &args.dir.display().to_string())?;
     }
-    Ok(text)
+    let size = recorded.family.points.len();
+    let budgets = budgets(&args.budgets, size)?;
+    let names: Vec<String> = recorded.methods.iter().map(|m| m.name.clone()).collect();
+    let until = args.until.until(&names, &names)?;
+    if let (Some(flag), false) = (args.until.flag(), kinds.iter().any(|k| k.grows())) {
+        let reason =
+            "such samples do not grow; give balanced, m4, bq-features or bq among --estimators";
+        return Err(Refused(format!("{flag}: {reason}")).into());
+    }
+    let plan = StudyPlan {
+        repeats: args.repeats.get() as usize,
+        seed: args.seed,
+        resamples: RESAMPLES,
+        budgets,
+        kinds,
+    };
+    let growing = plan.kinds.iter().filter(|k| k.grows() && until.is_some()).count();
+    let total = (plan.kinds.len() * plan.budgets.len() + growing) * plan.repeats;
+    let progress = Counted::new(total, "samples", args.quiet || args.json);
+    let cells = study(&recorded, &plan, &|n| progress.add(n, ""));
+    let stopped = match (&cells, &until) {
+        (Ok(_), Some(until)) => Some(grow(&recorded, &plan, until, &|n| progress.add(n, ""))),
+        _ => None,
+    };
+    progress.finish();
+    let (cells, stopped) = (cells?, stopped.transpose()?);
+    let report = StudyReport {
+        recorded: &recorded,
+        plan: &plan,
+        cells: &cells,
+        stopping: until.as_ref().zip(stopped.as_deref()),
+        analysis: &analysis,
+    };
+    let page = write(&target.folder, &report)?;
+    if args.json {
+        for cell in &cells {
+            line(json_line(cell))?;
+        }
+        for stopped in stopped.iter().flatten() {
+            line(stopped_line(stopped))?;
+        }
+        return Ok(exit::DONE);
+    }
+    if !args.quiet {
+        line(report.table())?;
+        if let Some(table) = report.stopping_table() {
+            line(format!("\n{table}"))?;
+        }
+        report.notes().into_iter().for_each(note);
+        note(format!("report: {}", page.display()));
+    }
+    Ok(exit::DONE)
+}
+
+/// Returns the estimators in order, each once.
+pub(super) fn kinds(asked: &[Kind]) -> Vec<Kind> {
+    let mut kinds = asked.to_vec();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds
+}
+
+pub(super) fn budgets(asked: &[NonZeroUsize], size: usize) -> Result<Vec<usize>, Refused> {
+    let mut budgets: Vec<usize> = match asked {
+        [] => BUDGETS.into_iter().filter(|b| *b < size).collect(),
+        asked => asked.iter().map(|b| b.get()).collect(),
+    };
+    budgets.sort_unstable();
+    budgets.dedup();
+    if budgets.is_empty() {
+        budgets = (1..=size).collect();
+    }
+    if let Some(above) = budgets.iter().find(|b| **b > size) {
+        return Err(Refused(format!(
+            "--budgets {above}: the family has {size} point MDPs; give budgets from 1 to {size}"
+        )));
+    }
+    Ok(budgets)
+}
+
+fn json_line(cell: &Cell) -> serde_json::Value {
+    json!({
+        "event": "estimate",
+        "estimator": cell.kind.name(),
+        "method": cell.method,
+        "budget": cell.budget,
+        "repeats": cell.repeats,
+        "truth": cell.truth,
+        "mean": cell.mean,
+        "deviation": cell.deviation,
+        "rmse": cell.error,
+        "coverage": cell.coverage,
+        "half_width": cell.half_width,
+        "cpu_hours": cell.cpu_hours,
+    })
+}
+
+fn stopped_line(stopped: &Stopped) -> serde_json::Value {
+    let coverage: serde_json::Map<String, serde_json::Value> =
+        stopped.coverage.iter().map(|(name, share)| (name.clone(), json!(share))).collect();
+    json!({
+        "event": "stopping",
+        "estimator": stopped.kind.name(),
+        "alpha_spent": stopped.is_spent,
+        "repeats": stopped.repeats,
+        "points": stopped.points,
+        "early": stopped.early,
+        "enough": stopped.enough,
+        "wrong": stopped.wrong,
+        "coverage": coverage,
+        "cpu_hours": stopped.cpu_hours,
+    })
 }

@@ -8,24 +8,24 @@ use serde_json::json;
 
 use super::build_networks::network;
 use super::effects::Use;
-use super::given::GivenArgs;
 use super::output::{Progress, line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
+use super::sumocfg_options::SumocfgArgs;
 use super::values::{from_one_to, parse_seed};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::run::model::SavedModel;
-use crate::store::extent;
+use crate::store::most;
 use crate::store::record::Row;
 use crate::traffic::city::folder::default_folder;
-use crate::traffic::content;
 use crate::traffic::contest::{Arena, Standing};
 use crate::traffic::control::baseline;
 use crate::traffic::env::World;
 use crate::traffic::environment::generated_world;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::model::SignalModel;
+use crate::traffic::point_hash;
 use crate::traffic::problem::imported_id;
 use crate::traffic::report::level_of_service::letter;
 use crate::traffic::settings::Scenario;
@@ -71,9 +71,9 @@ pub struct EvaluateArgs {
     pub sumocfg: Option<PathBuf>,
     /// What counts in place of what it says
     #[command(flatten)]
-    pub given: GivenArgs,
+    pub given: SumocfgArgs,
     /// Evaluation episodes of the model and of the baseline
-    #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<{ extent::MOST_EVALUATION_SEEDS }>)]
+    #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<{ most::MOST_EVALUATION_SEEDS }>)]
     pub eval_seeds: NonZeroU32,
     /// Seed from which the seeds of the episodes are derived, as in `run`
     #[arg(long, default_value_t = 0, value_parser = parse_seed)]
@@ -161,7 +161,7 @@ fn arena(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Arena> 
             return Err(SimError::Obstacles(in_words(&obstacles)).into());
         }
         warnings.iter().for_each(|warning| note(format!("warning: {warning}")));
-        let (point, content) = (imported_id(config), content::of_imported(&intake)?);
+        let (point, content) = (imported_id(config), point_hash::of_imported(&intake)?);
         let world = World::of(intake)?;
         return Ok(Arena { point, content, world, imported: true });
     }
@@ -173,7 +173,7 @@ fn arena(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Arena> 
     let networks =
         args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
     let world = generated_world(&network(loaded, &point, &networks)?)?;
-    let content = content::of_point(loaded, index);
+    let content = point_hash::of_point(loaded, index);
     Ok(Arena { point, content, world, imported: false })
 }
 

@@ -16,12 +16,12 @@ use crate::run::batch::BatchError;
 use crate::run::error::RunError;
 use crate::run::fault::TrialError;
 pub use crate::run::stop::STOPPED;
-use crate::sample::SampleError;
+use crate::sample::{ChoiceError, SampleError};
 use crate::store::error::StoreError;
 use crate::study::{CaseError, EngineError, StudyError};
 use crate::traffic::city::error::CityError;
 use crate::traffic::error::TrafficError;
-use crate::traffic::given::OwnError;
+use crate::traffic::method_arguments::OwnError;
 use crate::traffic::network::error::NetworkError;
 use crate::traffic::sim::error::SimError;
 
@@ -61,10 +61,9 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
             RunError::Store(e) => store(e),
             RunError::Trial(e) => trial(e),
             RunError::Prepare(e) => code(e.as_ref()),
-            RunError::Sample(_)
+            RunError::Choice(_)
             | RunError::Extent(_)
             | RunError::Place(_)
-            | RunError::Plan(_)
             | RunError::Method { .. }
             | RunError::NoTask { .. }
             | RunError::Controller { given: false, .. }
@@ -112,6 +111,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
         return Some(sim(e));
     }
     if error.is::<SampleError>()
+        || error.is::<ChoiceError>()
         || error.is::<AnalysisError>()
         || error.is::<StudyError>()
         || error.is::<EngineError>()
@@ -204,7 +204,7 @@ fn store(error: &StoreError) -> u8 {
         StoreError::Mismatch { .. }
         | StoreError::Version { .. }
         | StoreError::Locked { .. }
-        | StoreError::Growing(_)
+        | StoreError::Adding(_)
         | StoreError::Submitted(_) => MISMATCH,
         StoreError::NotResults(_)
         | StoreError::Manifest { .. }

@@ -1,29 +1,29 @@
 //! The command line: arguments and work of each subcommand are in its own file.
 
 mod across;
-mod alike;
 mod build_networks;
 mod cancel;
 mod check;
 mod compare;
+mod controllers;
 mod doctor;
+mod dry_run;
 mod effects;
 mod estimate;
 mod evaluate;
+mod executors;
 pub mod exit;
 mod export;
+mod first_failures;
 mod folder;
 mod forecast;
-mod given;
-mod handover;
 mod interrupt;
 mod json;
-mod labour;
 mod list;
+mod local_run;
 mod monitor;
 mod osm;
 mod output;
-mod own;
 mod plan;
 pub mod point;
 mod protocol;
@@ -39,9 +39,9 @@ mod sensitivity;
 mod shell;
 mod signals;
 mod status;
-mod study;
 mod subject;
 mod submit;
+mod sumocfg_options;
 mod target;
 #[cfg(test)]
 mod testing;
@@ -59,7 +59,7 @@ use std::process::ExitCode;
 use basics::plain::plain;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use own::ControllersArgs;
+use controllers::ControllersArgs;
 
 use crate::traffic::domain::Traffic;
 use crate::traffic::own::Host;
@@ -117,7 +117,7 @@ pub enum Command {
     /// Do the missing tasks of a run, with the executor that it used last
     Resume(submit::SubmitArgs),
     /// Measure the error of samples at several budgets, on results of a whole family
-    Estimate(study::EstimateArgs),
+    Estimate(estimate::EstimateArgs),
     /// Rank the methods of several results directories of one family together
     Compare(compare::CompareArgs),
     /// Rank methods over every combination of one point MDP from each of several families
@@ -177,7 +177,7 @@ pub fn main_of(program: Program, args: Vec<OsString>) -> u8 {
         Err(code) => return code,
     };
     let Program { traffic, start, host } = program;
-    let known = own::set_up(cli.command.controllers(), traffic, start, host);
+    let known = controllers::set_up(cli.command.controllers(), traffic, start, host);
     let done = known.and_then(|()| run(cli));
     done.unwrap_or_else(|error| {
         complain(&error);
@@ -213,7 +213,7 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Report(args) => report::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Check(args) => check::run(&args),
-        Command::Estimate(args) => study::run(&args),
+        Command::Estimate(args) => estimate::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),

@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 use super::folder::check_file;
 use super::forecast::{Forecast, Job, range};
 use super::output::{line, note};
-use super::recorded::{read, warn_of_settings};
+use super::recorded::{design, read, warn_of_settings};
 use super::scenario::ScenarioArg;
 use super::subject::Subject;
 use super::values::{at_least_one_worker, parse_seed};
@@ -19,7 +19,7 @@ use crate::files::{quoted, write_atomically};
 use crate::run::effort::Efforts;
 use crate::run::plan::{Request, draft};
 use crate::sample::plan_file::{Expected, PlanFile};
-use crate::sample::{Design, SamplePlan, Sampling, choose_over};
+use crate::sample::{Choice, Design, SamplePlan, Sampling};
 use crate::study::{Kind, Recorded, StudyPlan, study};
 
 /// Samples from which errors are expected.
@@ -96,11 +96,10 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
         Some(_) => assisted(args.sampling, family.points.len())?,
         None => args.sampling.unwrap_or(Sampling::DEFAULT),
     };
-    let design = design(family, known.as_ref(), args)?.for_sampling(sampling);
+    let design = design(family, sampling, known.as_ref().zip(args.assist.as_deref()))?;
     let maker = Maker { args, subject: &subject, family, design, sampling };
     let budget = maker.budget(known.as_ref())?;
-    let sample = maker.sample(budget)?;
-    let design = sample.sampling.has_design().then(|| maker.design.clone());
+    let (sample, design) = maker.sample(budget)?;
     let mut plan = PlanFile::new(&family.name, sample, design);
     if let Some(known) = &known {
         plan.expected = maker.expected(known, budget, REPEATS)?;
@@ -117,15 +116,6 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
     Ok(exit::DONE)
 }
 
-/// Returns what the sample is spread over.
-fn design(family: &MdpFamily, known: Option<&Recorded>, args: &PlanArgs) -> anyhow::Result<Design> {
-    let mut design = Design::of(family);
-    if let (Some(known), Some(dir)) = (known, &args.assist) {
-        known.add_to(&mut design, &dir.display().to_string())?;
-    }
-    Ok(design)
-}
-
 /// What plans are made of.
 struct Maker<'a> {
     args: &'a PlanArgs,
@@ -136,8 +126,10 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    fn sample(&self, budget: usize) -> anyhow::Result<SamplePlan> {
-        Ok(choose_over(self.family, &self.design, self.sampling, budget, self.args.seed)?)
+    fn sample(&self, budget: usize) -> anyhow::Result<(SamplePlan, Option<Design>)> {
+        let (sampling, design) = (self.sampling, Some(self.design.clone()));
+        let choice = Choice::Budget { budget, sampling, design };
+        Ok(choice.sample(self.family, self.args.seed)?)
     }
 
     /// Returns the number of point MDPs that is asked for, one way or another.
@@ -165,7 +157,7 @@ impl Maker<'_> {
         }
         let hours = self.args.hours.unwrap_or_default();
         let too_long = |n: usize| -> anyhow::Result<bool> {
-            Ok(self.seconds(&self.sample(n)?)?.is_none_or(|s| s > 3600.0 * hours))
+            Ok(self.seconds(&self.sample(n)?.0)?.is_none_or(|s| s > 3600.0 * hours))
         };
         match least(size, too_long)? {
             Some(1) => Err(Refused(format!(

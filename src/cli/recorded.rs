@@ -8,6 +8,8 @@ use serde_json::Value;
 use super::output::note;
 use crate::analysis::Analysis;
 use crate::domains;
+use crate::family::MdpFamily;
+use crate::sample::{Design, Sampling};
 use crate::store::Layout;
 use crate::store::difference::flat;
 use crate::store::results::Results;
@@ -20,6 +22,19 @@ pub(super) fn read(dir: &Path) -> anyhow::Result<(Recorded, Analysis)> {
     let sections = domains::sections(&layout, &results)?;
     let analysis = Analysis::new(&results, sections.measures());
     Ok((Recorded::of(&analysis, &dir.display().to_string())?, analysis))
+}
+
+/// Returns what a sample is spread over: features, and scores where results in a folder assist.
+pub(super) fn design(
+    family: &MdpFamily,
+    sampling: Sampling,
+    known: Option<(&Recorded, &Path)>,
+) -> anyhow::Result<Design> {
+    let mut design = Design::of(family);
+    if let Some((known, dir)) = known {
+        known.add_to(&mut design, &dir.display().to_string())?;
+    }
+    Ok(design.for_sampling(sampling))
 }
 
 /// Most settings that a warning names.

@@ -15,21 +15,21 @@ use std::time::Duration;
 use serde_json::json;
 
 use self::begun::Begun;
-use super::estimate::estimate;
+use super::dry_run::estimate;
+use super::executors::{Executes, abroad, hand_over, note_doubled};
 use super::folder::RESULTS;
-use super::handover::{Executes, abroad, hand_over, note_doubled};
 use super::interrupt::interrupted;
 use super::json::merge;
-use super::labour::Labour;
+use super::local_run::LocalRun;
 use super::output::{Counted, line, note};
-use super::recorded::{read, warn_of_settings};
+use super::recorded::{design, read, warn_of_settings};
 use super::subject::Subject;
 use crate::analysis::check_name;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::cli::values::assisted;
 use crate::files::{self, limits};
-use crate::pulse;
+use crate::heartbeat;
 use crate::run::batch::BatchSystem;
 use crate::run::error::RunError;
 use crate::run::method::{Method, Training};
@@ -37,7 +37,7 @@ use crate::run::plan::{Draft, EVALUATION_SEEDS, Request, draft};
 use crate::run::session::{Session, open};
 use crate::run::watchdog::Watchdog;
 use crate::sample::plan_file::{PlanError, PlanFile};
-use crate::sample::{Design, Sampling, choose_over};
+use crate::sample::{Choice, Sampling};
 use crate::store::manifest::Identity;
 use crate::store::results::Results;
 use crate::traffic::control::existing;
@@ -70,14 +70,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         let reason = format!("--replace {name}: {} has no records of it", out.display());
         return Err(Refused(reason).into());
     }
-    let plan = planned(args, &subject)?;
-    let plan = match &begun {
-        Some(begun) if plan.is_none() && args.budget.is_none() && args.sampling.is_none() => {
-            begun.sample()?
-        }
-        _ => plan,
-    };
-    let size = plan.is_none().then(|| subject.problem().family().points.len());
+    let choice = choice(args, &subject, begun.as_ref())?;
     // Those that a folder was given in a file stay.
     let kept = || there.filter(|t| args.eval_seeds.is_none() && t.base_seed == args.seed);
     let seeds = match &args.seeds {
@@ -87,10 +80,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let request = Request {
         domain: subject.domain(),
         problem: subject.problem(),
-        // A sample that grows may grow to the whole family.
-        budget: args.budget.and_then(|budget| budget.0).or(args.until.flag().and(size)),
-        sampling: args.sampling.unwrap_or(Sampling::DEFAULT),
-        plan: plan.as_ref(),
+        choice: &choice,
         methods: &methods,
         base_seed: args.seed,
         evaluation_seeds: (args.eval_seeds.map(NonZeroU32::get))
@@ -158,20 +148,20 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let session = {
         let _watchdog = prepared_in(Duration::from_secs(args.workers.stall_timeout));
         open(&request, &draft, &out, &|point| {
-            pulse::beat(1);
+            heartbeat::beat(1);
             made.set(point);
         })
     };
     made.finish();
     let session = session?;
-    if let Some(kept) = session.grown {
-        say_grown(args, &session, there, kept)?;
+    if let Some(kept) = session.kept {
+        say_added(args, &session, there, kept)?;
     }
     work(args, &request, &session, jobs)
 }
 
-/// Says how a run that was there has grown.
-fn say_grown(
+/// Says what was added to a run that was there.
+fn say_added(
     args: &RunArgs,
     session: &Session<'_>,
     there: Option<&Identity>,
@@ -179,15 +169,15 @@ fn say_grown(
 ) -> anyhow::Result<()> {
     let tasks = session.manifest.identity.tasks().len();
     if args.json {
-        return Ok(line(json!({"event": "grown", "records": kept, "tasks": tasks}))?);
+        return Ok(line(json!({"event": "added", "records": kept, "tasks": tasks}))?);
     }
     if !args.quiet {
         let before = there.map_or(0, |t| t.tasks().len());
-        let grows = match args.replace.is_empty() {
-            true => format!("grows from {before} to {tasks} tasks"),
-            false => format!("has {tasks} tasks and computes {} again", args.replace.join(", ")),
+        let what = match args.replace.is_empty() {
+            true => format!("{} tasks are added to {before}", tasks - before),
+            false => format!("computed again: {}", args.replace.join(", ")),
         };
-        note(format!("{} {grows}; {kept} records stay", session.layout.root().display()));
+        note(format!("{}: {what}; {kept} records stay", session.layout.root().display()));
     }
     Ok(())
 }
@@ -216,31 +206,44 @@ fn prepared_in(limit: Duration) -> Option<Watchdog> {
     Watchdog::start(limit, |_| {}, hangs).ok()
 }
 
-/// Returns the sample that a file says, or one that is spread over the scores of other results.
-fn planned(args: &RunArgs, subject: &Subject) -> anyhow::Result<Option<PlanFile>> {
+/// Returns which point MDPs are asked for: those of a plan, a budget, those that are there already, or all.
+fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::Result<Choice> {
     let family = subject.problem().family();
+    let size = family.points.len();
     if let Some(path) = &args.plan {
         let text = files::read_text(path, limits::DOCUMENT)?;
         let named = |e: PlanError| Refused(format!("{}: {e}", path.display()));
         let plan = PlanFile::parse(&text).map_err(named)?;
         plan.check(family).map_err(named)?;
-        return Ok(Some(plan));
+        return Ok(Choice::Plan(plan));
     }
-    let Some(dir) = &args.assist else { return Ok(None) };
-    let Some(budget) = args.budget.and_then(|budget| budget.0) else {
-        let reason = "--assist has no effect: every point MDP is evaluated; give a --budget";
-        return Err(Refused(reason.to_owned()).into());
-    };
-    let (known, analysis) = read(dir)?;
-    if !args.quiet {
-        warn_of_settings(dir, &analysis, &subject.problem().settings());
+    let budget = args.budget.and_then(|budget| budget.0);
+    if let Some(dir) = &args.assist {
+        let Some(budget) = budget else {
+            let reason = "--assist has no effect: every point MDP is evaluated; give a --budget";
+            return Err(Refused(reason.to_owned()).into());
+        };
+        let (known, analysis) = read(dir)?;
+        if !args.quiet {
+            warn_of_settings(dir, &analysis, &subject.problem().settings());
+        }
+        let sampling = assisted(args.sampling, size)?;
+        let design = design(family, sampling, Some((&known, dir)))?;
+        return Ok(Choice::Budget { budget, sampling, design: Some(design) });
     }
-    let sampling = assisted(args.sampling, family.points.len())?;
-    let mut design = Design::of(family);
-    known.add_to(&mut design, &dir.display().to_string())?;
-    let design = design.for_sampling(sampling);
-    let sample = choose_over(family, &design, sampling, budget, args.seed)?;
-    Ok(Some(PlanFile::new(&family.name, sample, Some(design))))
+    if args.budget.is_none() && args.sampling.is_none() {
+        if let Some(there) = begun.map(Begun::choice).transpose()? {
+            return Ok(there);
+        }
+    }
+    // A sample that grows may grow to the whole family.
+    Ok(match budget.or(args.until.flag().map(|_| size)) {
+        Some(budget) => {
+            let sampling = args.sampling.unwrap_or(Sampling::DEFAULT);
+            Choice::Budget { budget, sampling, design: None }
+        }
+        None => Choice::All,
+    })
 }
 
 /// Returns the methods by name; `all` stands for every one that can run, none for the domain's default and what signals do
@@ -264,7 +267,7 @@ fn check(args: &RunArgs, request: &Request<'_>, draft: &Draft) -> anyhow::Result
     let refuse = |flag: &str, reason: &str| -> anyhow::Result<()> {
         Err(Refused(format!("{flag} has no effect: {reason}; leave it out")).into())
     };
-    if args.sampling.is_some() && request.budget.is_none() {
+    if args.sampling.is_some() && !matches!(request.choice, Choice::Budget { .. }) {
         return refuse("--sampling", "without a --budget, every point MDP is evaluated");
     }
     if args.sampling.is_some() && request.problem.family().points.len() == 1 {
@@ -293,7 +296,7 @@ fn work(
     session: &Session<'_>,
     jobs: usize,
 ) -> anyhow::Result<u8> {
-    let labour = Labour {
+    let labour = LocalRun {
         session,
         domain: request.domain,
         launcher: args.controllers.launcher()?,
@@ -331,7 +334,7 @@ fn work(
 fn hand_over_rest(
     args: &RunArgs,
     system: &dyn BatchSystem,
-    labour: &Labour<'_>,
+    labour: &LocalRun<'_>,
     results: &Results,
 ) -> anyhow::Result<u8> {
     if results.missing().next().is_none() {

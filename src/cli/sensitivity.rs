@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
+use super::estimate::{budgets, kinds};
 use super::folder::SENSITIVITY;
 use super::output::{Counted, line, note};
-use super::study::{budgets, kinds};
 use super::target::Target;
 use super::values::{MOST_REPEATS, from_one_to, parse_seed};
 use crate::analysis::Analysis;

@@ -10,10 +10,10 @@ use self::look::look;
 use super::build_networks::network;
 use super::effects::Use;
 use super::folder::DRAWINGS;
-use super::given::GivenArgs;
 use super::output::{line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
+use super::sumocfg_options::SumocfgArgs;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::files::{make_folder, write_atomically};
@@ -41,7 +41,7 @@ pub struct SignalsArgs {
     pub scenario: ScenarioArg,
     /// What counts in place of what a SUMO configuration says
     #[command(flatten)]
-    pub given: GivenArgs,
+    pub given: SumocfgArgs,
     /// Folder of the networks [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use serde_json::json;
 
+use super::controllers::manifest_of;
+use super::executors::{Abroad, abroad, counted};
 use super::forecast::range;
-use super::handover::{Abroad, abroad, counted};
 use super::output::{line, note};
-use super::own::manifest_of;
 use crate::cli::exit;
 use crate::domains::domains;
 use crate::files::quoted;

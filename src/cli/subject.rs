@@ -20,7 +20,7 @@ use crate::traffic::city::folder::default_folder;
 use crate::traffic::control::{existing, program};
 use crate::traffic::family::doubts::Doubt;
 use crate::traffic::family::load::LoadedScenario;
-use crate::traffic::given::plan_file;
+use crate::traffic::method_arguments::plan_file;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::SimError;

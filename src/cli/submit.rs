@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 
-use super::handover::{
+use super::controllers::{ControllersArgs, manifest_of};
+use super::executors::{
     Executes, WorkersArgs, abroad, check_prepared_folder, counted, hand_over, note_doubled,
 };
 use super::interrupt::interrupted;
-use super::labour::Labour;
+use super::local_run::LocalRun;
 use super::output::note;
-use super::own::{ControllersArgs, manifest_of};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
@@ -105,7 +105,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     };
     let results = read()?;
     let jobs = args.workers.here(available_parallelism().map_or(1, |j| j.get()));
-    let labour = Labour {
+    let labour = LocalRun {
         session: &session,
         domain,
         launcher: args.controllers.launcher()?,

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use super::handover::limit_mb;
+use super::controllers::ControllersArgs;
+use super::executors::limit_mb;
 use super::interrupt::interrupted;
-use super::labour::other_build;
+use super::local_run::other_build;
 use super::output::{line, note};
-use super::own::ControllersArgs;
 use super::values::{at_least_a_second, at_least_one_worker, megabytes};
 use crate::cli::exit;
 use crate::cli::refused::Refused;

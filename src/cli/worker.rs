@@ -4,9 +4,9 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::controllers::{self, ControllersArgs};
 use super::interrupt::stop;
 use super::output::note;
-use super::own::{self, ControllersArgs};
 use super::protocol::Protocol;
 use super::values::at_least_a_second;
 use crate::cli::exit;
@@ -60,7 +60,7 @@ pub(super) fn run(args: &WorkerArgs) -> anyhow::Result<u8> {
     let alive = move |steps| alive.say(&WorkerLine::Alive(steps));
     let watchdog = Watchdog::start(limit, alive, move |steps| {
         let mut reason = stalled(limit, steps);
-        if let Some(stack) = own::stack() {
+        if let Some(stack) = controllers::stack() {
             reason.push_str(&format!("; just now\n{stack}"));
         }
         last.say(&WorkerLine::Failed(Failure { fault: Fault::Task, reason }));

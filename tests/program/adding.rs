@@ -60,31 +60,31 @@ fn assert_same(dir: &Path, a: &str, b: &str) {
 fn methods_seeds_and_trainings_are_added_as_if_they_had_been_asked_for_at_once() {
     let dir = tempfile::tempdir().unwrap();
     done(
-        &format!("{PPO} --methods ppo --budget 4 --eval-seeds 2 --seed 7 --out grown"),
+        &format!("{PPO} --methods ppo --budget 4 --eval-seeds 2 --seed 7 --out added"),
         dir.path(),
     );
     // Budget, seeds and sample are those of the folder.
     let both = format!("{PPO} {DQN} --seed 7");
-    let said = done(&format!("{both} --methods dqn --out grown"), dir.path());
-    assert!(said.contains("grown grows from 4 to 8 tasks; 4 records stay"), "{said}");
-    let said = done(&format!("{both} --replicates 2 --out grown"), dir.path());
-    assert!(said.contains("grown grows from 8 to 16 tasks; 8 records stay"), "{said}");
+    let said = done(&format!("{both} --methods dqn --out added"), dir.path());
+    assert!(said.contains("added: 4 tasks are added to 4; 4 records stay"), "{said}");
+    let said = done(&format!("{both} --replicates 2 --out added"), dir.path());
+    assert!(said.contains("added: 8 tasks are added to 8; 8 records stay"), "{said}");
     let once = "--methods ppo,dqn --replicates 2 --budget 4 --eval-seeds 2 --out once";
     done(&format!("{both} {once}"), dir.path());
-    assert_same(dir.path(), "grown", "once");
-    let again = done(&format!("{both} --out grown"), dir.path());
-    assert!(!again.contains("grows"), "{again}");
+    assert_same(dir.path(), "added", "once");
+    let again = done(&format!("{both} --out added"), dir.path());
+    assert!(!again.contains("are added"), "{again}");
 }
 
 #[test]
 fn a_sample_grows_where_it_contains_the_one_that_is_there() {
     let dir = tempfile::tempdir().unwrap();
     let quadrature = format!("{PPO} --methods ppo --eval-seeds 2 --sampling bayesian-quadrature");
-    done(&format!("{quadrature} --budget 3 --out grown"), dir.path());
-    let said = done(&format!("{quadrature} --budget 5 --out grown"), dir.path());
-    assert!(said.contains("grown grows from 3 to 5 tasks; 3 records stay"), "{said}");
+    done(&format!("{quadrature} --budget 3 --out added"), dir.path());
+    let said = done(&format!("{quadrature} --budget 5 --out added"), dir.path());
+    assert!(said.contains("added: 2 tasks are added to 3; 3 records stay"), "{said}");
     done(&format!("{quadrature} --budget 5 --out once"), dir.path());
-    assert_same(dir.path(), "grown", "once");
+    assert_same(dir.path(), "added", "once");
 
     done("--methods ppo --eval-seeds 2 --budget 3 --out balanced", dir.path());
     let (code, said) =
@@ -101,7 +101,7 @@ fn a_method_is_computed_again_where_that_is_asked_for() {
     done(&format!("{both} --methods ppo,dqn --budget 2 --eval-seeds 2 --out r"), dir.path());
     let before = records(&dir.path().join("r"));
     let said = done(&format!("{both} --replace dqn --out r"), dir.path());
-    assert!(said.contains("r has 4 tasks and computes dqn again; 2 records stay"), "{said}");
+    assert!(said.contains("r: computed again: dqn; 2 records stay"), "{said}");
     assert_eq!(records(&dir.path().join("r")), before, "the same build makes the same records");
     let (code, said) = refused(&format!("{both} --replace ppi --out r"), dir.path());
     assert!(code == Some(2) && said.contains("has no records of it"), "{said}");

@@ -3,9 +3,9 @@
 
 pub mod files;
 pub mod hash;
+pub mod heartbeat;
 pub mod machine;
 pub mod plain;
-pub mod pulse;
 pub mod seed;
 pub mod suggest;
 pub mod units;

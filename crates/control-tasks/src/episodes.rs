@@ -1,6 +1,6 @@
 //! Episodes of dynamics.
 
-use basics::pulse;
+use basics::heartbeat;
 use learners::nn::archive::{Archive, ArchiveError};
 use learners::rl::environment::{Actions, Environment, Step};
 use learners::rl::random::Generator;
@@ -69,7 +69,7 @@ impl<D: Dynamics> Environment for Episodes<D> {
     }
 
     fn step(&mut self, action: &[f32], observation: &mut [f32]) -> Step {
-        pulse::beat(1);
+        heartbeat::beat(1);
         let (reward, terminated) = self.dynamics.act(&mut self.state, action);
         self.steps += 1;
         self.dynamics.observe(&self.state, observation);

@@ -1,10 +1,10 @@
 //! What reports say of traffic signals beside what they say of any task: levels of service, what is overloaded, the
 //! map, signal plans; and the page on the quality of a family that was derived from a map.
 
+mod answers;
 mod capacity;
 mod corridors;
 mod demand;
-mod first;
 mod happened;
 mod hours;
 mod intersections;

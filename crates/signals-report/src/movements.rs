@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use minijinja::{Value, context};
 use serde_json::Value as Json;
 
+use super::answers::today;
 use super::capacity::{Basis, Capacity};
-use super::first::today;
 use super::level_of_service::letter;
 use super::shown::Seen;
 use basics::units::SECONDS_PER_HOUR;

@@ -10,8 +10,8 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
+use super::answers::today;
 use super::demand::{HOUR_S, horizon_s};
-use super::first::today;
 use super::level_of_service::{DELAY, letter};
 use super::movements;
 use super::plans::cabinet::{of_plan, phases, seconds};

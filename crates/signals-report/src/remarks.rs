@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::level_of_service::DELAY;
 use super::measures::{GRIDLOCK_EXCESS, GRIDLOCK_SHARE, UNFINISHED};
 use super::overloaded::overloaded;
-use super::{demand, first};
+use super::{answers, demand};
 use evaluation::analysis::{Analysis, Reference};
 use evaluation::report::{About, format};
 
@@ -20,9 +20,9 @@ pub(super) fn says(about: About, data: &Analysis) -> Option<String> {
             on_defaults.then(|| "; most inflows are defaults".to_owned())
         }
         About::Conditions => limits(data),
-        About::Gain => first::gain(data),
-        About::Fails => first::fails(data),
-        About::Misses => first::misses(data),
+        About::Gain => answers::gain(data),
+        About::Fails => answers::fails(data),
+        About::Misses => answers::misses(data),
         About::Regimes => {
             overloaded_of(data).map(|o| format!("Under the baseline {}.", o.in_words()))
         }

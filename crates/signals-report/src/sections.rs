@@ -4,8 +4,8 @@ use std::path::Path;
 
 use minijinja::{Value, context};
 
+use super::answers;
 use super::corridors;
-use super::first;
 use super::happened::happened;
 use super::hours;
 use super::intersections::{geojson, spots, table};
@@ -66,7 +66,7 @@ impl TrafficSections {
 
 impl Sections for TrafficSections {
     fn today(&self, data: &Analysis) -> Option<&'static str> {
-        first::today(data)
+        answers::today(data)
     }
 
     fn measures(&self) -> &dyn Measures {

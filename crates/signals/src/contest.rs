@@ -7,15 +7,15 @@ use super::controllers::create;
 use super::env::World;
 use super::environment::environment;
 use super::error::TrafficError;
-use super::held::Held;
+use super::input_files::InputFiles;
 use super::model::SignalModel;
 use super::settings::Scenario;
 use super::sim::Sim;
 use super::trial::{DELAY, SignalTrial};
 use basics::seed;
 use evaluation::run::RunError;
-use evaluation::run::course::held_out;
 use evaluation::run::plan::evaluation_seeds;
+use evaluation::run::task_run::held_out;
 use evaluation::store::record::{Metrics, Row, mean_metrics};
 
 /// Where a model is evaluated.
@@ -75,7 +75,7 @@ pub fn contest<S: Sim>(
     let untuned = create(baseline::METHOD.name, scenario, arena.imported, card.seed)?;
     let controller = model.controller(scenario, arena.imported)?;
     let env = environment(sim, arena.world, scenario, scratch);
-    let mut trial = SignalTrial::new(env, controller, Held::default());
+    let mut trial = SignalTrial::new(env, controller, InputFiles::default());
     // The model first: if it does not fit, nobody waits for the baseline.
     let rows = held_out(&mut trial, seeds, done).map_err(|e| model.explain(e, &arena.point))?;
     trial.controller = untuned;

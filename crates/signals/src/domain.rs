@@ -15,7 +15,7 @@ use super::effort::effort;
 use super::env::World;
 use super::environment::{environment, folder_of, planned_demand, planned_world};
 use super::error::TrafficError;
-use super::held::Held;
+use super::input_files::InputFiles;
 use super::network_files::GENERATED;
 use super::own::external::VehiclesOf;
 use super::own::{Create, Own, Play};
@@ -109,7 +109,7 @@ impl Traffic {
     fn in_world<S: Sim + 'static>(
         &self,
         sim: S,
-        (world, mut held): (World, Held),
+        (world, mut held): (World, InputFiles),
         scenario: &Scenario,
         site: &Site<'_>,
         method: &str,

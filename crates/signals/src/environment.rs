@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use osm_signals::Turn;
 
 use super::error::TrafficError;
-use super::held::Held;
+use super::input_files::InputFiles;
 use super::network_files::{FILE_ENDINGS, GENERATED, NetworkFiles, file_name};
 use crate::env::world::TurnShare;
 use crate::env::{SignalEnv, World};
@@ -147,8 +147,8 @@ pub fn planned_world(
     networks: &Path,
     day_plan: bool,
     method: &str,
-) -> Result<(World, Held), TrafficError> {
-    let mut held = Held::default();
+) -> Result<(World, InputFiles), TrafficError> {
+    let mut held = InputFiles::default();
     if point.environment != GENERATED {
         let config = PathBuf::from(&point.environment);
         let folder = folder_of(point, networks);
@@ -183,7 +183,7 @@ pub fn planned_world(
 pub fn planned_demand(point: &PointRow, networks: &Path) -> Result<DemandSpec, TrafficError> {
     let files = NetworkFiles::new(networks, &point.point, point.sha256.clone());
     let name = files.demand.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut held = Held::default();
+    let mut held = InputFiles::default();
     held.add(&files.demand, point.sha256.get(&name))?;
     Ok(DemandSpec::read(&files.demand)?)
 }

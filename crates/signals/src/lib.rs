@@ -6,7 +6,6 @@
 
 pub mod calibration;
 pub mod city;
-pub mod content;
 pub mod contest;
 pub mod control;
 pub mod controllers;
@@ -17,8 +16,8 @@ pub mod environment;
 pub mod error;
 pub mod existing;
 pub mod family;
-pub mod given;
-pub mod held;
+pub mod input_files;
+pub mod method_arguments;
 pub mod model;
 pub mod movement_results;
 pub mod needs;
@@ -27,6 +26,7 @@ pub mod network_files;
 pub mod own;
 pub mod placed;
 pub mod places;
+pub mod point_hash;
 pub mod problem;
 pub mod program;
 pub mod settings;

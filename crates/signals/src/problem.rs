@@ -6,7 +6,6 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
-use super::content;
 use super::control::existing;
 use super::environment::hash_scenario;
 use super::error::TrafficError;
@@ -17,6 +16,7 @@ use super::network::error::NetworkError;
 use super::network::intersection::{IntersectionSpec, intersections};
 use super::network_files::{GENERATED, NetworkFiles};
 use super::placed::{Placed, placed};
+use super::point_hash;
 use super::sim::SimError;
 use super::sim::intake::Intake;
 use super::sim::obstacle::{Given, in_words};
@@ -135,7 +135,7 @@ impl SignalProblem {
             };
             let made = PreparedPoint {
                 environment: GENERATED.to_owned(),
-                content: content::of_point(&self.loaded, index),
+                content: point_hash::of_point(&self.loaded, index),
                 sha256: files.sha256,
                 places: self.loaded.members[index].iter().filter_map(place).collect(),
                 given: (self.plans.iter())
@@ -156,7 +156,7 @@ impl SignalProblem {
             let given = given.as_object().into_iter().flatten();
             let made = PreparedPoint {
                 environment: intake.path.display().to_string(),
-                content: content::of_imported(intake)?,
+                content: point_hash::of_imported(intake)?,
                 sha256: hash_scenario(intake)?,
                 given: given.map(|(name, value)| (name.clone(), value.clone())).collect(),
                 ..PreparedPoint::default()

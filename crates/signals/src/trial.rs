@@ -8,7 +8,7 @@ use super::env::by_movement::MovementTotals;
 use super::env::episode::{EpisodeError, EpisodeMetrics, run_episode};
 use super::env::signal_env::Running;
 use super::error::TrafficError;
-use super::held::Held;
+use super::input_files::InputFiles;
 use super::movement_results::ByEpisode;
 use super::network::error::NetworkError;
 use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
@@ -34,7 +34,7 @@ pub struct SignalTrial<S> {
     /// The method.
     pub controller: Box<dyn Controller>,
     /// What is read while it goes on.
-    pub held: Held,
+    pub held: InputFiles,
     /// What the evaluation episodes so far are made of.
     movements: ByEpisode,
     streets: ByStreet,
@@ -42,7 +42,7 @@ pub struct SignalTrial<S> {
 
 impl<S> SignalTrial<S> {
     /// Returns a controller on signals.
-    pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: Held) -> Self {
+    pub fn new(env: SignalEnv<S>, controller: Box<dyn Controller>, held: InputFiles) -> Self {
         let (movements, streets) = (ByEpisode::default(), ByStreet::default());
         Self { env, controller, held, movements, streets }
     }
@@ -168,7 +168,7 @@ impl<S: Sim> Policy for Learned<'_, S> {
 struct School<'a, S> {
     env: &'a mut SignalEnv<S>,
     course: &'a mut dyn Course,
-    held: &'a Held,
+    held: &'a InputFiles,
 }
 
 impl<S: Sim> Trainer for School<'_, S> {
@@ -422,7 +422,7 @@ mod tests {
     fn a_training_row_has_the_figures_of_the_learner_that_are_numbers() {
         let dir = tempfile::tempdir().unwrap();
         let env = env(vec![(0.0, 0), (1.0, 1)], dir.path());
-        let mut trial = SignalTrial::new(env, Box::new(Learner), Held::default());
+        let mut trial = SignalTrial::new(env, Box::new(Learner), InputFiles::default());
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
         let metrics = &rows.0[0].metrics;
@@ -448,7 +448,7 @@ mod tests {
             Ok(())
         });
         let env = env_of(minute(Some(routes)), vec![(1.0, 0)], dir.path());
-        let mut trial = SignalTrial::new(env, Box::new(Learner), Held::default());
+        let mut trial = SignalTrial::new(env, Box::new(Learner), InputFiles::default());
         let mut rows = Rows::default();
         trial.train(&mut rows).unwrap();
         trial.episode(7).unwrap();
@@ -460,7 +460,7 @@ mod tests {
     fn an_episode_without_vehicles_is_an_error_and_no_delay_of_0() {
         let dir = tempfile::tempdir().unwrap();
         let env = env(vec![], dir.path());
-        let mut trial = SignalTrial::new(env, Box::new(Learner), Held::default());
+        let mut trial = SignalTrial::new(env, Box::new(Learner), InputFiles::default());
         let e = trial.episode(7).unwrap_err();
         assert!(matches!(e, TrialError::Input(_)));
         assert!(e.to_string().starts_with("no vehicle is to depart in the episode of seed 7, so"));

@@ -3,14 +3,14 @@
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
-use crate::cli::given::GivenArgs;
-use crate::cli::handover::{Executes, WorkersArgs};
-use crate::cli::own::ControllersArgs;
+use crate::cli::controllers::ControllersArgs;
+use crate::cli::executors::{Executes, WorkersArgs};
 use crate::cli::scenario::ScenarioArg;
+use crate::cli::sumocfg_options::SumocfgArgs;
 use crate::cli::until::UntilArgs;
 use crate::cli::values::{Budget, at_least_one, from_one_to, parse_budget, parse_seed};
 use crate::sample::Sampling;
-use crate::store::extent::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
+use crate::store::most::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 
 /// `tsc-family run`.
 #[derive(Debug, clap::Args)]
@@ -41,7 +41,7 @@ pub struct RunArgs {
     pub sumocfg: Vec<PathBuf>,
     /// What counts in place of what they say
     #[command(flatten)]
-    pub given: GivenArgs,
+    pub given: SumocfgArgs,
     /// Number of point MDPs to evaluate, or `all` [default: those of the run that is in --out, else all]
     #[arg(long, value_name = "N|all", value_parser = parse_budget)]
     pub budget: Option<Budget>,

@@ -6,7 +6,7 @@ use crate::cli::refused::Refused;
 use crate::cli::subject::Subject;
 use crate::files::{self, limits};
 use crate::sample::plan_file::PlanFile;
-use crate::sample::{Design, Sampling};
+use crate::sample::{Choice, Design, Sampling};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::{Identity, Manifest};
@@ -29,8 +29,8 @@ impl Begun {
     ) -> anyhow::Result<Option<Self>> {
         let mut layout = Layout::new(out);
         let mut read = Manifest::read(&layout);
-        if matches!(read, Err(StoreError::Growing(_))) {
-            layout = Layout::new(layout.growing());
+        if matches!(read, Err(StoreError::Adding(_))) {
+            layout = Layout::new(layout.adding());
             read = Manifest::read(&layout);
         }
         // Whatever else is wrong with it is said where the run is opened.
@@ -60,15 +60,15 @@ impl Begun {
         all
     }
 
-    /// Returns its sample; `None` where it has the whole family.
-    pub(super) fn sample(&self) -> anyhow::Result<Option<PlanFile>> {
+    /// Returns which point MDPs it has.
+    pub(super) fn choice(&self) -> anyhow::Result<Choice> {
         let Identity { scenario, sample, .. } = &self.identity;
         if sample.sampling == Sampling::All {
-            return Ok(None);
+            return Ok(Choice::All);
         }
         let bytes = files::if_present(files::read(&self.layout.design(), limits::DOCUMENT))?;
         // One that is damaged is named where the run is opened.
         let design: Option<Design> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
-        Ok(Some(PlanFile::new(scenario, sample.clone(), design)))
+        Ok(Choice::Plan(PlanFile::new(scenario, sample.clone(), design)))
     }
 }

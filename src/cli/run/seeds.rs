@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::cli::refused::Refused;
 use crate::files::{self, limits};
 use crate::seed::evaluation_of;
-use crate::store::extent::MOST_EVALUATION_SEEDS;
+use crate::store::most::MOST_EVALUATION_SEEDS;
 
 /// Reads evaluation seeds: a whole number per line; what follows a `#` is a comment.
 ///

@@ -1,6 +1,6 @@
 //! The headline of a report: who won, and by how much.
 
-use super::first::{AS_MUCH, change};
+use super::answers::{AS_MUCH, change};
 use super::format;
 use super::sections::About;
 use super::today;

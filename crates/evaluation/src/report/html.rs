@@ -3,13 +3,13 @@
 use minijinja::value::merge_maps;
 use minijinja::{HtmlEscape, Value, context};
 
+use super::answers::{Answer, answers};
 use super::csv::events;
 use super::curves::common_points;
 use super::divisor::baseline_in_full;
 use super::error::ReportError;
 use super::figure::Figure;
 use super::figures::{label, shown};
-use super::first::{Answer, answers};
 use super::headline::{headline, lead};
 use super::page::render;
 use super::provenance::{CITATIONS, hashes, provenance, settings};
@@ -17,7 +17,7 @@ use super::sections::{About, Metric, Part, Slot, Table};
 use super::traces::{FEW_TRAININGS, SMOOTHED_OVER};
 use super::whole::{Report, Runs};
 use super::words::Words;
-use super::{all, format, further, narrow, sure, text};
+use super::{all, format, narrow, summaries, sure, text};
 use crate::analysis::{
     EpisodeSummary, Estimated, LAST_EPISODES, LearnerSummary, MethodSummary, TaskScore,
 };
@@ -60,7 +60,7 @@ fn values(data: &Report, figures: &[Figure], parts: &[Part]) -> Value {
         lead => lead(data),
         warnings => text::warnings(data),
         evaluated => text::evaluated(data),
-        disagree => further::disagreements(data).len(),
+        disagree => summaries::disagreements(data).len(),
         metrics => metrics.iter().map(heading).collect::<Vec<_>>(),
         reported => reported.to_vec(),
         last => LAST_EPISODES,
@@ -271,7 +271,7 @@ fn further_values(data: &Report) -> Option<Value> {
     let others = data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference);
     others.then(|| {
         context! {
-            disagreements => further::disagreements(data),
+            disagreements => summaries::disagreements(data),
         }
     })
 }

@@ -4,7 +4,7 @@ use super::divisor::baseline_in_full;
 use super::figures::shown;
 use super::plain_table::Cells;
 use super::whole::Report;
-use super::{format, further, policies, rests};
+use super::{decisive_points, format, policies, summaries};
 use crate::analysis::{LearnerSummary, MethodSummary};
 
 /// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
@@ -24,8 +24,8 @@ pub fn table(data: &Report) -> String {
     if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
         text.push_str(&format!(
             "\n\n{}\n\n{}",
-            further::legend(data),
-            further::table(data).plain()
+            summaries::legend(data),
+            summaries::table(data).plain()
         ));
     }
     if let Some(common) = &data.common {
@@ -130,8 +130,8 @@ pub fn notes(data: &Report) -> Vec<String> {
     }
     // A comparison says first which builds there are.
     notes.extend(data.results.builds().warning().filter(|_| data.runs.is_none()));
-    notes.extend(further::disagreements(data));
-    notes.extend(rests::sentence(data));
+    notes.extend(summaries::disagreements(data));
+    notes.extend(decisive_points::sentence(data));
     notes.extend(policies::sentences(data));
     notes
 }

@@ -1,7 +1,7 @@
 //! What is done today, which the headline and the first page compare with where a domain knows it and the run has it: a
 //! method that beats an untuned baseline may be worse than what is there.
 
-use super::first::{AS_MUCH, change};
+use super::answers::{AS_MUCH, change};
 use super::whole::Report;
 use crate::analysis::{Decided, MethodSummary, Pair};
 use crate::stats::score::weighted_mean;

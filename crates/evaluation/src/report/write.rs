@@ -7,8 +7,8 @@ use super::paths::ReportPaths;
 use super::plain_table::Cells;
 use super::whole::Report;
 use super::{
-    by_point, compared, context, csv, curves, figures, further, html, latex, profiles, ranks, sure,
-    text,
+    by_point, compared, context, csv, curves, figures, html, latex, profiles, ranks, summaries,
+    sure, text,
 };
 use crate::store::Layout;
 use basics::files::{Streamed, make_folder_beneath, write_atomically};
@@ -107,7 +107,7 @@ fn for_papers(data: &Report) -> Vec<(&'static str, String, Cells)> {
     )];
     if data.methods.iter().any(|m| m.overall.is_some() && !m.is_reference) {
         let about = format!("Further summaries of the methods on {of}, of {noun}{relative}");
-        tables.push(("summaries.tex", about, further::table(data)));
+        tables.push(("summaries.tex", about, summaries::table(data)));
     }
     let pairs = sure::pairs(data).map(|pairs| {
         let about = format!(

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use super::batch::BatchError;
 use super::fault::{Cause, TrialError};
 use crate::family::FamilyError;
-use crate::sample::SampleError;
-use crate::sample::plan_file::PlanError;
+use crate::sample::ChoiceError;
 use crate::store::StoreError;
 use basics::files::FileError;
 
@@ -18,10 +17,7 @@ pub enum RunError {
     Family(#[from] FamilyError),
     /// The point MDPs cannot be chosen.
     #[error(transparent)]
-    Sample(#[from] SampleError),
-    /// The plan is for something else.
-    #[error("the plan: {0}")]
-    Plan(#[from] PlanError),
+    Choice(#[from] ChoiceError),
     /// More tasks or episodes than are taken.
     #[error("{0}")]
     Extent(String),

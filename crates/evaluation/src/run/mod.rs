@@ -2,17 +2,16 @@
 //!
 //! Nothing here knows what is evaluated; see [`domain`] for the seam.
 
+mod add;
 pub mod audit;
 pub mod batch;
 pub mod checkpoint;
-pub mod course;
 pub mod domain;
 pub mod effort;
 pub mod entry;
 pub mod error;
 pub mod executor;
 pub mod fault;
-mod grow;
 pub mod method;
 pub mod model;
 pub mod plan;
@@ -20,6 +19,7 @@ pub mod progress;
 pub mod selection;
 pub mod session;
 pub mod stop;
+pub mod task_run;
 #[cfg(test)]
 mod testing;
 pub mod watchdog;

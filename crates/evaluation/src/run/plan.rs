@@ -3,18 +3,17 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::add;
 use super::domain::{Domain, Prepared, Problem};
 use super::error::RunError;
-use super::grow;
 use super::method::{Method, Training, find};
 use crate::family::Feature;
 use crate::sample::looks::{halves, looks};
-use crate::sample::plan_file::PlanFile;
-use crate::sample::{Design, Growth, SampleError, SamplePlan, Sampling, Until, choose_over};
+use crate::sample::{Choice, Design, Growth, SampleError, SamplePlan, Until};
 use crate::store::manifest::{FeatureColumn, Identity, Manifest, PointRow, Provenance, Task};
 use crate::store::plan;
 use crate::store::results::sound_records;
-use crate::store::{Layout, SCHEMA_VERSION, StoreError, extent};
+use crate::store::{Layout, SCHEMA_VERSION, StoreError, most};
 use basics::files::write_atomically;
 use basics::seed;
 
@@ -25,12 +24,8 @@ pub struct Request<'a> {
     pub domain: &'a dyn Domain,
     /// The scenario.
     pub problem: &'a dyn Problem,
-    /// Number of point MDPs; `None` takes all.
-    pub budget: Option<usize>,
-    /// How they are chosen.
-    pub sampling: Sampling,
-    /// A sample that was chosen before; budget and sampling are its then.
-    pub plan: Option<&'a PlanFile>,
+    /// Which point MDPs.
+    pub choice: &'a Choice,
     /// Methods by name; the baseline is added.
     pub methods: &'a [String],
     /// Seed from which all others are derived.
@@ -55,9 +50,7 @@ impl<'a> Request<'a> {
         Self {
             domain,
             problem,
-            budget: None,
-            sampling: Sampling::DEFAULT,
-            plan: None,
+            choice: &Choice::All,
             methods,
             base_seed: 0,
             evaluation_seeds: EVALUATION_SEEDS,
@@ -117,7 +110,8 @@ impl Draft {
 ///
 /// # Errors
 ///
-/// [`RunError::Method`] for an unknown method, [`RunError::Sample`] for an impossible budget.
+/// [`RunError::Method`] for an unknown method, [`RunError::Choice`] for an impossible budget or a plan of another
+/// family.
 pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
     let known = request.domain.methods();
     let mut methods: Vec<&Method> = Vec::new();
@@ -129,23 +123,11 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
         }
     }
     let family = request.problem.family();
-    let budget = request.budget.unwrap_or(family.points.len());
-    let sampling = if request.budget.is_none() { Sampling::All } else { request.sampling };
-    let (sample, design) = match request.plan {
-        Some(plan) => {
-            plan.check(family)?;
-            (plan.sample.clone(), plan.design.clone())
-        }
-        None => {
-            let design = Design::of(family).for_sampling(sampling);
-            let sample = choose_over(family, &design, sampling, budget, request.base_seed)?;
-            (sample, sampling.has_design().then_some(design))
-        }
-    };
+    let (sample, design) = request.choice.sample(family, request.base_seed)?;
     let repeats = |m: &&&Method| request.replicates > 1 && m.training != Training::None;
     let of_method = |m: &&Method| if repeats(&m) { u64::from(request.replicates) } else { 1 };
     let per_point = methods.iter().map(of_method).sum();
-    extent::check(sample.draws.len(), per_point, request.evaluation_seeds as usize)
+    most::check(sample.draws.len(), per_point, request.evaluation_seeds as usize)
         .map_err(RunError::Extent)?;
     let names = |m: &&Method| m.name.to_owned();
     let replicated = methods.iter().filter(repeats).map(names).collect();
@@ -232,12 +214,12 @@ pub fn complete(
 pub struct Established {
     /// The manifest that counts.
     pub manifest: Manifest,
-    /// Where the run grew, how many records of before stay.
-    pub grown: Option<usize>,
+    /// Where something was added to a run, how many of its records stay.
+    pub kept: Option<usize>,
 }
 
 /// Writes plan and manifest into a new results directory. An existing one that holds the same run stays as it is, with
-/// its own provenance; one that holds a part of the run grows. The manifest comes last: with it the directory
+/// its own provenance; to one that holds a part of the run, the rest is added. The manifest comes last: with it the directory
 /// is complete.
 ///
 /// # Arguments
@@ -254,24 +236,24 @@ pub fn establish(
     design: Option<&Design>,
     replaced: &[String],
 ) -> Result<Established, StoreError> {
-    grow::finish(layout)?;
+    add::finish(layout)?;
     if !layout.manifest().exists() {
         write_plan(layout, tasks, design, false)?;
         write_atomically(&layout.manifest(), &manifest.to_json())?;
-        return Ok(Established { manifest, grown: None });
+        return Ok(Established { manifest, kept: None });
     }
     let existing = Manifest::read(layout)?;
     let (there, now) = (&existing.identity, &manifest.identity);
     if there == now && replaced.is_empty() {
         write_plan(layout, tasks, design, true)?;
-        return Ok(Established { manifest: existing, grown: None });
+        return Ok(Established { manifest: existing, kept: None });
     }
-    let Some(difference) = grow::obstacle(there, now, replaced) else {
+    let Some(difference) = add::obstacle(there, now, replaced) else {
         let started = existing.provenance.started.clone();
         let provenance = Provenance { started, ..manifest.provenance };
         let manifest = Manifest { identity: manifest.identity, provenance };
-        let kept = grow::grow(layout, &existing, (&manifest, tasks), design, replaced)?;
-        return Ok(Established { manifest, grown: Some(kept) });
+        let kept = add::add(layout, &existing, (&manifest, tasks), design, replaced)?;
+        return Ok(Established { manifest, kept: Some(kept) });
     };
     // Records of this very run: then what is of another one is the manifest beside them.
     let records = sound_records(layout, tasks, &manifest.sha256())?;

@@ -36,8 +36,8 @@ pub struct Session<'a> {
     pub manifest: Arc<Manifest>,
     /// Folder of what was prepared.
     pub prepared: PathBuf,
-    /// Where a run that was there has grown, how many of its records stay.
-    pub grown: Option<usize>,
+    /// Where something was added to a run that was there, how many of its records stay.
+    pub kept: Option<usize>,
     _lock: RunLock,
 }
 
@@ -69,10 +69,10 @@ pub fn open<'a>(
     layout.make()?;
     let lock = lock(&layout, started)?;
     let design = draft.design.as_ref();
-    let Established { manifest, grown } =
+    let Established { manifest, kept } =
         establish(&layout, manifest, &tasks, design, request.replace)?;
     let (domain, manifest) = (request.domain, Arc::new(manifest));
-    let session = Session { domain, layout, manifest, prepared: folder, grown, _lock: lock };
+    let session = Session { domain, layout, manifest, prepared: folder, kept, _lock: lock };
     session.stand_in(request.problem, &draft.sample)?;
     tidy_up(&session.layout)?;
     Ok(session)
@@ -100,7 +100,7 @@ pub fn reopen<'a>(
         domain.check_path(path).map_err(RunError::Place)?;
     }
     let lock = lock(layout, now())?;
-    Ok(Session { domain, layout: layout.clone(), manifest, prepared, grown: None, _lock: lock })
+    Ok(Session { domain, layout: layout.clone(), manifest, prepared, kept: None, _lock: lock })
 }
 
 /// Takes the lock of a results directory.

@@ -12,7 +12,7 @@ use super::fault::{Cause, TrialError};
 use super::method::{Method, Training};
 use super::plan::{Request, complete, draft};
 use crate::family::{Feature, MdpFamily, PointMdp};
-use crate::sample::Sampling;
+use crate::sample::Choice;
 use crate::stats::Direction;
 use crate::store::manifest::{Manifest, Provenance, Task};
 use crate::store::record::Metrics;
@@ -230,9 +230,7 @@ pub(super) fn request<'a>(
     Request {
         domain: toy,
         problem: pair,
-        budget: None,
-        sampling: Sampling::All,
-        plan: None,
+        choice: &Choice::All,
         methods,
         base_seed: 0,
         evaluation_seeds,

@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-use basics::pulse;
+use basics::heartbeat;
 
 /// Time without a step of the simulation after which a task is given up, seconds.
 pub const STALL_TIMEOUT_S: u64 = 600;
@@ -45,9 +45,9 @@ impl Watchdog {
         let nap = NAP.min(limit / SIGNS);
         thread::Builder::new().name("watchdog".to_owned()).spawn(move || {
             let (mut last, mut still, mut silent) =
-                (pulse::beats(), Duration::ZERO, Duration::ZERO);
+                (heartbeat::beats(), Duration::ZERO, Duration::ZERO);
             while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(nap) {
-                let now = pulse::beats();
+                let now = heartbeat::beats();
                 still = if now == last { still + nap } else { Duration::ZERO };
                 silent += nap;
                 last = now;
@@ -90,7 +90,7 @@ mod tests {
         let (say, said) = channel();
         let working = Watchdog::start(limit, move |_| say.send("alive").unwrap(), |_| {}).unwrap();
         for _ in 0..40 {
-            pulse::beat(1);
+            heartbeat::beat(1);
             thread::sleep(Duration::from_millis(10));
         }
         drop(working);

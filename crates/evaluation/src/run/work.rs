@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::checkpoint::Keeper;
-use super::course::{TaskCourse, held_out};
 use super::domain::{Domain, Site, Trial};
 use super::error::RunError;
 use super::fault::TrialError;
@@ -13,6 +12,7 @@ use super::model;
 use super::progress::News;
 use super::selection::Selection;
 use super::stop::Stop;
+use super::task_run::{TaskRun, held_out};
 use crate::store::manifest::{Identity, Manifest, PointRow, Task};
 use crate::store::record::{Metrics, Record, Row, RowKind, TaskResult, mean_metrics};
 use crate::store::{Layout, StoreError};
@@ -70,7 +70,7 @@ pub fn do_task(
     let selection = Selection::of(&identity.settings);
     let selection = selection.map_err(|reason| RunError::Prepare(reason.into()))?;
     let objective = (identity.objective.as_str(), domain.objective().direction);
-    let mut course = TaskCourse::new(task, objective, selection, attempt, keeper, stop, news);
+    let mut course = TaskRun::new(task, objective, selection, attempt, keeper, stop, news);
     let mut trial = domain.trial(&site, &task.method, task.seed)?;
     let result = train_and_evaluate(trial.as_mut(), &mut course, &seeds, &identity.objective);
     // Whatever came of files that were written meanwhile says nothing of the method.
@@ -113,7 +113,7 @@ fn point_of<'a>(identity: &'a Identity, task: &Task) -> Result<&'a PointRow, Sto
 
 fn train_and_evaluate(
     trial: &mut dyn Trial,
-    course: &mut TaskCourse<'_>,
+    course: &mut TaskRun<'_>,
     seeds: &[u64],
     objective: &str,
 ) -> Result<(TaskResult, Option<Archive>), TrialError> {

@@ -4,6 +4,7 @@
 
 pub mod balanced;
 pub mod behind;
+mod choice;
 pub mod design;
 mod fit;
 pub mod kmeans;
@@ -17,6 +18,7 @@ mod tree;
 
 use std::collections::HashMap;
 
+pub use choice::{Choice, ChoiceError};
 use design::features;
 pub use design::{Design, Input, Measure};
 pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};

@@ -136,13 +136,13 @@ pub enum StoreError {
         /// The command that began the run.
         command: String,
     },
-    /// A run that was to grow, and was interrupted.
+    /// A run that was to be added to, and was interrupted.
     #[error(
         "{}: a command that adds to it was interrupted while files took their places; nothing is lost: repeat that \
          command, or the one that began the run",
         .0.display()
     )]
-    Growing(PathBuf),
+    Adding(PathBuf),
     /// A run to which jobs of a batch system may still add records.
     #[error(
         "{}: jobs of a batch system may still add records, so nothing can be added to the run; wait until \

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::own::OwnMethod;
-use super::{Layout, SCHEMA_VERSION, extent};
+use super::{Layout, SCHEMA_VERSION, most};
 use crate::sample::{Draw, Look, SamplePlan};
 use crate::stats::Direction;
 use crate::store::error::StoreError;
@@ -220,10 +220,10 @@ impl Manifest {
     /// # Errors
     ///
     /// [`StoreError::NotResults`] when there is none, nor a plan beside it, [`StoreError::Version`] for another schema,
-    /// [`StoreError::Growing`] where a command that adds to the run was interrupted, [`StoreError::Manifest`] for anything else.
+    /// [`StoreError::Adding`] where a command that adds to the run was interrupted, [`StoreError::Manifest`] for anything else.
     pub fn read(layout: &Layout) -> Result<Self, StoreError> {
-        if Layout::new(layout.growing()).manifest().exists() {
-            return Err(StoreError::Growing(layout.root().to_path_buf()));
+        if Layout::new(layout.adding()).manifest().exists() {
+            return Err(StoreError::Adding(layout.root().to_path_buf()));
         }
         let path = layout.manifest();
         let bytes = files::if_present(files::read(&path, limits::DOCUMENT))?;
@@ -264,12 +264,12 @@ impl Identity {
     /// Checks what no run writes otherwise: a manifest that was edited would bring reports to write what it does not
     /// say, or where they must not.
     fn check(&self) -> Result<(), String> {
-        extent::check_replicates(self.replicates)?;
+        most::check_replicates(self.replicates)?;
         let per_point = self.methods.iter().map(|m| u64::from(self.replicates_of(m))).sum();
-        extent::check(self.points.len(), per_point, self.evaluation_seeds.len())?;
+        most::check(self.points.len(), per_point, self.evaluation_seeds.len())?;
         let looks = self.sample.growth.iter().flat_map(|growth| &growth.looks);
         for draws in looks.map(|look| &look.draws).chain([&self.sample.draws]) {
-            extent::check_draws(draws.iter().map(|d| d.count), self.sample.family_size)?;
+            most::check_draws(draws.iter().map(|d| d.count), self.sample.family_size)?;
         }
         for point in &self.points {
             let (own, all) = (point.features.len(), self.features.len());

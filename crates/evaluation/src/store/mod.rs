@@ -23,12 +23,12 @@ mod commit;
 pub mod difference;
 pub mod dropped;
 pub mod error;
-pub mod extent;
 pub mod figures;
 mod links;
 pub mod lock;
 pub mod manifest;
 pub mod metrics;
+pub mod most;
 pub mod opaque;
 pub mod own;
 pub mod packed;
@@ -75,9 +75,9 @@ impl Layout {
         self.root.join("plan.jsonl")
     }
 
-    /// `growing/`: the files of a larger run, before they take the places of the old ones.
-    pub fn growing(&self) -> PathBuf {
-        self.root.join("growing")
+    /// `adding/`: the files of a larger run, before they take the places of the old ones.
+    pub fn adding(&self) -> PathBuf {
+        self.root.join("adding")
     }
 
     /// `records.tar.xz`: the records of a published run.

@@ -10,13 +10,13 @@
 mod cases;
 mod cell;
 mod engine;
-mod growth;
 mod kind;
 mod recorded;
+mod stopping;
 
 pub use cases::{Case, CaseError, CaseStudy, study_cases};
 pub use cell::Cell;
 pub use engine::{EngineError, StudyPlan, study};
-pub use growth::{Stopped, grow};
 pub use kind::Kind;
 pub use recorded::{Recorded, RecordedMethod, StudyError};
+pub use stopping::{Stopped, grow};

@@ -8,8 +8,8 @@
 pub mod bays;
 pub mod build;
 pub mod demand;
+mod demand_file;
 pub mod error;
-mod extent;
 pub mod index;
 pub mod intersection;
 pub mod lanes;

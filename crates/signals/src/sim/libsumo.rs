@@ -30,7 +30,7 @@ use super::trace::Tracing;
 use super::{
     Program, ProgramKind, Scene, Sim, SimError, Snapshot, StartOptions, StepCounts, VehicleState,
 };
-use basics::pulse;
+use basics::heartbeat;
 
 pub use libsumo_sys::{INCLUDE_DIR, KIND, LIBRARY};
 pub use place::{library, look_for};
@@ -216,7 +216,7 @@ impl Sim for SumoSim {
         }
         self.running = true;
         let scene = self.api.start(&argv).and_then(|()| self.describe(options));
-        pulse::beat(1);
+        heartbeat::beat(1);
         if scene.is_err() {
             // The first error is the one that explains.
             let _ = self.close();
@@ -225,7 +225,7 @@ impl Sim for SumoSim {
     }
 
     fn step(&mut self, steps: u32) -> Result<StepCounts, SimError> {
-        pulse::beat(steps);
+        heartbeat::beat(steps);
         self.api.step(steps)
     }
 

@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use super::contract::{Estimate, Estimator, Sample};
 use super::representatives::Representatives;
 use super::weighted::estimates;
-use super::whole::Whole;
+use super::whole_family::Whole;
 use crate::sample::quadrature::{Quadrature, Rule};
 use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError, means};

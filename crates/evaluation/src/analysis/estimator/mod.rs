@@ -28,7 +28,7 @@ mod neighbours;
 mod prediction;
 mod representatives;
 mod weighted;
-mod whole;
+mod whole_family;
 mod with_replacement;
 mod without_replacement;
 
@@ -37,7 +37,7 @@ pub use balanced::Balanced;
 pub use bayesian_quadrature::BayesianQuadrature;
 pub use contract::{Chosen, Estimate, Estimator, Sample};
 pub use representatives::Representatives;
-pub use whole::Whole;
+pub use whole_family::Whole;
 pub use with_replacement::WithReplacement;
 pub use without_replacement::WithoutReplacement;
 

@@ -11,7 +11,7 @@ const NAMED: usize = 3;
 /// that may be chance the interval says enough.
 pub(super) fn sentence(data: &Report) -> Option<String> {
     data.lead.as_ref().filter(|lead| lead.interval.0 > 0.0)?;
-    let found = data.rests_on()?;
+    let found = data.decisive_points()?;
     let is_there = |p: usize| found.points.contains(&p);
     let extent = data.extent(|p| is_there(p.index));
     let Words { instance, .. } = &data.words;
@@ -22,7 +22,7 @@ pub(super) fn sentence(data: &Report) -> Option<String> {
         0 => names.join(", "),
         others => format!("{} and {others} more", names.join(", ")),
     };
-    let (rests, without) = match found.points.len() {
+    let (decisive_points, without) = match found.points.len() {
         1 => ("one point MDP".to_owned(), "it"),
         n => (format!("{n} of {} point MDPs", data.points.len()), "them"),
     };
@@ -38,7 +38,7 @@ pub(super) fn sentence(data: &Report) -> Option<String> {
         false => format!(", with {ahead} against {behind}"),
     };
     Some(format!(
-        "The first place of {best} depends on {rests}, {names} ({much}): without {without}, {other} would be \
+        "The first place of {best} depends on {decisive_points}, {names} ({much}): without {without}, {other} would be \
          first{figures}."
     ))
 }

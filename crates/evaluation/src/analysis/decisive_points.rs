@@ -12,7 +12,7 @@ const FEW: f64 = 0.05;
 
 /// Few point MDPs without which another method would be first.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RestsOn {
+pub struct DecisivePoints {
     /// Their positions in [`Analysis::points`], the one that matters most first.
     pub points: Vec<usize>,
     /// Their share of the weight.
@@ -27,7 +27,7 @@ impl Analysis {
     /// Returns the fewest point MDPs without which another method would be ahead of the first; `None` where more than a
     /// twentieth of the weight would have to go, or where the first is not ahead by the weighted mean alone; so also where
     /// a model assists, which without them would predict something else.
-    pub fn rests_on(&self) -> Option<RestsOn> {
+    pub fn decisive_points(&self) -> Option<DecisivePoints> {
         if self.is_assisted() {
             return None;
         }
@@ -41,7 +41,7 @@ impl Analysis {
         &self,
         first: &MethodSummary,
         (method, other): (usize, &MethodSummary),
-    ) -> Option<RestsOn> {
+    ) -> Option<DecisivePoints> {
         let score = |p: usize, m: usize| self.points[p].results[m].as_ref().and_then(|r| r.score);
         let direction = self.manifest.identity.direction;
         let mut rows: Vec<(usize, f64, f64, f64)> = (0..self.points.len())
@@ -71,6 +71,6 @@ impl Analysis {
             weighted_mean(rest.iter().map(|r| (r.1, r.2)))?,
         );
         let points = rows[..taken].iter().map(|r| r.0).collect();
-        Some(RestsOn { points, share: gone / total, method, without })
+        Some(DecisivePoints { points, share: gone / total, method, without })
     }
 }

@@ -22,7 +22,7 @@ use basics::seed;
 use learners::nn::archive::Archive;
 
 /// Keeps the rows of a task, and where its training stands.
-pub(super) struct TaskCourse<'a> {
+pub(super) struct TaskRun<'a> {
     task: &'a Task,
     /// Name of the metric that progress shows.
     objective: &'a str,
@@ -42,7 +42,7 @@ pub(super) struct TaskCourse<'a> {
     validated: Validated,
 }
 
-impl<'a> TaskCourse<'a> {
+impl<'a> TaskRun<'a> {
     /// Returns the course of a task's `attempt`-th attempt.
     pub(super) fn new(
         task: &'a Task,
@@ -229,7 +229,7 @@ impl<'a> TaskCourse<'a> {
     }
 }
 
-impl Course for TaskCourse<'_> {
+impl Course for TaskRun<'_> {
     fn seed(&self, index: u32) -> u64 {
         seed::training(self.task.seed, index)
     }
@@ -375,7 +375,7 @@ mod tests {
         let mut news = |_| {};
         let (objective, selection) = (("score", Direction::Higher), Selection::default());
         let mut course =
-            TaskCourse::new(task, objective, selection, 1, keeper, Stop::default(), &mut news);
+            TaskRun::new(task, objective, selection, 1, keeper, Stop::default(), &mut news);
         let mut trial = Counting::of(2);
         trial.train(&mut course).unwrap();
         let point = manifest.identity.points.iter().find(|p| p.point == task.point).unwrap();
@@ -495,7 +495,7 @@ mod tests {
         let mut news = |_| {};
         let objective = ("delay", Direction::Lower);
         let mut course =
-            TaskCourse::new(task, objective, selection, 1, keeper, Stop::default(), &mut news);
+            TaskRun::new(task, objective, selection, 1, keeper, Stop::default(), &mut news);
         trial.train(&mut course).ok()?;
         course.evaluate(&mut trial, &HELD_OUT).unwrap();
         let rows = course.take_rows();

@@ -11,14 +11,14 @@ use basics::hash::sha256_file;
 
 /// Files that a task reads; none by default.
 #[derive(Debug, Default)]
-pub struct Held {
-    files: Vec<HeldFile>,
+pub struct InputFiles {
+    files: Vec<InputFile>,
     /// Keeps those who tidy up from removing the folder.
     lock: Option<File>,
 }
 
 #[derive(Debug)]
-struct HeldFile {
+struct InputFile {
     path: PathBuf,
     sha256: String,
     stamp: Stamp,
@@ -33,7 +33,7 @@ struct Stamp {
     modified: (i64, i64),
 }
 
-impl Held {
+impl InputFiles {
     /// Keeps others from removing a folder while this lives, where the file system has locks.
     pub fn keep(&mut self, folder: &Path) {
         self.lock = File::open(folder).ok().filter(|file| file.try_lock_shared().is_ok());
@@ -64,7 +64,7 @@ impl Held {
         // Before it is read: what is written in between shows in the next stamp.
         let stamp = stamp(path)?.ok_or_else(|| altered(path, "was deleted"))?;
         let sha256 = sha256_file(path)?;
-        self.files.push(HeldFile { path: path.to_path_buf(), sha256, stamp });
+        self.files.push(InputFile { path: path.to_path_buf(), sha256, stamp });
         Ok(&self.files[self.files.len() - 1].sha256)
     }
 
@@ -75,7 +75,7 @@ impl Held {
     /// [`TrafficError::Altered`] when one is not the planned one any more, [`TrafficError::Disturbed`] when it
     /// is, but was written meanwhile.
     pub fn verify(&self) -> Result<(), TrafficError> {
-        for HeldFile { path, sha256, stamp: before } in &self.files {
+        for InputFile { path, sha256, stamp: before } in &self.files {
             match stamp(path)? {
                 None => return Err(altered(path, "was deleted")),
                 Some(now) if now == *before => {}
@@ -114,11 +114,11 @@ mod tests {
     use basics::hash::sha256;
 
     /// A folder with a file that is held.
-    fn held() -> (tempfile::TempDir, PathBuf, Held) {
+    fn held() -> (tempfile::TempDir, PathBuf, InputFiles) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.xml");
         fs::write(&path, "<a/>").unwrap();
-        let mut held = Held::default();
+        let mut held = InputFiles::default();
         held.keep(folder.path());
         held.add(&path, Some(&sha256(b"<a/>"))).unwrap();
         held.verify().unwrap();

@@ -6,7 +6,7 @@ use crate::traffic::sim::sumocfg::seconds;
 
 /// Options on SUMO scenarios of somebody's own.
 #[derive(Debug, Clone, Default, clap::Args)]
-pub struct GivenArgs {
+pub struct SumocfgArgs {
     /// Start of SUMO scenarios, seconds or HH:MM:SS [default: their own]
     #[arg(long, value_name = "SECONDS", value_parser = parse_time)]
     pub begin: Option<f64>,
@@ -25,7 +25,7 @@ fn parse_time(text: &str) -> Result<f64, String> {
     seconds(text)
 }
 
-impl GivenArgs {
+impl SumocfgArgs {
     /// Returns what is said.
     pub fn given(&self) -> Given {
         Given {

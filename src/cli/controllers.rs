@@ -17,7 +17,7 @@ use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
 use crate::traffic::domain::Traffic;
-use crate::traffic::given::{add, add_external, add_named, add_plan};
+use crate::traffic::method_arguments::{add, add_external, add_named, add_plan};
 use crate::traffic::own::Host;
 
 /// Time that a command may take for an answer, seconds.

@@ -10,14 +10,14 @@ const SAME_COUNT: f64 = 1e-6;
 
 /// How much of a family a class of point MDPs is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Extent {
+pub enum FamilyShare {
     /// So many instances of all; of a family that was evaluated as a whole.
     Counted(u64, u64),
     /// A share of the weight, which estimates that of the instances.
     Share(f64),
 }
 
-impl Extent {
+impl FamilyShare {
     /// Returns the extent in words, such as `3 of 7 intersections`.
     ///
     /// # Arguments
@@ -55,23 +55,23 @@ impl Analysis {
     }
 
     /// Returns how much of the family is so.
-    pub fn extent(&self, is_so: impl Fn(&PointSummary) -> bool) -> Extent {
+    pub fn extent(&self, is_so: impl Fn(&PointSummary) -> bool) -> FamilyShare {
         let so = || self.points.iter().filter(|p| is_so(p));
         match self.is_whole() {
             true => {
                 let count = |p: &PointSummary| u64::from(p.row.instances);
-                Extent::Counted(so().map(count).sum(), self.points.iter().map(count).sum())
+                FamilyShare::Counted(so().map(count).sum(), self.points.iter().map(count).sum())
             }
             false => {
                 let total: f64 = self.points.iter().map(|p| p.weight).sum();
-                Extent::Share(so().map(|p| p.weight).sum::<f64>() / total)
+                FamilyShare::Share(so().map(|p| p.weight).sum::<f64>() / total)
             }
         }
     }
 
     /// Returns on how much of the family a method has no result, beside what it was not evaluated on; `None` where it has
     /// all.
-    pub fn without_result(&self, method: usize) -> Option<Extent> {
+    pub fn without_result(&self, method: usize) -> Option<FamilyShare> {
         let extent = self.extent(|p| p.results[method].is_none());
         Some(extent).filter(|extent| !extent.is_none())
     }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::alike::Alike;
+use super::first_failures::FirstFailures;
 use super::monitor::Monitor;
 use super::output::note;
 use super::report::print;
@@ -19,7 +19,7 @@ use crate::store::manifest::{GIT, Manifest, Task};
 use crate::store::results::Results;
 
 /// Tasks and report of a run that is open.
-pub(super) struct Labour<'a> {
+pub(super) struct LocalRun<'a> {
     /// The run.
     pub(super) session: &'a Session<'a>,
     /// What is evaluated.
@@ -42,7 +42,7 @@ pub(super) struct Labour<'a> {
     pub(super) keep_going: bool,
 }
 
-impl Labour<'_> {
+impl LocalRun<'_> {
     /// Does the tasks that results lack; returns the exit code when it ends here, because of an interruption or of tasks
     /// that are left undone.
     pub(super) fn work_on(
@@ -105,7 +105,7 @@ impl Labour<'_> {
             memory_per_worker_mb: self.memory_per_worker_mb,
             ..self.session.local(self.launcher.clone(), self.jobs)
         };
-        let (mut alike, mut stopped) = (Alike::default(), None);
+        let (mut alike, mut stopped) = (FirstFailures::default(), None);
         let outcome = self.session.work(&todo, &executor, interrupted, &mut |event| {
             if let Event::Finished(record) = &event
                 && !self.keep_going

@@ -10,12 +10,12 @@ const ENOUGH: u32 = 3;
 
 /// How the first tasks of every method, and on every point MDP, have ended.
 #[derive(Debug, Default)]
-pub(super) struct Alike {
+pub(super) struct FirstFailures {
     /// How many failed, and why; `None` where something else came too.
     first: HashMap<String, Option<(u32, String)>>,
 }
 
-impl Alike {
+impl FirstFailures {
     /// Adds a record; returns in words that the first tasks of its method or on its point MDP have all failed for one
     /// reason, when that are enough.
     pub(super) fn add(&mut self, record: &Record) -> Option<String> {
@@ -65,7 +65,7 @@ mod tests {
 
     /// Adds tasks that end so, and returns after which something is said.
     fn said(tasks: &[(&str, &str, Option<&str>)]) -> Vec<usize> {
-        let mut alike = Alike::default();
+        let mut alike = FirstFailures::default();
         let add = |(i, (method, point, reason)): (usize, &(&str, &str, Option<&str>))| {
             let (method, point) = ((*method).into(), (*point).into());
             let task = Task { task: i, method, point, replicate: 0, seed: 0 };

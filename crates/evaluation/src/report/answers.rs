@@ -8,8 +8,8 @@ use super::sure::certain;
 use super::today::{relative, today};
 use super::whole::Report;
 use super::words::{Words, limit_in_words};
-use super::{format, policies, rests, text};
-use crate::analysis::{Extent, MethodSummary, PointSummary};
+use super::{decisive_points, format, policies, text};
+use crate::analysis::{FamilyShare, MethodSummary, PointSummary};
 use crate::sample::Design;
 use crate::stats::score::weighted_mean;
 
@@ -182,7 +182,7 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
             (false, _) => "may be chance: it is open which of the two is better".to_owned(),
         };
         sentences.push(format!("Its lead on the next, {}, {verdict}.", lead.runner_up));
-        sentences.extend(rests::sentence(data));
+        sentences.extend(decisive_points::sentence(data));
     }
     if let Some(common) = &data.common {
         let order: Vec<String> = (common.methods.iter())
@@ -212,7 +212,7 @@ fn wins(data: &Report) -> Vec<String> {
     }
     let known = data.winners.iter().flatten().any(|w| w.lead.is_some());
     let instance = &data.words.instance;
-    let mut best: Vec<(usize, f64, Extent)> = (0..identity.methods.len())
+    let mut best: Vec<(usize, f64, FamilyShare)> = (0..identity.methods.len())
         .map(|m| {
             let is_won = |p: &PointSummary| {
                 contested(p) && winner(p).is_some_and(|w| w.best == m && (!known || w.is_decided))

@@ -4,7 +4,7 @@
 //! they get the number of their task in the new plan and the sha256 of the new manifest, and are then those that a run of
 //! everything at once would have made. What is missing is then done as usual.
 //!
-//! The new files are written into the folder `growing/`, its manifest last, and then take the places of the old ones. If that
+//! The new files are written into the folder `adding/`, its manifest last, and then take the places of the old ones. If that
 //! is interrupted, [`finish`] goes on with it; nobody reads the directory before.
 
 use std::collections::HashMap;
@@ -28,7 +28,7 @@ const FOLDERS: [&str; 2] = ["done", "models"];
 /// Folders whose files are called by numbers of the old plan.
 const NUMBERED: [&str; 3] = ["logs", "ckpt", "jobs"];
 
-/// Returns what stands between an existing run and a larger one, in words; `None` if the existing one can grow to it.
+/// Returns what stands between an existing run and a larger one, in words; `None` if the existing one can be added to.
 ///
 /// # Arguments
 ///
@@ -93,7 +93,7 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) ->
     })
 }
 
-/// Lets a results directory grow, and returns how many records stay.
+/// Adds to a results directory, and returns how many of its records stay.
 ///
 /// # Arguments
 ///
@@ -103,7 +103,7 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) ->
 /// # Errors
 ///
 /// [`StoreError`] when a record is damaged, jobs of a batch system may still add records, or the disk is at fault.
-pub(super) fn grow(
+pub(super) fn add(
     layout: &Layout,
     there: &Manifest,
     (manifest, tasks): (&Manifest, &[Task]),
@@ -114,8 +114,8 @@ pub(super) fn grow(
     if layout.jobs().exists() && before.missing().next().is_some() {
         return Err(StoreError::Submitted(layout.root().to_path_buf()));
     }
-    let growing = Layout::new(layout.growing());
-    remove(layout, layout.growing().as_path())?;
+    let adding = Layout::new(layout.adding());
+    remove(layout, layout.adding().as_path())?;
     let sha256 = manifest.sha256();
     let key = |task: &Task| (task.method.clone(), task.point.clone(), task.replicate, task.seed);
     let places: HashMap<_, &Task> = tasks.iter().map(|task| (key(task), task)).collect();
@@ -125,25 +125,21 @@ pub(super) fn grow(
         else {
             continue;
         };
-        put(
-            layout,
-            &growing.record(place.task),
-            record.moved(place, &sha256).to_text().as_bytes(),
-        )?;
+        put(layout, &adding.record(place.task), record.moved(place, &sha256).to_text().as_bytes())?;
         let model = files::if_present(files::read(&layout.model(task.task), limits::ARCHIVE))?;
         if let Some(model) = model {
-            put(layout, &growing.model(place.task), &model)?;
+            put(layout, &adding.model(place.task), &model)?;
         }
         kept += 1;
     }
     for name in FOLDERS {
-        make_folder_beneath(layout.root(), &growing.root().join(name))?;
+        make_folder_beneath(layout.root(), &adding.root().join(name))?;
     }
-    write_plan(&growing, tasks)?;
+    write_plan(&adding, tasks)?;
     if let Some(design) = design {
-        write_atomically(&growing.design(), &design.to_json())?;
+        write_atomically(&adding.design(), &design.to_json())?;
     }
-    write_atomically(&growing.manifest(), &manifest.to_json())?;
+    write_atomically(&adding.manifest(), &manifest.to_json())?;
     finish(layout)?;
     Ok(kept)
 }
@@ -154,32 +150,32 @@ pub(super) fn grow(
 ///
 /// [`StoreError::Io`] when the directory cannot be written.
 pub(super) fn finish(layout: &Layout) -> Result<(), StoreError> {
-    let growing = Layout::new(layout.growing());
-    if !growing.root().exists() {
+    let adding = Layout::new(layout.adding());
+    if !adding.root().exists() {
         return Ok(());
     }
-    if growing.manifest().exists() {
+    if adding.manifest().exists() {
         let root = layout.root();
         for name in NUMBERED {
             remove(layout, &root.join(name))?;
         }
         for name in FOLDERS {
-            let (new, old) = (growing.root().join(name), root.join(name));
+            let (new, old) = (adding.root().join(name), root.join(name));
             // Where it is not there, it has its place already.
             if new.exists() {
                 remove(layout, &old)?;
                 rename(&new, &old)?;
             }
         }
-        for (new, old) in [(growing.plan(), layout.plan()), (growing.design(), layout.design())] {
+        for (new, old) in [(adding.plan(), layout.plan()), (adding.design(), layout.design())] {
             if new.exists() {
                 rename(&new, &old)?;
             }
         }
         layout.make()?;
-        rename(&growing.manifest(), &layout.manifest())?;
+        rename(&adding.manifest(), &layout.manifest())?;
     }
-    remove(layout, growing.root())
+    remove(layout, adding.root())
 }
 
 /// Writes a file of the new results.
@@ -243,8 +239,8 @@ mod tests {
             drop(tasks);
             now.identity.tasks()
         };
-        let grown = establish(&small, now.clone(), &tasks, None, &[]).unwrap();
-        assert_eq!(grown.grown, Some(4));
+        let added = establish(&small, now.clone(), &tasks, None, &[]).unwrap();
+        assert_eq!(added.kept, Some(4));
         establish(&large, now.clone(), &tasks, None, &[]).unwrap();
         committed(&large, &now, &tasks);
         let (small_texts, large_texts) = (texts(&small, &tasks), texts(&large, &tasks));
@@ -259,10 +255,10 @@ mod tests {
         }
         let place = tasks.iter().find(|t| t.method == "tuner" && t.replicate == 0).unwrap();
         assert_eq!(fs::read_to_string(small.model(place.task)).unwrap(), "a model");
-        assert!(!small.growing().exists());
+        assert!(!small.adding().exists());
         assert_eq!(Results::load(&small).unwrap().missing().count(), 6);
         // Again it is the same run.
-        assert_eq!(establish(&small, now, &tasks, None, &[]).unwrap().grown, None);
+        assert_eq!(establish(&small, now, &tasks, None, &[]).unwrap().kept, None);
     }
 
     #[test]
@@ -278,9 +274,9 @@ mod tests {
         let tasks = now.identity.tasks();
         // As after the records have their places and before the manifest has.
         establish(&layout, now.clone(), &tasks, None, &[]).unwrap();
-        let growing = Layout::new(layout.growing());
-        fs::create_dir(growing.root()).unwrap();
-        fs::rename(layout.manifest(), growing.manifest()).unwrap();
+        let adding = Layout::new(layout.adding());
+        fs::create_dir(adding.root()).unwrap();
+        fs::rename(layout.manifest(), adding.manifest()).unwrap();
         fs::write(layout.manifest(), before.to_json()).unwrap();
         let e = Results::load(&layout).unwrap_err();
         assert!(e.to_string().contains("nothing is lost: repeat that command"), "{e}");
@@ -288,10 +284,10 @@ mod tests {
         assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
 
         // What was not complete goes.
-        fs::create_dir_all(growing.record(0).parent().unwrap()).unwrap();
-        fs::write(growing.record(0), "half a rec").unwrap();
+        fs::create_dir_all(adding.record(0).parent().unwrap()).unwrap();
+        fs::write(adding.record(0), "half a rec").unwrap();
         finish(&layout).unwrap();
-        assert!(!growing.root().exists());
+        assert!(!adding.root().exists());
         assert_eq!(Results::load(&layout).unwrap().done().count(), 4);
     }
 
@@ -304,8 +300,8 @@ mod tests {
         establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
         committed(&layout, &manifest, &tasks);
         let other = names(&["other"]);
-        let grown = establish(&layout, manifest, &tasks, None, &other).unwrap().grown;
-        assert_eq!(grown, Some(4));
+        let kept = establish(&layout, manifest, &tasks, None, &other).unwrap().kept;
+        assert_eq!(kept, Some(4));
         let results = Results::load(&layout).unwrap();
         assert!(results.missing().all(|task| task.method == "other"));
         assert_eq!(results.missing().count(), 2);

@@ -1,0 +1,54 @@
+//! How much work a run is, in words.
+
+use std::fmt::Write;
+
+use super::forecast::{Forecast, Job, range};
+use crate::run::effort::Efforts;
+use crate::run::error::RunError;
+use crate::run::plan::{Draft, Request};
+
+/// Returns the plan in words, for so many workers on so many processors.
+pub(super) fn estimate(
+    request: &Request<'_>,
+    draft: &Draft,
+    jobs: usize,
+    processors: usize,
+) -> Result<String, RunError> {
+    let sample = &draft.sample;
+    let replicates = |method: &String| match draft.replicated.contains(method) {
+        true => u64::from(request.replicates),
+        false => 1,
+    };
+    let per_point: u64 = draft.methods.iter().map(replicates).sum();
+    let tasks = sample.draws.len() as u64 * per_point;
+    let mut text = format!(
+        "{} of {} point MDPs ({}, seed {}), {} methods, {tasks} tasks",
+        sample.draws.len(),
+        sample.family_size,
+        serde_json::to_value(sample.sampling).expect("a name is plain data").as_str().unwrap_or(""),
+        sample.seed,
+        draft.methods.len(),
+    );
+    let mut episodes = 0;
+    let mut all = Vec::with_capacity(tasks as usize);
+    let (efforts, family) = (Efforts::of_request(request)?, request.problem.family());
+    for draw in &sample.draws {
+        for method in &draft.methods {
+            let effort = efforts.in_family(method, family, &draw.point)?;
+            episodes += replicates(method) * u64::from(effort.episodes());
+            for _ in 0..replicates(method) {
+                let (task, method, point) = (all.len(), method.clone(), draw.point.clone());
+                all.push(Job { task, method, point, effort });
+            }
+        }
+        write!(text, "\n{:40} weight {:.4}", draw.point, draw.weight)
+            .expect("writing to a string cannot fail");
+    }
+    write!(text, "\n{episodes} episodes at most").expect("writing to a string cannot fail");
+    if all.iter().any(|job| job.effort.is_informed) {
+        let time = range(Forecast::new(all, jobs, processors).left(0.0));
+        write!(text, ", about {time} with {jobs} workers")
+            .expect("writing to a string cannot fail");
+    }
+    Ok(text)
+}
