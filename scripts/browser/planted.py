@@ -56,7 +56,7 @@ FAULTS = [
     Fault("a table that does not scroll", '<div class="scroll">\n<table class="ranking">', '<div>\n<table class="ranking">', narrow, "window"),
     Fault("words outside a drawing", "</svg>", '<text x="2000" y="10">planted</text></svg>', wide, "cut in its drawing"),
     Fault("a wide element in print", MAIN, MAIN + '<p style="width: 800px; max-width: none">x</p>', paper, "sticks out"),
-    Fault("a box that scrolls on paper", MAIN, MAIN + '<pre style="width: 9rem">' + "planted " * 9 + "</pre>", paper, "cut in print"),
+    Fault("a box that scrolls on paper", MAIN, MAIN + '<div style="width: 9rem; overflow: auto; white-space: nowrap">' + "planted " * 9 + "</div>", paper, "cut in print"),
     Fault("a wide table of everything in print", "<th scope=\"col\">Intersection</th>", '<th scope="col" style="min-width: 900px">Intersection</th>', paper, "sticks out"),
     Fault("a link to no element", 'href="#ranking"', 'href="#rankings"', links, "no element for the link #rankings"),
     Fault("a link to no file", 'href="#ranking"', 'href="ranking.html"', links, "no file for the link ranking.html"),
