@@ -22,6 +22,8 @@ runs=(
     "control-tasks/pendulum-swing-up pendulum-swing-up --methods ppo,trpo"
     "control-tasks/pendulum pendulum --budget 20 --methods ppo,trpo,sac,td3 --set sac.total_steps=10000 --set td3.total_steps=10000"
     "control-tasks/mountain-car mountain-car --methods ppo,trpo"
+    "control-tasks/swimmer swimmer --preset tuned --methods ppo,trpo"
+    "control-tasks/half-cheetah half-cheetah --budget 20 --methods ppo,trpo"
 )
 
 if [ "${1:-}" = --list ]; then

@@ -3,6 +3,7 @@
 # otherwise prints the one line to run and stops.
 #
 #   scripts/setup.sh          what all of it needs
+#   scripts/setup.sh --run    what running needs, without compilers
 #   scripts/setup.sh mujoco   MuJoCo instead, which only half-cheetah and swimmer need, through pip
 set -euo pipefail
 
@@ -24,15 +25,17 @@ if [ "${1:-}" = mujoco ]; then
     echo "MuJoCo is in a folder of its own; set"
     echo "  export MUJOCO_LIB_DIR=$("$folder/bin/python" -c 'import mujoco; print(mujoco.__path__[0])')"
     exit 0
-elif [ $# -gt 0 ]; then
-    echo "usage: scripts/setup.sh [mujoco]" >&2
+elif [ $# -gt 0 ] && [ "$1" != --run ]; then
+    echo "usage: scripts/setup.sh [--run | mujoco]" >&2
     exit 1
 fi
+builds=true
+[ "${1:-}" != --run ] || builds=false
 
-command -v cargo >/dev/null || {
+if $builds && ! command -v cargo >/dev/null; then
     echo "cargo is missing: install Rust (1.89 or newer), https://rustup.rs" >&2
     exit 1
-}
+fi
 
 missing=()
 has_file() { compgen -G "$1" >/dev/null; }
@@ -64,9 +67,9 @@ else
         missing+=(sumo)
     has_file '/usr/lib/*/libpython3.*.so.1.0' || missing+=(libpython3.11)
 fi
-command -v c++ >/dev/null || missing+=(g++)
+! $builds || command -v c++ >/dev/null || missing+=(g++)
 # Not libclang-cpp, which comes with other packages and is of no use to bindgen.
-{ [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang-[0-9]*.so*' ||
+! $builds || { [ -n "${LIBCLANG_PATH:-}" ] || has_file '/usr/lib/llvm-*/lib/libclang-[0-9]*.so*' ||
     has_file '/usr/lib*/libclang.so*' || has_file '/usr/lib*/llvm*/lib*/libclang.so*'; } || missing+=(libclang-dev)
 
 [ ${#missing[@]} -eq 0 ] && exit 0

@@ -124,6 +124,7 @@ fn write_utdf(
         let name = format!("{method}{dot}{period}.utdf.csv");
         files.entry(name).or_default().push((number, told.plan.clone()));
     }
+    let has_numbers = !files.is_empty();
     for (name, plans) in files {
         let text = to_utdf(&plans).expect("each of them was written");
         write_atomically(&folder.join(name), text.as_bytes())?;
@@ -133,7 +134,8 @@ fn write_utdf(
         let more = if names.len() > FEW { ", ..." } else { "" };
         format!("{}{more}", names[..names.len().min(FEW)].join(", "))
     };
-    if !nameless.is_empty() {
+    // Where no intersection has a number, nobody came from UTDF.
+    if has_numbers && !nameless.is_empty() {
         let about = format::count(nameless.len(), "intersection");
         written.notes.push(format!(
             "no UTDF of {about} whose id is no number ({}); UTDF has numbered nodes",
