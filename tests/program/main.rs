@@ -15,6 +15,8 @@ mod cartpole_run;
 #[cfg(feature = "libsumo")]
 mod check;
 mod cli_evaluate;
+#[cfg(feature = "libsumo")]
+mod cli_events;
 mod cli_help;
 #[cfg(feature = "libsumo")]
 mod cli_learn;
@@ -55,3 +57,4 @@ mod strange_files;
 #[cfg(feature = "libsumo")]
 mod strangers;
 mod terminal;
+mod wrong_inputs;

@@ -235,6 +235,8 @@ pub enum Drive {
     Cycle(Vec<(GreenPhase, f64)>),
     /// The same with an offset: the first green begins so many seconds after time 0, and once in every cycle.
     Coordinated(Vec<(GreenPhase, f64)>, f64),
+    /// A fixed cycle as a record has it: every state with its duration, seconds, yellow and all-red included, and the offset.
+    Recorded(Vec<(String, f64)>, f64),
 }
 
 /// Figures of a finished episode that training can use.

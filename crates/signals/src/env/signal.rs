@@ -103,6 +103,10 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
                 .collect::<Result<Vec<_>, SimError>>()?;
             make(ProgramKind::Static, cycle(&phases, timing))
         }
+        Drive::Recorded(phases, _) => {
+            let phase = |(state, s): &(String, f64)| ProgramPhase::fixed(state.as_str(), *s);
+            make(ProgramKind::Static, phases.iter().map(phase).collect())
+        }
     })
 }
 

@@ -5,18 +5,21 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::control::{Drive, GreenPhase, Observation, Onward, SignalSpec};
-use crate::existing::{Control, ExistingPlan};
+use crate::existing::{Control, ExistingPlan, PlanPhase, Timed, schedule};
 use crate::program::RingPhase;
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
-use crate::sim::{Program, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo};
+use crate::sim::{
+    Program, ProgramKind, Scene, SignalInfo, Sim, Snapshot, StartOptions, StepCounts, tripinfo,
+};
 use basics::units::SECONDS_PER_HOUR;
 
 use super::along::Along;
 use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive, onward};
-use super::dual_ring::{DualRing, fixed_cycle};
+use super::dual_ring::{DualRing, fixed_cycle, phasing};
+use super::high_resolution::{self, Coordination, Logger, Recording, Shown, cycle_of};
 use super::limits::{approach_edges, share_turns};
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
@@ -88,6 +91,10 @@ pub struct SignalEnv<S> {
     collects_movements: bool,
     by_movement: Option<ByMovement>,
     along: Option<Along>,
+    /// Where advance detectors lie in the next episodes, whose events are written, metres; none where nobody asks.
+    writes_events: Option<f64>,
+    /// By signal, what is written of an episode.
+    loggers: Vec<Logger>,
     queue_sum: f64,
     queue_max: f64,
     decisions: u32,
@@ -131,6 +138,8 @@ impl<S: Sim> SignalEnv<S> {
             collects_movements: false,
             by_movement: None,
             along: None,
+            writes_events: None,
+            loggers: Vec::new(),
             queue_sum: 0.0,
             queue_max: 0.0,
             decisions: 0,
@@ -185,6 +194,7 @@ impl<S: Sim> SignalEnv<S> {
         let along = || Along::new(&self.scene, &self.signals, self.world.side);
         self.along = self.collects_movements.then(along).flatten();
         (self.queue_sum, self.queue_max, self.decisions) = (0.0, 0.0, 0);
+        self.loggers.clear();
         Ok(())
     }
 
@@ -192,6 +202,17 @@ impl<S: Sim> SignalEnv<S> {
     /// along streets.
     pub fn collect_movements(&mut self, collects: bool) {
         self.collects_movements = collects;
+    }
+
+    /// Has the events of the next episodes written, with advance detectors at a distance from stop lines, metres.
+    pub fn write_events(&mut self, advance_m: f64) {
+        self.writes_events = Some(advance_m);
+    }
+
+    /// Returns what was written of the episode that has just ended.
+    pub fn take_recording(&mut self) -> Recording {
+        let loggers = std::mem::take(&mut self.loggers);
+        high_resolution::finish(loggers, &self.scene, self.world.side)
     }
 
     /// Returns who wants to cross at each signal; none where they push no buttons.
@@ -293,6 +314,11 @@ impl<S: Sim> SignalEnv<S> {
         &mut self.sim
     }
 
+    /// Returns the simulator, for another world in the same process.
+    pub fn into_sim(self) -> S {
+        self.sim
+    }
+
     /// Returns what controllers may know of the signals; empty before the first reset.
     pub fn signals(&self) -> &[SignalSpec] {
         &self.specs
@@ -374,7 +400,62 @@ impl<S: Sim> SignalEnv<S> {
                     running(&self.scene.signals[i], installed, offset_s(drive), &self.on_red[i]);
             }
         }
+        if let Some(advance_m) = self.writes_events {
+            self.loggers = (drives.iter().enumerate())
+                .map(|(i, drive)| self.logger(i, drive, advance_m))
+                .collect::<Result<_, _>>()?;
+        }
         self.observe()
+    }
+
+    /// Returns what writes the events of a signal that is about to begin.
+    fn logger(&self, i: usize, drive: &Drive, advance_m: f64) -> Result<Logger, SimError> {
+        let (info, signal) = (&self.scene.signals[i], &self.signals[i]);
+        let plan = match drive {
+            Drive::Existing => Some(self.world.existing(info)?),
+            _ => None,
+        };
+        let phasing = match &self.rings[i] {
+            Some(rings) => Ok(rings.phasing()),
+            None => {
+                let running = self.programs[i].as_ref().map(|running| &running.program);
+                let program = running.or_else(|| Some(self.cabinets[i].as_ref()?.program()));
+                let phases = program.into_iter().flat_map(|program| &program.phases);
+                let shown: Vec<String> = phases.map(|phase| phase.state.clone()).collect();
+                phasing(&self.scene, info, signal, plan, &shown)
+            }
+        };
+        let phasing =
+            phasing.map_err(|reason| SimError::Signal { signal: info.id.clone(), reason })?;
+        let running = self.programs[i].as_ref();
+        let knows_red = running.is_none_or(|running| !running.own);
+        let detection_m = self.signal_settings.detection_m;
+        let mut logger = Logger::new(
+            i,
+            phasing.clone(),
+            knows_red,
+            (&self.scene, signal),
+            (advance_m, detection_m),
+        );
+        let whole_s = |s: f64| Some(s).filter(|s| *s >= 0.0).map(|s| s.round() as u32);
+        let cycle = match (plan, running) {
+            (Some(plan), _) if plan.control != Control::Actuated => {
+                let (timed, cycle_s) = schedule(plan);
+                let split = |(phase, t): (&PlanPhase, &Timed)| {
+                    (phase.number, t.green_s + t.yellow_s + t.all_red_s)
+                };
+                let splits_s = plan.phases.iter().zip(&timed).map(split).collect();
+                Some(Coordination { cycle_s, offset_s: None, splits_s })
+            }
+            (None, Some(running)) if running.program.kind == ProgramKind::Static => {
+                let offset_s = whole_s(running.offset_s).filter(|_| !running.own);
+                let cycle = cycle_of(&running.program.phases, &phasing, knows_red);
+                cycle.map(|cycle| Coordination { offset_s, ..cycle })
+            }
+            _ => None,
+        };
+        cycle.iter().for_each(|cycle| logger.coordinate(self.time_s, cycle));
+        Ok(logger)
     }
 
     /// Returns the programs that all signals run since [`Self::drive`], in their order; `None` where a
@@ -430,6 +511,7 @@ impl<S: Sim> SignalEnv<S> {
             if self.rings.iter().any(Option::is_some)
                 || self.pedestrians.iter().any(Option::is_some)
                 || self.along.is_some()
+                || !self.loggers.is_empty()
                 || (self.by_movement.is_some() && self.programs.iter().any(Option::is_some))
             {
                 seconds = seconds.min(1);
@@ -437,6 +519,7 @@ impl<S: Sim> SignalEnv<S> {
             self.let_pedestrians_go()?;
             self.run(seconds)?;
             self.note_lights(seconds)?;
+            self.write_second(seconds)?;
             if let Some(along) = &mut self.along {
                 self.sim.observe(&mut self.snapshot)?;
                 along.second(&self.snapshot, self.time_s);
@@ -521,6 +604,34 @@ impl<S: Sim> SignalEnv<S> {
             if let Some(state) = state {
                 by_movement.show(&spec.id, state, seconds);
             }
+        }
+        Ok(())
+    }
+
+    /// Writes the events of the second that has just gone by, where somebody asks for them.
+    fn write_second(&mut self, seconds: u32) -> Result<(), SimError> {
+        if seconds == 0 || self.loggers.is_empty() {
+            return Ok(());
+        }
+        self.sim.observe(&mut self.snapshot)?;
+        let span_s = (self.time_s - f64::from(seconds), self.time_s);
+        for (i, logger) in self.loggers.iter_mut().enumerate() {
+            let state = match &self.programs[i] {
+                None => Some(&self.shown[i]),
+                Some(running) => {
+                    let phases = &running.program.phases;
+                    phases.get(self.snapshot.phases[i] as usize).map(|phase| &phase.state)
+                }
+            };
+            if let Some(state) = state {
+                let rings = self.rings[i].as_ref();
+                let rings = rings.map(|rings| (rings.green_phases().collect(), rings.ended()));
+                logger.show(&Shown { at_s: span_s.0, state, rings });
+            }
+            if let Some(pedestrians) = &mut self.pedestrians[i] {
+                logger.walk(span_s.0, pedestrians);
+            }
+            logger.see(&self.snapshot, span_s);
         }
         Ok(())
     }
@@ -617,7 +728,10 @@ fn existing_cycle(
 
 /// Returns when the first green of a drive's cycle begins, seconds.
 fn offset_s(drive: &Drive) -> f64 {
-    if let Drive::Coordinated(_, offset_s) = drive { *offset_s } else { 0.0 }
+    match drive {
+        Drive::Coordinated(_, offset_s) | Drive::Recorded(_, offset_s) => *offset_s,
+        _ => 0.0,
+    }
 }
 
 /// Returns what a signal runs: what was installed, or its own program.

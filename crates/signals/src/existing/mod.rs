@@ -59,6 +59,11 @@ const ALL_RED_S: RangeInclusive<f64> = 0.0..=20.0;
 /// Walk, and pedestrian clearance, seconds.
 const PEOPLE_S: RangeInclusive<f64> = 0.0..=240.0;
 
+/// Shortest walk that is not doubted, seconds.
+///
+/// Source: MUTCD (2009), section 4E.06.
+const SHORT_WALK_S: f64 = 4.0;
+
 /// Cycle, seconds.
 const CYCLE_S: RangeInclusive<f64> = 2.0..=3600.0;
 
@@ -395,6 +400,26 @@ impl ExistingPlan {
     /// Returns what of the plan is not as it looks.
     fn notes(&self, timed: &[Timed]) -> Vec<String> {
         let mut notes = Vec::new();
+        for phase in &self.phases {
+            let number = phase.number;
+            if phase.all_movements().next().is_none() {
+                notes.push(format!("phase {number} has no movement, and is green for nobody"));
+            }
+            if let Some([walk_s, _]) = phase.walk_s.filter(|[walk_s, _]| *walk_s < SHORT_WALK_S) {
+                notes.push(format!(
+                    "phase {number} has a walk of {} s; the MUTCD asks for 7 s, and for {SHORT_WALK_S} s at least",
+                    tenth(walk_s)
+                ));
+            }
+        }
+        if let Some(cycle_s) = self.cycle_s.filter(|cycle_s| self.offset_s.abs() >= *cycle_s) {
+            notes.push(format!(
+                "the offset of {} s is no part of the cycle of {} s; it counts as {} s",
+                tenth(self.offset_s),
+                tenth(cycle_s),
+                tenth(self.offset_s.rem_euclid(cycle_s))
+            ));
+        }
         if self.control == Control::Actuated {
             return notes;
         }

@@ -118,11 +118,18 @@ struct Whole {
 pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
     let fail = |fault| at(file, fault);
     let mut sheet = Sheet::of(text).map_err(fail)?;
+    let no_phase = |line| {
+        let message = "no phase; a table of plans has a header, and a row per phase below it";
+        fail(Fault::new(line, message.to_owned()))
+    };
     if sheet.headers().iter().all(str::is_empty) {
-        return Err(FamilyError::Empty { file: file.to_owned() });
+        return Err(no_phase(1));
     }
     let header_line = sheet.header_line();
     let known = [&COLUMNS[..], &OPTIONAL, &WHOSE, &PASSED_OVER].concat();
+    if let Some(message) = other_table(sheet.headers().iter(), &known) {
+        return Err(fail(Fault::new(header_line, message)));
+    }
     let columns = Columns::find(sheet.headers(), &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .and_then(|columns| match (columns.get("max_green_s"), columns.get("split_s")) {
@@ -165,7 +172,7 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         named.plan.phases.push(fields.phase().map_err(wrong)?);
     }
     if plans.is_empty() {
-        return Err(FamilyError::Empty { file: file.to_owned() });
+        return Err(no_phase(header_line));
     }
     let mut all = Vec::new();
     for (mut named, whole) in plans {
@@ -185,6 +192,21 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         all.push(named);
     }
     Ok(Plans { file: file.to_owned(), all, ..Plans::default() })
+}
+
+/// Says what a table is whose header is none of a table of plans; `None` where it may be one.
+fn other_table<'a>(names: impl Iterator<Item = &'a str>, known: &[&str]) -> Option<String> {
+    let names: Vec<String> = names.map(str::to_lowercase).collect();
+    let has = |name: &str| names.iter().any(|n| n == name);
+    if has("bearing_deg") || has("lanes_in") {
+        return Some("a table of approaches, no plans; give it as the scenario".to_owned());
+    }
+    (!known.iter().any(|name| has(name))).then(|| {
+        format!(
+            "none of its columns is one of a table of plans; begin with a header of names: {}, and max_green_s or split_s",
+            COLUMNS.join(", ")
+        )
+    })
 }
 
 /// Says that rows are of several plans.

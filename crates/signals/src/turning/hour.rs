@@ -253,7 +253,8 @@ fn back_in_time(intervals: &[Interval]) -> Option<(u64, String)> {
     before_noon.then(|| {
         let minute = back[1].minute.unwrap_or_default();
         let message = format!(
-            "{} comes after {} on the same day; write {} if it is the afternoon, else sort the rows",
+            "{} comes after {} on the same day; write {} if it is the afternoon, else sort the rows, \
+             or remove those that are there twice",
             written(minute),
             written(back[0].minute.unwrap_or_default()),
             written(minute + NOON_MIN)

@@ -20,6 +20,7 @@ use sheet::uneven::{self, Line};
 use sheet::{Fault, file};
 
 use crate::family::doubts::Doubt;
+use basics::files::FileError;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 use header::{Holds, holds, may_be_movement};
@@ -71,7 +72,7 @@ impl TurningCounts {
             let path = path.as_ref();
             let file = path.display().to_string();
             let wrong = |message: String| at(&file, Fault { line: 1, message });
-            let bytes = file::read(path, file::TABLE_BYTES).map_err(|e| wrong(e.to_string()))?;
+            let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
             // Of the sheets of a workbook the first that names movements.
             let sources = Source::sheets(&bytes, path).map_err(|e| wrong(e.to_string()))?;
             let is_named = |source: &&Source| {

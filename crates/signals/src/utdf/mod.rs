@@ -19,6 +19,7 @@ use sheet::{Fault, file};
 use crate::existing::{self, Plans};
 use crate::family::doubts::Doubt;
 use crate::family::load::Uncounted;
+use basics::files::FileError;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::safe_id;
@@ -46,8 +47,7 @@ impl Utdf {
         for path in paths {
             let path = path.as_ref();
             let name = path.display().to_string();
-            let bytes = file::read(path, file::TABLE_BYTES)
-                .map_err(|e| at(&name, Fault { line: 1, message: e.to_string() }))?;
+            let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
             all.add(&bytes, &name)?;
         }
         all.complete()?;
@@ -115,7 +115,7 @@ impl Utdf {
 pub fn read_plans(path: &Path) -> Result<(Plans, Vec<Doubt>), FamilyError> {
     let file = path.display().to_string();
     let wrong = |message: String| at(&file, Fault { line: 1, message });
-    let bytes = file::read(path, file::TABLE_BYTES).map_err(|e| wrong(e.to_string()))?;
+    let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
     if is_utdf(&bytes) {
         let Converted { plans, doubts, .. } = Utdf::read(&[path])?.intersections()?;
         let doubts: Vec<Doubt> =
@@ -129,6 +129,13 @@ pub fn read_plans(path: &Path) -> Result<(Plans, Vec<Doubt>), FamilyError> {
             )));
         }
         return Ok((plans, doubts));
+    }
+    let is_counts =
+        uneven::lines(&bytes).is_ok_and(|lines| crate::turning::names_movements(&lines));
+    if is_counts {
+        return Err(wrong(
+            "a table of turning counts, no plans; give it with --turning-counts".to_owned(),
+        ));
     }
     let text = sheet::decode(&bytes).map_err(|fault| at(&file, fault))?;
     Ok((existing::read(&text, &file)?, Vec::new()))

@@ -106,6 +106,7 @@ struct Said {
     no_length: Vec<String>,
     short: Vec<String>,
     no_place: Vec<String>,
+    no_node: Vec<String>,
     no_way_back: Vec<String>,
     no_exit: Vec<String>,
     no_lane: Vec<String>,
@@ -206,6 +207,10 @@ impl Utdf {
             self.tables.nodes.len()
         )];
         let mut doubts = said.doubts();
+        if !self.tables.says_units() {
+            let about = "no Metric in [Network]: lengths are read as feet and speeds as mph; Metric,1 says metres and km/h";
+            doubts.extend(Doubt::of(about, vec![self.file.clone()]));
+        }
         doubts.extend(self.unused());
         Ok(Converted { intersections: rows, found, doubts, plans })
     }
@@ -270,7 +275,12 @@ impl Utdf {
         let mut lanes_out = Vec::new();
         for (heading, other) in &up {
             let bearing_deg = self.bearing_deg(node, &other.text).unwrap_or_else(|| {
-                said.no_place.push(format!("node {id}, {heading}"));
+                match self.tables.nodes.iter().any(|node| node.id == other.text) {
+                    true => said.no_place.push(format!("node {id}, {heading}")),
+                    false => {
+                        said.no_node.push(format!("node {id}, {heading}: node {}", other.text))
+                    }
+                }
                 heading.degrees() + 180.0
             });
             bearings.push((bearing_deg.rem_euclid(360.0) * 10.0).round() / 10.0 % 360.0);
@@ -749,6 +759,10 @@ impl Said {
             ("links without a distance get 1000 ft", self.no_length),
             ("approaches shorter than 25 m are made so long", self.short),
             ("nodes without coordinates: directions of travel give the bearings", self.no_place),
+            (
+                "links come from nodes that the network does not have: directions of travel give the bearings; correct Up ID",
+                self.no_node,
+            ),
             (
                 "neither links nor destinations say how many lanes lead away: as many as go straight on from the opposite \
                  side, at least one",

@@ -215,6 +215,11 @@ impl Tables {
         all.into_iter().filter(|(_, missing)| *missing).map(|(name, _)| name).collect()
     }
 
+    /// Returns whether the network says in which units its lengths and speeds are.
+    pub(super) fn says_units(&self) -> bool {
+        self.network.get("metric").is_some_and(|value| !value.is_empty())
+    }
+
     /// Returns whether lengths and speeds are metric.
     pub(super) fn is_metric(&self) -> bool {
         self.network.get("metric").is_some_and(|value| value.parse() == Ok(1.0))

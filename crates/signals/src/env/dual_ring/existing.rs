@@ -306,7 +306,7 @@ pub fn fixed_cycle(
 
 #[cfg(test)]
 mod tests {
-    use super::super::rings::{Rings, Seen};
+    use super::super::rings::{Ending, Rings, Seen};
     use super::super::shapes::{settings, timing};
     use super::*;
     use crate::env::testing::crossing;
@@ -472,6 +472,35 @@ mod tests {
         let side = [(MAIN_ENDS, 4), (RED, 1), (SIDE, 20), (SIDE_ENDS, 4), (RED, 1)];
         let all = [&[(MAIN, 19)][..], &side, &[(MAIN, 32)], &side, &[(MAIN, 32)]].concat();
         assert_eq!(shown, expected(&all));
+    }
+
+    /// Returns the first green that ends with vehicles on the detectors of some phases, its second and why it ends.
+    fn first_end(plan: &ExistingPlan, numbers: &[u32]) -> (u32, Vec<(u32, Option<Ending>)>) {
+        let mut rings = rings(plan);
+        for second in 1.. {
+            let phases = &rings.plan().phases;
+            let seen: Vec<bool> = phases.iter().map(|p| numbers.contains(&p.number)).collect();
+            rings.second(&Seen { calls: seen.clone(), extends: seen, walk_s: Vec::new() });
+            if !rings.ended().is_empty() {
+                let number = |phase: usize| rings.plan().phases[phase].number;
+                return (second, rings.ended().iter().map(|(p, why)| (number(*p), *why)).collect());
+            }
+        }
+        unreachable!("a second follows")
+    }
+
+    #[test]
+    fn a_green_says_why_it_ended() {
+        use Ending::{ForceOff, GapOut, MaxOut};
+        let actuated = placed(Control::Actuated);
+        let both = |why: Option<Ending>, other: Option<Ending>| vec![(2, why), (6, other)];
+        assert_eq!(first_end(&actuated, &[4]), (5, both(Some(GapOut), Some(GapOut))));
+        let max_out = both(Some(MaxOut), Some(MaxOut));
+        assert_eq!(first_end(&actuated, &[2, 4, 6]), (20, max_out));
+        // Phase 6 has a gap, and waits for phase 2.
+        assert_eq!(first_end(&actuated, &[2, 4]), (20, both(Some(MaxOut), Some(GapOut))));
+        let force_off = both(Some(ForceOff), Some(ForceOff));
+        assert_eq!(first_end(&placed(Control::Coordinated), &[2, 4, 6]).1, force_off);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod existing;
 mod links;
+mod phasing;
 mod plan;
 mod rings;
 #[cfg(test)]
@@ -22,7 +23,9 @@ use crate::vocabulary::listed_before;
 use self::existing::Wired;
 pub use self::existing::fixed_cycle;
 use self::links::Links;
+pub use self::phasing::{NumberedPhase, Phasing};
 use self::plan::Plan;
+pub use self::rings::Ending;
 use self::rings::{Rings, Seen};
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
 use super::pedestrians::Pedestrians;
@@ -43,20 +46,7 @@ impl DualRing {
         derived: &DerivedSignal,
         config: &Config,
     ) -> Self {
-        let timing = &derived.timing;
-        let witnesses = signal
-            .programs
-            .iter()
-            .filter(|program| program.id == signal.active_program || program.id == PHASES_PROGRAM);
-        let greens = |program: &crate::sim::Program| -> Vec<String> {
-            let phases = program.phases();
-            timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect()
-        };
-        let mut links = Links::new(scene, signal, witnesses.flat_map(greens).collect());
-        // Only programs that were made with the setting say by their arrows who has one.
-        let is_generated = signal.programs.iter().any(|program| program.id == PHASES_PROGRAM);
-        links.arrows_only = timing.says_left_turns() && is_generated;
-        let plan = Plan::new(&links, &derived.own_greens, timing, config);
+        let (links, plan) = planned(scene, signal, derived, config);
         Self::of(links, plan, derived)
     }
 
@@ -87,6 +77,22 @@ impl DualRing {
     /// Returns what is shown now.
     pub fn shown(&self) -> &str {
         self.rings.shown()
+    }
+
+    /// Returns its phases as events number them.
+    pub fn phasing(&self) -> Phasing {
+        self.rings.phasing()
+    }
+
+    /// Returns the phases that are green, as places in [`Self::phasing`].
+    pub fn green_phases(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rings.green_phases()
+    }
+
+    /// Returns the phases whose green ended with the last second, and why; the reason is missing where the other ring
+    /// took a phase along.
+    pub fn ended(&self) -> &[(usize, Option<Ending>)] {
+        self.rings.ended()
     }
 
     /// Lets a second go by and returns what is shown from then on, if it is something else.
@@ -215,4 +221,56 @@ impl DualRing {
         };
         format!("{kind}: {}", sides.join(" | barrier | "))
     }
+}
+
+/// Returns the phases of a signal as they follow from its programs, whatever drives it.
+fn planned(
+    scene: &Scene,
+    signal: &SignalInfo,
+    derived: &DerivedSignal,
+    config: &Config,
+) -> (Links, Plan) {
+    let timing = &derived.timing;
+    let witnesses = signal
+        .programs
+        .iter()
+        .filter(|program| program.id == signal.active_program || program.id == PHASES_PROGRAM);
+    let greens = |program: &crate::sim::Program| -> Vec<String> {
+        let phases = program.phases();
+        timing.greens(&phases).into_iter().map(|i| phases[i].0.to_owned()).collect()
+    };
+    let mut links = Links::new(scene, signal, witnesses.flat_map(greens).collect());
+    // Only programs that were made with the setting say by their arrows who has one.
+    let is_generated = signal.programs.iter().any(|program| program.id == PHASES_PROGRAM);
+    links.arrows_only = timing.says_left_turns() && is_generated;
+    let plan = Plan::new(&links, &derived.own_greens, timing, config);
+    (links, plan)
+}
+
+/// Returns the phases of a signal that runs no rings as events number them: those of a plan that was given, else those
+/// that `nema` has there.
+///
+/// # Arguments
+///
+/// * `shown` — all states that the signal may show.
+///
+/// # Errors
+///
+/// What of the signal the plan does not serve.
+pub fn phasing(
+    scene: &Scene,
+    signal: &SignalInfo,
+    derived: &DerivedSignal,
+    plan: Option<&ExistingPlan>,
+    shown: &[String],
+) -> Result<Phasing, String> {
+    let (links, plan) = match plan {
+        None => planned(scene, signal, derived, &Config::default()),
+        Some(plan) => {
+            let wired = Wired::new(plan, scene, signal)?;
+            let rings = wired.rings(&derived.timing);
+            (wired.links, rings)
+        }
+    };
+    Ok(Phasing::of(&links, &plan, shown))
 }

@@ -23,7 +23,8 @@
 use osm_signals::Turn;
 
 use super::links::Links;
-use super::plan::{Plan, Side};
+use super::phasing::Phasing;
+use super::plan::{Coordination, Plan, Side};
 use crate::timing::{Timing, WALK_S};
 
 /// What the detectors of every phase say in a second.
@@ -65,6 +66,17 @@ enum Stage {
     },
 }
 
+/// Why a green ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// Nobody had passed its detectors for the passage time.
+    GapOut,
+    /// It had lasted its longest.
+    MaxOut,
+    /// Its split within the cycle was over.
+    ForceOff,
+}
+
 /// The rings of a signal.
 #[derive(Debug, Clone)]
 pub(super) struct Rings {
@@ -81,6 +93,8 @@ pub(super) struct Rings {
     /// Yellow and red that is left per link, seconds.
     clearing_s: Vec<u32>,
     shown: String,
+    /// Phases whose green ended with the last second, and why; the reason is missing where the other ring took it along.
+    ended: Vec<(usize, Option<Ending>)>,
 }
 
 impl Rings {
@@ -113,6 +127,7 @@ impl Rings {
             yellow_s: vec![0; count],
             clearing_s: vec![0; count],
             shown: String::new(),
+            ended: Vec::new(),
         };
         rings.light();
         rings.shown = rings.state();
@@ -134,9 +149,28 @@ impl Rings {
         links.iter().all(|link| self.green[*link])
     }
 
+    /// Returns its phases as events number them.
+    pub(super) fn phasing(&self) -> Phasing {
+        Phasing::of(&self.links, &self.plan, &[])
+    }
+
+    /// Returns the phases that are green.
+    pub(super) fn green_phases(&self) -> impl Iterator<Item = usize> + '_ {
+        self.stages.iter().filter_map(|stage| match stage {
+            Stage::Green { phase, .. } => Some(*phase),
+            _ => None,
+        })
+    }
+
+    /// Returns the phases whose green ended with the last second, and why.
+    pub(super) fn ended(&self) -> &[(usize, Option<Ending>)] {
+        &self.ended
+    }
+
     /// Lets a second go by, at the end of which the detectors see something, and returns what is shown from then
     /// on, if it is something else.
     pub(super) fn second(&mut self, seen: &Seen) -> Option<&str> {
+        self.ended.clear();
         let mut moves = self.clearing_s.iter().any(|s| *s > 0);
         self.elapse(seen);
         moves |= self.begin();
@@ -277,6 +311,21 @@ impl Rings {
         let before_s = self.stages.iter().map(change_s).max().unwrap_or_default();
         let needed_s = self.clock_s + before_s + self.plan.phases[phase].min_s;
         coordination.holds[phase] || needed_s <= coordination.ends_s[phase]
+    }
+
+    /// Returns why the green of a ring ends now; none where nothing in it says so.
+    fn ending(&self, phase: usize, for_s: u32, gap_s: u32) -> Option<Ending> {
+        if gap_s >= self.plan.phases[phase].passage_s && !self.holds(phase) {
+            return Some(Ending::GapOut);
+        }
+        if self.left_s(phase, for_s) > 0 {
+            return None;
+        }
+        let is_over = |c: &Coordination| c.holds[phase] || self.clock_s >= c.ends_s[phase];
+        match self.plan.coordination.as_ref().is_some_and(is_over) {
+            true => Some(Ending::ForceOff),
+            false => Some(Ending::MaxOut),
+        }
     }
 
     /// Whether the phase of a ring may end; a ring without one may.
@@ -428,6 +477,11 @@ impl Rings {
         let mut coming = vec![false; self.links.count()];
         for (_, next) in changes {
             next_links(*next).iter().for_each(|link| coming[*link] = true);
+        }
+        for (ring, _) in changes {
+            if let Stage::Green { phase, for_s, gap_s, .. } = self.stages[*ring] {
+                self.ended.push((phase, self.ending(phase, for_s, gap_s)));
+            }
         }
         let mut stages = self.stages.clone();
         let old: Vec<Option<usize>> = (changes.iter())

@@ -1,0 +1,118 @@
+//! An episode of a record once more, to see what its lights and detectors did.
+//!
+//! A method that was trained comes from its model; one that was tuned runs the fixed cycle that its record has; every other
+//! one does as it did. Metrics say whether it is the same episode.
+
+use super::control::existing;
+use super::control::registry::METHODS;
+use super::control::{ControlError, Controller, Drive, SignalSpec};
+use super::controllers::create;
+use super::domain::scenario_of;
+use super::env::high_resolution::Recording;
+use super::environment::{environment, planned_world};
+use super::error::TrafficError;
+use super::model::SignalModel;
+use super::network_files::GENERATED;
+use super::program::{ProgramKind, SignalProgram};
+use super::sim::Sim;
+use super::trial::{SignalTrial, of_files, of_network, of_sim};
+use evaluation::run::RunError;
+use evaluation::run::domain::{Site, Trial};
+use evaluation::run::fault::TrialError;
+use evaluation::run::method::{Training, find};
+use evaluation::run::model::SavedModel;
+use evaluation::store::Layout;
+use evaluation::store::record::{Metrics, Summary};
+
+/// A fixed cycle per signal, as a record has it.
+struct Recorded(Vec<SignalProgram>);
+
+impl Controller for Recorded {
+    fn name(&self) -> &'static str {
+        "recorded"
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        let drive = |signal: &SignalSpec| {
+            let program = self.0.iter().find(|p| p.signal == signal.id);
+            let fail = |reason: &str| ControlError::Signal {
+                method: "recorded",
+                signal: signal.id.clone(),
+                reason: reason.to_owned(),
+            };
+            let program = program.ok_or_else(|| fail("the record has no program of it"))?;
+            match (program.own, program.kind) {
+                (true, _) => Ok(Drive::OwnProgram),
+                (false, ProgramKind::Static) => {
+                    let phases = program.phases.iter().map(|p| (p.state.clone(), p.duration_s));
+                    Ok(Drive::Recorded(phases.collect(), program.offset_s))
+                }
+                _ => Err(fail("what the record has is no fixed cycle")),
+            }
+        };
+        signals.iter().map(drive).collect()
+    }
+}
+
+/// Plays an episode of a record again, and returns its metrics and what was written of it.
+///
+/// # Arguments
+///
+/// * `summary` — of the record.
+/// * `seed` — of the episode.
+/// * `advance_m` — how far before stop lines advance detectors lie.
+///
+/// # Errors
+///
+/// [`RunError`] when a file is not as it was planned, or the method is one of somebody's own.
+pub fn replay<S: Sim>(
+    sim: S,
+    layout: &Layout,
+    site: &Site<'_>,
+    summary: &Summary,
+    seed: u64,
+    advance_m: f64,
+) -> Result<(Metrics, Recording), RunError> {
+    let input = |e: String| TrialError::Input(e.into());
+    let scenario = scenario_of(site.settings).map_err(input)?;
+    let method = summary.method.as_str();
+    let own_program = method == super::control::program::METHOD.name;
+    let world = planned_world(site.point, site.prepared, own_program, method);
+    let (world, held) = world.map_err(|e| match e {
+        TrafficError::Network(e) => of_network(e),
+        TrafficError::Sim(e) => of_sim(e),
+        other => of_files(other),
+    })?;
+    let imported = site.point.environment != GENERATED;
+    let model = layout.model(summary.task);
+    let controller = match find(METHODS, method) {
+        Err(_) if !imported && site.point.given.contains_key(method) => {
+            create(existing::METHOD.name, &scenario, imported, summary.seed)?
+        }
+        Err(_) => return Err(input(not_here(method)).into()),
+        Ok(known) => match known.training {
+            Training::None => create(method, &scenario, imported, summary.seed)?,
+            Training::Learned => {
+                SignalModel::new(SavedModel::read(&model)?)?.controller(&scenario, imported)?
+            }
+            Training::Tuned { .. } => {
+                let programs = summary.programs.read::<Vec<SignalProgram>>();
+                let wrong = |e| input(format!("the programs of its record cannot be read: {e}"));
+                Box::new(Recorded(programs.map_err(wrong)?))
+            }
+        },
+    };
+    let mut env = environment(sim, world, &scenario, site.scratch);
+    env.write_events(advance_m);
+    let mut trial = SignalTrial::new(env, controller, held);
+    let metrics = trial.episode(seed)?;
+    trial.verify()?;
+    Ok((metrics, trial.env.take_recording()))
+}
+
+fn not_here(method: &str) -> String {
+    format!(
+        "{method} is a method of your own, which is not started here; take the events of a method of this program or of a \
+         plan"
+    )
+}
