@@ -4,6 +4,8 @@ use std::path::Path;
 
 use tsc_family::nn::archive::Archive;
 use tsc_family::run::model::SavedModel;
+use tsc_family::traffic::control::registry::METHODS;
+use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::family::load::load;
 use tsc_family::traffic::model::SignalModel;
 
@@ -17,9 +19,12 @@ pub(crate) fn archive(bytes: &[u8]) {
     // Not the archives: NaN is not equal to itself.
     assert_eq!(read.to_bytes(), written);
     let path = Path::new("fuzz.safetensors");
-    let Ok(model) = SavedModel::of(path, archive).and_then(SignalModel::new) else { return };
+    let signals = |saved| SignalModel::new(saved, METHODS);
+    let Ok(model) = SavedModel::of(path, archive).and_then(signals) else { return };
     let scenario = load("smoke").expect("it is embedded").scenario;
     if let Ok(scenario) = model.scenario(&scenario, &[]) {
-        let _ = model.controller(&scenario, false);
+        let _ = model.controller("fuzz", &scenario, |scenario, seed| {
+            create(&model.saved.card.method, scenario, false, seed)
+        });
     }
 }

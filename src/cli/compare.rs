@@ -1,14 +1,17 @@
 //! `tsc-family compare`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::folder::REPORT;
+use super::found::{found, is_run};
 use super::json::method_line;
 use super::output::{line, note};
 use super::report::print;
 use super::target::Target;
-use crate::analysis::joined::{Known, Source, join};
+use crate::analysis::joined::{Known, Source, join, obstacle};
+use crate::analysis::leaderboard::settings;
 use crate::cli::exit;
+use crate::cli::refused::Refused;
 use crate::domains;
 use crate::report::{Report, Runs, text};
 use crate::store::Layout;
@@ -22,13 +25,15 @@ const SHOWN: usize = 12;
 #[command(after_help = "\
 The runs have one family, preset, demand and --seed. What differs between them is said first:
 simulator, build, settings. A method whose records differ between the runs is there once per run,
-as METHOD@RUN. Scores are relative to the baseline of the first run. Needs no SUMO.
+as METHOD@RUN. Scores are relative to the baseline of the first run. Of a folder with runs in it,
+those are taken that have all point MDPs of the first run, and its settings. Needs no SUMO.
 
 Examples:
   tsc-family compare results/published results/mine
+  tsc-family compare results/mine results/salt-lake-city --out results/compared
   tsc-family compare results/mine results/mine-changed results/published --out results/compared")]
 pub struct CompareArgs {
-    /// Results directories that `run` wrote, of one family
+    /// Results directories that `run` wrote, of one family, or folders with such
     #[arg(value_name = "RESULTS", required = true)]
     pub results: Vec<PathBuf>,
     /// Folder for the page, tables and figures [default: none is written]
@@ -42,10 +47,13 @@ pub struct CompareArgs {
 pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     let target = args.out.as_ref().map(|out| Target::new(out, out.clone(), Some(out)));
     target.iter().try_for_each(|target| target.check(&REPORT))?;
-    let read = |path: &PathBuf| -> anyhow::Result<(String, Results)> {
+    let read = |path: &Path| -> anyhow::Result<(String, Results)> {
         Ok((path.display().to_string(), Results::load(&Layout::new(path))?))
     };
-    let runs: Vec<(String, Results)> = args.results.iter().map(read).collect::<Result<_, _>>()?;
+    let (given, folders): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        args.results.iter().partition(|path| is_run(path) || !path.is_dir());
+    let mut runs: Vec<(String, Results)> =
+        given.into_iter().map(|path| read(path)).collect::<Result<_, _>>()?;
     let domain = runs.first().and_then(|(_, results)| {
         let name = &results.manifest.identity.domain;
         domains::domains().into_iter().find(|domain| domain.name() == name)
@@ -55,8 +63,9 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
         methods: &methods,
         episodes: domain.map_or(&[][..], |domain| domain.episode_sections()),
     };
+    let left_out = add_fitting(&mut runs, &folders, &read, known)?;
     let joined = join(Source::named(runs), known)?;
-    let layout = Layout::new(&args.results[joined.sample]);
+    let layout = Layout::new(&joined.sources[joined.sample].path);
     let sections = domains::sections(&layout, &joined.results)?;
     let data = Report::joined(joined, sections);
     let runs = data.runs.as_ref().expect("it compares runs");
@@ -65,6 +74,7 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
     } else {
         differences(runs, target.is_some())?;
     }
+    left_out.into_iter().for_each(note);
     match &target {
         Some(target) => print(target, &data, args.json, true)?,
         None if args.json => {
@@ -76,6 +86,71 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<u8> {
         }
     }
     Ok(exit::DONE)
+}
+
+/// Adds the runs in folders that can be compared with the first one on all its point MDPs, under the same settings of all
+/// methods; returns why others are left out.
+fn add_fitting(
+    runs: &mut Vec<(String, Results)>,
+    folders: &[&PathBuf],
+    read: &dyn Fn(&Path) -> anyhow::Result<(String, Results)>,
+    known: Known<'_>,
+) -> anyhow::Result<Vec<String>> {
+    let mut left_out = Vec::new();
+    let folders: Vec<PathBuf> = folders.iter().map(|folder| (*folder).clone()).collect();
+    let Some((path, results)) = runs.first().filter(|_| !folders.is_empty()) else {
+        if let Some(folder) = folders.first() {
+            return Err(Refused(format!(
+                "{} is no results directory; give one first, and the runs in the folder that fit it are taken",
+                folder.display()
+            ))
+            .into());
+        }
+        return Ok(left_out);
+    };
+    let source = |(path, results): &(String, Results)| Source {
+        name: path.clone(),
+        path: path.clone(),
+        results: results.clone(),
+    };
+    let first = source(&(path.clone(), results.clone()));
+    let mut taken: Vec<String> = runs.iter().map(|(_, results)| results.sha256.clone()).collect();
+    for path in found(&folders)? {
+        let run = read(&path)?;
+        let other = source(&run);
+        if taken.contains(&run.1.sha256) {
+            continue;
+        }
+        if let Some(reason) = obstacle(&first, &other, known) {
+            // The way out is for who asked for this very run.
+            let reason = reason.to_string();
+            let reason = reason.split(';').next().unwrap_or_default();
+            left_out.push(format!("{} is left out: {reason}", run.0));
+            continue;
+        }
+        let settings = settings(&first, &other, known);
+        if !settings.is_empty() {
+            left_out.push(format!(
+                "{} is left out: its settings are others ({}); name the run itself to have it too",
+                run.0,
+                settings.join(", ")
+            ));
+            continue;
+        }
+        taken.push(run.1.sha256.clone());
+        runs.push(run);
+    }
+    if let [(first, _)] = &runs[..] {
+        left_out.into_iter().for_each(note);
+        let shown: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
+        return Err(Refused(format!(
+            "none of the runs in {} can be compared with {first}; run its methods on the point MDPs, preset and seeds of one \
+             of them",
+            shown.join(", ")
+        ))
+        .into());
+    }
+    Ok(left_out)
 }
 
 /// Prints what differs between runs.

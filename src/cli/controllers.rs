@@ -12,12 +12,16 @@ use super::values::at_least_a_second;
 use crate::domains;
 use crate::run::domain::Domain;
 use crate::run::executor::Launcher;
+use crate::run::model::SavedModel;
 use crate::run::plan::{Draft, Request};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::manifest::Manifest;
 use crate::traffic::domain::Traffic;
-use crate::traffic::method_arguments::{add, add_external, add_named, add_plan};
+use crate::traffic::method_arguments::{
+    add, add_external, add_model, add_named, add_plan, learner_of,
+};
+use crate::traffic::model::SignalModel;
 use crate::traffic::own::Host;
 
 /// Time that a command may take for an answer, seconds.
@@ -45,15 +49,31 @@ pub struct ControllersArgs {
     /// additional file of SUMO with tlLogic (repeatable)
     #[arg(long = "plan-file", value_name = "NAME=FILE")]
     pub plans: Vec<String>,
+    /// Saved model as a method of this name: a file of the folder models of a results directory. It is not trained again. A
+    /// model of a class of your own needs that --controller too (repeatable)
+    #[arg(long = "model", value_name = "NAME=FILE")]
+    pub models: Vec<String>,
     /// Time that a command may take for an answer
     #[arg(long, value_name = "SECONDS", default_value_t = ANSWER_TIMEOUT_S, value_parser = at_least_a_second())]
     pub answer_timeout: u64,
 }
 
 impl ControllersArgs {
+    /// Returns classes of somebody's own, to which saved models are added.
+    pub(super) fn of_classes(classes: &[String]) -> Self {
+        Self { controllers: classes.to_vec(), answer_timeout: ANSWER_TIMEOUT_S, ..Self::default() }
+    }
+
+    /// Returns the names of the saved models.
+    pub(super) fn model_names(&self) -> Vec<String> {
+        let name = |given: &String| Some(given.split_once('=')?.0.to_owned());
+        self.models.iter().filter_map(name).collect()
+    }
+
     /// Returns the names of all that were given.
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
         let all = self.controllers.iter().chain(&self.results).chain(&self.plans);
+        let all = all.chain(&self.models);
         all.filter_map(|given| Some(given.split_once('=')?.0.to_owned()))
     }
 
@@ -74,6 +94,16 @@ impl ControllersArgs {
             return Err(Refused(reason.to_owned()).into());
         }
         Ok(())
+    }
+
+    /// Returns the saved models that were given, each with what it is called.
+    pub(super) fn read_models(&self) -> anyhow::Result<Vec<(String, SignalModel)>> {
+        let read = |given: &String| {
+            let (name, file) = given.split_once('=').unwrap_or(("", given));
+            let saved = SavedModel::read(Path::new(file))?;
+            Ok((name.to_owned(), SignalModel::new(saved, domains::traffic().methods())?))
+        };
+        self.models.iter().map(read).collect()
     }
 
     /// Refuses scores of point MDPs that the family has not, and returns what to warn of: those of the sample that lack
@@ -103,6 +133,7 @@ impl ControllersArgs {
             ("--controller", &self.controllers),
             ("--controller-results", &self.results),
             ("--plan-file", &self.plans),
+            ("--model", &self.models),
         ];
         for (option, values) in options {
             for given in values {
@@ -115,7 +146,11 @@ impl ControllersArgs {
                 own.push((name.to_owned(), arguments));
             }
         }
-        Ok(Launcher { program, first: start.collect(), own })
+        let name =
+            |given: &String| given.split_once('=').map_or(given.as_str(), |g| g.0).to_owned();
+        let learners = self.models.iter().map(|given| Ok((name(given), learner_of(given)?)));
+        let learners = learners.collect::<anyhow::Result<_>>()?;
+        Ok(Launcher { program, first: start.collect(), own, learners })
     }
 
     /// Adds the controllers that were given.
@@ -129,6 +164,9 @@ impl ControllersArgs {
         }
         for given in &self.plans {
             traffic = add_plan(traffic, given)?;
+        }
+        for given in &self.models {
+            traffic = add_model(traffic, given)?;
         }
         Ok(traffic)
     }

@@ -1,41 +1,51 @@
-//! `tsc-family evaluate`: a saved model and the baseline, side by side.
+//! `tsc-family evaluate`: saved models and the baseline, side by side, on point MDPs or SUMO scenarios.
+//!
+//! It is a run in which the models are methods that do not learn, so that workers, pairing and intervals are those of `run`.
 
-use std::num::NonZeroU32;
+use std::collections::BTreeSet;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
+use std::thread::available_parallelism;
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::build_networks::network;
+use super::controllers::ControllersArgs;
 use super::effects::Use;
-use super::output::{Progress, line, note};
+use super::folder::{NETWORKS, RESULTS};
+use super::interrupt::interrupted;
+use super::local_run::LocalRun;
+use super::output::{line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
+use super::scratch::Scratch;
 use super::sumocfg_options::SumocfgArgs;
-use super::values::{from_one_to, parse_seed};
+use super::values::{Budget, at_least_one_worker, from_one_to, parse_budget, parse_seed};
+use crate::analysis::{Analysis, MethodSummary};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::run::model::SavedModel;
+use crate::domains;
+use crate::machine::memory_per_worker_mb;
+use crate::report::format::interval;
+use crate::run::domain::Problem;
+use crate::run::method::{Training, find};
+use crate::run::plan::{Draft, Request, draft};
+use crate::run::session::open;
+use crate::run::watchdog::STALL_TIMEOUT_S;
+use crate::sample::{Choice, Draw, SamplePlan, Sampling};
 use crate::store::most;
-use crate::store::record::Row;
+use crate::store::record::Metrics;
+use crate::store::results::Results;
 use crate::traffic::city::folder::default_folder;
-use crate::traffic::contest::{Arena, Standing};
 use crate::traffic::control::baseline;
-use crate::traffic::env::World;
-use crate::traffic::environment::generated_world;
-use crate::traffic::family::load::LoadedScenario;
+use crate::traffic::method_arguments::named_model;
 use crate::traffic::model::SignalModel;
-use crate::traffic::point_hash;
-use crate::traffic::problem::imported_id;
+use crate::traffic::problem::SignalProblem;
 use crate::traffic::report::level_of_service::letter;
 use crate::traffic::settings::Scenario;
-use crate::traffic::sim::SimError;
-use crate::traffic::sim::intake::Intake;
-use crate::traffic::sim::obstacle::{Obstacle, in_words};
-use crate::traffic::simulator;
 
 /// Columns of the table: heading, and metric and decimals where it is one.
-const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
+const COLUMNS: [(&str, Option<(&str, usize)>); 8] = [
     ("method", None),
     ("delay (s)", Some(("delay_s", 1))),
     ("waiting (s)", Some(("waiting_s", 1))),
@@ -43,36 +53,49 @@ const COLUMNS: [(&str, Option<(&str, usize)>); 7] = [
     ("unfinished (veh)", Some(("unfinished_veh", 1))),
     ("level of service", None),
     ("score", None),
+    ("95% interval", None),
 ];
+
+/// Most failures that are named.
+const MOST_NAMED: usize = 20;
 
 /// `tsc-family evaluate`.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("place").required(true))]
 #[command(after_help = "\
-The model and the baseline get the same vehicles. Method, hyper-parameters and timing of the signals
-come from the model, everything else from the scenario. Nothing is trained. The score is the model's
-mean delay divided by the baseline's.
+Models and baseline get the same vehicles, and the baseline runs once. Method, hyper-parameters and
+timing of the signals come from the models, everything else from the scenario. Nothing is trained. The
+score is the mean delay divided by the baseline's; over several point MDPs it is weighted by importance.
 
 Examples:
   tsc-family evaluate --model results/smoke/models/000/1.safetensors --point busy smoke
-  tsc-family evaluate --model m.safetensors --sumocfg city/a.sumocfg --eval-seeds 10")]
+  tsc-family evaluate --model a=a.safetensors --model b=b.safetensors --budget all --out results/ab
+  tsc-family evaluate --model m.safetensors --sumocfg city/a.sumocfg --eval-seeds 10
+  tsc-family evaluate --model m.safetensors --controller mine=mine.py:Learner --point quiet,busy smoke")]
 pub struct EvaluateArgs {
-    /// Model: a file of the folder `models` of a results directory
-    #[arg(long, value_name = "FILE")]
-    pub model: PathBuf,
-    /// Scenario that has the point MDP; with --sumocfg only its settings count
+    /// Model: a file of the folder `models` of a results directory; its name as a method is METHOD-of-POINT unless you give
+    /// one (repeatable)
+    #[arg(long = "model", value_name = "[NAME=]FILE", required = true)]
+    pub models: Vec<String>,
+    /// Class of your own that a model is of, as it was given to the run that trained it (repeatable)
+    #[arg(long = "controller", value_name = "NAME=FILE.py:CLASS")]
+    pub classes: Vec<String>,
+    /// Scenario that has the point MDPs; with --sumocfg only its settings count
     #[command(flatten)]
     pub scenario: ScenarioArg,
-    /// Id of the point MDP; its network is built if it is missing
-    #[arg(long, value_name = "ID", group = "place")]
-    pub point: Option<String>,
-    /// SUMO configuration to evaluate on, instead of a point MDP of the scenario
+    /// Ids of point MDPs, separated by commas; networks are built if they are missing
+    #[arg(long, value_name = "ID,...", value_delimiter = ',', group = "place")]
+    pub point: Vec<String>,
+    /// Number of point MDPs, chosen as `run` does, or `all`
+    #[arg(long, value_name = "N|all", value_parser = parse_budget, group = "place")]
+    pub budget: Option<Budget>,
+    /// SUMO configuration to evaluate on, instead of point MDPs of the scenario (repeatable)
     #[arg(long, value_name = "FILE", group = "place")]
-    pub sumocfg: Option<PathBuf>,
+    pub sumocfg: Vec<PathBuf>,
     /// What counts in place of what it says
     #[command(flatten)]
     pub given: SumocfgArgs,
-    /// Evaluation episodes of the model and of the baseline
+    /// Evaluation episodes of each model and of the baseline, per point MDP
     #[arg(long, value_name = "K", default_value = "5", value_parser = from_one_to::<{ most::MOST_EVALUATION_SEEDS }>)]
     pub eval_seeds: NonZeroU32,
     /// Seed from which the seeds of the episodes are derived, as in `run`
@@ -81,55 +104,124 @@ pub struct EvaluateArgs {
     /// Folder of the networks [default: networks/NAME of the scenario]
     #[arg(long, value_name = "DIR")]
     pub networks: Option<PathBuf>,
-    /// Print JSON lines: one per method
+    /// Worker processes at the same time [default: one per processor]
+    #[arg(long, short, value_name = "J", value_parser = at_least_one_worker)]
+    pub jobs: Option<NonZeroUsize>,
+    /// Results directory, which `report`, `compare` and `check` read; the same command continues it [default: none is kept]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON lines: one per method and point MDP, then one per method
     #[arg(long)]
     pub json: bool,
 }
 
-pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
-    let model = SignalModel::new(SavedModel::read(&args.model)?)?;
-    // Demand and networks are of the model's preset, unless another one is asked for.
-    let settings = args.scenario.settings_on(model.preset);
-    let mut loaded = args.scenario.signals(&settings)?;
-    let scenario = model.scenario(&loaded.scenario, &args.scenario.settings())?;
-    // The baseline is timed as the model is.
-    loaded.scenario.signal = scenario.signal.clone();
-    check(args, &loaded, &model.saved.card.method)?;
-    let arena = arena(args, &loaded)?;
-    let seeds = arena.evaluation_seeds(args.seed, args.eval_seeds.get());
-    if !args.json {
-        let card = &model.saved.card;
-        note(format!(
-            "{}, trained on {} for {} episodes, evaluated on {} with {} seeds",
-            card.method,
-            card.point,
-            card.training_episodes,
-            arena.point,
-            seeds.len()
-        ));
-    }
-    let point = arena.point.clone();
-    let mut progress = Progress::new(2 * seeds.len() as u64, Some("episodes"), args.json);
-    let mut done = 0;
-    let standings = play(&model, &scenario, arena, &seeds, &mut |_| {
-        done += 1;
-        progress.set(done, "");
-    });
-    progress.finish();
-    let standings = standings?;
-    if args.json {
-        for standing in &standings {
-            line(json_line(standing, &point, seeds.len()))?;
+impl EvaluateArgs {
+    /// Returns models and classes as `run` takes them.
+    pub(super) fn controllers(&self) -> anyhow::Result<ControllersArgs> {
+        let mut models: Vec<String> = Vec::new();
+        let mut names: Vec<String> = Vec::new();
+        for given in &self.models {
+            let named = named_model(given, &names)?;
+            names.extend(named.split_once('=').map(|(name, _)| name.to_owned()));
+            models.push(named);
         }
-    } else {
-        line(table(&standings))?;
+        Ok(ControllersArgs { models, ..ControllersArgs::of_classes(&self.classes) })
     }
-    Ok(exit::DONE)
 }
 
-/// Refuses what has no effect.
-fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::Result<()> {
-    let imported = args.sumocfg.is_some();
+pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
+    let controllers = args.controllers()?;
+    let names: Vec<String> = controllers.model_names();
+    let problem = problem(args, &controllers, &names)?;
+    let seeds = args.eval_seeds.get();
+    let choice = match args.budget.and_then(|budget| budget.0) {
+        Some(budget) => Choice::Budget { budget, sampling: Sampling::DEFAULT, design: None },
+        None => Choice::All,
+    };
+    let request = Request {
+        choice: &choice,
+        base_seed: args.seed,
+        evaluation_seeds: seeds,
+        ..Request::new(domains::traffic(), &problem, &names)
+    };
+    let draft = match args.point.is_empty() {
+        true => draft(&request)?,
+        false => of_points(args, &problem, &names)?,
+    };
+    let warnings = problem.examine()?;
+    warnings.iter().for_each(|warning| note(format!("warning: {warning}")));
+    if let Some(out) = &args.out {
+        RESULTS.check(out, "--out", None)?;
+    }
+    if !problem.is_imported() {
+        NETWORKS.check(&problem.networks, "--networks", None)?;
+    }
+    let scratch;
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None => {
+            scratch = Scratch::new(&std::env::temp_dir())?;
+            scratch.path().join("results")
+        }
+    };
+    let session = open(&request, &draft, &out, &|_| {})?;
+    let jobs =
+        args.jobs.map_or_else(|| available_parallelism().map_or(1, |j| j.get()), |j| j.get());
+    let labour = LocalRun {
+        session: &session,
+        domain: request.domain,
+        launcher: controllers.launcher()?,
+        jobs,
+        stall_timeout_s: STALL_TIMEOUT_S,
+        memory_per_worker_mb: memory_per_worker_mb(jobs),
+        against: None,
+        json: false,
+        quiet: args.json,
+        keep_going: true,
+    };
+    let interrupted = interrupted()?;
+    let (left, _) = labour.work(&Results::load(&session.layout)?, &interrupted)?;
+    if left > 0 {
+        let kept =
+            if args.out.is_some() { "the same command does them" } else { "nothing is kept" };
+        note(format!("{left} tasks have no record, see above; {kept}"));
+        return Ok(exit::INCOMPLETE);
+    }
+    let results = Results::load(&session.layout)?;
+    let sections = domains::sections(&session.layout, &results)?;
+    let analysis = Analysis::new(&results, sections.measures());
+    say(args, &analysis, &results)
+}
+
+/// Reads the scenario, with the settings of the models.
+fn problem(
+    args: &EvaluateArgs,
+    controllers: &ControllersArgs,
+    names: &[String],
+) -> anyhow::Result<SignalProblem> {
+    let imported = !args.sumocfg.is_empty();
+    // Demand and networks are of the models' preset, unless another one is asked for.
+    let models = controllers.read_models()?;
+    let (first, model) = models.first().expect("the command line asks for one");
+    let settings = args.scenario.settings_on(model.preset);
+    let mut loaded = args.scenario.signals(&settings)?;
+    // The baseline is timed as the models are.
+    let plain = loaded.scenario;
+    loaded.scenario = model.scenario(&plain, &args.scenario.settings())?;
+    models[1..].iter().try_for_each(|(_, model)| model.scenario(&plain, &[]).map(drop))?;
+    let other = |(name, other): &(String, SignalModel)| {
+        let difference = (other.preset != model.preset)
+            .then(|| format!("preset {} there, {} here", model.preset.name(), other.preset.name()));
+        let of_first = Scenario { signal: model.signal.clone(), ..loaded.scenario.clone() };
+        Some((name.clone(), difference.or_else(|| other.difference(&of_first))?))
+    };
+    if let Some((name, difference)) = models.iter().find_map(other) {
+        return Err(Refused(format!(
+            "{first} and {name} were trained with another timing of signals ({difference}); evaluate them one by one, or \
+             as methods of `run --model`, which says how signals are timed"
+        ))
+        .into());
+    }
     args.given.check(imported)?;
     if imported && args.networks.is_some() {
         return Err(
@@ -140,7 +232,8 @@ fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::
     if settings.iter().flat_map(|s| s.keys()).any(|key| key.starts_with("training.")) {
         return Err(Refused("training.* has no effect: nothing is trained here".into()).into());
     }
-    let methods = [baseline::METHOD.name.to_owned(), method.to_owned()];
+    let methods: Vec<String> =
+        std::iter::once(baseline::METHOD.name.to_owned()).chain(names.iter().cloned()).collect();
     let used = Use {
         family: !imported,
         networks: !imported,
@@ -148,144 +241,166 @@ fn check(args: &EvaluateArgs, loaded: &LoadedScenario, method: &str) -> anyhow::
         methods: Some(&methods),
         ..Use::BUILD
     };
-    used.check(loaded, &settings)
-}
-
-/// Returns where the model is to be evaluated; the network is built if it is missing.
-fn arena(args: &EvaluateArgs, loaded: &LoadedScenario) -> anyhow::Result<Arena> {
-    if let Some(config) = &args.sumocfg {
-        let intake = Intake::read(config, &args.given.given())?;
-        let (found, warnings) = simulator::examine(&intake, &loaded.scenario.signal)?;
-        let obstacles: Vec<Obstacle> = intake.obstacles.iter().cloned().chain(found).collect();
-        if !obstacles.is_empty() {
-            return Err(SimError::Obstacles(in_words(&obstacles)).into());
-        }
-        warnings.iter().for_each(|warning| note(format!("warning: {warning}")));
-        let (point, content) = (imported_id(config), point_hash::of_imported(&intake)?);
-        let world = World::of(intake)?;
-        return Ok(Arena { point, content, world, imported: true });
-    }
-    let point = args.point.clone().unwrap_or_default();
-    let Some(index) = loaded.family.position(&point) else {
-        return Err(unknown_point(&point, loaded, &args.scenario.scenario).into());
-    };
-    let point = loaded.family.points[index].id.clone();
+    used.check(&loaded, &settings)?;
     let networks =
-        args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, loaded));
-    let world = generated_world(&network(loaded, &point, &networks)?)?;
-    let content = point_hash::of_point(loaded, index);
-    Ok(Arena { point, content, world, imported: false })
+        args.networks.clone().unwrap_or_else(|| default_folder(&args.scenario.scenario, &loaded));
+    Ok(SignalProblem::new(loaded, None, networks, &args.sumocfg, &args.given.given(), &[])?)
 }
 
-#[cfg(feature = "libsumo")]
-fn play(
-    model: &SignalModel,
-    scenario: &Scenario,
-    arena: Arena,
-    seeds: &[u64],
-    done: &mut dyn FnMut(&Row),
-) -> anyhow::Result<[Standing; 2]> {
-    use crate::cli::scratch::Scratch;
-    use crate::traffic::contest::contest;
-    use crate::traffic::sim::libsumo::SumoSim;
-
-    let sim = SumoSim::new()?;
-    let scratch = Scratch::new(&std::env::temp_dir())?;
-    Ok(contest(sim, model, scenario, arena, seeds, scratch.path(), done)?)
+/// Returns the point MDPs that were asked for by their ids, with their importance among these as weights.
+fn of_points(
+    args: &EvaluateArgs,
+    problem: &SignalProblem,
+    names: &[String],
+) -> anyhow::Result<Draft> {
+    let family = problem.family();
+    let mut chosen = BTreeSet::new();
+    for point in &args.point {
+        let Some(index) = family.position(point) else {
+            return Err(unknown_point(point, &problem.loaded, &args.scenario.scenario).into());
+        };
+        chosen.insert(index);
+    }
+    let total: f64 = chosen.iter().map(|i| family.points[*i].importance).sum();
+    let equal = 1.0 / chosen.len() as f64;
+    let draw = |i: &usize| Draw {
+        point: family.points[*i].id.clone(),
+        weight: if total > 0.0 { family.points[*i].importance / total } else { equal },
+        count: 1,
+        inclusion: None,
+    };
+    let draws: Vec<Draw> = chosen.iter().map(draw).collect();
+    // They are all that the result is about.
+    let sample = SamplePlan {
+        sampling: Sampling::All,
+        budget: draws.len(),
+        family_size: draws.len(),
+        seed: args.seed,
+        draws,
+        design: String::new(),
+        assisted: false,
+        growth: None,
+    };
+    let (methods, known) = (std::iter::once(baseline::METHOD.name), domains::traffic().methods());
+    let methods = methods.chain(names.iter().map(String::as_str));
+    let methods: Vec<String> = methods.map(str::to_owned).collect();
+    for method in &methods {
+        debug_assert!(find(known, method).is_ok_and(|m| m.training == Training::None));
+    }
+    Ok(Draft { sample, methods, replicated: vec![], design: None, memory_per_worker_mb: None })
 }
 
-#[cfg(not(feature = "libsumo"))]
-fn play(
-    _: &SignalModel,
-    _: &Scenario,
-    _: Arena,
-    _: &[u64],
-    _: &mut dyn FnMut(&Row),
-) -> anyhow::Result<[Standing; 2]> {
-    Err(crate::traffic::sim::SimError::Unavailable("built without the feature `libsumo`".into())
-        .into())
+/// Prints what came of it and returns the exit code.
+fn say(args: &EvaluateArgs, analysis: &Analysis, results: &Results) -> anyhow::Result<u8> {
+    let identity = &results.manifest.identity;
+    let failed: Vec<String> = (results.failed())
+        .map(|(task, record)| {
+            let reason = record.summary.reason.as_deref().unwrap_or("it failed");
+            format!("{} on {}: {reason}", task.method, task.point)
+        })
+        .collect();
+    let models = analysis.methods.iter().filter(|m| !m.is_reference);
+    if let Some(first) = failed.first().filter(|_| models.clone().all(|m| m.overall.is_none())) {
+        let more = if failed.len() > 1 {
+            format!("; and {} more", failed.len() - 1)
+        } else {
+            String::new()
+        };
+        return Err(Refused(format!("no model has a score: {first}{more}")).into());
+    }
+    if args.json {
+        json_lines(analysis, identity.evaluation_seeds.len())?;
+    } else {
+        if let [point] = &identity.points[..] {
+            note(format!("{}, {} seeds", point.name(), identity.evaluation_seeds.len()));
+        } else {
+            let (points, seeds) = (identity.points.len(), identity.evaluation_seeds.len());
+            note(format!("{points} point MDPs, {seeds} seeds each; means are weighted"));
+        }
+        for own in &identity.controllers {
+            note(format!("{}: {} ({})", own.name, own.summary, own.source));
+        }
+        line(table(analysis))?;
+    }
+    for text in failed.iter().take(MOST_NAMED) {
+        note(format!("error: {text}"));
+    }
+    if failed.len() > MOST_NAMED {
+        note(format!("error: {} more", failed.len() - MOST_NAMED));
+    }
+    if let Some(out) = &args.out {
+        let out = crate::files::quoted(out);
+        note(format!("results: {out}; tsc-family report {out} writes tables and figures"));
+    }
+    Ok(if failed.is_empty() { exit::DONE } else { exit::SOME_FAILED })
 }
 
-fn json_line(standing: &Standing, point: &str, episodes: usize) -> serde_json::Value {
-    let metric = |name: &str| standing.metrics.get(name);
-    json!({
-        "event": "evaluation",
-        "method": standing.method,
-        "point": point,
-        "episodes": episodes,
-        "delay_s": metric("delay_s"),
-        "waiting_s": metric("waiting_s"),
-        "queue_veh": metric("queue_veh"),
-        "unfinished_veh": metric("unfinished_veh"),
-        "level_of_service": metric("delay_s").map(|d| letter(*d)),
-        "score": standing.score,
-    })
+fn json_lines(analysis: &Analysis, episodes: usize) -> anyhow::Result<()> {
+    let fields = |metric: &dyn Fn(&str) -> Option<f64>| {
+        json!({
+            "episodes": episodes,
+            "delay_s": metric("delay_s"),
+            "waiting_s": metric("waiting_s"),
+            "queue_veh": metric("queue_veh"),
+            "unfinished_veh": metric("unfinished_veh"),
+            "level_of_service": metric("delay_s").map(letter),
+        })
+    };
+    let with = |mut value: Value, more: Value| {
+        super::json::merge(&mut value, &more);
+        value
+    };
+    for point in &analysis.points {
+        for (m, method) in analysis.manifest.identity.methods.iter().enumerate() {
+            let Some(result) = &point.results[m] else { continue };
+            let head = json!({"event": "evaluation", "method": method, "point": point.row.point});
+            let metric = |name: &str| result.metrics.get(name).copied();
+            line(with(head, with(fields(&metric), json!({"score": result.score}))))?;
+        }
+    }
+    for method in &analysis.methods {
+        let head = json!({"event": "method", "method": method.method, "points": method.points});
+        let metric = |name: &str| metric_of(method, name);
+        let score = json!({"score": method.overall, "interval": method.interval});
+        line(with(head, with(fields(&metric), score)))?;
+    }
+    Ok(())
 }
 
-fn table(standings: &[Standing]) -> String {
+/// Returns the mean of a metric of a method, over all point MDPs.
+fn metric_of(method: &MethodSummary, name: &str) -> Option<f64> {
+    if name == "delay_s" { method.objective } else { Metrics::get(&method.metrics, name).copied() }
+}
+
+fn table(analysis: &Analysis) -> String {
+    let several = analysis.points.len() > 1;
     let mut table = Table::new();
     let rule = LineStyle::none().fill('-').junction('-');
-    table.load_style(TableStyle::new().header_separator(rule)).set_header(COLUMNS.map(|c| c.0));
-    for (i, (heading, _)) in COLUMNS.iter().enumerate() {
+    let headings =
+        COLUMNS.iter().map(|(heading, _)| *heading).chain(several.then_some("point MDPs"));
+    let headings: Vec<&str> = headings.collect();
+    table.load_style(TableStyle::new().header_separator(rule)).set_header(&headings);
+    for (i, heading) in headings.iter().enumerate() {
         if let Some(column) = table.column_mut(i).filter(|_| *heading != "method") {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    for standing in standings {
-        table.add_row(COLUMNS.map(|(heading, metric)| cell(standing, heading, metric)));
+    for method in &analysis.methods {
+        let mut cells: Vec<String> =
+            COLUMNS.iter().map(|(heading, metric)| cell(method, heading, *metric)).collect();
+        cells.extend(several.then(|| method.points.to_string()));
+        table.add_row(cells);
     }
     table.trim_fmt()
 }
 
-fn cell(standing: &Standing, heading: &str, metric: Option<(&str, usize)>) -> String {
-    let value = |name: &str| standing.metrics.get(name).copied();
+fn cell(method: &MethodSummary, heading: &str, metric: Option<(&str, usize)>) -> String {
     let text = match (heading, metric) {
-        (_, Some((name, decimals))) => value(name).map(|v| format!("{v:.decimals$}")),
-        ("score", _) => standing.score.map(|s| format!("{s:.2}")),
-        ("level of service", _) => value("delay_s").map(|d| letter(d).to_string()),
-        _ => Some(standing.method.clone()),
+        (_, Some((name, decimals))) => metric_of(method, name).map(|v| format!("{v:.decimals$}")),
+        ("score", _) => method.overall.map(|s| format!("{s:.2}")),
+        ("95% interval", _) => method.interval.filter(|_| !method.is_reference).map(interval),
+        ("level of service", _) => method.objective.map(|d| letter(d).to_string()),
+        _ => Some(method.method.clone()),
     };
     text.unwrap_or_else(|| "-".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::store::record::Metrics;
-
-    fn standing(method: &str, delay_s: f64, score: Option<f64>) -> Standing {
-        let metrics = [
-            ("delay_s", delay_s),
-            ("waiting_s", 20.04),
-            ("queue_veh", 12.25),
-            ("unfinished_veh", 31.6),
-        ];
-        let metrics: Metrics = metrics.into_iter().map(|(n, v)| (n.to_owned(), v)).collect();
-        Standing { method: method.into(), metrics, score }
-    }
-
-    #[test]
-    fn the_table_has_a_row_per_method() {
-        let rows = [standing("baseline", 44.3, Some(1.0)), standing("idqn", 22.15, Some(0.5))];
-        let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-        let lines: Vec<String> = table(&rows).lines().map(words).collect();
-        assert_eq!(
-            lines[0],
-            "method delay (s) waiting (s) queue (veh) unfinished (veh) level of service score"
-        );
-        assert_eq!(
-            lines[2..],
-            ["baseline 44.3 20.0 12.2 31.6 D 1.00", "idqn 22.1 20.0 12.2 31.6 C 0.50"]
-        );
-    }
-
-    #[test]
-    fn without_vehicles_there_is_no_score() {
-        let text = table(&[standing("baseline", 0.0, None)]);
-        assert!(text.ends_with(" -"), "{text}");
-        assert_eq!(
-            json_line(&standing("idqn", 0.0, None), "p", 1)["score"],
-            serde_json::Value::Null
-        );
-    }
 }

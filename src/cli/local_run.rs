@@ -75,7 +75,7 @@ impl LocalRun<'_> {
 
     /// Does the tasks that results lack; returns how many are left, and what was said where it stopped because the first
     /// ones fail alike.
-    fn work(
+    pub(super) fn work(
         &self,
         results: &Results,
         interrupted: &AtomicBool,
@@ -160,6 +160,7 @@ impl LocalRun<'_> {
                 report::write(layout, data)?;
             } else {
                 let target = Target::new(layout.root(), layout.report(), None);
+                report::write_models(layout, (&target.root, &target.folder), data)?;
                 print(&target, data, self.json, !self.json)?;
             }
         }

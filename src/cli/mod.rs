@@ -18,8 +18,10 @@ mod export;
 mod first_failures;
 mod folder;
 mod forecast;
+mod found;
 mod interrupt;
 mod json;
+mod leaderboard;
 mod list;
 mod local_run;
 mod monitor;
@@ -34,7 +36,6 @@ mod report;
 mod routes;
 mod run;
 mod scenario;
-#[cfg(feature = "libsumo")]
 mod scratch;
 mod sensitivity;
 mod shell;
@@ -47,11 +48,13 @@ mod target;
 #[cfg(test)]
 mod testing;
 mod threads;
+mod transfer;
 mod until;
 mod values;
 mod work;
 mod worker;
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -97,8 +100,10 @@ pub enum Command {
     Plan(plan::PlanArgs),
     /// Evaluate controllers on a sample of a family
     Run(Box<run::RunArgs>),
-    /// Evaluate a model that `run` trained on another point MDP or SUMO scenario
-    Evaluate(evaluate::EvaluateArgs),
+    /// Evaluate models that `run` trained on other point MDPs or SUMO scenarios
+    Evaluate(Box<evaluate::EvaluateArgs>),
+    /// Evaluate every model of a results directory on all its point MDPs
+    Transfer(transfer::TransferArgs),
     /// Write the vehicles of a recorded episode for plain `sumo`
     Routes(routes::RoutesArgs),
     /// Write a recorded episode as events of a high-resolution data logger
@@ -123,6 +128,8 @@ pub enum Command {
     Estimate(estimate::EstimateArgs),
     /// Rank the methods of several results directories of one family together
     Compare(compare::CompareArgs),
+    /// Rank the methods of many results directories, per family and preset, on one page
+    Leaderboard(leaderboard::LeaderboardArgs),
     /// Rank methods over every combination of one point MDP from each of several families
     Across(across::AcrossArgs),
     /// Rank the methods of a results directory with other importance of the point MDPs
@@ -180,7 +187,9 @@ pub fn main_of(program: Program, args: Vec<OsString>) -> u8 {
         Err(code) => return code,
     };
     let Program { traffic, start, host } = program;
-    let known = controllers::set_up(cli.command.controllers(), traffic, start, host);
+    let known = cli.command.controllers().and_then(|(given, dir)| {
+        controllers::set_up((given.as_deref(), dir), traffic, start, host)
+    });
     let done = known.and_then(|()| run(cli));
     done.unwrap_or_else(|error| {
         complain(&error);
@@ -211,6 +220,7 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Plan(args) => plan::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Transfer(args) => transfer::run(&args),
         Command::Routes(args) => routes::run(&args),
         Command::Events(args) => events::run(&args),
         Command::Signals(args) => signals::run(&args),
@@ -219,6 +229,7 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Check(args) => check::run(&args),
         Command::Estimate(args) => estimate::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Leaderboard(args) => leaderboard::run(&args),
         Command::Across(args) => across::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Doctor(args) => doctor::run(&args),
@@ -255,16 +266,19 @@ fn parse(args: &[OsString]) -> Result<Cli, u8> {
 impl Command {
     /// Returns what the command line says of methods that are not the program's own, and the results directory that may
     /// have some.
-    fn controllers(&self) -> (Option<&ControllersArgs>, Option<&Path>) {
-        match self {
-            Self::Run(args) => (Some(&args.controllers), None),
-            Self::Worker(args) => (Some(&args.controllers), None),
-            Self::Work(args) => (Some(&args.controllers), None),
-            Self::Submit(args) | Self::Resume(args) => (Some(&args.controllers), Some(&args.dir)),
-            Self::Check(args) => (Some(&args.controllers), Some(&args.dir)),
+    fn controllers(&self) -> anyhow::Result<(Option<Cow<'_, ControllersArgs>>, Option<&Path>)> {
+        let given = |args| Some(Cow::Borrowed(args));
+        Ok(match self {
+            Self::Run(args) => (given(&args.controllers), None),
+            Self::Worker(args) => (given(&args.controllers), None),
+            Self::Work(args) => (given(&args.controllers), None),
+            Self::Evaluate(args) => (Some(Cow::Owned(args.controllers()?)), None),
+            Self::Transfer(args) => (Some(Cow::Owned(args.controllers()?)), None),
+            Self::Submit(args) | Self::Resume(args) => (given(&args.controllers), Some(&args.dir)),
+            Self::Check(args) => (given(&args.controllers), Some(&args.dir)),
             Self::Status(args) => (None, Some(&args.dir)),
             _ => (None, None),
-        }
+        })
     }
 }
 

@@ -56,6 +56,7 @@ pub(super) fn run(args: &ReportArgs) -> anyhow::Result<u8> {
         Some(limit) => data.failing(limit.clone())?,
         None => data,
     };
+    report::write_models(&layout, (&target.root, &target.folder), &data)?;
     print(&target, &data, args.json, true)?;
     Ok(exit::DONE)
 }

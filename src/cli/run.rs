@@ -64,6 +64,9 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     {
         methods.push(name);
     }
+    for text in subject.models_elsewhere(&args.controllers)?.iter().filter(|_| !args.quiet) {
+        note(format!("warning: {text}"));
+    }
     let there = begun.as_ref().map(|begun| &begun.identity);
     if let Some(name) = args.replace.iter().find(|m| !there.is_some_and(|t| t.methods.contains(m)))
     {

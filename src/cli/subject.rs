@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::controllers::ControllersArgs;
 use super::effects::{self, Use, not_among};
 use super::folder::NETWORKS;
 use super::output::note;
@@ -21,6 +22,7 @@ use crate::traffic::control::{existing, program};
 use crate::traffic::family::doubts::Doubt;
 use crate::traffic::family::load::LoadedScenario;
 use crate::traffic::method_arguments::plan_file;
+use crate::traffic::model::SignalModel;
 use crate::traffic::problem::SignalProblem;
 use crate::traffic::settings::{DemandSettings, Preset};
 use crate::traffic::sim::SimError;
@@ -125,6 +127,28 @@ impl Subject {
             Self::Signals(problem) => problem.as_ref(),
             Self::Other(_, problem) => problem.as_ref(),
         }
+    }
+
+    /// Returns what is to be warned of: saved models that were trained with another timing of signals.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with a model.
+    pub(super) fn models_elsewhere(&self, given: &ControllersArgs) -> anyhow::Result<Vec<String>> {
+        let Self::Signals(problem) = self else { return Ok(Vec::new()) };
+        let scenario = &problem.loaded.scenario;
+        let models = given.read_models()?;
+        // What is wrong with one is said before anything is built.
+        models.iter().try_for_each(|(_, model)| model.scenario(scenario, &[]).map(drop))?;
+        let differs = |(name, model): &(String, SignalModel)| {
+            let difference = model.difference(scenario)?;
+            let preset = model.preset.name();
+            Some(format!(
+                "{name} was trained with another timing of signals ({difference}; preset {preset}); --preset and --set give \
+                 the run its own"
+            ))
+        };
+        Ok(models.iter().filter_map(differs).collect())
     }
 
     /// Whether preparing builds something.

@@ -47,6 +47,12 @@ pub(super) fn parse_budget(text: &str) -> Result<Budget, String> {
     Ok(Budget(Some(number)))
 }
 
+/// Reads a share above 0, per cent.
+pub(super) fn percent(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share: &f64| *share > 0.0 && *share <= 100.0);
+    share.ok_or_else(|| "expected a number above 0, up to 100".to_owned())
+}
+
 pub(super) fn at_least_one(text: &str) -> Result<NonZeroU32, String> {
     text.parse().map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
 }

@@ -189,3 +189,67 @@ fn runs_that_cannot_be_compared_are_refused_with_the_place_and_a_way_out() {
     let output = run(root, "compare one two --out thesis");
     assert!(stderr(&output).contains("no folder that report wrote"), "{}", stderr(&output));
 }
+
+#[test]
+fn of_a_folder_the_runs_are_compared_that_fit_the_first_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    two_runs(&root.join("city"), |_| {}, delay_s);
+    let mine = manifest(&["baseline", "mine"]);
+    write_run(&root.join("mine"), &mine, delay_s);
+    let mut other = manifest(&["baseline", "max-pressure"]);
+    other.identity.settings["preset"] = "resco".into();
+    write_run(&root.join("city/resco"), &other, delay_s);
+    let output = run(root, "compare mine city");
+    let (text, said) = (stdout(&output), stderr(&output));
+    assert!(output.status.success(), "{said}");
+    for method in ["mine", "actuated", "idqn", "max-pressure"] {
+        assert!(text.contains(method), "{method}: {text}");
+    }
+    assert!(said.contains("city/resco is left out: the preset is"), "{said}");
+    assert!(text.contains("The runs differ in their methods alone."), "{text}");
+    let said = stderr(&run(root, "compare city/resco city"));
+    assert!(said.contains("city/one is left out: the preset is"), "{said}");
+    assert!(said.contains("none of the runs in city can be compared with city/resco"), "{said}");
+    // What is in the folder does not say which family is meant.
+    let said = stderr(&run(root, "compare city"));
+    assert!(said.contains("city is no results directory; give one first"), "{said}");
+    let said = stderr(&run(root, "compare mine nowhere"));
+    assert!(said.contains("nowhere"), "{said}");
+}
+
+#[test]
+fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    two_runs(&root.join("city"), |_| {}, delay_s);
+    // Other vehicles: the baseline has other records, so its run is of another table.
+    write_run(&root.join("city/other"), &manifest(&["baseline", "idqn"]), |task| {
+        2.0 * delay_s(task)
+    });
+    let text = succeed(root, "leaderboard city --out page.md");
+    assert!(text.is_empty(), "{text}");
+    let page = fs::read_to_string(root.join("page.md")).unwrap();
+    assert!(page.starts_with("# Leaderboard\n"), "{page}");
+    assert_eq!(page.matches("\n## ").count(), 2, "{page}");
+    let rows: Vec<&str> =
+        page.lines().filter(|l| l.starts_with("| ") && l.contains("manifest.json")).collect();
+    // Baseline and max pressure have the same records in two runs, and a row each.
+    assert_eq!(rows.len(), 6, "{page}");
+    let best = rows.iter().find(|row| row.contains("| idqn |")).unwrap();
+    assert!(best.starts_with("| 1 |") && best.contains("(city/two/manifest.json)"), "{page}");
+    assert!(rows[3].contains("| baseline | 1.00"), "{page}");
+    // It replaces itself and no other file.
+    succeed(root, "leaderboard city --out page.md");
+    fs::write(root.join("notes.md"), "mine").unwrap();
+    let output = run(root, "leaderboard city --out notes.md");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let lines = succeed(root, "leaderboard city/one city/two --json");
+    assert_eq!(lines.lines().count(), 4, "{lines}");
+    let output = run(root, "leaderboard city/one/done");
+    assert!(
+        stderr(&output).contains("city/one/done is no results directory"),
+        "{}",
+        stderr(&output)
+    );
+}

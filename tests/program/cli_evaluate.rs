@@ -68,11 +68,11 @@ fn a_file_that_is_no_usable_model_is_refused_with_its_name() {
         ("no_seed", with(model("idqn"), "seed", json!("x")).to_bytes()),
         ("no_learner", whole),
         ("method", model("idqn2").to_bytes()),
-        ("setting", with(model("max-pressure"), "settings", json!({"colour": "red"})).to_bytes()),
+        ("setting", with(model("idqn"), "settings", json!({"colour": "red"})).to_bytes()),
         (
             "range",
             with(
-                model("max-pressure"),
+                model("idqn"),
                 "signal",
                 json!({"delta_time_s": 0, "yellow_time_s": 3, "detection_m": 200.0}),
             )
@@ -98,7 +98,7 @@ fn a_model_that_does_not_exist_is_a_usage_error() {
 fn a_point_or_a_scenario_is_needed_and_not_both() {
     let folder = tempfile::tempdir().unwrap();
     let text = refused(folder.path(), "evaluate --model m");
-    assert!(text.contains("<--point <ID>|--sumocfg <FILE>>"), "{text}");
+    assert!(text.contains("<--point <ID,...>|--budget <N|all>|--sumocfg <FILE>>"), "{text}");
     let text = refused(folder.path(), "evaluate --model m --point busy --sumocfg a.sumocfg");
     assert!(text.contains("cannot be used with"), "{text}");
 }

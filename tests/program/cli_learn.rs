@@ -62,11 +62,18 @@ fn a_trained_model_drives_elsewhere_as_it_did_where_it_was_trained() {
     let lines =
         json_lines(&succeed(folder.path(), &format!("{evaluate} --point narrow city.toml")));
     assert_eq!((&lines[0]["method"], &lines[0]["score"]), (&"baseline".into(), &1.0.into()));
-    assert_eq!(lines[1]["method"], "idqn");
+    assert_eq!(lines[1]["method"], "idqn-of-narrow");
     assert_eq!(lines[1]["delay_s"], summary["delay_s"], "as in the run");
+    let of_model = |lines: &[Value]| {
+        let of_all = lines.iter().find(|l| l["event"] == "method" && l["method"] != "baseline");
+        of_all.unwrap().clone()
+    };
+    assert_eq!(of_model(&lines)["score"], lines[1]["score"]);
+    let interval = of_model(&lines)["interval"].as_array().unwrap().clone();
+    assert!(interval[0].as_f64() <= lines[1]["score"].as_f64(), "{interval:?}");
     let config = "networks/city/narrow/narrow.sumocfg";
     let lines = json_lines(&succeed(folder.path(), &format!("{evaluate} --sumocfg {config}")));
-    assert_eq!((lines.len(), &lines[1]["point"]), (2, &"narrow".into()));
+    assert_eq!((lines.len(), &lines[1]["point"]), (4, &"narrow".into()));
 
     let text = succeed(folder.path(), &format!("{evaluate} --point narrow city.toml"));
     assert_eq!(text, succeed(folder.path(), &format!("{evaluate} --point narrow city.toml")));
@@ -78,7 +85,10 @@ fn a_model_for_other_signals_or_another_family_is_refused() {
     succeed(folder.path(), &format!("{RUN} --out out"));
     let evaluate = "evaluate --model out/models/000/1.safetensors --eval-seeds 1 --json";
     for (place, words) in [
-        ("--point wide city.toml", "the model does not fit the signals of wide: "),
+        (
+            "--point wide city.toml",
+            "idqn-of-narrow on wide: the model does not fit these signals: ",
+        ),
         ("--point nowhere city.toml", "has no point MDP \"nowhere\"; it has narrow, wide"),
         ("--sumocfg nowhere.sumocfg", "nowhere.sumocfg does not exist"),
         ("--point narrow atlantis", "no scenario \"atlantis\""),
@@ -88,6 +98,102 @@ fn a_model_for_other_signals_or_another_family_is_refused() {
         assert!(stderr(&output).contains(words), "{place}: {}", stderr(&output));
         assert!(stdout(&output).is_empty(), "{place}");
     }
+}
+
+#[test]
+fn models_are_evaluated_on_many_point_mdps_and_the_baseline_once() {
+    let folder = city(2);
+    succeed(folder.path(), "run city.toml --methods mplight,idqn --eval-seeds 2 --quiet --out out");
+    let models = "--model out/models/000/1.safetensors --model wide=out/models/000/4.safetensors";
+    let evaluate = format!("evaluate {models} --budget all --eval-seeds 2 --out on-all city.toml");
+    let text = succeed(folder.path(), &evaluate);
+    assert!(text.contains("mplight-of-narrow") && text.contains("95% interval"), "{text}");
+    let records = fs::read_dir(folder.path().join("on-all/done/000")).unwrap().count();
+    assert_eq!(records, 6, "two models and the baseline on two point MDPs");
+    // The same command continues, and finds everything done.
+    let before = fs::metadata(folder.path().join("on-all/done/000/0.jsonl")).unwrap().modified();
+    assert_eq!(succeed(folder.path(), &evaluate), text);
+    let after = fs::metadata(folder.path().join("on-all/done/000/0.jsonl")).unwrap().modified();
+    assert_eq!(before.unwrap(), after.unwrap());
+    // As methods of a run they are what they are alone; another timing of signals is warned of.
+    let run_them = "run city.toml --methods max-pressure --model m=out/models/000/1.safetensors \
+                    --eval-seeds 2 --out beside";
+    let output = run(folder.path(), run_them);
+    assert!(output.status.success() && !stderr(&output).contains("another timing"));
+    let m = record(&folder.path().join("beside"), 2);
+    assert_eq!(
+        m[0]["metrics"]["delay_s"],
+        record(&folder.path().join("out"), 1)[0]["metrics"]["delay_s"]
+    );
+    let output = run(folder.path(), &format!("{run_them}-short --set signal.delta_time_s=5"));
+    let words = "m was trained with another timing of signals (signal.delta_time_s = 10 there, 5 here; preset resco)";
+    assert!(stderr(&output).contains(words), "{}", stderr(&output));
+    let index = fs::read_to_string(folder.path().join("out/report/models.csv")).unwrap();
+    let rows: Vec<&str> = index.lines().collect();
+    assert_eq!(rows[0], "file,method,point,replicate,episode,episodes,seed,delay_s");
+    assert!(rows[1].starts_with("models/000/1.safetensors,mplight,narrow,0,2,2,"), "{index}");
+    assert_eq!(rows.len(), 5);
+}
+
+#[test]
+fn a_transfer_simulates_models_alone_and_names_what_does_not_carry_over() {
+    let folder = city(2);
+    succeed(folder.path(), "run city.toml --methods mplight,idqn --eval-seeds 2 --quiet --out out");
+    let output = run(folder.path(), "transfer out --out moved --json");
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let words = "no score: idqn-of-narrow on wide: the model does not fit these signals: it is for signals of 4 lanes";
+    assert!(stderr(&output).contains(words), "{}", stderr(&output));
+    let lines = json_lines(&stdout(&output));
+    let named: Vec<_> =
+        lines.iter().map(|l| (&l["method"], &l["trained_on"], &l["points"])).collect();
+    let expected = [
+        ("mplight", "narrow", 1),
+        ("mplight", "wide", 1),
+        ("idqn", "narrow", 0),
+        ("idqn", "wide", 0),
+    ];
+    for ((method, trained_on, points), expected) in named.into_iter().zip(expected) {
+        assert_eq!((method.as_str(), trained_on.as_str()), (Some(expected.0), Some(expected.1)));
+        assert_eq!(*points, expected.2);
+    }
+    // Baseline and own training are the run's records with their wall-clock values; at home a model is what its training was.
+    let first = |dir: &str, task: usize| -> Value {
+        let text = fs::read_to_string(folder.path().join(format!("{dir}/done/000/{task}.jsonl")));
+        serde_json::from_str(text.unwrap().lines().next().unwrap()).unwrap()
+    };
+    for task in 0..3 {
+        let wall_s = |dir: &str| first(dir, task)["wall"]["wall_s"].clone();
+        assert_eq!(wall_s("moved"), wall_s("out"), "{task}");
+    }
+    assert_eq!(first("moved", 3)["method"], "mplight-of-narrow");
+    let delay = |record: &Value| record["metrics"]["delay_s"].clone();
+    assert_eq!(delay(&first("moved", 3)), delay(&first("out", 1)));
+    let moved = folder.path().join("moved/transfer");
+    let table = fs::read_to_string(moved.join("transfer.csv")).unwrap();
+    assert_eq!(table.lines().count(), 9);
+    assert!(table.contains("mplight,narrow,narrow,0.5,"), "{table}");
+    for file in ["summary.csv", "transfer.tex", "transfer.svg", "transfer.pdf", "transfer.pgf"] {
+        assert!(moved.join(file).is_file(), "{file}");
+    }
+    let svg = fs::read_to_string(moved.join("transfer.svg")).unwrap();
+    assert!(svg.contains("mplight: own training") && svg.contains("trained on"), "{svg}");
+    // The same command finds everything done, and fewer models are taken by their names.
+    let output = run(folder.path(), "transfer out --out moved");
+    assert!(
+        stderr(&output).contains("heat map: moved/transfer/transfer.svg"),
+        "{}",
+        stderr(&output)
+    );
+    let few = "transfer out --methods mplight --trained-on wide --out few --json";
+    assert_eq!(json_lines(&succeed(folder.path(), few)).len(), 1);
+    fs::remove_dir_all(folder.path().join("out/models")).unwrap();
+    let output = run(folder.path(), "transfer out --out none");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("out has no model of what is asked for"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]

@@ -351,7 +351,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
         "{e}"
     );
     let e = refused("run city --existing c.csv --out x");
-    assert!(e.contains("c.csv, line 1: no column intersection"), "{e}");
+    assert!(e.contains("c.csv, line 1: a table of turning counts, no plans"), "{e}");
     let e = refused("run city --existing none.csv --out x");
     assert!(e.contains("none.csv"), "{e}");
     let e = refused("run smoke --existing p.csv --methods existing --out x");

@@ -1,7 +1,7 @@
 //! Traffic signals as a domain of evaluation.
 
-use std::collections::BTreeSet;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
@@ -16,6 +16,7 @@ use super::env::World;
 use super::environment::{environment, folder_of, planned_demand, planned_world};
 use super::error::TrafficError;
 use super::input_files::InputFiles;
+use super::model::SignalModel;
 use super::network_files::GENERATED;
 use super::own::external::VehiclesOf;
 use super::own::{Create, Own, Play};
@@ -25,7 +26,7 @@ use super::sim::Sim;
 #[cfg(feature = "libsumo")]
 use super::sim::libsumo::SumoSim;
 use super::sim::lights::signals_in;
-use super::trial::{DELAY, SignalTrial, of_files, of_network, of_sim};
+use super::trial::{DELAY, SignalTrial, VEHICLES, of_files, of_network, of_sim};
 use basics::files::FileError;
 use basics::hash::{sha256, sha256_file};
 use evaluation::family::MdpFamily;
@@ -33,6 +34,7 @@ use evaluation::run::RunError;
 use evaluation::run::domain::{Domain, EffortOf, Objective, Site, Spoilt, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::run::method::{Method, Training, find};
+use evaluation::run::model::SavedModel;
 use evaluation::stats::{Direction, Limit};
 use evaluation::store::manifest::PointRow;
 use evaluation::store::own::OwnMethod;
@@ -80,6 +82,11 @@ impl Traffic {
         self
     }
 
+    /// Returns the files that a method of somebody's own consists of, by name; none for another one.
+    pub fn files_of(&self, method: &str) -> BTreeMap<String, PathBuf> {
+        self.own_of(method).map(|own| own.files.clone()).unwrap_or_default()
+    }
+
     /// Returns a controller.
     fn controller(
         &self,
@@ -91,6 +98,13 @@ impl Traffic {
         match self.own_of(method).map(|own| &own.play) {
             Some(Play::Controller(create)) => Ok(create(&setup(scenario, imported, seed))),
             Some(Play::Plan) => create(existing::METHOD.name, scenario, imported, seed),
+            Some(Play::Model { file, learner }) => {
+                let model = SignalModel::new(SavedModel::read(file)?, &self.methods)?;
+                let name = find(&self.methods, method)?.name;
+                model.controller(name, scenario, |scenario, seed| {
+                    self.controller(learner, scenario, imported, seed)
+                })
+            }
             _ => create(method, scenario, imported, seed),
         }
     }
@@ -243,6 +257,20 @@ impl Domain for Traffic {
             .filter(|(path, sha256)| !as_planned(path, sha256))
             .map(|(path, _)| Spoilt { is_there: path.exists(), path, is_made })
             .collect()
+    }
+
+    /// Of generated networks the number of vehicles follows from the demand; SUMO scenarios bring theirs.
+    fn episode_extent(
+        &self,
+        point: &PointRow,
+        prepared: &Path,
+        seed: u64,
+    ) -> Result<Option<(&'static str, f64)>, TrialError> {
+        if point.environment != GENERATED {
+            return Ok(None);
+        }
+        let demand = planned_demand(point, prepared).map_err(of_files)?;
+        Ok(Some((VEHICLES, f64::from(demand.routes(seed).0))))
     }
 
     /// Returns the number of signals.

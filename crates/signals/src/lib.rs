@@ -6,7 +6,6 @@
 
 pub mod calibration;
 pub mod city;
-pub mod contest;
 pub mod control;
 pub mod controllers;
 pub mod domain;

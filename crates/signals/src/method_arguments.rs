@@ -8,14 +8,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::model::SignalModel;
 use super::own::exec::Exec;
 use super::own::external::Scores;
 use super::own::{Host, Own, Play};
 use crate::control::Controller;
 use crate::domain::Traffic;
 use basics::files::FileError;
+use evaluation::run::RunError;
 use evaluation::run::domain::Domain;
 use evaluation::run::method::{Method, Training};
+use evaluation::run::model::{ModelCard, SavedModel};
 use evaluation::store::own::{OwnKind, OwnMethod};
 
 /// What a command begins with.
@@ -24,6 +27,9 @@ const EXEC: &str = "exec:";
 /// How a plan is given.
 const PLAN_FORM: &str =
     "write NAME=FILE, with a table of phases, UTDF or an additional file of SUMO";
+
+/// How a model is given.
+const MODEL_FORM: &str = "write NAME=FILE, with a file of the folder models of a results directory";
 
 /// Names that mean something else: all methods, and in tables that no method is better or that this is open.
 const RESERVED: [&str; 4] = ["all", "none", "open", "tie"];
@@ -59,6 +65,9 @@ pub enum OwnError {
         /// What is wrong, with the line.
         reason: String,
     },
+    /// A model that cannot be used.
+    #[error(transparent)]
+    Model(#[from] RunError),
     /// A file that cannot be read.
     #[error(transparent)]
     Io(#[from] FileError),
@@ -174,6 +183,82 @@ pub fn add_plan(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
     Ok(traffic.with_own(method, own))
 }
 
+/// Adds a saved model as a method that does not learn.
+///
+/// # Arguments
+///
+/// * `given` — `NAME=FILE`.
+///
+/// # Errors
+///
+/// [`OwnError`] saying what is wrong with how it is written, or with the model.
+pub fn add_model(traffic: Traffic, given: &str) -> Result<Traffic, OwnError> {
+    let (name, source) = named(given, MODEL_FORM)?;
+    let wrong = |reason: String| OwnError::Source { given: given.to_owned(), reason };
+    check_name(&traffic, &name).map_err(wrong)?;
+    let model = SignalModel::new(SavedModel::read(Path::new(source))?, traffic.methods())?;
+    let path = std::path::absolute(source).map_err(FileError::at("find", source.as_ref()))?;
+    let ModelCard { method: learner, point, replicate, .. } = model.saved.card;
+    let file = label(source);
+    let mut files = BTreeMap::from([(file.clone(), path.clone())]);
+    // A class of somebody's own decides with it.
+    files.extend(traffic.files_of(&learner));
+    let of = if replicate == 0 { String::new() } else { format!(", training {}", replicate + 1) };
+    let about = OwnMethod {
+        summary: format!("{learner} trained on {point}{of}"),
+        ..OwnMethod::new(&name, OwnKind::Model, file)
+    };
+    let method = Method::new(name.leak(), OwnKind::Model.in_words(), Training::None);
+    Ok(traffic.with_own(method, Own { about, files, play: Play::Model { file: path, learner } }))
+}
+
+/// Returns the learner of a model as the command line gives it.
+///
+/// # Errors
+///
+/// As [`add_model`].
+pub fn learner_of(given: &str) -> Result<String, OwnError> {
+    let (_, source) = named(given, MODEL_FORM)?;
+    Ok(SavedModel::read(Path::new(source))?.card.method)
+}
+
+/// Returns `NAME=FILE` of a model that may be given without a name: then it is called after its method and the point MDP of
+/// its training.
+///
+/// # Arguments
+///
+/// * `taken` — names that others have.
+///
+/// # Errors
+///
+/// [`OwnError::Model`] for a file that is no model.
+pub fn named_model(given: &str, taken: &[String]) -> Result<String, OwnError> {
+    if given.split_once('=').is_some_and(|(name, _)| is_plain(name)) {
+        return Ok(given.to_owned());
+    }
+    let card = SavedModel::read(Path::new(given))?.card;
+    let name = model_name(&card.method, &card.point, card.replicate, taken);
+    Ok(format!("{name}={given}"))
+}
+
+/// Returns what a model is called where nobody says: its method and the point MDP of its training.
+///
+/// # Arguments
+///
+/// * `taken` — names that others have.
+pub fn model_name(method: &str, point: &str, replicate: u32, taken: &[String]) -> String {
+    let allowed = |c: char| if is_plain_character(c) { c } else { '-' };
+    let point: String = point.to_ascii_lowercase().chars().map(allowed).collect();
+    let training = if replicate == 0 { String::new() } else { format!("-{}", replicate + 1) };
+    let name = format!("{method}-of-{point}{training}");
+    let is_free = |name: &String| name.len() <= MOST_NAME && !taken.contains(name);
+    if is_free(&name) {
+        return name;
+    }
+    let mut numbered = (1..).map(|number| format!("{method}-of-{number}"));
+    numbered.find(is_free).unwrap_or(name)
+}
+
 /// Returns name and file of plans as the command line gives them.
 ///
 /// # Errors
@@ -212,11 +297,19 @@ fn named<'a>(given: &'a str, form: &str) -> Result<(String, &'a str), OwnError> 
     }
 }
 
+/// Whether a name of a method may have a character.
+fn is_plain_character(c: char) -> bool {
+    c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'
+}
+
+/// Whether a text is made as names of methods are.
+fn is_plain(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_plain_character)
+}
+
 /// Checks that a method can be called so.
 fn check_name(traffic: &Traffic, name: &str) -> Result<(), String> {
-    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    let begins = name.starts_with(|c: char| c.is_ascii_lowercase());
-    if !begins || !name.chars().all(plain) || name.len() > MOST_NAME {
+    if !is_plain(name) || name.len() > MOST_NAME {
         return Err(format!(
             "a name is made of a to z, 0 to 9 and -, begins with a letter and has at most {MOST_NAME} of them"
         ));

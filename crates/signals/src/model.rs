@@ -1,18 +1,20 @@
-//! Models of learners that control signals: what it takes to set one up again.
+//! Models of learners that control signals: what it takes to set one up again, and to play it elsewhere.
+
+use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use super::control::Controller;
 use super::control::registry::METHODS;
+use super::control::{ControlError, Controller, Drive, GreenPhase, Observation, SignalSpec};
 use super::controllers::create;
 use super::error::TrafficError;
 use super::settings::check::check;
 use super::settings::{Preset, Scenario, SignalSettings};
 use evaluation::run::RunError;
-use evaluation::run::fault::TrialError;
-use evaluation::run::method::find;
+use evaluation::run::method::{Method, Training, find};
 use evaluation::run::model::SavedModel;
 use evaluation::settings::overrides::Override;
+use evaluation::store::difference::flat;
 
 /// A model with what its card says of signals.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,14 +32,26 @@ pub struct SignalModel {
 impl SignalModel {
     /// Returns a model after looking at its card.
     ///
+    /// # Arguments
+    ///
+    /// * `methods` — those that it may be of.
+    ///
     /// # Errors
     ///
-    /// [`RunError::Model`] when it is of another domain or damaged.
-    pub fn new(saved: SavedModel) -> Result<Self, RunError> {
-        let method = saved.card.method.as_str();
-        if !METHODS.iter().any(|m| m.name == method) {
-            let reason = format!("it is a model of {method}, which is no method for signals");
-            return Err(saved.fail(reason));
+    /// [`RunError::Model`] when it is of another domain or method, or damaged.
+    pub fn new(saved: SavedModel, methods: &[Method]) -> Result<Self, RunError> {
+        let name = saved.card.method.as_str();
+        match find(methods, name) {
+            Err(_) => {
+                return Err(saved.fail(format!(
+                    "it is a model of {name}, which is no method for signals here; if {name} is a class of your own, give it \
+                     too, with --controller {name}=FILE.py:CLASS"
+                )));
+            }
+            Ok(method) if method.training != Training::Learned => {
+                return Err(saved.fail(format!("it is a model of {name}, which does not learn")));
+            }
+            Ok(_) => {}
         }
         let damaged = |what: &str| saved.fail(format!("its card is damaged: no valid {what}"));
         let get = |name: &str| saved.domain.get(name).cloned();
@@ -56,102 +70,152 @@ impl SignalModel {
     ///
     /// # Errors
     ///
-    /// [`RunError::Model`] when the method is unknown or cannot use the model, or when a setting does
-    /// not exist or is out of range.
+    /// [`RunError::Model`] when the method cannot use the model, or when a setting does not exist or is out of range.
     pub fn scenario(
         &self,
         scenario: &Scenario,
         overrides: &[Override],
     ) -> Result<Scenario, TrafficError> {
-        let method = find(METHODS, &self.saved.card.method);
-        let method = method.map_err(|e| self.saved.fail(format!("of an {e}")))?;
-        let mut scenario = scenario.clone();
+        let mut scenario = self.with_settings(scenario)?;
         scenario.signal = self.signal.clone();
-        let mut settings = serde_json::to_value(&scenario).expect("a scenario is plain data");
-        // A method without settings has no section.
-        if let Some(own) = settings.get_mut(method.section()) {
-            *own = self.settings.clone();
-        }
-        let mut scenario: Scenario = serde_json::from_value(settings)
-            .map_err(|e| self.saved.fail(format!("its settings are of another version: {e}")))?;
         for setting in overrides {
             scenario = setting.apply(&scenario)?;
         }
         check(&scenario, "its settings").map_err(|e| self.saved.fail(e.to_string()))?;
         // What makes it unusable on any signal is said before anything is built or simulated.
-        self.controller(&scenario, false)?;
+        if METHODS.iter().any(|m| m.name == self.saved.card.method) {
+            self.loaded(create(&self.saved.card.method, &scenario, false, self.saved.card.seed)?)?;
+        }
         Ok(scenario)
     }
 
-    /// Returns the controller that the model makes, in a scenario with its settings.
+    /// Returns a scenario with the method's settings of the model.
+    fn with_settings(&self, scenario: &Scenario) -> Result<Scenario, RunError> {
+        let mut settings = serde_json::to_value(scenario).expect("a scenario is plain data");
+        // A method without settings has no section.
+        let section = self.saved.card.method.replace('-', "_");
+        if let Some(own) = settings.get_mut(section) {
+            *own = self.settings.clone();
+        }
+        serde_json::from_value(settings)
+            .map_err(|e| self.saved.fail(format!("its settings are of another version: {e}")))
+    }
+
+    /// Returns how the timing of signals or what methods see differs in a scenario from where the model was trained, in
+    /// words; `None` where nothing does.
+    pub fn difference(&self, scenario: &Scenario) -> Option<String> {
+        let of = |signal: &SignalSettings| {
+            flat(&serde_json::to_value(signal).expect("settings are plain data"))
+        };
+        let (there, here) = (of(&self.signal), of(&scenario.signal));
+        let differing = there.iter().filter_map(|(key, value)| {
+            let now = here.get(key).filter(|now| *now != value)?;
+            Some(format!("signal.{key} = {value} there, {now} here"))
+        });
+        let differing: Vec<String> = differing.collect();
+        (!differing.is_empty()).then(|| differing.join("; "))
+    }
+
+    /// Returns a controller with what was learned.
+    fn loaded(&self, mut learner: Box<dyn Controller>) -> Result<Box<dyn Controller>, RunError> {
+        learner.load(self.saved.archive.clone()).map_err(|e| self.saved.fail(e.to_string()))?;
+        Ok(learner)
+    }
+
+    /// Returns the controller that plays the model: it neither trains nor explores.
+    ///
+    /// # Arguments
+    ///
+    /// * `name` — what the model is called as a method.
+    /// * `create` — makes the learner from the scenario with the model's settings and its seed.
     ///
     /// # Errors
     ///
     /// [`RunError::Model`] when the method cannot use it.
     pub fn controller(
         &self,
+        name: &'static str,
         scenario: &Scenario,
-        imported: bool,
+        create: impl FnOnce(&Scenario, u64) -> Result<Box<dyn Controller>, RunError>,
     ) -> Result<Box<dyn Controller>, RunError> {
         let card = &self.saved.card;
-        let mut controller = create(&card.method, scenario, imported, card.seed)?;
-        controller.load(self.saved.archive.clone()).map_err(|e| self.saved.fail(e.to_string()))?;
-        Ok(controller)
+        let learner = self.loaded(create(&self.with_settings(scenario)?, card.seed)?)?;
+        Ok(Box::new(Learned { name, learner, trained_on: card.point.clone() }))
+    }
+}
+
+/// What a learner has learned, as a method that does not learn.
+struct Learned {
+    name: &'static str,
+    learner: Box<dyn Controller>,
+    trained_on: String,
+}
+
+impl Controller for Learned {
+    fn name(&self) -> &'static str {
+        self.name
     }
 
-    /// Returns the error of an evaluation, with the file's name and a way out if the model is the
-    /// cause.
-    pub fn explain(&self, error: TrialError, point: &str) -> RunError {
-        match error {
-            TrialError::Model(e) => self.saved.fail(format!(
-                "the model does not fit the signals of {point}: {e}; it was trained on {}, choose an \
-                 intersection with as many lanes and phases",
-                self.saved.card.point
-            )),
-            other => other.into(),
-        }
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        self.learner.begin(signals).map_err(|e| match e {
+            ControlError::Model(reason) => {
+                ControlError::Unfit { reason, trained_on: self.trained_on.clone() }
+            }
+            other => other,
+        })
+    }
+
+    fn act(
+        &mut self,
+        observations: &[Observation],
+        phases: &mut [GreenPhase],
+    ) -> Result<(), ControlError> {
+        self.learner.act(observations, phases)
+    }
+
+    fn observe(&mut self, observations: &[Observation], truncated: bool) {
+        self.learner.observe(observations, truncated);
+    }
+
+    fn details(&self) -> BTreeMap<String, String> {
+        self.learner.details()
+    }
+
+    fn set_validation(&mut self, is_validation: bool) {
+        self.learner.set_validation(is_validation);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use evaluation::run::model::{MODEL, ModelCard};
     use learners::nn::archive::{Archive, ArchiveError};
-    use serde_json::Map;
+
+    /// A learner whose network has eight inputs, where six are needed.
+    struct Narrow;
+
+    impl Controller for Narrow {
+        fn name(&self) -> &'static str {
+            "narrow"
+        }
+        fn begin(&mut self, _: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+            let (found, wanted) = (vec![8, 64], vec![6, 64]);
+            Err(ArchiveError::Shape { name: "w".into(), found, wanted }.into())
+        }
+        fn model(&self) -> Option<Archive> {
+            Some(Archive::default())
+        }
+    }
 
     #[test]
-    fn a_model_of_other_signals_says_where_it_was_trained() {
-        let card = ModelCard {
-            kind: MODEL.into(),
-            format_version: 1,
-            method: "idqn".into(),
-            point: "quiet".into(),
-            replicate: 0,
-            seed: 1,
-            training_episodes: 1,
-            policy_row: None,
-            tsc_family: String::new(),
-            git: String::new(),
-            simulator: String::new(),
-            evaluation: Map::new(),
-        };
-        let archive = Archive::default();
-        let saved = SavedModel { path: "m".into(), card, domain: Map::new(), archive };
-        let model = SignalModel {
-            saved,
-            settings: Value::Null,
-            preset: Preset::default(),
-            signal: SignalSettings::default(),
-        };
-        let shape =
-            ArchiveError::Shape { name: "w".into(), found: vec![8, 64], wanted: vec![6, 64] };
-        let e = model.explain(TrialError::Model(shape), "busy").to_string();
+    fn a_model_of_other_signals_says_what_does_not_fit_and_where_it_was_trained() {
+        let learner = Box::new(Narrow);
+        let mut learned = Learned { name: "idqn-of-quiet", learner, trained_on: "quiet".into() };
+        assert!(learned.model().is_none(), "it is no new model");
         assert_eq!(
-            e,
-            "m: the model does not fit the signals of busy: tensor \"w\" has shape [8, 64], but \
-             [6, 64] is needed; it was trained on quiet, choose an intersection with as many lanes \
-             and phases"
+            learned.begin(&[]).unwrap_err().to_string(),
+            "the model does not fit these signals: tensor \"w\" has shape [8, 64], but [6, 64] is needed; \
+             it was trained on quiet, choose an intersection with as many lanes and phases"
         );
     }
 }

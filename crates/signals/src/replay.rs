@@ -93,7 +93,10 @@ pub fn replay<S: Sim>(
         Ok(known) => match known.training {
             Training::None => create(method, &scenario, imported, summary.seed)?,
             Training::Learned => {
-                SignalModel::new(SavedModel::read(&model)?)?.controller(&scenario, imported)?
+                let model = SignalModel::new(SavedModel::read(&model)?, METHODS)?;
+                model.controller(known.name, &scenario, |scenario, seed| {
+                    create(method, scenario, imported, seed)
+                })?
             }
             Training::Tuned { .. } => {
                 let programs = summary.programs.read::<Vec<SignalProgram>>();

@@ -24,6 +24,9 @@ use learners::nn::archive::Archive;
 /// Name of the metric that scores compare.
 pub const DELAY: &str = "delay_s";
 
+/// Name of the metric that counts the vehicles of an episode, also those that did not enter or arrive.
+pub const VEHICLES: &str = "vehicles_veh";
+
 /// Training episodes over which RESCO's users see a learner's last performance.
 const RESCO_LAST: usize = 10;
 
@@ -323,7 +326,7 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
         ("waiting_s", waiting_s),
         ("queue_veh", metrics.queue_veh),
         ("max_queue_veh", metrics.max_queue_veh),
-        ("vehicles_veh", f64::from(trips.vehicles)),
+        (VEHICLES, f64::from(trips.vehicles)),
         ("throughput_veh", f64::from(trips.arrived)),
         ("unfinished_veh", f64::from(trips.running + trips.undeparted)),
         ("undeparted_veh", f64::from(trips.undeparted)),

@@ -138,9 +138,22 @@ impl Block {
     pub(crate) fn calls(&self) -> Vec<Vec<String>> {
         let commands = self.commands();
         let parts = commands.iter().flat_map(|c| c.split(['|', ';', '&']));
-        // As a shell does, without its quotes.
-        let word = |w: &str| w.trim_matches('\'').to_owned();
-        let words = parts.map(|c| c.split_whitespace().map(word).collect::<Vec<_>>());
+        let words = parts.map(words);
         words.filter(|w| w.first().is_some_and(|w| w == "tsc-family")).collect()
     }
+}
+
+/// Returns the words of a command as a shell has them: what stands in quotes is one, without them.
+fn words(command: &str) -> Vec<String> {
+    let (mut words, mut quote) = (vec![String::new()], None);
+    for c in command.chars() {
+        match quote {
+            Some(q) if c == q => quote = None,
+            None if c == '"' || c == '\'' => quote = Some(c),
+            None if c.is_whitespace() => words.push(String::new()),
+            _ => words.last_mut().expect("there is one").push(c),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
 }

@@ -21,8 +21,19 @@ use crate::pages::{Page, markdown};
 const REPO: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Programs of others that blocks which are only parsed may start with.
-const OTHERS: [&str; 12] = [
-    "cargo", "docker", "mkdir", "cp", "make", "qsub", "seq", "pip", "python3", "export", "apt-get",
+const OTHERS: [&str; 13] = [
+    "cargo",
+    "docker",
+    "netconvert",
+    "mkdir",
+    "cp",
+    "make",
+    "qsub",
+    "seq",
+    "pip",
+    "python3",
+    "export",
+    "apt-get",
     ".",
 ];
 

@@ -96,7 +96,7 @@ impl Source {
         runs.into_iter().zip(names).map(source).collect()
     }
 
-    fn identity(&self) -> &Identity {
+    pub(super) fn identity(&self) -> &Identity {
         &self.results.manifest.identity
     }
 }
@@ -162,7 +162,11 @@ fn refused<T>(text: String) -> Result<T, AnalysisError> {
 }
 
 /// Refuses two runs whose methods did not have the same task.
-fn check_together(a: &Source, b: &Source, known: Known<'_>) -> Result<(), AnalysisError> {
+pub(super) fn check_together(
+    a: &Source,
+    b: &Source,
+    known: Known<'_>,
+) -> Result<(), AnalysisError> {
     let (one, other) = (a.identity(), b.identity());
     let of = |what: &str, x: &str, y: &str, way_out: &str| {
         refused(format!("{what} {x} in {} and {y} in {}; {way_out}", a.path, b.path))
@@ -189,6 +193,16 @@ fn check_together(a: &Source, b: &Source, known: Known<'_>) -> Result<(), Analys
         return of(&format!("the setting {key} is"), &values[0], &values[1], way_out);
     }
     Ok(())
+}
+
+/// Says why a run cannot be compared with another one on all point MDPs of that; `None` where it can be.
+///
+/// # Arguments
+///
+/// * `first` — whose point MDPs count.
+pub fn obstacle(first: &Source, other: &Source, known: Known<'_>) -> Option<AnalysisError> {
+    let together = check_together(first, other, known).and_then(|()| check_points(first, other));
+    together.and_then(|()| common_seeds([first, other]).map(drop)).err()
 }
 
 /// Refuses a run that lacks point MDPs, or has others of the same names.
@@ -240,16 +254,20 @@ fn check_points(sample: &Source, other: &Source) -> Result<(), AnalysisError> {
 }
 
 /// Returns the evaluation seeds that all runs have, in the order of the first.
-fn common_seeds(sources: &[Source]) -> Result<Vec<u64>, AnalysisError> {
-    let mut common = sources[0].identity().evaluation_seeds.clone();
-    for other in &sources[1..] {
-        let (one, two) = (sources[0].identity(), other.identity());
+fn common_seeds<'a>(
+    sources: impl IntoIterator<Item = &'a Source>,
+) -> Result<Vec<u64>, AnalysisError> {
+    let mut sources = sources.into_iter();
+    let Some(first) = sources.next() else { return Ok(Vec::new()) };
+    let mut common = first.identity().evaluation_seeds.clone();
+    for other in sources {
+        let (one, two) = (first.identity(), other.identity());
         common.retain(|seed| two.evaluation_seeds.contains(seed));
         if common.is_empty() {
             return refused(format!(
                 "{} and {} have no evaluation seed in common (--seed is {} and {}); run one of them again with the \
                  --seed of the other",
-                sources[0].path, other.path, one.base_seed, two.base_seed
+                first.path, other.path, one.base_seed, two.base_seed
             ));
         }
     }
@@ -290,9 +308,14 @@ fn columns(sources: &[Source], points: &[PointRow], seeds: &[u64]) -> Vec<Column
 }
 
 /// What a task measured on every seed, by method, point MDP and replicate.
-type Evaluated<'a> = HashMap<(&'a str, &'a str, u32), Vec<(u64, &'a Metrics)>>;
+pub(super) type Evaluated<'a> = HashMap<(&'a str, &'a str, u32), Vec<(u64, &'a Metrics)>>;
 
-fn evaluations<'a>(source: &'a Source, points: &[PointRow], seeds: &[u64]) -> Evaluated<'a> {
+/// Returns what was measured on point MDPs with the seeds that follow from these.
+pub(super) fn evaluations<'a>(
+    source: &'a Source,
+    points: &[PointRow],
+    seeds: &[u64],
+) -> Evaluated<'a> {
     let seeds: HashMap<&str, BTreeSet<u64>> = (points.iter())
         .map(|p| (p.point.as_str(), p.evaluation_seeds(seeds).into_iter().collect()))
         .collect();
@@ -307,7 +330,7 @@ fn evaluations<'a>(source: &'a Source, points: &[PointRow], seeds: &[u64]) -> Ev
 }
 
 /// Whether two runs have the same records of a method wherever both have some, and both have some somewhere.
-fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
+pub(super) fn agree(a: &Evaluated<'_>, b: &Evaluated<'_>, method: &str) -> bool {
     let mut shared = a
         .iter()
         .filter(|(key, _)| key.0 == method)
@@ -496,7 +519,7 @@ fn is_read(sources: &[Source], known: Known<'_>, key: &str) -> bool {
 }
 
 /// Returns the section of a setting.
-fn section(key: &str) -> &str {
+pub(super) fn section(key: &str) -> &str {
     key.split('.').next().unwrap_or_default()
 }
 

@@ -19,6 +19,7 @@ mod evidence;
 mod failing;
 mod family_share;
 pub mod joined;
+pub mod leaderboard;
 mod measures;
 mod method;
 mod naming;
@@ -33,6 +34,7 @@ mod standing;
 mod statistics;
 mod summaries;
 mod training;
+pub mod transfer;
 mod whole;
 mod winners;
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::ReportError;
+use super::models::write_models;
 use super::paths::ReportPaths;
 use super::plain_table::Cells;
 use super::whole::Report;
@@ -20,6 +21,7 @@ use basics::files::{Streamed, make_folder_beneath, write_atomically};
 ///
 /// [`ReportError::Io`] when the folder cannot be written or the disk is full.
 pub fn write(layout: &Layout, data: &Report) -> Result<ReportPaths, ReportError> {
+    write_models(layout, (layout.root(), &layout.report()), data)?;
     write_to(layout.root(), &layout.report(), data)
 }
 

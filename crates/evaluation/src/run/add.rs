@@ -144,6 +144,29 @@ pub(super) fn add(
     Ok(kept)
 }
 
+/// Takes the records of another run along that are of tasks of this one, where these have none yet. Without models: what
+/// was learned stays where it is.
+///
+/// # Errors
+///
+/// [`StoreError`] when a record here is damaged or cannot be written.
+pub(super) fn take_along(
+    from: &Results,
+    layout: &Layout,
+    manifest: &Manifest,
+) -> Result<(), StoreError> {
+    let sha256 = manifest.sha256();
+    let key = |task: &Task| (task.method.clone(), task.point.clone(), task.replicate, task.seed);
+    let there: HashMap<_, _> = from.done().map(|(task, record)| (key(task), record)).collect();
+    for task in manifest.identity.tasks() {
+        if let Some(record) = there.get(&key(&task)).filter(|_| !layout.record(task.task).exists())
+        {
+            record.moved(&task, &sha256).commit(layout)?;
+        }
+    }
+    Ok(())
+}
+
 /// Puts new files into the places of old ones, where that was begun; removes what was not complete.
 ///
 /// # Errors

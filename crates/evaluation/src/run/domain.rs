@@ -137,6 +137,26 @@ pub trait Domain: Sync {
         Vec::new()
     }
 
+    /// Returns what every episode of a seed has on a point MDP, whatever method acts there, as a metric with its value, such as
+    /// the number of vehicles; `None` where nothing follows from the seed alone.
+    ///
+    /// # Arguments
+    ///
+    /// * `prepared` — folder of what [`Problem::prepare`] made.
+    ///
+    /// # Errors
+    ///
+    /// [`TrialError`] when a file is missing or not the one that was planned.
+    fn episode_extent(
+        &self,
+        point: &PointRow,
+        prepared: &Path,
+        seed: u64,
+    ) -> Result<Option<(&'static str, f64)>, TrialError> {
+        let _ = (point, prepared, seed);
+        Ok(None)
+    }
+
     /// Returns how many agents act on a point MDP of a run, at least one; methods that are tuned take
     /// episodes for each.
     fn agents(&self, point: &PointRow) -> u32 {

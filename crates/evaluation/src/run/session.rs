@@ -10,6 +10,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
+use super::add::take_along;
 use super::domain::{Domain, Problem, domain_of};
 use super::error::RunError;
 use super::executor::local::GRACE;
@@ -20,7 +21,7 @@ use crate::sample::{SamplePlan, stands};
 use crate::store::Layout;
 use crate::store::error::StoreError;
 use crate::store::lock::{Holder, RunLock};
-use crate::store::manifest::{GIT, Manifest, Provenance, Task};
+use crate::store::manifest::{GIT, Identity, Manifest, Provenance, Task};
 use crate::store::packed::is_packed;
 use crate::store::results::Results;
 use crate::store::scratch::tidy_up;
@@ -101,6 +102,42 @@ pub fn reopen<'a>(
     }
     let lock = lock(layout, now())?;
     Ok(Session { domain, layout: layout.clone(), manifest, prepared, kept: None, _lock: lock })
+}
+
+/// Opens a run that follows from another one: the records of it that are of the new one's tasks too are taken along, so that
+/// nothing is simulated or trained for them again. A folder that has the new run already is gone on with.
+///
+/// # Arguments
+///
+/// * `from` — the other run; packed records are read as they are.
+/// * `identity` — what the new run is; its methods may be known to `domain` alone.
+/// * `out` — its results directory.
+///
+/// # Errors
+///
+/// [`RunError`] when the folder holds another run or is in use, or a record cannot be read or written.
+pub fn open_after<'a>(
+    domain: &'a dyn Domain,
+    from: &Results,
+    identity: Identity,
+    out: &Path,
+    prepared: PathBuf,
+) -> Result<Session<'a>, RunError> {
+    for path in [out, &prepared] {
+        domain.check_path(path).map_err(RunError::Place)?;
+    }
+    let provenance = provenance(&prepared.display().to_string(), None);
+    let (started, tasks) = (provenance.started.clone(), identity.tasks());
+    let layout = Layout::new(out);
+    layout.make()?;
+    let lock = lock(&layout, started)?;
+    let manifest = Manifest { identity, provenance };
+    let Established { manifest, kept } =
+        establish(&layout, manifest, &tasks, from.design.as_ref(), &[])?;
+    take_along(from, &layout, &manifest)?;
+    tidy_up(&layout)?;
+    let manifest = Arc::new(manifest);
+    Ok(Session { domain, layout, manifest, prepared, kept, _lock: lock })
 }
 
 /// Takes the lock of a results directory.

@@ -22,6 +22,8 @@ pub enum OwnKind {
     External,
     /// A plan of signals, which the manifest keeps with each point MDP.
     Plan,
+    /// What a method has learned elsewhere, in the file of a model.
+    Model,
 }
 
 impl OwnKind {
@@ -33,6 +35,7 @@ impl OwnKind {
             Self::Python => "a class in Python",
             Self::External => "measured elsewhere, not by this run",
             Self::Plan => "a plan that was given with --plan-file",
+            Self::Model => "a saved model",
         }
     }
 }

@@ -155,6 +155,14 @@ impl Results {
         self.rows().filter(|(_, record)| record.is_none()).map(|(task, _)| task)
     }
 
+    /// Returns the finished tasks that left a model, each with its record, as far as the files are there.
+    pub fn models<'a>(
+        &'a self,
+        layout: &'a Layout,
+    ) -> impl Iterator<Item = (&'a Task, &'a Record)> {
+        self.done().filter(|(task, _)| layout.model(task.task).is_file())
+    }
+
     /// Returns the builds that did the tasks.
     pub fn builds(&self) -> Builds {
         let mut builds = Builds::default();

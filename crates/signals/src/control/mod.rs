@@ -294,6 +294,16 @@ pub enum ControlError {
     /// A model or checkpoint that does not fit the method or the signals.
     #[error("the model does not fit: {0}")]
     Model(#[from] ArchiveError),
+    /// A saved model on signals that it was not made for.
+    #[error(
+        "the model does not fit these signals: {reason}; it was trained on {trained_on}, choose an intersection with as many lanes and phases"
+    )]
+    Unfit {
+        /// What does not fit.
+        reason: ArchiveError,
+        /// Id of the point MDP of its training.
+        trained_on: String,
+    },
     /// A method of somebody's own failed.
     #[error("{method}: {reason}")]
     Own {

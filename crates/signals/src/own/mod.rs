@@ -31,6 +31,13 @@ pub enum Play {
     Controller(Create),
     /// As the plan of each point MDP that the manifest keeps under its name.
     Plan,
+    /// As what a method has learned elsewhere.
+    Model {
+        /// The file of the model.
+        file: PathBuf,
+        /// The method that has learned it.
+        learner: String,
+    },
     /// Not at all: its scores are there.
     External(Arc<external::Scores>),
     /// It is known by name, as records have it, but nobody said where it is.

@@ -1,5 +1,6 @@
 //! How a worker is started: a program with what comes before and after the subcommand.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
@@ -13,12 +14,19 @@ pub struct Launcher {
     pub first: Vec<OsString>,
     /// Methods that are not the program's own, each with the arguments that give it.
     pub own: Vec<(String, Vec<OsString>)>,
+    /// By name of a saved model the method that has learned it, which may be one's own too.
+    pub learners: BTreeMap<String, String>,
 }
 
 impl Launcher {
     /// Returns a program that needs nothing before and after the subcommand.
     pub fn of(program: impl Into<PathBuf>) -> Self {
-        Self { program: program.into(), first: Vec::new(), own: Vec::new() }
+        Self {
+            program: program.into(),
+            first: Vec::new(),
+            own: Vec::new(),
+            learners: BTreeMap::new(),
+        }
     }
 
     /// Returns the arguments after all others, which give the methods that are not the program's own.
@@ -31,7 +39,8 @@ impl Launcher {
     pub fn command(&self, subcommand: &str, arguments: &[OsString], method: &str) -> Command {
         let mut command = Command::new(&self.program);
         command.args(&self.first).arg(subcommand).args(arguments);
-        let own = self.own.iter().filter(|(name, _)| name == method);
+        let learner = self.learners.get(method);
+        let own = self.own.iter().filter(|(name, _)| name == method || learner == Some(name));
         command.args(own.flat_map(|(_, arguments)| arguments));
         command
     }
@@ -56,5 +65,16 @@ mod tests {
         assert_eq!(words("b"), "worker out --controller b=exec:b");
         assert_eq!(words("idqn"), "worker out");
         assert_eq!(launcher.last().count(), 4);
+    }
+
+    #[test]
+    fn the_worker_of_a_model_is_given_its_class_too() {
+        let own = [("mine", "--controller"), ("other", "--controller"), ("mine-of-a", "--model")];
+        let own = own.map(|(name, option)| (name.to_owned(), vec![option.into(), name.into()]));
+        let learners = [("mine-of-a".to_owned(), "mine".to_owned())].into();
+        let launcher = Launcher { own: own.to_vec(), learners, ..Launcher::of("tsc-family") };
+        let command = launcher.command("worker", &[], "mine-of-a");
+        let words: Vec<_> = command.get_args().map(|w| w.to_string_lossy()).collect();
+        assert_eq!(words.join(" "), "worker --controller mine --model mine-of-a");
     }
 }

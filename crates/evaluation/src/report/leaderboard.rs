@@ -1,0 +1,146 @@
+//! The leaderboard as a page in Markdown, and as lines of JSON.
+
+use serde_json::{Value, json};
+
+use super::format;
+use crate::analysis::leaderboard::{Row, Table};
+use crate::sample::Sampling;
+use crate::stats::Direction;
+
+/// What stands above the tables.
+const ABOVE: &str = "\
+# Leaderboard
+
+After this page you can see how all published methods rank on each family, and how sure that is. `tsc-family leaderboard` made it from
+the records; do not edit it.
+
+- **Score**: the estimate over all point MDPs of the family, with its 95% interval. A run on a sample has the estimate and the interval
+  of its sample.
+- **Place**: the first and the last place that the intervals allow. A method is surely before another one only where their intervals
+  do not meet. `tsc-family compare` decides more pairs, because it compares two methods on the same vehicles.
+- **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
+  method has a row per run, unless a run with more point MDPs and as many trainings has the same records.
+- **Training**: trainings per point MDP, and episodes of each.
+- **Date**: the day on which the run began. The link leads to its manifest, which has all settings, seeds and hashes.
+";
+
+/// Returns the page.
+///
+/// # Arguments
+///
+/// * `link` — returns the path of a results directory as seen from the page.
+pub fn markdown(tables: &[Table], link: &dyn Fn(&str) -> String) -> String {
+    let mut page = ABOVE.to_owned();
+    for table in tables {
+        page.push_str(&format!("\n## {}\n\n{}\n\n", title(table), about(table)));
+        page.push_str(
+            "| place | method | score (95% interval) | point MDPs | seeds | training | simulator, version | date, run |\n\
+             | --- | --- | ---: | --- | ---: | --- | --- | --- |\n",
+        );
+        for row in &table.rows {
+            page.push_str(&line(row, link));
+        }
+    }
+    page
+}
+
+/// Returns what a table is called.
+fn title(table: &Table) -> String {
+    let mut title = table.scenario.clone();
+    if let Some(preset) = &table.preset {
+        title.push_str(&format!(", preset {preset}"));
+    }
+    title.push_str(&format!(", {}", format::count(table.family_size, "point MDP")));
+    if let Some(version) = &table.version {
+        title.push_str(&format!(", version {version}"));
+    }
+    if !table.settings.is_empty() {
+        title.push_str(&format!(": {}", quoted(&table.settings)));
+    }
+    title
+}
+
+fn quoted(settings: &[String]) -> String {
+    let settings: Vec<String> = settings.iter().map(|setting| format!("`{setting}`")).collect();
+    settings.join(", ")
+}
+
+fn about(table: &Table) -> String {
+    let better = match table.direction {
+        Direction::Lower => "less is better",
+        Direction::Higher => "more is better",
+    };
+    match table.baseline.as_str() {
+        "" => format!("The score is `{}`; {better}.", table.objective),
+        baseline => {
+            format!("The score is `{}` divided by that of `{baseline}`; {better}.", table.objective)
+        }
+    }
+}
+
+fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
+    let place = match row.places {
+        (first, last) if first == last => first.to_string(),
+        (first, last) => format!("{first} to {last}"),
+    };
+    let points = match (row.points, row.sampling) {
+        ((all, of), _) if all == of => format!("all {of}"),
+        ((some, of), Sampling::All) => format!("{some} of {of}"),
+        ((some, of), sampling) => format!("{some} of {of}, {}", name(sampling)),
+    };
+    let trained = match row.trained {
+        None => "-".to_owned(),
+        Some((trainings, episodes)) => format!("{trainings} of {episodes} episodes"),
+    };
+    let method = match row.settings.is_empty() {
+        true => row.method.clone(),
+        false => format!("{} with {}", row.method, quoted(&row.settings)),
+    };
+    let score = format::score_within(row.score, row.interval);
+    let interval = row.interval.filter(|(low, high)| low < high);
+    let interval = interval.map(|ends| format!(" ({})", format::interval(ends)));
+    format!(
+        "| {place} | {method} | {score}{} | {points} | {} | {trained} | {}, {} | [{}]({}/manifest.json) |\n",
+        interval.unwrap_or_default(),
+        row.seeds,
+        row.simulator,
+        row.version,
+        row.date,
+        link(&row.path),
+    )
+}
+
+/// Returns a way of sampling as the command line has it.
+fn name(sampling: Sampling) -> String {
+    let name = serde_json::to_value(sampling).expect("a name is plain data");
+    name.as_str().unwrap_or_default().to_owned()
+}
+
+/// Returns the lines of `--json`: one per row.
+pub fn json(tables: &[Table]) -> Vec<Value> {
+    let line = |table: &Table, row: &Row| {
+        json!({
+            "event": "row",
+            "scenario": table.scenario,
+            "preset": table.preset,
+            "family_size": table.family_size,
+            "settings": table.settings,
+            "method": row.method,
+            "run_settings": row.settings,
+            "path": row.path,
+            "first_place": row.places.0,
+            "last_place": row.places.1,
+            "score": row.score,
+            "interval": row.interval,
+            "points": row.points.0,
+            "sampling": row.sampling,
+            "evaluation_seeds": row.seeds,
+            "trainings": row.trained.map(|(trainings, _)| trainings),
+            "episodes": row.trained.map(|(_, episodes)| episodes),
+            "simulator": row.simulator,
+            "tsc_family": row.version,
+            "date": row.date,
+        })
+    };
+    tables.iter().flat_map(|table| table.rows.iter().map(move |row| line(table, row))).collect()
+}

@@ -1,0 +1,82 @@
+//! `tsc-family leaderboard`: all methods of many results directories on one page.
+
+use std::path::{Path, PathBuf};
+
+use super::folder::check_file;
+use super::found::found;
+use super::output::{line, note};
+use crate::analysis::Analysis;
+use crate::analysis::joined::{Known, Source};
+use crate::analysis::leaderboard::leaderboard;
+use crate::cli::exit;
+use crate::domains;
+use crate::files::write_atomically;
+use crate::report::leaderboard::{json, markdown};
+use crate::store::Layout;
+use crate::store::results::Results;
+
+/// `tsc-family leaderboard`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Runs of one scenario and preset with the same episodes are one table: same point MDPs, seeds and records
+of the baseline. Packed records are read as they are. Needs no SUMO.
+
+Examples:
+  tsc-family leaderboard results
+  tsc-family leaderboard results --out results/README.md")]
+pub struct LeaderboardArgs {
+    /// Results directories, or folders with results directories in them
+    #[arg(value_name = "DIR", required = true)]
+    pub dirs: Vec<PathBuf>,
+    /// File to write the page to, in Markdown [default: it is printed]
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    pub out: Option<PathBuf>,
+    /// Print JSON lines: one per row
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub(super) fn run(args: &LeaderboardArgs) -> anyhow::Result<u8> {
+    if let Some(path) = &args.out {
+        check_file(path, "--out", &[b"# Leaderboard"], "leaderboard")?;
+    }
+    let mut runs = Vec::new();
+    for path in found(&args.dirs)? {
+        let layout = Layout::new(&path);
+        let results = Results::load(&layout)?;
+        let sections = domains::sections(&layout, &results)?;
+        let analysis = Analysis::new(&results, sections.measures());
+        let path = path.display().to_string();
+        runs.push((Source { name: path.clone(), path, results }, analysis));
+    }
+    let domains: Vec<_> = (domains::domains().into_iter())
+        .map(|domain| (domain, domain.methods().iter().map(|m| m.name).collect::<Vec<&str>>()))
+        .collect();
+    let known = |name: &str| match domains.iter().find(|(domain, _)| domain.name() == name) {
+        None => Known { methods: &[], episodes: &[] },
+        Some((domain, methods)) => Known { methods, episodes: domain.episode_sections() },
+    };
+    let tables = leaderboard(runs, &known);
+    if args.json {
+        json(&tables).into_iter().try_for_each(line)?;
+        return Ok(exit::DONE);
+    }
+    let folder = args.out.as_deref().and_then(Path::parent);
+    let folder = folder.filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let page = markdown(&tables, &|path| from(folder, Path::new(path)));
+    match &args.out {
+        None => line(page.trim_end())?,
+        Some(path) => {
+            write_atomically(path, page.as_bytes())?;
+            note(format!("leaderboard: {}", path.display()));
+        }
+    }
+    Ok(exit::DONE)
+}
+
+/// Returns a path as seen from a folder: without what both begin with.
+fn from(folder: &Path, path: &Path) -> String {
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let (folder, whole) = (absolute(folder), absolute(path));
+    whole.strip_prefix(&folder).unwrap_or(path).display().to_string()
+}
