@@ -8,7 +8,6 @@ use super::output::{line, note};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::files::{FileError, write_atomically};
-use crate::run::domain::Site;
 use crate::store::Layout;
 use crate::store::manifest::{Identity, PointRow, Task};
 use crate::store::record::{Metrics, Outcome, Record, Summary};
@@ -203,6 +202,7 @@ fn play(
     (seed, advance_m): (u64, f64),
 ) -> anyhow::Result<(Metrics, Recording)> {
     use crate::cli::scratch::Scratch;
+    use crate::run::domain::Site;
     use crate::traffic::replay::replay;
     use crate::traffic::sim::libsumo::SumoSim;
 

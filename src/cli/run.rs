@@ -234,10 +234,11 @@ fn choice(args: &RunArgs, subject: &Subject, begun: Option<&Begun>) -> anyhow::R
         let design = design(family, sampling, Some((&known, dir)))?;
         return Ok(Choice::Budget { budget, sampling, design: Some(design) });
     }
-    if args.budget.is_none() && args.sampling.is_none() {
-        if let Some(there) = begun.map(Begun::choice).transpose()? {
-            return Ok(there);
-        }
+    if args.budget.is_none()
+        && args.sampling.is_none()
+        && let Some(begun) = begun
+    {
+        return begun.choice();
     }
     // A sample that grows may grow to the whole family.
     Ok(match budget.or(args.until.flag().map(|_| size)) {

@@ -6,7 +6,7 @@
 //! - **Red clearance** lasts as long as the phase's all-red. Under the network's own program, whose all-red nobody says,
 //!   it ends when the next green of the signal begins.
 //! - **Presence**: a zone of 20 ft that ends a car's length before the stop line. A car of that length is on it exactly while
-//!   its front is between [`PRESENCE_M`] and the stop line, which is what is observed.
+//!   its front is between `PRESENCE_M` and the stop line, which is what is observed.
 //! - **Advance**: a pulse when the front of a vehicle passes a place upstream. A vehicle counts for the lane from which it will
 //!   cross the stop line; in the street one loop covers a lane before it widens.
 //! - **Between two seconds** vehicles are taken to move evenly, and one that has left to have gone at its last speed or faster.
@@ -173,6 +173,9 @@ pub struct Recording {
     pub phases: Vec<PhaseSpec>,
 }
 
+/// Places of phases whose green ended, each with the reason where there is one.
+type Ended<'a> = &'a [(usize, Option<Ending>)];
+
 /// What a signal showed in a second.
 pub(super) struct Shown<'a> {
     /// When the second began.
@@ -180,7 +183,7 @@ pub(super) struct Shown<'a> {
     /// The lights.
     pub(super) state: &'a str,
     /// Places of the phases that are green, where rings run them, and those that ended with the second before.
-    pub(super) rings: Option<(Vec<usize>, &'a [(usize, Option<Ending>)])>,
+    pub(super) rings: Option<(Vec<usize>, Ended<'a>)>,
 }
 
 /// What a phase shows.
@@ -307,11 +310,11 @@ impl Logger {
                 None => self.phasing.phases[index].is_green(state),
             })
             .collect();
-        for index in 0..self.stages.len() {
-            self.end(index, green[index], begins, shown);
+        for (index, is_green) in green.iter().enumerate() {
+            self.end(index, *is_green, begins, shown);
         }
-        for index in 0..self.stages.len() {
-            if green[index] && self.stages[index] != Some(Stage::Green) {
+        for (index, is_green) in green.iter().enumerate() {
+            if *is_green && self.stages[index] != Some(Stage::Green) {
                 self.stages[index] = Some(Stage::Green);
                 self.write(at_ds, code::BEGIN_GREEN, self.phasing.phases[index].number);
             }
