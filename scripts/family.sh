@@ -9,6 +9,8 @@
 # The folders field, field-all-pairs, intersections-field, nema-intersections-field and learners-field are of the preset
 # field of version 0.1.0, which this version cannot continue.
 #
+# The folders *-sumo-1.28 need a BINARY that was built with SUMO 1.28 (docs/install.md), and its SUMO_HOME.
+#
 # Ctrl-C stops it, and the same command continues. JOBS is the number of workers, BINARY a program to
 # use instead of building one: a copy that later builds leave alone.
 set -euo pipefail
@@ -40,6 +42,8 @@ runs=(
     "intersections-field-40 --preset field --set family.detail=per-approach --budget 40 --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "learners-validated-20 --preset resco --budget 20 --assist results/salt-lake-city/resco --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
     "learners-validated --preset resco --methods baseline,idqn,mplight,mplight-star"
+    "resco-sumo-1.28 --preset resco --budget 40 --sampling bayesian-quadrature --methods $untrained,nema"
+    "field-sumo-1.28 --preset field --budget 40 --sampling bayesian-quadrature --methods $untrained,nema"
     "ippo-validated-20 --preset resco --budget 20 --sampling balanced --episodes 400 --methods baseline,ippo"
 )
 
