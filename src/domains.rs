@@ -12,6 +12,7 @@ use control_tasks::pendulum_swing_up::SwingUps;
 use control_tasks::quad::Quads;
 use control_tasks::swimmer::Swimmers;
 
+use crate::analysis::Analysis;
 use crate::family::FamilyError;
 use crate::report::{Look, Plain, Report, Sections};
 use crate::run::domain::Domain;
@@ -88,6 +89,15 @@ pub fn entry_of(scenario: &str) -> Result<Option<&'static Entry>, FamilyError> {
             expected: format!("expected one of {}", names.join(", ")),
         }
     })
+}
+
+/// Returns the analysis of some results, with what their domain measures.
+///
+/// # Errors
+///
+/// Those of [`sections`].
+pub fn analysis(layout: &Layout, results: &Results) -> Result<Analysis, StoreError> {
+    Ok(Analysis::new(results, sections(layout, results)?.measures()))
 }
 
 /// Returns what the domain of some results adds to reports on them; of one that this program does not know nothing

@@ -73,8 +73,7 @@ pub(super) fn run(args: &AcrossArgs) -> anyhow::Result<u8> {
                 "{first} and {name} hold the same run; give every family once"
             )));
         }
-        let sections = domains::sections(&layout, &results)?;
-        read.push((name, Analysis::new(&results, sections.measures())));
+        read.push((name, domains::analysis(&layout, &results)?));
     }
     let families: Vec<Family<'_>> =
         read.iter().map(|(name, analysis)| Family { name: name.clone(), analysis }).collect();

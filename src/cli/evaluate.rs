@@ -5,7 +5,6 @@
 use std::collections::BTreeSet;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
-use std::thread::available_parallelism;
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use serde_json::{Value, json};
@@ -13,7 +12,6 @@ use serde_json::{Value, json};
 use super::controllers::ControllersArgs;
 use super::effects::Use;
 use super::folder::{NETWORKS, RESULTS};
-use super::interrupt::interrupted;
 use super::local_run::LocalRun;
 use super::output::{line, note};
 use super::point::unknown_point;
@@ -25,13 +23,11 @@ use crate::analysis::{Analysis, MethodSummary};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
-use crate::machine::memory_per_worker_mb;
 use crate::report::format::interval;
 use crate::run::domain::Problem;
 use crate::run::method::{Training, find};
 use crate::run::plan::{Draft, Request, draft};
 use crate::run::session::open;
-use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::sample::{Choice, Draw, SamplePlan, Sampling};
 use crate::store::most;
 use crate::store::record::Metrics;
@@ -165,22 +161,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
         }
     };
     let session = open(&request, &draft, &out, &|_| {})?;
-    let jobs =
-        args.jobs.map_or_else(|| available_parallelism().map_or(1, |j| j.get()), |j| j.get());
-    let labour = LocalRun {
-        session: &session,
-        domain: request.domain,
-        launcher: controllers.launcher()?,
-        jobs,
-        stall_timeout_s: STALL_TIMEOUT_S,
-        memory_per_worker_mb: memory_per_worker_mb(jobs),
-        against: None,
-        json: false,
-        quiet: args.json,
-        keep_going: true,
-    };
-    let interrupted = interrupted()?;
-    let (left, _) = labour.work(&Results::load(&session.layout)?, &interrupted)?;
+    let left = LocalRun::of_models(&session, controllers.launcher()?, args.jobs, args.json)?;
     if left > 0 {
         let kept =
             if args.out.is_some() { "the same command does them" } else { "nothing is kept" };
@@ -188,8 +169,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
         return Ok(exit::INCOMPLETE);
     }
     let results = Results::load(&session.layout)?;
-    let sections = domains::sections(&session.layout, &results)?;
-    let analysis = Analysis::new(&results, sections.measures());
+    let analysis = domains::analysis(&session.layout, &results)?;
     say(args, &analysis, &results)
 }
 

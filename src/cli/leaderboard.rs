@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::folder::check_file;
 use super::found::found;
 use super::output::{line, note};
-use crate::analysis::Analysis;
 use crate::analysis::joined::{Known, Source};
 use crate::analysis::leaderboard::leaderboard;
 use crate::cli::exit;
@@ -44,8 +43,7 @@ pub(super) fn run(args: &LeaderboardArgs) -> anyhow::Result<u8> {
     for path in found(&args.dirs)? {
         let layout = Layout::new(&path);
         let results = Results::load(&layout)?;
-        let sections = domains::sections(&layout, &results)?;
-        let analysis = Analysis::new(&results, sections.measures());
+        let analysis = domains::analysis(&layout, &results)?;
         let path = path.display().to_string();
         runs.push((Source { name: path.clone(), path, results }, analysis));
     }

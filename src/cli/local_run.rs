@@ -1,20 +1,25 @@
 //! What `run` and `resume` do on this machine: the tasks that are missing, and the report.
 
+use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::available_parallelism;
 use std::time::Duration;
 
 use super::first_failures::FirstFailures;
+use super::interrupt::interrupted;
 use super::monitor::Monitor;
 use super::output::note;
 use super::report::print;
 use super::target::Target;
 use crate::cli::exit;
 use crate::domains;
+use crate::machine::memory_per_worker_mb;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
 use crate::run::effort::RunEfforts;
 use crate::run::executor::{Event, Launcher, Local};
 use crate::run::session::Session;
+use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::manifest::{GIT, Manifest, Task};
 use crate::store::results::Results;
 
@@ -43,6 +48,33 @@ pub(super) struct LocalRun<'a> {
 }
 
 impl LocalRun<'_> {
+    /// Does the tasks of saved models that a results directory lacks; returns how many are left.
+    ///
+    /// # Arguments
+    ///
+    /// * `jobs` — workers at the same time; one per processor where nothing is said.
+    pub(super) fn of_models(
+        session: &Session<'_>,
+        launcher: Launcher,
+        jobs: Option<NonZeroUsize>,
+        quiet: bool,
+    ) -> anyhow::Result<usize> {
+        let jobs = jobs.or_else(|| available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+        let run = LocalRun {
+            session,
+            domain: domains::traffic(),
+            launcher,
+            jobs,
+            stall_timeout_s: STALL_TIMEOUT_S,
+            memory_per_worker_mb: memory_per_worker_mb(jobs),
+            against: None,
+            json: false,
+            quiet,
+            keep_going: true,
+        };
+        Ok(run.work(&Results::load(&session.layout)?, &*interrupted()?)?.0)
+    }
+
     /// Does the tasks that results lack; returns the exit code when it ends here, because of an interruption or of tasks
     /// that are left undone.
     pub(super) fn work_on(

@@ -19,8 +19,7 @@ use crate::study::Recorded;
 pub(super) fn read(dir: &Path) -> anyhow::Result<(Recorded, Analysis)> {
     let layout = Layout::new(dir);
     let results = Results::load(&layout)?;
-    let sections = domains::sections(&layout, &results)?;
-    let analysis = Analysis::new(&results, sections.measures());
+    let analysis = domains::analysis(&layout, &results)?;
     Ok((Recorded::of(&analysis, &dir.display().to_string())?, analysis))
 }
 

@@ -300,7 +300,7 @@ fn work(
     session: &Session<'_>,
     jobs: usize,
 ) -> anyhow::Result<u8> {
-    let labour = LocalRun {
+    let local = LocalRun {
         session,
         domain: request.domain,
         launcher: args.controllers.launcher()?,
@@ -321,32 +321,32 @@ fn work(
     let mut done: Option<usize> = None;
     while let Some(results) = looks::next((session, request.problem), done, args)? {
         if let Some(system) = args.executor.batch_system() {
-            return hand_over_rest(args, system, &labour, &results);
+            return hand_over_rest(args, system, &local, &results);
         }
         if !args.quiet {
             note_doubled(&session.layout);
         }
-        if let Some(code) = labour.work_on(&results, &interrupted)? {
+        if let Some(code) = local.work_on(&results, &interrupted)? {
             return Ok(code);
         }
         done = Some(results.plan().len());
     }
-    labour.summarise()
+    local.summarise()
 }
 
 /// Hands over what results lack.
 fn hand_over_rest(
     args: &RunArgs,
     system: &dyn BatchSystem,
-    labour: &LocalRun<'_>,
+    local: &LocalRun<'_>,
     results: &Results,
 ) -> anyhow::Result<u8> {
     if results.missing().next().is_none() {
-        return labour.summarise();
+        return local.summarise();
     }
-    let there = abroad(&labour.session.layout).map_err(RunError::from)?;
+    let there = abroad(&local.session.layout).map_err(RunError::from)?;
     there.say_of_another();
-    let launcher = labour.launcher.clone();
-    hand_over(system, (labour.session, labour.domain), results, &there, &args.workers, launcher)?;
+    let launcher = local.launcher.clone();
+    hand_over(system, (local.session, local.domain), results, &there, &args.workers, launcher)?;
     Ok(exit::DONE)
 }

@@ -128,9 +128,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<u8> {
     for path in &args.reported_results {
         let layout = Layout::new(path);
         let results = Results::load(&layout)?;
-        let sections = domains::sections(&layout, &results)?;
-        let analysis = Analysis::new(&results, sections.measures());
-        elsewhere.push((path.display().to_string(), analysis));
+        elsewhere.push((path.display().to_string(), domains::analysis(&layout, &results)?));
     }
     let data = Sensitivity::new(&report, &question, &elsewhere)?;
     let cases = match args.cases {

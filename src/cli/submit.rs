@@ -105,7 +105,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     };
     let results = read()?;
     let jobs = args.workers.here(available_parallelism().map_or(1, |j| j.get()));
-    let labour = LocalRun {
+    let local = LocalRun {
         session: &session,
         domain,
         launcher: args.controllers.launcher()?,
@@ -120,7 +120,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     let again = if args.retry_failed { results.failed().count() } else { 0 };
     let missing = results.missing().count() + again;
     if missing == 0 {
-        return labour.summarise();
+        return local.summarise();
     }
     let identity = &session.manifest.identity;
     let mut methods = identity.methods.iter();
@@ -148,8 +148,8 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
             note(format!("this machine does the missing tasks: {}", counted(missing, "task")));
             note_doubled(&layout);
         }
-        let code = labour.work_on(&results, &interrupted)?;
-        return code.map_or_else(|| labour.summarise(), Ok);
+        let code = local.work_on(&results, &interrupted)?;
+        return code.map_or_else(|| local.summarise(), Ok);
     };
     there.say_of_another();
     for (submission, counts) in &there.submissions {
@@ -158,7 +158,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
             note(format!("held jobs of submission {} are released", submission.number));
         }
     }
-    let launcher = labour.launcher.clone();
+    let launcher = local.launcher.clone();
     hand_over(system, (&session, domain), &results, &there, &args.workers, launcher)?;
     Ok(exit::DONE)
 }

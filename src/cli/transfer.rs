@@ -6,26 +6,21 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::thread::available_parallelism;
 
 use serde_json::json;
 
 use super::controllers::ControllersArgs;
 use super::folder::RESULTS;
-use super::interrupt::interrupted;
 use super::local_run::LocalRun;
 use super::output::{line, note};
 use super::values::at_least_one_worker;
-use crate::analysis::Analysis;
 use crate::analysis::transfer::{Origin, Transfer};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains;
 use crate::files::quoted;
-use crate::machine::memory_per_worker_mb;
 use crate::report::transfer::{text, write};
 use crate::run::session::open_after;
-use crate::run::watchdog::STALL_TIMEOUT_S;
 use crate::store::Layout;
 use crate::store::manifest::{Identity, Manifest, Task};
 use crate::store::results::Results;
@@ -155,29 +150,13 @@ pub(super) fn run(args: &TransferArgs) -> anyhow::Result<u8> {
     has_networks(&from.manifest.identity, &prepared)?;
     let identity = identity(&from.manifest.identity, &models)?;
     let session = open_after(domain, &from, identity, &args.out, prepared)?;
-    let jobs =
-        args.jobs.map_or_else(|| available_parallelism().map_or(1, |j| j.get()), |j| j.get());
-    let labour = LocalRun {
-        session: &session,
-        domain,
-        launcher: controllers.launcher()?,
-        jobs,
-        stall_timeout_s: STALL_TIMEOUT_S,
-        memory_per_worker_mb: memory_per_worker_mb(jobs),
-        against: None,
-        json: false,
-        quiet: args.json,
-        keep_going: true,
-    };
-    let interrupted = interrupted()?;
-    let (left, _) = labour.work(&Results::load(&session.layout)?, &interrupted)?;
+    let left = LocalRun::of_models(&session, controllers.launcher()?, args.jobs, args.json)?;
     if left > 0 {
         note(format!("{left} tasks have no record, see above; the same command does them"));
         return Ok(exit::INCOMPLETE);
     }
     let results = Results::load(&session.layout)?;
-    let sections = domains::sections(&session.layout, &results)?;
-    let analysis = Analysis::new(&results, sections.measures());
+    let analysis = domains::analysis(&session.layout, &results)?;
     let origins: Vec<Origin> = models.into_iter().map(|found| found.origin).collect();
     let data = Transfer::of(&analysis, &origins);
     let (root, folder) = (session.layout.root(), session.layout.root().join("transfer"));

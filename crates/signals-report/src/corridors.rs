@@ -7,18 +7,17 @@
 //! street all run programs of fixed times. A band is the longest run of seconds in which a vehicle at the speed limit meets
 //! no red; there is none where cycles differ.
 
-use std::collections::BTreeMap;
-
 use minijinja::{Value, context};
 
 use super::plans::TaskPlan;
-use super::shown::Seen;
+use super::shown::{Seen, finished};
 use evaluation::report::csv::{self, number};
 use evaluation::report::figures::shown as named;
 use evaluation::report::svg::{Anchor, Axes, Canvas, TextStyle, nice_step};
 use evaluation::report::{Figure, WIDTH};
 use evaluation::stats::mean_interval;
-use evaluation::store::record::Outcome;
+use evaluation::store::manifest::Task;
+use evaluation::store::record::Summary;
 use evaluation::store::results::Results;
 use signals::control::coordinated;
 use signals::program::{ProgramKind, SignalProgram};
@@ -65,27 +64,13 @@ pub(crate) struct TaskStreets {
 
 /// Returns the results by street of every finished task that has them, in the order of the plan.
 pub(crate) fn streets(results: &Results) -> Vec<TaskStreets> {
-    let identity = &results.manifest.identity;
-    let points: BTreeMap<&str, usize> =
-        identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
-    let mut all = Vec::new();
-    for (task, record) in results.rows() {
-        let method = identity.methods.iter().position(|m| *m == *task.method);
-        let (Some(record), Some(method), Some(point)) =
-            (record, method, points.get(&*task.point).copied())
-        else {
-            continue;
-        };
-        if record.summary.outcome != Outcome::Ok {
-            continue;
-        }
+    let of_task = |(method, point, task, summary): (usize, usize, &Task, &Summary)| {
         // What records have of single intersections is something else.
-        let ByStreet { streets } = record.summary.parts.read().unwrap_or_default();
-        if !streets.is_empty() {
-            all.push(TaskStreets { method, point, replicate: task.replicate, streets });
-        }
-    }
-    all
+        let ByStreet { streets } = summary.parts.read().unwrap_or_default();
+        let replicate = task.replicate;
+        (!streets.is_empty()).then_some(TaskStreets { method, point, replicate, streets })
+    };
+    finished(results).filter_map(of_task).collect()
 }
 
 /// Returns mean and interval of a quantity over the episodes in which somebody drove along.

@@ -5,21 +5,20 @@
 //!
 //! Deviation: the manual has control delay; the simulator's also contains slowing down and waiting to enter.
 
-use std::collections::BTreeMap;
-
 use minijinja::{Value, context};
 use serde_json::Value as Json;
 
 use super::answers::today;
 use super::capacity::{Basis, Capacity};
 use super::level_of_service::letter;
-use super::shown::Seen;
+use super::shown::{Seen, finished};
 use basics::units::SECONDS_PER_HOUR;
 use evaluation::analysis::Analysis;
 use evaluation::report::csv::{self, number};
 use evaluation::report::figures::shown as named;
 use evaluation::report::format;
-use evaluation::store::record::Outcome;
+use evaluation::store::manifest::Task;
+use evaluation::store::record::Summary;
 use evaluation::store::results::Results;
 use signals::movement_results::MovementResult;
 
@@ -72,28 +71,13 @@ pub(crate) struct TaskMovements {
 
 /// Returns the results by movement of every finished task that has them, in the order of the plan.
 pub(crate) fn movements(results: &Results) -> Vec<TaskMovements> {
-    let identity = &results.manifest.identity;
-    let points: BTreeMap<&str, usize> =
-        identity.points.iter().enumerate().map(|(i, p)| (p.point.as_str(), i)).collect();
-    let mut all = Vec::new();
-    for (task, record) in results.rows() {
-        let method = identity.methods.iter().position(|m| *m == *task.method);
-        let (Some(record), Some(method), Some(point)) =
-            (record, method, points.get(&*task.point).copied())
-        else {
-            continue;
-        };
-        let record = &record.summary;
-        if record.outcome != Outcome::Ok || record.parts.is_empty() {
-            continue;
-        }
+    let of_task = |(method, point, task, summary): (usize, usize, &Task, &Summary)| {
         // The checksum of the record vouches for their form.
-        let results: Vec<MovementResult> = record.parts.read().unwrap_or_default();
-        if !results.is_empty() {
-            all.push(TaskMovements { method, point, replicate: task.replicate, results });
-        }
-    }
-    all
+        let results: Vec<MovementResult> = summary.parts.read().unwrap_or_default();
+        let replicate = task.replicate;
+        (!results.is_empty()).then_some(TaskMovements { method, point, replicate, results })
+    };
+    finished(results).filter_map(of_task).collect()
 }
 
 /// Returns the table of all movements.

@@ -11,7 +11,8 @@ use evaluation::analysis::Analysis;
 use evaluation::report::titles::{differ, with_id};
 use evaluation::store::Layout;
 use evaluation::store::error::StoreError;
-use evaluation::store::manifest::PointRow;
+use evaluation::store::manifest::{PointRow, Task};
+use evaluation::store::record::{Outcome, Summary};
 use evaluation::store::results::Results;
 use signals::places::{FILE, MappedIntersection, Places};
 
@@ -35,6 +36,20 @@ pub(super) struct Shown {
     pub(super) worth: Worth,
     /// Results by street of every finished task that has them, in the order of the plan.
     pub(super) streets: Vec<TaskStreets>,
+}
+
+/// Returns every task that ended well, in the order of the plan: the positions of its method and point MDP in the manifest,
+/// the task, and the summary of its record.
+pub(super) fn finished(results: &Results) -> impl Iterator<Item = (usize, usize, &Task, &Summary)> {
+    let identity = &results.manifest.identity;
+    let points = identity.points.iter().enumerate();
+    let points: HashMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();
+    results.rows().filter_map(move |(task, record)| {
+        let method = identity.methods.iter().position(|m| *m == *task.method)?;
+        let point = *points.get(&*task.point)?;
+        let summary = &record?.summary;
+        (summary.outcome == Outcome::Ok).then_some((method, point, task, summary))
+    })
 }
 
 /// An analysis with what is shown beside it.

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::RunArgs;
-use crate::analysis::{Analysis, Standing};
+use crate::analysis::Standing;
 use crate::cli::output::{line, note};
 use crate::cli::refused::Refused;
 use crate::domains;
@@ -75,8 +75,7 @@ pub(super) fn next(
         return Ok(Some(now).filter(is_new));
     }
     session.stand_in(problem, &now.manifest.identity.sample)?;
-    let sections = domains::sections(&session.layout, &now)?;
-    let analysis = Analysis::new(&now, sections.measures());
+    let analysis = domains::analysis(&session.layout, &now)?;
     let Some(standing) = analysis.standing() else { return Ok(None) };
     let mut all = all;
     if standing.goes_on() && !standing.behind.is_empty() {

@@ -1,10 +1,8 @@
 //! What every task ran, from its record.
 
-use std::collections::HashMap;
-
 use super::described;
 use super::task_plan::{Programs, Source, TaskPlan};
-use evaluation::store::record::Outcome;
+use crate::shown::finished;
 use evaluation::store::results::Results;
 use signals::program::{PHASES, ProgramKind, SignalProgram};
 use signals::settings::signal::SignalSettings;
@@ -17,20 +15,8 @@ pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
     let identity = &results.manifest.identity;
     let settings = identity.settings.get("signal").cloned().unwrap_or_default();
     let settings: SignalSettings = serde_json::from_value(settings).unwrap_or_default();
-    let points = identity.points.iter().enumerate();
-    let points: HashMap<&str, usize> = points.map(|(i, p)| (p.point.as_str(), i)).collect();
     let mut plans = Vec::new();
-    for (task, record) in results.rows() {
-        let method = identity.methods.iter().position(|m| *m == *task.method);
-        let (Some(record), Some(method), Some(point)) =
-            (record, method, points.get(&*task.point).copied())
-        else {
-            continue;
-        };
-        let record = &record.summary;
-        if record.outcome != Outcome::Ok {
-            continue;
-        }
+    for (method, point, task, record) in finished(results) {
         let always = ALWAYS_PROGRAMS.contains(&&*task.method) || *task.method == *identity.baseline;
         // The checksum of the record vouches for their form.
         let recorded: Vec<SignalProgram> = record.programs.read().ok().unwrap_or_default();

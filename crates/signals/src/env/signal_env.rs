@@ -594,13 +594,7 @@ impl<S: Sim> SignalEnv<S> {
             self.sim.observe(&mut self.snapshot)?;
         }
         for (i, spec) in self.specs.iter().enumerate() {
-            let state = match &self.programs[i] {
-                None => Some(&self.shown[i]),
-                Some(running) => {
-                    let phases = &running.program.phases;
-                    phases.get(self.snapshot.phases[i] as usize).map(|phase| &phase.state)
-                }
-            };
+            let state = lights(&self.programs, &self.shown, &self.snapshot.phases, i);
             if let Some(state) = state {
                 by_movement.show(&spec.id, state, seconds);
             }
@@ -616,13 +610,7 @@ impl<S: Sim> SignalEnv<S> {
         self.sim.observe(&mut self.snapshot)?;
         let span_s = (self.time_s - f64::from(seconds), self.time_s);
         for (i, logger) in self.loggers.iter_mut().enumerate() {
-            let state = match &self.programs[i] {
-                None => Some(&self.shown[i]),
-                Some(running) => {
-                    let phases = &running.program.phases;
-                    phases.get(self.snapshot.phases[i] as usize).map(|phase| &phase.state)
-                }
-            };
+            let state = lights(&self.programs, &self.shown, &self.snapshot.phases, i);
             if let Some(state) = state {
                 let rings = self.rings[i].as_ref();
                 let rings = rings.map(|rings| (rings.green_phases().collect(), rings.ended()));
@@ -724,6 +712,18 @@ fn existing_cycle(
     let phases = fixed_cycle(plan, scene, signal)
         .map_err(|reason| SimError::Signal { signal: signal.id.clone(), reason })?;
     Ok(Some(fixed(phases)))
+}
+
+/// Returns what the `i`-th signal shows: what it was made to show, or the state of the phase in which its program is; `None` for a
+/// phase that the program does not have.
+fn lights<'a>(
+    programs: &'a [Option<Running>],
+    shown: &'a [String],
+    phases: &[u32],
+    i: usize,
+) -> Option<&'a String> {
+    let Some(running) = &programs[i] else { return Some(&shown[i]) };
+    running.program.phases.get(phases[i] as usize).map(|phase| &phase.state)
 }
 
 /// Returns when the first green of a drive's cycle begins, seconds.
