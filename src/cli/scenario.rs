@@ -14,7 +14,9 @@ use crate::run::entry::Entry;
 use crate::settings::overrides::Override;
 use crate::suggest::did_you_mean;
 use crate::traffic::family::doubts::Doubt;
-use crate::traffic::family::load::{LoadedScenario, Uncounted, load_uncounted, load_with};
+use crate::traffic::family::load::{
+    EMBEDDED, LoadedScenario, Uncounted, load_uncounted, load_with,
+};
 use crate::traffic::settings::Preset;
 
 /// Scenario of a subcommand.
@@ -62,6 +64,18 @@ impl ScenarioArg {
         entry_of(&self.scenario)
     }
 
+    /// Says that the name is that of an embedded scenario where a file or folder has it too.
+    pub(super) fn say_which(&self) {
+        let name = self.scenario.as_str();
+        let embedded = EMBEDDED.iter().map(|(name, _)| *name);
+        let mut names = embedded.chain(others().iter().flat_map(|entry| entry.scenarios).copied());
+        if Path::new(name).exists() && names.any(|embedded| embedded == name) {
+            note(format!(
+                "warning: {name} is the embedded scenario, not the {name} that is in this folder; for that one write ./{name}"
+            ));
+        }
+    }
+
     /// Loads a scenario of traffic signals.
     ///
     /// # Errors
@@ -69,6 +83,7 @@ impl ScenarioArg {
     /// Also for a scenario of another domain, which the subcommand does not serve.
     pub(super) fn signals(&self, settings: &[Override]) -> anyhow::Result<LoadedScenario> {
         self.check_signals()?;
+        self.say_which();
         let loaded = load_with(&self.scenario, settings).map_err(with_others)?;
         for doubt in &loaded.doubts {
             note(format!("warning: {}: {}", table_of(&loaded), doubt.brief()));

@@ -47,6 +47,7 @@ impl Subject {
         let name = &args.scenario.scenario;
         if let Some(entry) = args.scenario.entry()? {
             without_effect(args, entry.domain.name())?;
+            args.scenario.say_which();
             let problem = (entry.load)(name, &args.scenario.settings())?;
             return Ok(Self::Other(entry, problem));
         }
@@ -103,6 +104,7 @@ impl Subject {
     pub(super) fn plain(scenario: &ScenarioArg) -> anyhow::Result<Self> {
         let name = &scenario.scenario;
         if let Some(entry) = scenario.entry()? {
+            scenario.say_which();
             let problem = (entry.load)(name, &scenario.settings())?;
             return Ok(Self::Other(entry, problem));
         }

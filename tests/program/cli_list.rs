@@ -30,6 +30,20 @@ fn a_small_family_is_a_table() {
     insta::assert_snapshot!("list_smoke", succeed(folder.path(), "list smoke"));
 }
 
+#[test]
+fn a_folder_called_like_an_embedded_scenario_is_not_taken_and_that_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("smoke")).unwrap();
+    let output = run(folder.path(), "list smoke");
+    let said = stderr(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("smoke is the embedded scenario") && said.contains("write ./smoke"),
+        "{said}"
+    );
+    assert!(!stderr(&run(folder.path(), "list salt-lake-city")).contains("embedded"));
+}
+
 /// A scenario with a table of point MDPs of its own, and the error that listing it gives.
 fn error_of(scenario: &str, table: &str) -> String {
     let folder = tempfile::tempdir().unwrap();

@@ -491,6 +491,19 @@ fn plans_go_back(folder: &Path) {
         folder,
         "run back-nema --budget all --methods existing --eval-seeds 1 --set demand.horizon_s=60 --out back",
     );
+    // A report's file is a plan too, without the network that Synchro merges it into.
+    succeed(
+        folder,
+        "run networks/n --budget all --methods existing --plan-file again=r/report/plans/existing.utdf.csv --eval-seeds 1 \
+         --set demand.horizon_s=60 --out again",
+    );
+    let mut reader = csv::Reader::from_path(folder.join("again/report/scores.csv")).unwrap();
+    let scores: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
+    let delays = |method: &str| -> Vec<&String> {
+        scores.iter().filter(|row| row["method"] == method).map(|row| &row["delay_s"]).collect()
+    };
+    assert_eq!(delays("again").len(), 2);
+    assert_eq!(delays("again"), delays("existing"));
     let page = read("r/report/plans/i0001.html");
     assert!(page.contains("@media print") && page.contains("coordinated, cycle 100 s"), "{page}");
 }

@@ -56,6 +56,7 @@ fn utdf(from: &str, to: &str) -> Given {
 
 fn mistakes() -> Vec<Mistake> {
     let lanes = NETWORK.find("[Lanes]").unwrap();
+    let volumes = NETWORK.find("Volume,1").unwrap();
     vec![
         (
             "counts of an intersection that the network does not have",
@@ -146,6 +147,12 @@ fn mistakes() -> Vec<Mistake> {
             Utdf(NETWORK[..lanes].into()),
             true,
             &["network.csv, line 1: no lanes ([Lanes] or LANES.CSV)", "with all sections"],
+        ),
+        (
+            "a network that was cut off before its volumes",
+            Utdf(NETWORK[..volumes].into()),
+            true,
+            &["network.csv: intersections", "none of them has volumes, turning counts"],
         ),
         (
             "a letter in a volume",

@@ -137,7 +137,7 @@ fn with_traffic(mut joined: Joined, request: &CountedRequest<'_>) -> Result<Join
     let names: Vec<String> = without.iter().map(named).collect();
     if all {
         return Err(CityError::Family(FamilyError::Setting {
-            file: request.uncounted.scenario.name.clone(),
+            file: request.uncounted.file.clone(),
             field: "intersections".to_owned(),
             value: names.join("; "),
             expected: "none of them has volumes, turning counts or daily counts; give --turning-counts, which call \

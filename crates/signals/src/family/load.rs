@@ -159,6 +159,8 @@ fn scenario_of(table: &Path) -> Result<String, FamilyError> {
 /// A scenario whose intersections are to be counted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncounted {
+    /// The file that it was read from, for messages.
+    pub file: String,
     /// The settings.
     pub scenario: Scenario,
     /// The scenario file's text.
@@ -191,7 +193,7 @@ pub fn load_uncounted(name: &str, overrides: &[Override]) -> Result<Uncounted, F
     let table = opened.table(&path).map_err(|e| unreadable(e, file, "family.approaches", &path))?;
     let intersections = approaches::read_uncounted(&table, &path)?;
     let plans = plans_of(&scenario, file, &|table| opened.table(table))?;
-    Ok(Uncounted { scenario, text: opened.text, intersections, plans })
+    Ok(Uncounted { file: opened.file, scenario, text: opened.text, intersections, plans })
 }
 
 /// Returns the file of a scenario.

@@ -89,7 +89,8 @@ impl Utdf {
         let scenario = toml::from_str(&text).expect("the text is a scenario");
         let intersections = converted.intersections.clone();
         let plans = Some(converted.plans.clone()).filter(|plans| !plans.all.is_empty());
-        Ok((Uncounted { scenario, text, intersections, plans }, converted))
+        let file = self.file.clone();
+        Ok((Uncounted { file, scenario, text, intersections, plans }, converted))
     }
 
     /// Checks that what makes intersections is there.
@@ -98,8 +99,12 @@ impl Utdf {
         if missing.is_empty() {
             return Ok(());
         }
+        let alone = match self.tables.is_plans_only() {
+            true => "; plans alone are for --existing or --plan-file",
+            false => "",
+        };
         let message = format!(
-            "no {}; export the network again with all sections, or give all files of version 6 (repeat --utdf)",
+            "no {}; export the network again with all sections, or give all files of version 6 (repeat --utdf){alone}",
             missing.join(" and no ")
         );
         Err(at(&self.file, Fault { line: 1, message }))
@@ -107,7 +112,7 @@ impl Utdf {
 }
 
 /// Reads the plans that signals have today: a table of phases, an additional file of SUMO, or UTDF, of which all but the
-/// plans is passed over.
+/// plans is passed over. UTDF may have the plans alone, as reports write it.
 ///
 /// # Errors
 ///
@@ -117,7 +122,13 @@ pub fn read_plans(path: &Path) -> Result<(Plans, Vec<Doubt>), FamilyError> {
     let wrong = |message: String| at(&file, Fault { line: 1, message });
     let bytes = file::read(path, file::TABLE_BYTES).map_err(FileError::at("read", path))?;
     if is_utdf(&bytes) {
-        let Converted { plans, doubts, .. } = Utdf::read(&[path])?.intersections()?;
+        let mut network = Utdf::default();
+        network.add(&bytes, &file)?;
+        if network.tables.is_plans_only() {
+            return Ok((network.plans_alone()?, Vec::new()));
+        }
+        network.complete()?;
+        let Converted { plans, doubts, .. } = network.intersections()?;
         let doubts: Vec<Doubt> =
             doubts.into_iter().filter(|doubt| doubt.brief().starts_with(NO_PLAN)).collect();
         if plans.all.is_empty() {

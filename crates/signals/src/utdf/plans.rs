@@ -14,8 +14,10 @@ use sheet::Fault;
 use super::Utdf;
 use super::streets::number;
 use super::tables::{Cell, Cells};
-use crate::existing::{Control, ExistingPlan, PlanPhase, Recall};
+use crate::existing::{Control, ExistingPlan, NamedPlan, PlanPhase, Plans, Recall};
 use crate::vocabulary::Heading;
+use evaluation::family::columns::at;
+use evaluation::family::error::FamilyError;
 
 /// Records of lane groups with a phase, and whether the movement yields in it.
 const OF_LANES: [(&str, bool); 8] = [
@@ -79,6 +81,40 @@ fn name((heading, turn): (Heading, Turn)) -> String {
 }
 
 impl Utdf {
+    /// Returns the plans of a file without streets: its columns are the movements.
+    ///
+    /// # Errors
+    ///
+    /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be shown.
+    pub(super) fn plans_alone(&self) -> Result<Plans, FamilyError> {
+        let fail = |fault| at(&self.file, fault);
+        let mut plans = Plans { file: self.file.clone(), ..Plans::default() };
+        for ((_, id), cells) in self.tables.phases.iter().filter(|((record, _), _)| record == "brp")
+        {
+            let line = cells.values().next().map_or(1, |cell| cell.line);
+            let of_lanes = OF_LANES.iter().filter_map(|(record, _)| {
+                self.tables.lanes.get(&((*record).to_owned(), id.clone()))
+            });
+            let columns = of_lanes.flat_map(|cells| cells.keys());
+            let names: Names = columns
+                .filter_map(|column| Some((column.clone(), Heading::of_movement(column)?)))
+                .collect();
+            match self.plan(id, &names).map_err(fail)? {
+                None => {}
+                Some(Ok(plan)) => plans.all.push(NamedPlan {
+                    intersection: id.clone(),
+                    period: String::new(),
+                    plan,
+                    line,
+                }),
+                Some(Err(reason)) => {
+                    return Err(fail(Fault::new(line, format!("node {id}: {reason}"))));
+                }
+            }
+        }
+        Ok(plans)
+    }
+
     /// Returns the plan of a signal, or why it has none; `None` where the file has no phases of it.
     ///
     /// # Errors

@@ -215,6 +215,12 @@ impl Tables {
         all.into_iter().filter(|(_, missing)| *missing).map(|(name, _)| name).collect()
     }
 
+    /// Returns whether there are plans without the streets that they are for, as reports write them for Synchro to merge.
+    pub(super) fn is_plans_only(&self) -> bool {
+        let has_plans = [&self.phases, &self.lanes].iter().all(|records| !records.is_empty());
+        self.nodes.is_empty() && self.links.is_empty() && has_plans
+    }
+
     /// Returns whether the network says in which units its lengths and speeds are.
     pub(super) fn says_units(&self) -> bool {
         self.network.get("metric").is_some_and(|value| !value.is_empty())

@@ -198,6 +198,25 @@ mod tests {
     }
 
     #[test]
+    fn plans_are_read_without_their_network_too() {
+        let named = [(7, plan(Control::Coordinated)), (12, plan(Control::Pretimed))];
+        let mut alone = Utdf::default();
+        alone.add(to_utdf(&named).unwrap().as_bytes(), "p.csv").unwrap();
+        let said = alone.complete().unwrap_err().to_string();
+        assert!(said.contains("no nodes ([Nodes]") && said.contains("--existing"), "{said}");
+        let back = alone.plans_alone().unwrap();
+        let of: Vec<(&str, &ExistingPlan)> =
+            back.all.iter().map(|p| (p.intersection.as_str(), &p.plan)).collect();
+        assert_eq!(of, [("12", &named[1].1), ("7", &named[0].1)]);
+        let text =
+            to_utdf(&named[..1]).unwrap().replace("Cycle Length,7,61.5", "Cycle Length,7,90");
+        let mut wrong = Utdf::default();
+        wrong.add(text.as_bytes(), "p.csv").unwrap();
+        let said = wrong.plans_alone().unwrap_err().to_string();
+        assert!(said.contains("node 7: the cycle is 90 s"), "{said}");
+    }
+
+    #[test]
     fn rows_are_those_of_synchro() {
         let text = to_utdf(&[(7, plan(Control::Coordinated))]).unwrap();
         for line in [
