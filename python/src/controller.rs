@@ -10,9 +10,8 @@ use tsc_family::traffic::control::{
 };
 
 use crate::answer::choose;
-use crate::error::explained;
-use crate::fork::Guard;
 use crate::lesson::teach;
+use crate::object::Object;
 use crate::observation::Frame;
 use crate::signals::{Sizes, signals};
 
@@ -28,11 +27,10 @@ const FILE: &str = "saved_as";
 /// Name of the file that `save` and `load` get, without what they add to it.
 const MODEL: &str = "model";
 
-/// An object of a class, or why there is none.
+/// A controller that is an object of a class.
 pub(crate) struct PyController {
     name: &'static str,
-    object: Result<Py<PyAny>, String>,
-    guard: Option<Guard>,
+    object: Object,
     learns: bool,
     episodes: u32,
     specs: Vec<SignalSpec>,
@@ -41,40 +39,23 @@ pub(crate) struct PyController {
 }
 
 impl PyController {
-    /// Returns an object of a class; one that cannot be made says so when it is to begin.
+    /// Returns a controller that is a new object of a class.
     pub(crate) fn new(name: &'static str, class: &Py<PyAny>, learns: bool, setup: &Setup) -> Self {
-        let guard = Guard::new().map_err(|e| format!("no file for temporary data: {e}"));
-        let object = guard.as_ref().map_err(Clone::clone).and_then(|guard| {
-            Python::attach(|py| {
-                let made = class.bind(py).call_method1("create", (setup.seed,));
-                guard.check("__init__")?;
-                made.map(Bound::unbind).map_err(|e| explained(py, &e))
-            })
-        });
-        let episodes = setup.episodes;
-        let (guard, specs) = (guard.ok(), Vec::new());
-        Self { name, object, guard, learns, episodes, specs, frame: None, model: None }
+        let (object, episodes) = (Object::new(class, setup), setup.episodes);
+        Self { name, object, learns, episodes, specs: Vec::new(), frame: None, model: None }
     }
 
     fn own(&self, reason: String) -> ControlError {
         ControlError::Own { method: self.name, reason }
     }
 
-    /// Calls the object, and looks around afterwards.
+    /// Calls the object.
     fn call<T>(
         &self,
         method: &str,
         call: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>,
     ) -> Result<T, ControlError> {
-        let object = self.object.as_ref().map_err(|reason| self.own(reason.clone()))?;
-        let result = Python::attach(|py| {
-            let result = call(object.bind(py));
-            if let Some(guard) = &self.guard {
-                guard.check(method)?;
-            }
-            result.map_err(|e| explained(py, &e))
-        });
-        result.map_err(|reason| self.own(reason))
+        self.object.call(method, call).map_err(|reason| self.own(reason))
     }
 
     /// Keeps what the object saves of what it has learned.
@@ -133,7 +114,7 @@ impl Controller for PyController {
         if !self.learns {
             return Ok(());
         }
-        let object = self.object.as_ref().map_err(|reason| self.own(reason.clone()))?;
+        let object = self.object.get().map_err(|reason| self.own(reason))?;
         let object = Python::attach(|py| object.clone_ref(py));
         let (name, episodes) = (self.name, self.episodes);
         let mut validate = |trainer: &mut dyn Trainer| {

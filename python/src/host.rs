@@ -10,10 +10,11 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use rustix::process::{Signal, getpid, kill_process};
 use tsc_family::Training;
-use tsc_family::traffic::own::{Host, Hosted};
+use tsc_family::traffic::own::{Host, Hosted, Make, MakeSenses};
 
 use crate::controller::PyController;
 use crate::error::{LOADER, explained};
+use crate::senses::{PySenses, Replaced};
 
 /// Time that the interpreter has to write where it is.
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -65,12 +66,25 @@ impl PyHost {
         let name: String = opened.getattr("name")?.extract()?;
         let name: &'static str = name.leak();
         let class = opened.clone().unbind();
+        let learner: Option<String> = opened.getattr("learner")?.extract()?;
+        let has = |what: &str| opened.getattr(what)?.extract();
+        let make = match learner {
+            None => Make::Controller(Box::new(move |setup| {
+                Box::new(PyController::new(name, &class, learns, setup))
+            })),
+            Some(learner) => {
+                let replaced = Replaced { reward: has("rewards")?, observation: has("observes")? };
+                let senses: MakeSenses =
+                    Box::new(move |setup| Box::new(PySenses::new(&class, replaced, setup)));
+                Make::Learner { learner, senses }
+            }
+        };
         Ok(Hosted {
             summary: opened.getattr("summary")?.extract()?,
             training: if learns { Training::Learned } else { Training::None },
             files: opened.getattr("files")?.extract::<BTreeMap<String, PathBuf>>()?,
             versions: opened.getattr("versions")?.extract()?,
-            create: Box::new(move |setup| Box::new(PyController::new(name, &class, learns, setup))),
+            make,
         })
     }
 }

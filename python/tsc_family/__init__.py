@@ -16,7 +16,7 @@ from ._register import is_command as _is_command
 from ._register import register as _register
 
 if TYPE_CHECKING:
-    from ._controller import Controller
+    from ._controller import Controller, Learner
     from ._evaluate import Result, evaluate, run
     from ._family import Estimate, Family, Sample, estimate, family, sample
     from ._place import sizes
@@ -37,6 +37,7 @@ __all__ = [
     "Estimate",
     "Family",
     "Lane",
+    "Learner",
     "Limits",
     "Movement",
     "Observation",
@@ -61,6 +62,7 @@ __all__ = [
 # and pettingzoo may not be there.
 _WHERE = {
     "Controller": "_controller",
+    "Learner": "_controller",
     "Training": "_training",
     "evaluate": "_evaluate",
     "Result": "_evaluate",

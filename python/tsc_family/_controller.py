@@ -74,6 +74,68 @@ class Controller:
             """Takes over what ``save`` wrote."""
 
 
+class Learner(Controller):
+    """A learner of this library that is paid for something else, or sees something else; say which in :attr:`method`.
+
+    Network, exploration, updates, validation and checkpoints are those of the learner, and so are its settings
+    (``settings={"idqn": {"learning_rate": 1e-4}}``). Give it ``reward(self, obs, signal)``, ``observation(self, obs,
+    signal)``, or both. ``obs`` has one signal. What the learner itself is paid for and sees is in ``obs.wait()`` and
+    ``obs.idqn()`` (idqn and ippo), ``obs.pressure()`` and ``obs.mplight()`` (mplight and its variants).
+
+    :meth:`begin` is called at the start of every episode, where memory of the last one has to end.
+    """
+
+    method: str = "idqn"
+    """The learner: ``idqn``, ``ippo``, ``mplight``, ``mplight-star`` or ``mplight-star-resco``."""
+
+    if TYPE_CHECKING:
+
+        def reward(self, obs: Observation, signal: Signal) -> float:
+            """Returns what the interval that has passed at a signal was worth; called once per interval in training."""
+
+        def observation(self, obs: Observation, signal: Signal) -> Any:
+            """Returns what is seen of a signal: as many finite numbers each time, of about the size of 1.
+
+            The numbers of an array are read row by row. A linear layer takes the place of the learner's convolution over
+            lanes. Called several times per interval, so that it must remember nothing; at first without vehicles, for the
+            number of numbers. Only for idqn and ippo: the network of mplight is made of movements.
+            """
+
+
+def learner_of(cls: type[Controller]) -> str | None:
+    """Returns the learner that a class is built on, if it is built on one."""
+    if not issubclass(cls, Learner):
+        return None
+    for method in ("act", "train", "save", "load"):
+        if getattr(cls, method, None) is not getattr(Controller, method, None):
+            raise Error(
+                f"{cls.__name__}.{method} would never be called: a Learner acts, trains and saves as {cls.method} does; "
+                "remove it, or derive from tsc_family.Controller"
+            )
+    if not (callable(getattr(cls, "reward", None)) or callable(getattr(cls, "observation", None))):
+        raise Error(
+            f"{cls.__name__} replaces nothing of {cls.method}; give it reward(self, obs, signal) or "
+            "observation(self, obs, signal)"
+        )
+    return cls.method
+
+
+def numbers_of(answer: Any) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """Returns the numbers of what ``observation`` returned, in one row."""
+    try:
+        return np.ascontiguousarray(answer, dtype=np.float32).ravel()
+    except (TypeError, ValueError):
+        raise Error(f"observation() returned {answer!r}; return an array of numbers") from None
+
+
+def number_of(answer: Any) -> float:
+    """Returns the number that ``reward`` returned."""
+    try:
+        return float(answer)
+    except (TypeError, ValueError):
+        raise Error(f"reward() returned {answer!r}; return a number") from None
+
+
 def name_of(cls: type[Controller]) -> str:
     """Returns what records call a controller."""
     return cls.name or cls.__name__.lower().replace("_", "-")

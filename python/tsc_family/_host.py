@@ -20,7 +20,7 @@ from typing import Any
 
 from . import _controller, _native
 from ._command import ARGUMENTS
-from ._controller import Controller
+from ._controller import Controller, learner_of
 from ._native import Error
 from ._register import register
 
@@ -58,7 +58,10 @@ class Opened:
         self._class, self._arguments = cls, arguments
         self.name = cls.__name__
         self.summary = (inspect.getdoc(cls) or "").split("\n")[0] if cls.__doc__ else ""
-        self.learns = callable(getattr(cls, "train", None))
+        self.learner = learner_of(cls)
+        self.learns = self.learner is not None or callable(getattr(cls, "train", None))
+        self.rewards = callable(getattr(cls, "reward", None))
+        self.observes = callable(getattr(cls, "observation", None))
         self.files = {name: str(file) for name, file in _files(cls, path).items()}
         self.versions = _versions()
 

@@ -183,11 +183,16 @@ impl Subject {
                 "--networks has no effect: the SUMO scenarios bring their networks; leave it out";
             return Err(Refused(reason.to_owned()).into());
         }
+        // A learner that is built on another one reads the settings of that one.
+        let own = draft.methods.iter().map(|method| self.domain().own(method));
+        let own = own.collect::<Result<Vec<_>, _>>()?;
+        let learners = own.into_iter().flatten().filter_map(|own| own.learner);
+        let methods: Vec<String> = draft.methods.iter().cloned().chain(learners).collect();
         let used = Use {
             family: !imported,
             networks: !imported,
             simulation: true,
-            methods: Some(&draft.methods),
+            methods: Some(&methods),
             ..Use::BUILD
         };
         used.check(&problem.loaded, &args.scenario.settings())?;

@@ -16,7 +16,7 @@ use super::env::World;
 use super::environment::{environment, folder_of, planned_demand, planned_world};
 use super::error::TrafficError;
 use super::input_files::InputFiles;
-use super::model::SignalModel;
+use super::model::{BUILT_ON, SignalModel};
 use super::network_files::GENERATED;
 use super::own::external::VehiclesOf;
 use super::own::{Create, Own, Play};
@@ -97,6 +97,14 @@ impl Traffic {
     ) -> Result<Box<dyn Controller>, RunError> {
         match self.own_of(method).map(|own| &own.play) {
             Some(Play::Controller(create)) => Ok(create(&setup(scenario, imported, seed))),
+            Some(Play::Learner { learner, senses }) => {
+                let mut controller = create(learner, scenario, imported, seed)?;
+                let name = find(&self.methods, method)?.name;
+                let senses = senses(&setup(scenario, imported, seed));
+                let set = controller.set_senses(name, senses);
+                set.expect("that the method learns was looked up when it was added");
+                Ok(controller)
+            }
             Some(Play::Plan) => create(existing::METHOD.name, scenario, imported, seed),
             Some(Play::Model { file, learner }) => {
                 let model = SignalModel::new(SavedModel::read(file)?, &self.methods)?;
@@ -287,10 +295,14 @@ impl Domain for Traffic {
     }
 
     fn card(&self, settings: &Value, method: &str) -> Result<Map<String, Value>, String> {
-        let section = find(&self.methods, method).map_err(|e| e.to_string())?.section();
+        let mut card = Map::new();
+        let mut section = find(&self.methods, method).map_err(|e| e.to_string())?.section();
+        if let Some(learner) = self.own_of(method).and_then(|own| own.about.learner.as_deref()) {
+            section = find(&self.methods, learner).map_err(|e| e.to_string())?.section();
+            card.insert(BUILT_ON.to_owned(), learner.into());
+        }
         // A method without settings has no section.
         let of_method = settings.get(&section).cloned().unwrap_or_else(|| json!({}));
-        let mut card = Map::new();
         card.insert("settings".to_owned(), of_method);
         for name in ["preset", "signal"] {
             let value = settings.get(name).cloned();

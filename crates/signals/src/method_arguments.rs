@@ -11,8 +11,9 @@ use std::time::Duration;
 use super::model::SignalModel;
 use super::own::exec::Exec;
 use super::own::external::Scores;
-use super::own::{Host, Own, Play};
+use super::own::{Host, Make, Own, Play};
 use crate::control::Controller;
+use crate::control::registry::METHODS;
 use crate::domain::Traffic;
 use basics::files::FileError;
 use evaluation::run::RunError;
@@ -124,9 +125,22 @@ pub fn add(
     // Where it lies is no part of what it is.
     let (file, class) = source.split_once(".py:").unwrap_or((source, ""));
     let file = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
+    let mut method_of_learner = None;
+    if let Make::Learner { learner, .. } = &hosted.make {
+        let learners = METHODS.iter().filter(|m| m.training == Training::Learned);
+        method_of_learner = learners.clone().find(|m| m.name == learner);
+        if method_of_learner.is_none() {
+            let known: Vec<&str> = learners.map(|m| m.name).collect();
+            return Err(wrong(format!(
+                "{learner:?} is no learner of this library; method can be {}",
+                known.join(", ")
+            )));
+        }
+    }
     let about = OwnMethod {
         summary: hosted.summary.clone(),
         versions: hosted.versions,
+        learner: method_of_learner.map(|m| m.name.to_owned()),
         learns: hosted.training == Training::Learned,
         ..OwnMethod::new(&name, OwnKind::Python, format!("{file}.py:{class}"))
     };
@@ -134,8 +148,14 @@ pub fn add(
         "" => "a class of your own",
         summary => summary.to_owned().leak(),
     };
-    let method = Method::new(name.clone().leak(), summary, hosted.training);
-    let play = Play::Controller(hosted.create);
+    let method = Method {
+        decision_s: method_of_learner.map_or(0.0, |m| m.decision_s),
+        ..Method::new(name.clone().leak(), summary, hosted.training)
+    };
+    let play = match hosted.make {
+        Make::Controller(create) => Play::Controller(create),
+        Make::Learner { learner, senses } => Play::Learner { learner, senses },
+    };
     Ok(traffic.with_own(method, Own { about, files: hosted.files, play }))
 }
 

@@ -16,6 +16,9 @@ use evaluation::run::model::SavedModel;
 use evaluation::settings::overrides::Override;
 use evaluation::store::difference::flat;
 
+/// Entry of a card with the method that one of somebody's own is but for what it sees or is paid for.
+pub(crate) const BUILT_ON: &str = "built_on";
+
 /// A model with what its card says of signals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalModel {
@@ -93,7 +96,8 @@ impl SignalModel {
     fn with_settings(&self, scenario: &Scenario) -> Result<Scenario, RunError> {
         let mut settings = serde_json::to_value(scenario).expect("a scenario is plain data");
         // A method without settings has no section.
-        let section = self.saved.card.method.replace('-', "_");
+        let learner = self.saved.domain.get(BUILT_ON).and_then(Value::as_str);
+        let section = learner.unwrap_or(&self.saved.card.method).replace('-', "_");
         if let Some(own) = settings.get_mut(section) {
             *own = self.settings.clone();
         }

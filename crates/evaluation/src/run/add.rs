@@ -46,8 +46,10 @@ pub(super) fn obstacle(there: &Identity, now: &Identity, replaced: &[String]) ->
             own.clone_from(before);
         }
     }
-    // A setting of a method that is new here has been read by nobody.
-    for method in now.methods.iter().filter(|m| !stays(m)) {
+    // A setting of a method that is new here has been read by nobody, unless by a learner that is built on that method.
+    let of_learner =
+        |method: &String| there.controllers.iter().any(|own| own.learner.as_ref() == Some(method));
+    for method in now.methods.iter().filter(|m| !stays(m) && !of_learner(m)) {
         let section = method.replace('-', "_");
         if let (Some(own), Some(before)) =
             (same.settings.get_mut(&section), there.settings.get(&section))

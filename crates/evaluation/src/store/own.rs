@@ -56,6 +56,9 @@ pub struct OwnMethod {
     pub summary: String,
     /// Whether it learns before it is evaluated.
     pub learns: bool,
+    /// The method that it is but for what it sees or is paid for; its settings are that method's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub learner: Option<String>,
     /// sha256 of every file that it consists of, by name.
     pub sha256: BTreeMap<String, String>,
     /// Versions of what runs it, such as `python`.
@@ -72,6 +75,7 @@ impl OwnMethod {
             source,
             summary: String::new(),
             learns: false,
+            learner: None,
             sha256: BTreeMap::new(),
             versions: BTreeMap::new(),
         }
@@ -131,6 +135,7 @@ mod tests {
             source: "mine.py:Mine".to_owned(),
             summary: String::new(),
             learns: false,
+            learner: None,
             sha256: BTreeMap::from([("mine.py".to_owned(), "ab".to_owned())]),
             versions: BTreeMap::from([("python".to_owned(), "3.11.7".to_owned())]),
         }

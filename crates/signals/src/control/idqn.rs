@@ -19,9 +19,9 @@ use std::f32::consts::SQRT_2;
 
 use super::independent::{Agent, Independent, Step};
 use super::learner::Learning;
-use super::state::{LANE_WIDTH, lane_rows};
+use super::senses::View;
 use super::training::{Curve, TrainingState};
-use super::{Controller, Setup, SignalSpec};
+use super::{Controller, Setup};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 use learners::nn::Activation;
@@ -89,15 +89,6 @@ settings! {
 /// Number of the layer that gives the values, which no ReLU follows.
 const VALUE_LAYER: usize = 3;
 
-/// Returns the network of a signal with these rows of lanes and phases.
-fn network(lanes: usize, phases: usize, hidden: usize) -> Sequential {
-    Sequential::new(lanes * LANE_WIDTH)
-        .convolution(LANE_WIDTH, hidden, Activation::Relu)
-        .linear(hidden, Activation::Relu)
-        .linear(hidden, Activation::Relu)
-        .linear(phases, Activation::None)
-}
-
 /// Returns IDQN, untrained.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let learners: Independent<Idqn> = Independent::new(config.clone(), setup.seed);
@@ -126,9 +117,8 @@ impl Agent for Idqn {
 
     type Config = Config;
 
-    fn new(config: &Config, signal: &SignalSpec, seed: u64, label: &str) -> Self {
-        let phases = signal.phases.len();
-        let network = network(lane_rows(signal), phases, config.hidden);
+    fn new(config: &Config, view: View, phases: usize, seed: u64, label: &str) -> Self {
+        let network = view.hidden_layers(config.hidden).linear(phases, Activation::None);
         let init = |layer| match (config.orthogonal_initialisation, layer) {
             (false, _) => Init::Uniform,
             (true, VALUE_LAYER) => Init::Orthogonal(1.0),

@@ -4,7 +4,8 @@
 //! Source: RESCO, agents/agent.py (`IndependentAgent`).
 
 use super::learner::Learner;
-use super::state::{LANE_WIDTH, lane_rows, lanes, wait_reward};
+use super::senses::{Given, View};
+use super::state::{lanes, wait_reward};
 use super::training::{Curve, TrainingState, check_shape, decides, is_checkpoint, mean};
 use super::{ControlError, GreenPhase, Observation, SignalSpec};
 use learners::nn::archive::Archive;
@@ -19,8 +20,9 @@ pub(super) trait Agent: Sized {
     /// Hyper-parameters.
     type Config;
 
-    /// Returns an agent that has learned nothing yet; `seed` and `label` name its randomness.
-    fn new(config: &Self::Config, signal: &SignalSpec, seed: u64, label: &str) -> Self;
+    /// Returns an agent with a view and this number of phases that has learned nothing yet; `seed` and `label` name its
+    /// randomness.
+    fn new(config: &Self::Config, view: View, phases: usize, seed: u64, label: &str) -> Self;
 
     /// Whether observations are shifted and scaled by their running mean and deviation.
     fn normalises(config: &Self::Config) -> bool;
@@ -85,12 +87,13 @@ pub(super) struct Independent<A: Agent> {
     config: A::Config,
     seed: u64,
     learners: Vec<OfSignal<A>>,
+    senses: Given,
 }
 
 impl<A: Agent> Independent<A> {
     /// Returns learners that have met no signal yet; `seed` is of everything random in them.
     pub(super) fn new(config: A::Config, seed: u64) -> Self {
-        Self { config, seed, learners: Vec::new() }
+        Self { config, seed, learners: Vec::new(), senses: Given::default() }
     }
 }
 
@@ -107,12 +110,17 @@ impl<A: Agent> Learner for Independent<A> {
         self.learners.iter_mut().for_each(|own| own.agent.begin_validation());
     }
 
-    fn meet(&mut self, signals: &[SignalSpec]) {
+    fn senses(&mut self) -> &mut Given {
+        &mut self.senses
+    }
+
+    fn meet(&mut self, signals: &[SignalSpec]) -> Result<(), String> {
         let learner = |(signal, spec): (usize, &SignalSpec)| {
-            let width = lane_rows(spec) * LANE_WIDTH;
+            let view = self.senses.view(signal, spec);
+            let (width, phases) = (view.width(), spec.phases.len());
             OfSignal {
                 signal,
-                agent: A::new(&self.config, spec, self.seed, &signal.to_string()),
+                agent: A::new(&self.config, view, phases, self.seed, &signal.to_string()),
                 normaliser: A::normalises(&self.config).then(|| Normaliser::new(width)),
                 state: Vec::with_capacity(width),
                 next: Vec::with_capacity(width),
@@ -121,6 +129,7 @@ impl<A: Agent> Learner for Independent<A> {
         };
         self.learners =
             signals.iter().enumerate().filter(|(_, s)| decides(s)).map(learner).collect();
+        Ok(())
     }
 
     fn controls(&self) -> bool {
@@ -133,15 +142,18 @@ impl<A: Agent> Learner for Independent<A> {
         signals: &[SignalSpec],
         observations: &[Observation],
         phases: &mut [GreenPhase],
-    ) {
+    ) -> Result<(), String> {
         for own in &mut self.learners {
-            lanes(&signals[own.signal], &observations[own.signal], &mut own.state);
+            let (spec, seen) = (&signals[own.signal], &observations[own.signal]);
+            let lanes = |state: &mut Vec<f32>| lanes(spec, seen, state);
+            self.senses.observe(own.signal, seen, &mut own.state, lanes)?;
             if let Some(normaliser) = &mut own.normaliser {
                 normaliser.take_in(&mut own.state, training.active);
             }
             own.asked = own.agent.choose(&own.state, training);
             phases[own.signal] = GreenPhase(own.asked);
         }
+        Ok(())
     }
 
     fn observe(
@@ -150,12 +162,13 @@ impl<A: Agent> Learner for Independent<A> {
         signals: &[SignalSpec],
         observations: &[Observation],
         truncated: bool,
-    ) {
+    ) -> Result<(), String> {
         for own in &mut self.learners {
-            let seen = &observations[own.signal];
-            let reward = wait_reward(seen);
+            let (spec, seen) = (&signals[own.signal], &observations[own.signal]);
+            let reward = self.senses.reward(own.signal, seen, wait_reward)?;
             training.curve.reward += f64::from(reward);
-            lanes(&signals[own.signal], seen, &mut own.next);
+            let lanes = |state: &mut Vec<f32>| lanes(spec, seen, state);
+            self.senses.observe(own.signal, seen, &mut own.next, lanes)?;
             if let Some(normaliser) = &own.normaliser {
                 normaliser.apply(&mut own.next);
             }
@@ -178,6 +191,7 @@ impl<A: Agent> Learner for Independent<A> {
             training.curve.entropy = mean(&of(|c| c.entropy));
             training.curve.epsilon = curves.first().and_then(|c| c.epsilon);
         }
+        Ok(())
     }
 
     /// With several signals one dead network is enough.

@@ -13,9 +13,9 @@ use std::f32::consts::SQRT_2;
 
 use super::independent::{Agent, Independent, Step};
 use super::learner::Learning;
-use super::state::{LANE_WIDTH, lane_rows};
+use super::senses::View;
 use super::training::{Curve, TrainingState};
-use super::{Controller, Setup, SignalSpec};
+use super::{Controller, Setup};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 use learners::nn::init::Init;
@@ -82,14 +82,9 @@ const HEAD_LAYER: usize = 3;
 /// Factor on the first weights of the logits, so that the first policy is nearly uniform.
 const POLICY_GAIN: f32 = 0.01;
 
-/// Returns the network of a signal with these rows of lanes and phases: a logit per phase, then the
-/// value.
-fn network(lanes: usize, phases: usize, hidden: usize) -> Sequential {
-    Sequential::new(lanes * LANE_WIDTH)
-        .convolution(LANE_WIDTH, hidden, Activation::Relu)
-        .linear(hidden, Activation::Relu)
-        .linear(hidden, Activation::Relu)
-        .linear(phases + 1, Activation::None)
+/// Returns the network of a signal with this view: a logit per phase, then the value.
+fn network(view: View, phases: usize, hidden: usize) -> Sequential {
+    view.hidden_layers(hidden).linear(phases + 1, Activation::None)
 }
 
 /// Returns parameters to start from: normal or orthogonal, biases zero, logits close to zero.
@@ -133,8 +128,8 @@ impl Agent for Ippo {
 
     type Config = Config;
 
-    fn new(config: &Config, signal: &SignalSpec, seed: u64, label: &str) -> Self {
-        let network = network(lane_rows(signal), signal.phases.len(), config.hidden);
+    fn new(config: &Config, view: View, phases: usize, seed: u64, label: &str) -> Self {
+        let network = network(view, phases, config.hidden);
         let mut generator = Generator::new(seed, &["initialisation", label]);
         let parameters = initial(&network, config.orthogonal_initialisation, &mut generator);
         let settings = Settings {
@@ -239,7 +234,7 @@ mod tests {
 
     #[test]
     fn the_first_policy_is_nearly_uniform_and_values_are_not_small() {
-        let network = network(3, 4, 64);
+        let network = network(View::Lanes(3), 4, 64);
         let parameters = initial(&network, false, &mut Generator::new(1, &[]));
         let deviation = |values: &[f32]| {
             (values.iter().map(|v| v * v).sum::<f32>() / values.len() as f32).sqrt()

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::senses::{Given, Senses};
 use super::training::{self, CHECKPOINT, Curve, TrainingState, remarks};
 use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use basics::seed;
@@ -19,30 +20,45 @@ pub(super) trait Learner {
     /// Begins an episode of validation: what is drawn at random in it is the same for every policy.
     fn begin_validation(&mut self) {}
 
+    /// What it sees and is paid for where that is not its own.
+    fn senses(&mut self) -> &mut Given;
+
     /// Prepares for these signals, from the beginning.
-    fn meet(&mut self, signals: &[SignalSpec]);
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot see them as it was told to.
+    fn meet(&mut self, signals: &[SignalSpec]) -> Result<(), String>;
 
     /// Whether there is a signal to decide for; known after the first episode has begun.
     fn controls(&self) -> bool;
 
     /// As [`Controller::act`]; `training` says whether this is a training episode and where it stands.
+    ///
+    /// # Errors
+    ///
+    /// Those of senses that are not its own.
     fn act(
         &mut self,
         training: &TrainingState,
         signals: &[SignalSpec],
         observations: &[Observation],
         phases: &mut [GreenPhase],
-    );
+    ) -> Result<(), String>;
 
     /// As [`Controller::observe`], in training only; adds the rewards to the curve, and at the end of
     /// the episode what was measured in it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::act`].
     fn observe(
         &mut self,
         training: &mut TrainingState,
         signals: &[SignalSpec],
         observations: &[Observation],
         truncated: bool,
-    );
+    ) -> Result<(), String>;
 
     /// Whether what it has learned depends on state and action; where it does not, the network is dead.
     fn is_alive(&mut self) -> bool;
@@ -68,15 +84,25 @@ pub(super) trait Learner {
 #[derive(Debug)]
 pub(super) struct Learning<L> {
     pub(super) learner: L,
+    name: &'static str,
     seed: u64,
     training: TrainingState,
     signals: Vec<SignalSpec>,
+    /// Why what it was to learn from could not be had.
+    fault: Option<String>,
 }
 
 impl<L: Learner> Learning<L> {
     /// Returns an untrained controller of a learner with this seed that is trained for so many episodes.
     pub(super) fn new(learner: L, &Setup { seed, episodes, .. }: &Setup) -> Self {
-        Self { learner, seed, training: TrainingState::new(episodes), signals: Vec::new() }
+        let training = TrainingState::new(episodes);
+        let name = learner.name();
+        Self { learner, name, seed, training, signals: Vec::new(), fault: None }
+    }
+
+    /// Returns an error of senses that are somebody's own.
+    fn own(&self, reason: String) -> ControlError {
+        ControlError::Own { method: self.name, reason }
     }
 
     /// Validates what has been learned so far and returns whether training goes on.
@@ -90,16 +116,17 @@ impl<L: Learner> Learning<L> {
 
 impl<L: Learner> Controller for Learning<L> {
     fn name(&self) -> &'static str {
-        self.learner.name()
+        self.name
     }
 
     /// The learner drives each signal. Where there is a single phase it is that phase, for ever, which
     /// is what RESCO and an equal split do there too: greens that serve no vehicle are none of either.
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         let changed = self.signals != signals;
+        self.learner.senses().begin(signals).map_err(|reason| self.own(reason))?;
         if changed {
             self.signals = signals.to_vec();
-            self.learner.meet(signals);
+            self.learner.meet(signals).map_err(|reason| self.own(reason))?;
         }
         if let Some(archive) = self.training.adopted(changed) {
             self.learner.restore(signals, &archive)?;
@@ -115,13 +142,18 @@ impl<L: Learner> Controller for Learning<L> {
         observations: &[Observation],
         phases: &mut [GreenPhase],
     ) -> Result<(), ControlError> {
-        self.learner.act(&self.training, &self.signals, observations, phases);
-        Ok(())
+        let acted = match self.fault.take() {
+            Some(reason) => Err(reason),
+            None => self.learner.act(&self.training, &self.signals, observations, phases),
+        };
+        acted.map_err(|reason| self.own(reason))
     }
 
     fn observe(&mut self, observations: &[Observation], truncated: bool) {
-        if self.training.active {
-            self.learner.observe(&mut self.training, &self.signals, observations, truncated);
+        if self.training.active && self.fault.is_none() {
+            let training = &mut self.training;
+            self.fault =
+                self.learner.observe(training, &self.signals, observations, truncated).err();
         }
     }
 
@@ -137,6 +169,9 @@ impl<L: Learner> Controller for Learning<L> {
             let episode = self.training.done;
             self.training.curve = Curve::default();
             trainer.episode(self, episode)?;
+            if let Some(reason) = self.fault.take() {
+                return Err(self.own(reason));
+            }
             if !self.learner.controls() {
                 break;
             }
@@ -152,7 +187,7 @@ impl<L: Learner> Controller for Learning<L> {
             if trainer.starts_again(!self.training.updated || self.learner.is_alive()) {
                 self.training.start_again();
                 self.learner.reseed(seed::restart(self.seed, trainer.restarts()));
-                self.learner.meet(&self.signals);
+                self.learner.meet(&self.signals).map_err(|reason| self.own(reason))?;
                 continue;
             }
             let next = self.validate(trainer)?;
@@ -170,6 +205,16 @@ impl<L: Learner> Controller for Learning<L> {
             }
         }
         self.training.active = false;
+        Ok(())
+    }
+
+    fn set_senses(
+        &mut self,
+        name: &'static str,
+        senses: Box<dyn Senses>,
+    ) -> Result<(), ControlError> {
+        self.name = name;
+        self.learner.senses().take(senses);
         Ok(())
     }
 

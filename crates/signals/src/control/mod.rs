@@ -23,6 +23,7 @@ pub mod nema;
 pub mod phase_sets;
 pub mod program;
 pub mod registry;
+pub mod senses;
 pub mod state;
 pub mod streets;
 #[cfg(test)]
@@ -39,6 +40,7 @@ use learners::nn::archive::{Archive, ArchiveError};
 
 use crate::needs::{Need, least_greens_s};
 pub use crate::vocabulary::Light;
+use senses::Senses;
 
 /// Index into [`SignalSpec::phases`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -434,6 +436,22 @@ pub trait Controller {
     fn train(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
         let _ = trainer;
         Ok(())
+    }
+
+    /// Replaces what a learner sees and is paid for, which makes it another method; before the first episode.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Own`] of methods that do not learn.
+    fn set_senses(
+        &mut self,
+        name: &'static str,
+        senses: Box<dyn Senses>,
+    ) -> Result<(), ControlError> {
+        let _ = name;
+        drop(senses);
+        let reason = "it does not learn, so that nothing of it can be replaced".to_owned();
+        Err(ControlError::Own { method: self.name(), reason })
     }
 
     /// Returns what the method wants recorded of itself, such as the plan that tuning found.

@@ -20,6 +20,7 @@
 use std::f32::consts::SQRT_2;
 
 use super::learner::{Learner, Learning};
+use super::senses::{Given, View};
 use super::state::{Demand, movement_slots, pressure_reward};
 use super::training::{TrainingState, decides, is_checkpoint};
 use super::{ControlError, Controller, GreenPhase, Observation, Setup, SignalSpec};
@@ -127,12 +128,14 @@ pub(super) struct MpLight {
     seed: u64,
     controlled: Vec<Controlled>,
     shared: Option<Shared>,
+    senses: Given,
 }
 
 impl MpLight {
     /// Returns a learner that sees this of movements; `seed` is of everything random in it.
     pub(super) fn new(name: &'static str, config: Config, demand: Demand, seed: u64) -> Self {
-        Self { name, config, demand, seed, controlled: vec![], shared: None }
+        let (controlled, shared, senses) = (vec![], None, Given::default());
+        Self { name, config, demand, seed, controlled, shared, senses }
     }
 
     /// Returns the values of the phases of the first signal.
@@ -162,7 +165,18 @@ impl Learner for MpLight {
         self.seed = seed;
     }
 
-    fn meet(&mut self, signals: &[SignalSpec]) {
+    fn senses(&mut self) -> &mut Given {
+        &mut self.senses
+    }
+
+    /// FRAP is made of movements and phases, which other numbers do not have.
+    fn meet(&mut self, signals: &[SignalSpec]) -> Result<(), String> {
+        let views = signals.iter().enumerate().map(|(i, spec)| self.senses.view(i, spec));
+        if views.into_iter().any(|view| matches!(view, View::Own(_))) {
+            return Err("its network is made of movements and phases, so that only its reward can be replaced; leave the \
+                        observation as it is, or build on idqn or ippo"
+                .to_owned());
+        }
         let slots = signals.iter().map(movement_slots).max().unwrap_or(0);
         let width = slots * self.demand.width();
         self.controlled.clear();
@@ -199,6 +213,7 @@ impl Learner for MpLight {
             dqn: Dqn::new(network, parameters, settings, self.seed, &[]),
             normaliser: config.normalise_observations.then(|| Normaliser::new(width)),
         });
+        Ok(())
     }
 
     fn controls(&self) -> bool {
@@ -211,9 +226,9 @@ impl Learner for MpLight {
         signals: &[SignalSpec],
         observations: &[Observation],
         phases: &mut [GreenPhase],
-    ) {
+    ) -> Result<(), String> {
         let epsilon = training.active.then(|| self.epsilon(training));
-        let Some(shared) = &mut self.shared else { return };
+        let Some(shared) = &mut self.shared else { return Ok(()) };
         for own in &mut self.controlled {
             let seen = &observations[own.signal];
             own.state[1] = seen.phase as f32;
@@ -228,6 +243,7 @@ impl Learner for MpLight {
                 None => shared.dqn.greedy(&own.state),
             });
         }
+        Ok(())
     }
 
     fn observe(
@@ -236,11 +252,11 @@ impl Learner for MpLight {
         signals: &[SignalSpec],
         observations: &[Observation],
         truncated: bool,
-    ) {
-        let Some(shared) = &mut self.shared else { return };
+    ) -> Result<(), String> {
+        let Some(shared) = &mut self.shared else { return Ok(()) };
         for own in &mut self.controlled {
             let seen = &observations[own.signal];
-            let reward = pressure_reward(seen);
+            let reward = self.senses.reward(own.signal, seen, pressure_reward)?;
             training.curve.reward += f64::from(reward);
             own.next[1] = seen.phase as f32;
             let demand = &mut own.next[HEAD..];
@@ -262,6 +278,7 @@ impl Learner for MpLight {
             training.curve.loss = shared.dqn.take_loss();
             training.curve.epsilon = Some(self.epsilon(training));
         }
+        Ok(())
     }
 
     fn is_alive(&mut self) -> bool {

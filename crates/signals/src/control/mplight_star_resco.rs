@@ -60,7 +60,7 @@ mod tests {
         let values = |stride, queue: [f64; 4]| {
             let mut learner = variant(METHOD.name, stride, &Config::default(), 7);
             let signals = std::slice::from_ref(&signal);
-            learner.meet(signals);
+            learner.meet(signals).unwrap();
             let lane = |queue| LaneObservation { queue, ..LaneObservation::default() };
             let seen = Observation { lanes: queue.map(lane).to_vec(), ..Observation::default() };
             learner.values(signals, &seen)

@@ -7,7 +7,7 @@ pub mod host;
 mod pipes;
 pub mod protocol;
 
-pub use host::{Host, Hosted};
+pub use host::{Host, Hosted, Make, MakeSenses};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -29,6 +29,13 @@ pub type Create = Box<dyn Fn(&Setup) -> Box<dyn Controller> + Send + Sync>;
 pub enum Play {
     /// By a controller.
     Controller(Create),
+    /// By a learner of this library that sees or is paid for something else.
+    Learner {
+        /// The learner's name.
+        learner: String,
+        /// Makes what it sees and is paid for.
+        senses: MakeSenses,
+    },
     /// As the plan of each point MDP that the manifest keeps under its name.
     Plan,
     /// As what a method has learned elsewhere.
