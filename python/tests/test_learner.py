@@ -5,6 +5,8 @@ import json
 
 import pytest
 
+import tsc_family as tf
+
 HEAD = "import numpy as np, tsc_family as tf\n"
 
 CLASSES = HEAD + """
@@ -123,6 +125,22 @@ class Own(tf.Controller):
         assert played.returncode == 0, played.stderr
         lines = [json.loads(line) for line in played.stdout.splitlines()]
         assert [row["delay_s"] for row in lines if (row["event"], row["method"]) == ("evaluation", "saved")] == recorded[point]
+
+
+def test_models_are_methods_of_an_evaluation(tsc_family, networks, tmp_path, monkeypatch):
+    done = run(tsc_family, networks, tmp_path, CLASSES, ["Paid"])
+    assert done.returncode == 0, done.stderr
+    monkeypatch.chdir(tmp_path)
+    options = {"eval_seeds": 1, "episodes": 2, "settings": {"demand": {"horizon_s": 120}}, "networks": networks, "quiet": True}
+    model = models(tmp_path / "out")["paid", "busy"]
+    with pytest.warns(UserWarning, match="some tasks failed"):
+        # It was trained on busy, and quiet has other lanes.
+        result = tf.evaluate("paid=mine.py:Paid", "smoke", models={"saved": model}, out="models", **options)
+    rows = list(csv.DictReader((result.folder / "report" / "scores.csv").open(newline="")))
+    scores = {(row["method"], row["point"]): row["delay_s"] for row in rows}
+    assert scores["saved", "busy"] == scores["paid", "busy"] != ""
+    with pytest.raises(tf.Error, match="give names and files"):
+        tf.evaluate("paid=mine.py:Paid", "smoke", models=model, out="x", **options)
 
 
 # What a class is written like, the exit code, and what is said.

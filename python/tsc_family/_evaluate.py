@@ -115,6 +115,7 @@ def evaluate(
     eval_seeds: int | None = None,
     seeds: PathLike | None = None,
     against: Sequence[str] = (),
+    models: Mapping[str, PathLike] | None = None,
     out: PathLike | None = None,
     sumocfg: PathLike | Sequence[PathLike] = (),
     preset: str | None = None,
@@ -134,6 +135,8 @@ def evaluate(
 ) -> Result:
     """Evaluates controllers on a sample of a family, ranked beside the methods ``against`` and the baseline.
 
+    ``models`` has files of trained models by a name for each: methods that do not learn any more. The class of a model of
+    your own has to be among ``controllers``.
     ``budget`` is the number of point MDPs. Where it is None, these are those of the run that is in ``out``, else all.
     ``until_decided`` is True for all pairs of methods, ``"first-place"``, or pairs of names. The
     other options are those of ``tsc-family run``. The same call continues an interrupted run. A call with more
@@ -148,10 +151,15 @@ def evaluate(
         raise _host.Loaded
     sources = _sources(controllers)
     names = [source.partition("=")[0] for source in sources]
+    models = {} if models is None else models
+    if not isinstance(models, Mapping):
+        raise Error(f"models={models!r}: give names and files, such as {{'trained': 'results/a/models/000/3.safetensors'}}")
     folder = Path("results") / names[0] if out is None else Path(fspath(out))
-    arguments = ["run", fspath(scenario), "--out", fspath(folder), "--methods", ",".join([*names, *_names(against)])]
+    arguments = ["run", fspath(scenario), "--out", fspath(folder), "--methods", ",".join([*names, *_names(against), *models])]
     for source in sources:
         arguments += ["--controller", source]
+    for name, model in models.items():
+        arguments += ["--model", f"{name}={fspath(model)}"]
     configs = [sumocfg] if isinstance(sumocfg, str) or hasattr(sumocfg, "__fspath__") else list(sumocfg)
     for config in configs:
         arguments += ["--sumocfg", fspath(config)]
