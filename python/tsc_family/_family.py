@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Union
 
@@ -15,7 +15,7 @@ from . import _native
 from ._native import Error
 
 Settings = Mapping[str, Any]
-"""Settings to replace, by dotted name: ``{"demand.horizon_s": 600}``."""
+"""Settings to replace, by dotted name or by section: ``{"demand.horizon_s": 600}``, ``{"demand": {"horizon_s": 600}}``."""
 
 _TOLERANCE = 1e-6
 _RESAMPLES = 2000
@@ -27,8 +27,17 @@ def flags(settings: Settings | None, preset: str | None = None) -> list[str]:
     def text(value: Any) -> str:
         return value if isinstance(value, str) else json.dumps(value)
 
+    def flat(settings: Settings, section: str) -> Iterator[tuple[str, Any]]:
+        for key, value in settings.items():
+            if isinstance(value, Mapping):
+                yield from flat(value, f"{section}{key}.")
+            else:
+                yield f"{section}{key}", value
+
+    if not isinstance(settings, (Mapping, type(None))):
+        raise Error(f"settings={settings!r}: give names and values, such as {{'demand.horizon_s': 600}}")
     named = [] if preset is None else [f"preset={preset}"]
-    return named + [f"{key}={text(value)}" for key, value in (settings or {}).items()]
+    return named + [f"{key}={text(value)}" for key, value in flat(settings or {}, "")]
 
 
 @dataclass(frozen=True, eq=False)
