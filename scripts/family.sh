@@ -6,8 +6,8 @@
 #   scripts/family.sh resco nema-resco    these only
 #   scripts/family.sh --list          their names
 #
-# The folders field, field-all-pairs, intersections-field, nema-intersections-field and learners-field are of the preset
-# field of version 0.1.0, which this version cannot continue.
+# The folders field, field-all-pairs, intersections-field and nema-intersections-field are of the preset field of version
+# 0.1.0, which this version cannot continue.
 #
 # The folders *-sumo-1.28 need a BINARY that was built with SUMO 1.28 (docs/install.md), and its SUMO_HOME.
 #
@@ -31,7 +31,6 @@ runs=(
     "resco-0084 --preset resco --set family.hourly_share=0.084 --methods $untrained"
     "resco-0055 --preset resco --set family.hourly_share=0.055 --methods $untrained"
     "learners --preset resco --methods $learners $last"
-    "learners-field --preset field --budget 20 --assist results/salt-lake-city/field --methods $learners $last"
     "learners-budget-20 --preset resco --budget 20 --sampling k-means --replicates 3 --methods $learners,mplight-star-resco $last"
     "ippo-budget-4 --preset resco --budget 4 --sampling k-means --episodes 1400 --methods baseline,ippo $last"
     "nema-resco --preset resco --methods baseline,nema"
@@ -41,6 +40,7 @@ runs=(
     "intersections-field-0.2.1 --preset field --set family.detail=per-approach --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "intersections-field-40 --preset field --set family.detail=per-approach --budget 40 --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "learners-validated-20 --preset resco --budget 20 --assist results/salt-lake-city/resco --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
+    "learners-validated-field-20 --preset field --budget 20 --assist results/salt-lake-city/field-0.2.0 --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
     "learners-validated --preset resco --methods baseline,idqn,mplight,mplight-star"
     "resco-sumo-1.28 --preset resco --budget 40 --sampling bayesian-quadrature --methods $untrained,nema"
     "field-sumo-1.28 --preset field --budget 40 --sampling bayesian-quadrature --methods $untrained,nema"
