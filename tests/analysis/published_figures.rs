@@ -87,13 +87,13 @@ fn ranks_across_families_on_the_page_are_those_of_the_command() {
         format!("across {} {} --json", results("resco").display(), results("field").display());
     let said = succeed(repository(), &args);
     let lines: Vec<Value> = said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    let page = fs::read_to_string(results("README.md")).unwrap();
+    let page = fs::read_to_string(results("analyses.md")).unwrap();
     let percent =
         |value: &Value, decimals: usize| format!("{:.decimals$}%", 100.0 * value.as_f64().unwrap());
     for line in lines.iter().filter(|line| line["event"] == "method") {
         let ranks = ["rank_1", "rank_2", "rank_3", "rank_4"].map(|rank| percent(&line[rank], 2));
         let row = format!("| {} | {} |", line["method"].as_str().unwrap(), ranks.join(" | "));
-        assert!(page.contains(&row), "results/salt-lake-city/README.md lacks {row}");
+        assert!(page.contains(&row), "results/salt-lake-city/analyses.md lacks {row}");
     }
     let holds = format!("overall order holds in {} of them", percent(&lines[0]["order_holds"], 1));
     let summary = fs::read_to_string(repository().join("docs/results.md")).unwrap();
