@@ -60,7 +60,11 @@ fn every_published_run_is_sound_and_reported() {
     let runs = published();
     assert!(runs.len() >= 9, "{runs:?}");
     // A family, a sample of learners and a control task; the others do not change from one commit to the next.
-    let short = ["salt-lake-city/nema-resco", "salt-lake-city/learners-validated-field-20", "cartpole/carl"];
+    let short = [
+        "salt-lake-city/nema-resco",
+        "salt-lake-city/learners-validated-field-20",
+        "cartpole/carl",
+    ];
     let runs: Vec<_> =
         runs.iter().filter(|r| is_nightly() || short.iter().any(|s| r.ends_with(s))).collect();
     assert!(runs.len() >= short.len(), "{runs:?}");

@@ -122,7 +122,8 @@ const OTHERS_OPTIONS: [&str; 6] =
 
 /// Pages for users, whose code in the running text is of today's program.
 fn user_pages() -> impl Iterator<Item = Page> {
-    let theirs = |p: &Path| p.starts_with("docs") || p.ends_with("README.md");
+    let theirs =
+        |p: &Path| p.starts_with("docs") || p.starts_with("results") || p.ends_with("README.md");
     markdown().into_values().filter(move |page| theirs(&page.path))
 }
 
