@@ -11,6 +11,7 @@ pub(super) mod cabinet;
 mod config;
 mod described;
 mod files;
+pub(super) mod left_turns;
 mod program_xml;
 mod read;
 pub(super) mod sheets;

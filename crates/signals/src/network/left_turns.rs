@@ -32,10 +32,10 @@ use crate::settings::{LeftTurns, NetworkSettings};
 use basics::units::{SECONDS_PER_HOUR, mph_to_mps};
 
 /// Lanes for left turns from which on they are protected.
-const PROTECTED_LANES: usize = 2;
+pub const PROTECTED_LANES: usize = 2;
 
 /// Opposing through lanes from which on left turns are protected.
-const PROTECTED_OPPOSING_LANES: usize = 4;
+pub const PROTECTED_OPPOSING_LANES: usize = 4;
 
 /// Left turns per cycle up to which they find their way.
 const FEW_PER_CYCLE: f64 = 2.0;

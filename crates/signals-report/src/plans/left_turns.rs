@@ -1,0 +1,96 @@
+//! Left turns that yield in a plan although guidelines protect them wherever they are: what simulation does not punish, and an
+//! engineer would not sign.
+//!
+//! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapter 4: two or more left-turn lanes, or four or more opposing lanes.
+
+use std::collections::BTreeMap;
+
+use crate::shown::Seen;
+use signals::existing::ExistingPlan;
+use signals::network::left_turns::{PROTECTED_LANES, PROTECTED_OPPOSING_LANES};
+use signals::places::{DrawnArm, DrawnIntersection};
+
+use super::told::renamed;
+
+/// How far from straight ahead an opposing arm may lie, degrees.
+const OPPOSITE_DEG: f64 = 45.0;
+
+/// Returns these left turns with the reason, such as `SBL (2 lanes)`; in left-hand traffic right turns.
+pub(crate) fn unprotected(seen: Seen<'_>, point: usize, plan: &ExistingPlan) -> Vec<String> {
+    let id = &seen.data.points[point].row.point;
+    let Some(drawn) = seen.shown.places.drawings.iter().find(|drawn| drawn.point == *id) else {
+        return Vec::new();
+    };
+    let names = renamed(seen, point);
+    let mut ways: BTreeMap<&str, &str> = BTreeMap::new();
+    for m in seen.shown.movements.iter().filter(|task| task.point == point).flat_map(|t| &t.results)
+    {
+        ways.insert(names.get(&m.movement).unwrap_or(&m.movement), &m.from);
+    }
+    let yields = |name: &str| plan.phases.iter().any(|p| p.yielding.iter().any(|own| own == name));
+    let crossing = if drawn.is_left_hand { 'R' } else { 'L' };
+    let turns = ways.into_iter().filter(|(name, _)| name.contains(crossing) && yields(name));
+    let said = turns.filter_map(|(name, from)| Some(format!("{name} ({})", reason(drawn, from)?)));
+    said.collect()
+}
+
+/// Returns why the left turns of an arm are protected whatever their volume; `None` where nothing says so.
+fn reason(drawn: &DrawnIntersection, from: &str) -> Option<String> {
+    let lanes = |arm: &DrawnArm, turn: char| arm.lanes.iter().filter(|l| l.contains(turn)).count();
+    let crossing = if drawn.is_left_hand { 'r' } else { 'l' };
+    let arm = drawn.arms.iter().find(|arm| arm.edge == from)?;
+    let own = lanes(arm, crossing);
+    if own >= PROTECTED_LANES {
+        return Some(format!("{own} lanes"));
+    }
+    let off_deg = |other: &DrawnArm| {
+        let turned = (other.bearing_deg - arm.bearing_deg).rem_euclid(360.0);
+        (turned - 180.0).abs()
+    };
+    let opposite = drawn.arms.iter().filter(|other| off_deg(other) <= OPPOSITE_DEG);
+    let against = lanes(opposite.min_by(|a, b| off_deg(a).total_cmp(&off_deg(b)))?, 's');
+    (against >= PROTECTED_OPPOSING_LANES).then(|| format!("{against} opposing lanes"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arm(edge: &str, bearing_deg: f64, lanes: &[&str]) -> DrawnArm {
+        DrawnArm {
+            name: edge.to_owned(),
+            edge: edge.to_owned(),
+            bearing_deg,
+            lanes: lanes.iter().map(|lane| (*lane).to_owned()).collect(),
+            lanes_out: 2,
+            speed_mph: 35.0,
+            left_storage_m: None,
+            right_storage_m: None,
+        }
+    }
+
+    #[test]
+    fn two_lanes_or_four_opposing_ones_are_protected_wherever_they_are() {
+        let arms = vec![
+            arm("n", 0.0, &["sr", "s", "l", "l"]),
+            arm("s", 170.0, &["sr", "s", "l"]),
+            arm("e", 90.0, &["r", "s", "s", "s", "s", "l"]),
+            arm("w", 268.0, &["sr", "l"]),
+        ];
+        let drawn = DrawnIntersection {
+            point: "i0001".to_owned(),
+            intersection: "i0001".to_owned(),
+            period: String::new(),
+            is_left_hand: false,
+            arms,
+        };
+        let of = |edge: &str| reason(&drawn, edge);
+        assert_eq!(of("n").as_deref(), Some("2 lanes"));
+        assert_eq!((of("s"), of("e"), of("nowhere")), (None, None, None));
+        assert_eq!(of("w").as_deref(), Some("4 opposing lanes"));
+        let mirrored = DrawnIntersection { is_left_hand: true, ..drawn.clone() };
+        // Its right turns are those that cross, of one lane each, against four.
+        assert_eq!(reason(&mirrored, "n"), None);
+        assert_eq!(reason(&mirrored, "w").as_deref(), Some("4 opposing lanes"));
+    }
+}
