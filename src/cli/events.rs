@@ -7,7 +7,7 @@ use super::folder::EVENTS;
 use super::output::{line, note};
 use crate::cli::exit;
 use crate::cli::refused::Refused;
-use crate::files::{FileError, write_atomically};
+use crate::files::{FileError, quoted, write_atomically};
 use crate::store::Layout;
 use crate::store::manifest::{Identity, PointRow, Task};
 use crate::store::record::{Metrics, Outcome, Record, Summary};
@@ -16,6 +16,7 @@ use crate::suggest::did_you_mean;
 use crate::traffic::domain::Traffic;
 use crate::traffic::env::high_resolution::Recording;
 use crate::traffic::events::{detectors, events, phases, start};
+use crate::traffic::report::plans::episode::{CONFIGURATION, Episode};
 use crate::traffic::trial::DELAY;
 
 /// Where advance detectors lie unless somebody says otherwise, metres before the stop line: 5 s at 45 mph.
@@ -29,7 +30,7 @@ const MOST_ADVANCE_M: f64 = 1000.0;
 #[command(after_help = "\
 Plays an episode of a run again and writes what its signals and detectors did: events.csv has Indiana codes,
 detectors.csv the channels, phases.csv the phases. The Python package atspm takes the first two as raw_data and
-detector_config. A learned method is not trained again, and a tuned one not tuned: the model or plan of the run is taken.
+detector_config. sumo-gui -c FOLDER/episode.sumocfg shows the episode, and plain sumo repeats it. A learned method is not trained again, and a tuned one not tuned: the model or plan of the run is taken.
 
 Example:
   tsc-family events results/smoke --point busy --method nema --out results/smoke-events")]
@@ -95,9 +96,17 @@ pub(super) fn run(args: &EventsArgs) -> anyhow::Result<u8> {
             ("phases.csv", phases(&recording)),
         ],
     )?;
+    let networks = &prepared;
+    let (method, programs) = (args.method.as_str(), recording.programs.as_slice());
+    let episode = Episode { identity, point, networks, method, seed, programs };
+    let files = episode.files(&args.out)?;
+    let files: Vec<(&str, Vec<u8>)> =
+        files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
+    write(&args.out, &files)?;
     let (count, signals) = (recording.events.len(), recording.signals.len());
     let of = if signals == 1 { "1 signal".to_owned() } else { format!("{signals} signals") };
     line(format!("{}: {count} events of {of}, seed {seed}", args.out.display()))?;
+    line(format!("look at it: sumo-gui -c {}", quoted(&args.out.join(CONFIGURATION))))?;
     Ok(exit::DONE)
 }
 

@@ -2,7 +2,7 @@
 //! the recorded delays to the last digit.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::{stderr, succeed};
@@ -149,9 +149,8 @@ fn provenance(folder: &Path) -> String {
     manifest["provenance"]["networks"].as_str().unwrap().to_owned()
 }
 
-#[test]
-fn plans_of_several_signals_in_an_imported_scenario_repeat_delays_too() {
-    let scenario = Scenario::new();
+/// A SUMO scenario of three signals from 100 s to 700 s, in steps of half a second.
+fn three_signals(scenario: &Scenario) -> PathBuf {
     let flows = [("WA", "BE", 7), ("NA", "SX", 9), ("MB", "BE", 11), ("PS", "SQ", 8)];
     let routes: String = flows
         .iter()
@@ -167,6 +166,13 @@ fn plans_of_several_signals_in_an_imported_scenario_repeat_delays_too() {
     let time =
         "<begin value=\"100\"/><end value=\"700\"/><step-length value=\"0.5\"/></configuration>";
     fs::write(&config, text.replace("</configuration>", time)).unwrap();
+    config
+}
+
+#[test]
+fn plans_of_several_signals_in_an_imported_scenario_repeat_delays_too() {
+    let scenario = Scenario::new();
+    let config = three_signals(&scenario);
     let folder = config.parent().unwrap();
     let methods = "--methods fixed-time,actuated,program --set fixed_time.simulations=20";
     succeed(folder, &format!("run --sumocfg a.sumocfg {methods} --eval-seeds 2 --quiet --out out"));
@@ -209,4 +215,48 @@ fn a_report_without_the_networks_says_which_files_are_missing() {
     let text = stderr(&output);
     assert!(text.contains("no plans/*.winner.sumocfg of some point MDPs"), "{text}");
     assert!(!config.exists() && folder.join("out/report/plans/quiet.actuated.add.xml").exists());
+}
+
+/// Every method's first evaluation episode, as `events` writes it for plain `sumo`, has the recorded delay.
+fn episodes_are_repeated(folder: &Path) -> usize {
+    let mut repeated = 0;
+    for (summary, rows) in records(folder) {
+        let text = |name: &str| summary[name].as_str().unwrap().to_owned();
+        let (method, point) = (text("method"), text("point"));
+        let _ = fs::remove_dir_all(folder.join("played"));
+        succeed(folder, &format!("events out --point {point} --method {method} --out played"));
+        let delay_s = delay_s(folder, "-c played/episode.sumocfg");
+        assert_eq!(rows[0]["metrics"]["delay_s"], delay_s, "{method} on {point}");
+        repeated += 1;
+    }
+    repeated
+}
+
+#[test]
+fn plain_sumo_repeats_an_episode_of_any_method_on_generated_networks() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for preset in ["resco", "field"] {
+        let methods =
+            "--methods fixed-time,actuated,max-pressure,nema,idqn --eval-seeds 1 --episodes 1";
+        let settings =
+            format!("--preset {preset} --set demand.horizon_s=300 --set fixed_time.simulations=8");
+        let _ = fs::remove_dir_all(folder.join("out"));
+        succeed(folder, &format!("run smoke {methods} {settings} --quiet --out out"));
+        // The baseline and five methods on two point MDPs.
+        assert_eq!(episodes_are_repeated(folder), 12);
+    }
+}
+
+#[test]
+fn plain_sumo_repeats_an_episode_of_any_method_of_a_part_of_a_scenario() {
+    let scenario = Scenario::new();
+    let config = three_signals(&scenario);
+    let folder = config.parent().unwrap();
+    let methods = "--methods program,baseline,actuated,max-pressure,nema --eval-seeds 1";
+    succeed(
+        folder,
+        &format!("run --sumocfg a.sumocfg --begin 150 --end 450 {methods} --quiet --out out"),
+    );
+    assert_eq!(episodes_are_repeated(folder), 5);
 }

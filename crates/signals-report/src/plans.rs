@@ -10,6 +10,7 @@
 pub(super) mod cabinet;
 mod config;
 mod described;
+pub mod episode;
 mod files;
 pub(super) mod left_turns;
 mod program_xml;

@@ -124,6 +124,7 @@ mod tests {
             length_m: 0.0,
         };
         let recording = Recording {
+            programs: Vec::new(),
             signals: vec!["c".into()],
             events: vec![Event { at_ds: 36_001, signal: 0, code: 82, parameter: 2 }],
             detectors: vec![detector],

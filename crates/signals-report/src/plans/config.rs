@@ -13,6 +13,15 @@ const FILES: [&str; 8] = ["n", "net", "r", "routes", "a", "additional", "g", "co
 /// Names of the option of additional files.
 const ADDITIONAL: [&str; 3] = ["additional-files", "additional", "a"];
 
+/// Short names of options that may be replaced.
+const SHORT: [(&str, &str); 5] = [
+    ("r", "route-files"),
+    ("routes", "route-files"),
+    ("b", "begin"),
+    ("e", "end"),
+    ("step-length.ms", "step-length"),
+];
+
 /// Options that are decided here, or that would write where the scenario lies.
 const DROPPED: [&str; 9] = [
     "seed",
@@ -27,19 +36,21 @@ const DROPPED: [&str; 9] = [
 ];
 
 /// What a configuration is made of.
-pub(super) struct Show<'a> {
+pub(crate) struct Show<'a> {
     /// Text of the scenario's own configuration.
-    pub(super) text: &'a str,
+    pub(crate) text: &'a str,
     /// The way from the new configuration's folder to the scenario's.
-    pub(super) way: &'a Path,
+    pub(crate) way: &'a Path,
     /// Name of an additional file beside the new configuration.
-    pub(super) additional: Option<&'a str>,
+    pub(crate) additional: Option<&'a str>,
+    /// Options that take the place of the scenario's own, by their long names.
+    pub(crate) replaced: &'a [(&'static str, String)],
     /// Seed of the episode.
-    pub(super) seed: u64,
+    pub(crate) seed: u64,
     /// Time after which SUMO teleports a vehicle, seconds.
-    pub(super) time_to_teleport_s: f64,
+    pub(crate) time_to_teleport_s: f64,
     /// Lines that say what it is.
-    pub(super) comment: &'a [String],
+    pub(crate) comment: &'a [String],
 }
 
 /// Returns the text of a configuration.
@@ -47,12 +58,15 @@ pub(super) struct Show<'a> {
 /// # Errors
 ///
 /// What is wrong with the scenario's own.
-pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
+pub(crate) fn configuration(show: &Show<'_>) -> Result<String, String> {
     let mut lines = Vec::new();
     let mut additional: Vec<String> = Vec::new();
     for (option, value) in options(show.text)? {
         let is_output = option.ends_with("-output") || option.contains("-output.");
-        if DROPPED.contains(&option.as_str()) || is_output {
+        let short = SHORT.iter().find(|(short, _)| *short == option).map(|(_, long)| *long);
+        let long = short.unwrap_or(&option);
+        let is_replaced = show.replaced.iter().any(|(name, _)| *name == long);
+        if DROPPED.contains(&option.as_str()) || is_output || is_replaced {
             continue;
         }
         let is_file = FILES.contains(&option.as_str())
@@ -66,6 +80,7 @@ pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
         }
     }
     additional.extend(show.additional.map(str::to_owned));
+    lines.extend(show.replaced.iter().map(|(name, value)| ((*name).to_owned(), value.clone())));
     if !additional.is_empty() {
         lines.push(("additional-files".to_owned(), additional.join(",")));
     }
@@ -90,7 +105,7 @@ fn rebased(files: &str, way: &Path) -> Result<String, String> {
 }
 
 /// Returns the way from one folder to another; both are absolute.
-pub(super) fn way(from: &Path, to: &Path) -> PathBuf {
+pub(crate) fn way(from: &Path, to: &Path) -> PathBuf {
     let (from, to): (Vec<Component<'_>>, Vec<Component<'_>>) =
         (from.components().collect(), to.components().collect());
     let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
@@ -112,6 +127,7 @@ mod tests {
             text,
             way: Path::new("../../net"),
             additional: Some("p.add.xml"),
+            replaced: &[],
             seed: 42,
             time_to_teleport_s: -1.0,
             comment: &["one".to_owned()],
@@ -131,6 +147,10 @@ mod tests {
             <xml-validation value="never"/>
         </configuration>
         "#);
+        let replaced = [("route-files", "v.rou.xml".to_owned()), ("end", "900".to_owned())];
+        let other = configuration(&Show { replaced: &replaced, ..show }).unwrap();
+        assert!(other.contains("<route-files value=\"v.rou.xml\"/>"), "{other}");
+        assert!(!other.contains("a.rou.xml") && other.contains("<end value=\"900\"/>"), "{other}");
         assert!(configuration(&Show { text: "<c", ..show }).is_err());
     }
 

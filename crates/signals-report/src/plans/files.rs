@@ -174,6 +174,7 @@ fn show(
         text: &text,
         way: &way,
         additional,
+        replaced: &[],
         seed: seed.unwrap_or_default(),
         time_to_teleport_s: teleport.and_then(serde_json::Value::as_f64).unwrap_or(-1.0),
         comment: &comment,

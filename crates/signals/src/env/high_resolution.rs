@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 
 use osm_signals::DrivingSide;
 
+use crate::program::{self, ProgramKind, SignalProgram};
 use crate::sim::{ProgramPhase, Scene, Snapshot};
 
 use super::by_movement::link_names;
@@ -171,6 +172,8 @@ pub struct Recording {
     pub detectors: Vec<DetectorSpec>,
     /// The phases, by signal and number.
     pub phases: Vec<PhaseSpec>,
+    /// What each signal was told to show, as a program that shows it once: from the beginning of the episode to its end.
+    pub programs: Vec<SignalProgram>,
 }
 
 /// Places of phases whose green ended, each with the reason where there is one.
@@ -236,6 +239,10 @@ pub(super) struct Logger {
     /// By lane, when somebody passed the advance detector, seconds.
     passed_s: Vec<Vec<f64>>,
     events: Vec<Event>,
+    /// States as SUMO was told them, with the time from which each was shown, seconds.
+    told: Vec<(f64, String)>,
+    /// When the last second ended.
+    until_s: f64,
 }
 
 fn tenths(time_s: f64) -> i64 {
@@ -294,6 +301,33 @@ impl Logger {
                 self.write(at_ds, code::FIRST_SPLIT + *phase as u16 - 1, *split_s);
             }
         }
+    }
+
+    /// Takes what SUMO was told to show for some seconds.
+    pub(super) fn tell(&mut self, (from_s, until_s): (f64, f64), state: &str) {
+        self.until_s = until_s;
+        if self.told.last().is_none_or(|(_, last)| last != state) {
+            self.told.push((from_s, state.to_owned()));
+        }
+    }
+
+    /// Returns a program that shows once what was told; `None` where nothing was.
+    fn program(&self, signal: &str) -> Option<SignalProgram> {
+        let ends = self.told.iter().skip(1).map(|(from_s, _)| *from_s).chain([self.until_s]);
+        let phase = |((from_s, state), until_s): (&(f64, String), f64)| program::ProgramPhase {
+            state: state.clone(),
+            duration_s: until_s - from_s,
+            min_s: None,
+            max_s: None,
+        };
+        Some(SignalProgram {
+            signal: signal.to_owned(),
+            own: false,
+            kind: ProgramKind::Static,
+            offset_s: self.told.first()?.0,
+            phases: self.told.iter().zip(ends).map(phase).collect(),
+            rings: Vec::new(),
+        })
     }
 
     /// Takes what is shown for a second.
@@ -519,6 +553,7 @@ impl Logger {
             recording.detectors.extend([presence, advance]);
         }
         recording.events.append(&mut self.events);
+        recording.programs.extend(self.program(&scene.signals[self.signal].id));
         let phase = |phase: &NumberedPhase| PhaseSpec {
             signal: self.signal,
             number: phase.number,

@@ -10,12 +10,14 @@ use crate::sim::{Program, SignalInfo};
 use crate::vocabulary::{is_met_by_yielding, on_red};
 
 /// The links of a signal that may be used on red.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct OnRed {
     /// By link index.
     may: Vec<bool>,
     /// Shape `[links, links]`; whether the first may be used on red and the second meets it.
     meets: Vec<Vec<bool>>,
+    /// The signal's programs as the network has them, where their letters were turned into red.
+    programs: Vec<Program>,
 }
 
 impl OnRed {
@@ -30,6 +32,7 @@ impl OnRed {
                 && states().filter(is(b'r')).all(|s| is_met_by_yielding(s, link, &meet))
         };
         let may: Vec<bool> = (0..count).map(may).collect();
+        let programs = signal.programs.clone();
         let of = |link: usize| (0..count).map(|other| may[link] && meet(link, other)).collect();
         let meets = (0..count).map(of).collect();
         for phase in signal.programs.iter_mut().flat_map(|p| &mut p.phases) {
@@ -40,7 +43,14 @@ impl OnRed {
             };
             phase.state = letters.map(red).collect();
         }
-        Self { may, meets }
+        Self { may, meets, programs }
+    }
+
+    /// Returns a program of the network with the letters that it has there: its own states may have an `s` beside a green
+    /// that yields, which [`Self::shown`] never has.
+    pub(super) fn own<'p>(&'p self, signal: &'p SignalInfo, id: &str) -> Option<&'p Program> {
+        let programs = self.programs.iter().chain(&signal.programs);
+        programs.into_iter().find(|program| program.id == id)
     }
 
     /// Returns what SUMO is told to show for a state.

@@ -612,6 +612,11 @@ impl<S: Sim> SignalEnv<S> {
         for (i, logger) in self.loggers.iter_mut().enumerate() {
             let state = lights(&self.programs, &self.shown, &self.snapshot.phases, i);
             if let Some(state) = state {
+                // A program was told to SUMO as it is here.
+                match &self.programs[i] {
+                    Some(_) => logger.tell(span_s, state),
+                    None => logger.tell(span_s, &self.on_red[i].shown(state)),
+                }
                 let rings = self.rings[i].as_ref();
                 let rings = rings.map(|rings| (rings.green_phases().collect(), rings.ended()));
                 logger.show(&Shown { at_s: span_s.0, state, rings });
@@ -734,18 +739,18 @@ fn offset_s(drive: &Drive) -> f64 {
     }
 }
 
-/// Returns what a signal runs: what was installed, or its own program.
+/// Returns what a signal runs: what was installed, or its own program, as the network has it.
 fn running(
     signal: &SignalInfo,
     installed: Option<Program>,
     offset_s: f64,
     on_red: &OnRed,
 ) -> Option<Running> {
-    let own = || signal.programs.iter().find(|p| p.id == signal.active_program).cloned();
+    let own = || on_red.own(signal, &signal.active_program).cloned();
     let id = signal.id.clone();
     let made = |program, own| Running { signal: id, own, offset_s, program };
     match installed {
         Some(program) => Some(made(program, false)),
-        None => own().map(|program| made(on_red.program(program), true)),
+        None => own().map(|program| made(program, true)),
     }
 }
