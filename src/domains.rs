@@ -27,7 +27,7 @@ use crate::traffic::report::TrafficSections;
 static TRAFFIC: OnceLock<Traffic> = OnceLock::new();
 
 /// All domains but traffic signals, whose problems need more of the command line.
-const OTHERS: [Entry; 8] = [
+const OTHERS: &[Entry] = &[
     TaskDomain::<CartPoles>::ENTRY,
     TaskDomain::<Pendulums>::ENTRY,
     TaskDomain::<MountainCars>::ENTRY,
@@ -54,7 +54,7 @@ pub fn traffic() -> &'static dyn Domain {
 
 /// Returns all domains but traffic signals.
 pub fn others() -> &'static [Entry] {
-    &OTHERS
+    OTHERS
 }
 
 /// Returns all domains.

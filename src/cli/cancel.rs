@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::executors::{Count, abroad, counted};
+use super::executors::{Count, abroad, counted, system_of};
 use super::output::line;
 use crate::cli::exit;
-use crate::run::batch::{BatchSystem, Slurm, Standing, submission};
+use crate::run::batch::{BatchSystem, Script, Standing, submission};
 use crate::run::error::RunError;
 use crate::run::session::now;
 use crate::store::Layout;
@@ -41,7 +41,7 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
     }
     if there.is_empty() && ending.is_empty() {
         let scripts = submission::all(&layout).map_err(RunError::from)?;
-        let by_hand = scripts.iter().any(|s| s.executor != Slurm.name());
+        let by_hand = scripts.iter().any(|s| s.executor == Script.name());
         line(if by_hand {
             "no batch system that can be queried has jobs of this run; if you started the script, stop it yourself"
         } else {
@@ -50,7 +50,7 @@ pub(super) fn run(args: &CancelArgs) -> anyhow::Result<u8> {
         return Ok(exit::DONE);
     }
     for (mut submission, counts) in there {
-        Slurm.cancel(&submission).map_err(RunError::from)?;
+        system_of(&submission)?.cancel(&submission).map_err(RunError::from)?;
         submission.cancelled = Some(now());
         submission::write(&layout, &submission)?;
         let counts = counts.iter().filter(|count| !ends(count));

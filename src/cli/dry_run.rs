@@ -25,7 +25,7 @@ pub(super) fn estimate(
         "{} of {} point MDPs ({}, seed {}), {} methods, {tasks} tasks",
         sample.draws.len(),
         sample.family_size,
-        serde_json::to_value(sample.sampling).expect("a name is plain data").as_str().unwrap_or(""),
+        sample.sampling.name(),
         sample.seed,
         draft.methods.len(),
     );

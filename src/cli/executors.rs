@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
+use clap::ValueEnum;
 
 use super::output::{duration, line, note};
 use super::values::{at_least_a_second, at_least_one_worker, megabytes, minutes};
@@ -44,6 +45,12 @@ impl Executes {
             Self::Slurm => Some(&Slurm),
             Self::Script => Some(&Script),
         }
+    }
+
+    /// Returns the executor whose batch system has this name; `None` for one that this program does not know.
+    pub(super) fn of(name: &str) -> Option<Self> {
+        let mut all = Self::value_variants().iter().copied();
+        all.find(|e| e.batch_system().is_some_and(|system| system.name() == name))
     }
 }
 
@@ -155,6 +162,20 @@ impl Abroad {
     }
 }
 
+/// Returns the batch system that has a submission.
+///
+/// # Errors
+///
+/// [`Refused`] for one that this program does not know.
+pub(super) fn system_of(submission: &Submission) -> Result<&'static dyn BatchSystem, Refused> {
+    let name = &submission.executor;
+    Executes::of(name).and_then(Executes::batch_system).ok_or_else(|| {
+        let number = submission.number;
+        let way_out = "this version does not know that executor; use the version that submitted it";
+        Refused(format!("submission {number} is of {name:?}: {way_out}"))
+    })
+}
+
 /// How packs stand, why they wait, and how many do.
 pub(super) type Count = (Standing, String, usize);
 
@@ -168,13 +189,20 @@ pub(super) fn abroad(layout: &Layout) -> Result<Abroad, BatchError> {
     let submissions = submission::all(layout)?;
     let last = submissions.last().map_or(0, |last| last.number);
     abroad.script = submissions.last().filter(|last| last.executor == Script.name()).cloned();
-    let (of_slurm, copied): (Vec<Submission>, Vec<Submission>) = submissions
+    // Nobody can be asked about what has no id, such as a script.
+    let (asked, copied): (Vec<Submission>, Vec<Submission>) = submissions
         .into_iter()
-        .filter(|s| s.executor == Slurm.name() && !s.ids.is_empty())
+        .filter(|s| Executes::of(&s.executor).is_some() && !s.ids.is_empty())
         .partition(|submission| submission.is_of(layout));
     abroad.of_another = copied.into_iter().filter_map(|submission| submission.results).collect();
-    let waiting = Slurm.waiting(&of_slurm)?;
-    for (submission, waiting) in of_slurm.into_iter().zip(waiting) {
+    let mut all = Vec::new();
+    for system in Executes::value_variants().iter().filter_map(|e| e.batch_system()) {
+        let own = asked.iter().filter(|s| s.executor == system.name()).cloned();
+        let own: Vec<Submission> = own.collect();
+        let waiting = system.waiting(&own)?;
+        all.extend(own.into_iter().zip(waiting));
+    }
+    for (submission, waiting) in all {
         if waiting.is_empty() {
             abroad.cancelled =
                 Some(submission).filter(|s| s.number == last && s.cancelled.is_some());

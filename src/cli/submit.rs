@@ -6,6 +6,7 @@ use std::thread::available_parallelism;
 use super::controllers::{ControllersArgs, manifest_of};
 use super::executors::{
     Executes, WorkersArgs, abroad, check_prepared_folder, counted, hand_over, note_doubled,
+    system_of,
 };
 use super::interrupt::interrupted;
 use super::local_run::LocalRun;
@@ -13,8 +14,8 @@ use super::output::note;
 use crate::cli::exit;
 use crate::cli::refused::Refused;
 use crate::domains::domains;
+use crate::run::batch::Standing;
 use crate::run::batch::submission::{self, Submission};
-use crate::run::batch::{BatchSystem, Script, Slurm, Standing};
 use crate::run::domain::domain_of;
 use crate::run::error::RunError;
 use crate::run::session::reopen;
@@ -75,11 +76,7 @@ pub(super) fn resume(args: &SubmitArgs) -> anyhow::Result<u8> {
 /// Returns the batch system that was asked last, and the submission.
 fn asked_last(layout: &Layout) -> anyhow::Result<Option<(Executes, Submission)>> {
     let last = submission::all(layout).map_err(RunError::from)?.pop();
-    Ok(last.and_then(|last| match last.executor.as_str() {
-        name if name == Slurm.name() => Some((Executes::Slurm, last)),
-        name if name == Script.name() => Some((Executes::Script, last)),
-        _ => None,
-    }))
+    Ok(last.and_then(|last| Some((Executes::of(&last.executor)?, last))))
 }
 
 fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
@@ -154,7 +151,7 @@ fn go_on(args: &SubmitArgs) -> anyhow::Result<u8> {
     there.say_of_another();
     for (submission, counts) in &there.submissions {
         if counts.iter().any(|(standing, ..)| *standing == Standing::Held) {
-            Slurm.release(submission).map_err(RunError::from)?;
+            system_of(submission)?.release(submission).map_err(RunError::from)?;
             note(format!("held jobs of submission {} are released", submission.number));
         }
     }

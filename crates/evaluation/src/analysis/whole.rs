@@ -16,7 +16,7 @@ use super::ranking::{Lead, OnCommonPoints, lead, on_common_points, rank};
 use super::reference::Reference;
 use super::training::{LearnerSummary, TrainingSummary, learned, learner, trained, trainings};
 use super::winners::{Winner, winners};
-use crate::sample::{Design, Sampling};
+use crate::sample::Design;
 use crate::stats::{Direction, Limit};
 use crate::store::manifest::Manifest;
 use crate::store::own::{OwnKind, SAME_VEHICLES};
@@ -244,14 +244,7 @@ impl Analysis {
 
     /// Returns the name of the sampling as on the command line.
     pub fn sampling(&self) -> &'static str {
-        match self.manifest.identity.sample.sampling {
-            Sampling::Balanced => "balanced",
-            Sampling::BayesianQuadrature => "bayesian-quadrature",
-            Sampling::KMeans => "k-means",
-            Sampling::WithReplacement => "with-replacement",
-            Sampling::WithoutReplacement => "without-replacement",
-            Sampling::All => "all",
-        }
+        self.manifest.identity.sample.sampling.name()
     }
 
     /// Returns what a method achieved on every point MDP in its estimate, with the point MDP.

@@ -86,7 +86,7 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     let points = match (row.points, row.sampling) {
         ((all, of), _) if all == of => format!("all {of}"),
         ((some, of), Sampling::All) => format!("{some} of {of}"),
-        ((some, of), sampling) => format!("{some} of {of}, {}", name(sampling)),
+        ((some, of), sampling) => format!("{some} of {of}, {}", sampling.name()),
     };
     let trained = match row.trained {
         None => "-".to_owned(),
@@ -108,12 +108,6 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
         row.date,
         link(&row.path),
     )
-}
-
-/// Returns a way of sampling as the command line has it.
-fn name(sampling: Sampling) -> String {
-    let name = serde_json::to_value(sampling).expect("a name is plain data");
-    name.as_str().unwrap_or_default().to_owned()
 }
 
 /// Returns the lines of `--json`: one per row.

@@ -9,20 +9,8 @@ pub struct ReportPaths {
     pub html: PathBuf,
     /// `DIR/report/scores.csv`.
     pub scores: PathBuf,
-    /// `DIR/report/summary.csv`.
-    pub summary: PathBuf,
-    /// `DIR/report/episodes.csv`.
-    pub episodes: PathBuf,
-    /// `DIR/report/pairs.csv`.
-    pub pairs: PathBuf,
-    /// `DIR/report/ranks.csv`.
-    pub ranks: PathBuf,
-    /// `DIR/report/profiles.csv`.
-    pub profiles: PathBuf,
-    /// `DIR/report/training.csv`; there when a method learned.
-    pub training: Option<PathBuf>,
-    /// `DIR/report/learning.csv`, the learning curves; there when a method learned.
-    pub learning: Option<PathBuf>,
+    /// The other tables, `DIR/report/*.csv`: those of learners where a method learned.
+    pub tables: Vec<PathBuf>,
     /// `DIR/report/*.tex`: tables in LaTeX.
     pub latex: Vec<PathBuf>,
     /// What the domain adds.

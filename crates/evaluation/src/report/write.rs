@@ -59,13 +59,7 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         notes: written.notes,
         html: folder.join("index.html"),
         scores: folder.join("scores.csv"),
-        summary: folder.join("summary.csv"),
-        episodes: folder.join("episodes.csv"),
-        pairs: folder.join("pairs.csv"),
-        ranks: folder.join("ranks.csv"),
-        profiles: folder.join("profiles.csv"),
-        training: (!data.trainings.is_empty()).then(|| folder.join("training.csv")),
-        learning: None,
+        tables: Vec::new(),
         latex: Vec::new(),
         figures: Vec::new(),
     };
@@ -77,19 +71,26 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         write_atomically(&path, latex::table(&about, &cells).as_bytes())?;
         paths.latex.push(path);
     }
-    if let Some(table) = curves::table(data) {
-        let path = folder.join("learning.csv");
-        write_atomically(&path, table.as_bytes())?;
-        paths.learning = Some(path);
-    }
     csv::scores(data, Streamed::new(&paths.scores)?)?;
-    write_atomically(&paths.summary, csv::summary(data).as_bytes())?;
-    csv::episodes(data, Streamed::new(&paths.episodes)?)?;
-    write_atomically(&paths.pairs, compared::pairs(data).as_bytes())?;
-    write_atomically(&paths.ranks, compared::ranks(data).as_bytes())?;
-    write_atomically(&paths.profiles, compared::profiles(data).as_bytes())?;
-    if let Some(path) = &paths.training {
-        csv::training(data, Streamed::new(path)?)?;
+    let mut table = |name: &str| {
+        let path = folder.join(name);
+        paths.tables.push(path.clone());
+        path
+    };
+    for (name, text) in [
+        ("summary.csv", csv::summary(data)),
+        ("pairs.csv", compared::pairs(data)),
+        ("ranks.csv", compared::ranks(data)),
+        ("profiles.csv", compared::profiles(data)),
+    ] {
+        write_atomically(&table(name), text.as_bytes())?;
+    }
+    csv::episodes(data, Streamed::new(&table("episodes.csv"))?)?;
+    if let Some(text) = curves::table(data) {
+        write_atomically(&table("learning.csv"), text.as_bytes())?;
+    }
+    if !data.trainings.is_empty() {
+        csv::training(data, Streamed::new(&table("training.csv"))?)?;
     }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;

@@ -44,6 +44,18 @@ impl Sampling {
         if size <= LARGEST { Self::BayesianQuadrature } else { Self::Balanced }
     }
 
+    /// Returns its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Balanced => "balanced",
+            Self::BayesianQuadrature => "bayesian-quadrature",
+            Self::KMeans => "k-means",
+            Self::WithReplacement => "with-replacement",
+            Self::WithoutReplacement => "without-replacement",
+            Self::All => "all",
+        }
+    }
+
     /// Whether it is over a [`super::Design`], which its estimates need; such samples can grow.
     pub fn has_design(self) -> bool {
         matches!(self, Self::Balanced | Self::BayesianQuadrature)
@@ -216,27 +228,34 @@ impl clap::ValueEnum for Sampling {
     }
 
     fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        let (name, help) = match self {
-            Self::Balanced => (
-                "balanced",
-                "random draws by importance, spread over the features (local pivotal method)",
-            ),
-            Self::BayesianQuadrature => (
-                "bayesian-quadrature",
-                "the point MDPs that leave least unknown of the family's score, by a Gaussian process",
-            ),
-            Self::KMeans => (
-                "k-means",
-                "M3: k-means clusters, each represented by the point MDP nearest to its centroid",
-            ),
-            Self::WithReplacement => {
-                ("with-replacement", "M1: random draws by importance, with replacement")
+        let help = match self {
+            Self::Balanced => {
+                "random draws by importance, spread over the features (local pivotal method)"
             }
-            Self::WithoutReplacement => {
-                ("without-replacement", "M2: random draws by importance, without replacement")
+            Self::BayesianQuadrature => {
+                "the point MDPs that leave least unknown of the family's score, by a Gaussian process"
             }
+            Self::KMeans => {
+                "M3: k-means clusters, each represented by the point MDP nearest to its centroid"
+            }
+            Self::WithReplacement => "M1: random draws by importance, with replacement",
+            Self::WithoutReplacement => "M2: random draws by importance, without replacement",
             Self::All => return None,
         };
-        Some(clap::builder::PossibleValue::new(name).help(help))
+        Some(clap::builder::PossibleValue::new(self.name()).help(help))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::ValueEnum;
+
+    use super::*;
+
+    #[test]
+    fn a_sampling_has_one_name_on_the_command_line_and_in_files() {
+        for sampling in Sampling::value_variants().iter().chain(&[Sampling::All]) {
+            assert_eq!(serde_json::to_value(sampling).unwrap(), sampling.name());
+        }
     }
 }
