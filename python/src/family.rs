@@ -114,8 +114,8 @@ pub(crate) fn sample(given: Given, sampling: &str, budget: usize, seed: u64) -> 
     let family = given.family()?;
     let sampling: Sampling =
         serde_json::from_value(sampling.into()).map_err(|e| raised(format!("sampling: {e}")))?;
-    let plan =
-        choose_over(&family, &given.design(&family), sampling, budget, seed).map_err(raised)?;
+    let design = given.design(&family).for_sampling(sampling);
+    let plan = choose_over(&family, &design, sampling, budget, seed).map_err(raised)?;
     serde_json::to_string(&plan).map_err(raised)
 }
 
@@ -142,8 +142,8 @@ pub(crate) fn estimate<'py>(
     measured: Measured,
 ) -> PyResult<Bound<'py, PyDict>> {
     let family = given.family()?;
-    let design = given.design(&family);
     let plan: SamplePlan = serde_json::from_str(plan).map_err(raised)?;
+    let design = given.design(&family).for_sampling(plan.sampling);
     let estimator = estimator_of(&plan);
     let at = design.coordinates();
     let mut chosen = Vec::with_capacity(measured.points.len());

@@ -26,7 +26,7 @@ def test_a_sample_is_that_of_the_command(tsc_family, tmp_path):
     assert [d["weight"] for d in draws] == list(sample.weights)
 
 
-@pytest.mark.parametrize("sampling", ["balanced", "k-means", "with-replacement", "without-replacement"])
+@pytest.mark.parametrize("sampling", ["balanced", "bayesian-quadrature", "k-means", "with-replacement", "without-replacement"])
 def test_an_estimate_of_no_traffic_at_all_holds_the_truth(sampling):
     rng = np.random.default_rng(0)
     features = rng.normal(size=(200, 2))
@@ -56,7 +56,11 @@ def test_known_scores_make_the_estimate_of_one_like_them_narrow():
     cheap = np.exp(rng.normal(size=150) * 0.5)
     mine = cheap * 0.8 + rng.normal(size=150) * 0.01
     plain = tf.estimate(mine[(s := tf.sample(family, 40, seed=2)).indices], s)
-    sample = tf.sample(family, 40, seed=2, known={"cheap": cheap, "other": cheap**0.9})
+    known = {"cheap": cheap, "other": cheap**0.9}
+    quadrature = tf.sample(family, 40, "bayesian-quadrature", known=known)
+    by_quadrature = tf.estimate(mine[quadrature.indices], quadrature)
+    assert by_quadrature.value == pytest.approx(mine.mean(), abs=0.02)
+    sample = tf.sample(family, 40, seed=2, known=known)
     assisted = tf.estimate(mine[sample.indices], sample)
     assert assisted.estimator == "M4"
     width = lambda e: e.interval[1] - e.interval[0]  # noqa: E731

@@ -232,14 +232,14 @@ def sample(
 ) -> Sample:
     """Chooses ``budget`` point MDPs of a family.
 
-    ``sampling`` is ``balanced``, ``k-means`` (M3), ``with-replacement`` (M1), ``without-replacement`` (M2) or ``all``.
-    ``known`` has scores of cheap methods on every point MDP: a balanced sample is then spread over them too, and
-    estimates use them (M4). The same seed chooses the same points, as ``tsc-family run --seed`` does.
+    ``sampling`` is ``balanced``, ``bayesian-quadrature``, ``k-means`` (M3), ``with-replacement`` (M1),
+    ``without-replacement`` (M2) or ``all``. ``known`` has scores of cheap methods on every point MDP: a balanced sample and
+    one by Bayesian quadrature are then spread over them too, and estimates use them (M4). The same seed chooses the same points, as ``tsc-family run --seed`` does.
     """
     family = _as_family(family)
     known = dict(known or {})
-    if known and sampling != "balanced":
-        raise Error(f"known scores have no effect with {sampling}; leave them out, or use balanced")
+    if known and sampling not in ("balanced", "bayesian-quadrature"):
+        raise Error(f"known scores have no effect with {sampling}; leave them out, or use balanced or bayesian-quadrature")
     plan = _native.sample(family._given(known), sampling, int(budget), int(seed))
     draws = json.loads(plan)["draws"]
     points = [draw["point"] for draw in draws]
