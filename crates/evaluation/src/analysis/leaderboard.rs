@@ -45,6 +45,17 @@ pub struct Table {
     pub rows: Vec<Row>,
 }
 
+/// How a method of a run was trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Trained {
+    /// Trainings per point MDP.
+    pub trainings: u32,
+    /// Episodes of each at most.
+    pub episodes: usize,
+    /// Whether validation chose the policies that count; else they are the last ones.
+    pub is_chosen: bool,
+}
+
 /// A method of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
@@ -66,8 +77,8 @@ pub struct Row {
     pub sampling: Sampling,
     /// Evaluation episodes per task.
     pub seeds: usize,
-    /// Trainings per point MDP and episodes of each at most; `None` for a method that does not learn.
-    pub trained: Option<(u32, usize)>,
+    /// How it was trained; `None` for a method that does not learn.
+    pub trained: Option<Trained>,
     /// Version of the simulator.
     pub simulator: String,
     /// Version of tsc-family.
@@ -220,11 +231,11 @@ fn table(
             }
             others.push(*run);
             let trainings: Vec<_> = analysis.trainings_of(&summary.method).collect();
-            let trained = trainings
-                .iter()
-                .map(|t| t.episodes)
-                .max()
-                .map(|episodes| (source.identity().replicates_of(&summary.method), episodes));
+            let trained = trainings.iter().map(|t| t.episodes).max().map(|episodes| Trained {
+                trainings: source.identity().replicates_of(&summary.method),
+                episodes,
+                is_chosen: trainings.iter().any(|t| t.policy_row.is_some()),
+            });
             let provenance = &source.results.manifest.provenance;
             rows.push(Row {
                 method: summary.method.clone(),

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::format;
-use crate::analysis::leaderboard::{Row, Table};
+use crate::analysis::leaderboard::{Row, Table, Trained};
 use crate::sample::Sampling;
 use crate::stats::Direction;
 
@@ -20,7 +20,8 @@ the records; do not edit it.
   do not meet. `tsc-family compare` decides more pairs, because it compares two methods on the same vehicles.
 - **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
   method has a row per run, unless a run with more point MDPs and as many trainings has the same records.
-- **Training**: trainings per point MDP, and episodes of each.
+- **Training**: trainings per point MDP, and episodes of each. *Chosen*: validation chose the policies that count. *Last*: they are the last
+  ones of the trainings. Compare chosen policies with chosen ones.
 - **Date**: the day on which the run began. The link leads to its manifest, which has all settings, seeds and hashes.
 ";
 
@@ -90,7 +91,9 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     };
     let trained = match row.trained {
         None => "-".to_owned(),
-        Some((trainings, episodes)) => format!("{trainings} of {episodes} episodes"),
+        Some(Trained { trainings, episodes, .. }) => {
+            format!("{trainings} of {episodes} episodes, {}", policies(row).unwrap_or_default())
+        }
     };
     let method = match row.settings.is_empty() {
         true => row.method.clone(),
@@ -108,6 +111,11 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
         row.date,
         link(&row.path),
     )
+}
+
+/// Returns which policies of its trainings count; `None` for a method that does not learn.
+fn policies(row: &Row) -> Option<&'static str> {
+    row.trained.map(|trained| if trained.is_chosen { "chosen" } else { "last" })
 }
 
 /// Returns the lines of `--json`: one per row.
@@ -129,8 +137,9 @@ pub fn json(tables: &[Table]) -> Vec<Value> {
             "points": row.points.0,
             "sampling": row.sampling,
             "evaluation_seeds": row.seeds,
-            "trainings": row.trained.map(|(trainings, _)| trainings),
-            "episodes": row.trained.map(|(_, episodes)| episodes),
+            "trainings": row.trained.map(|trained| trained.trainings),
+            "episodes": row.trained.map(|trained| trained.episodes),
+            "policies": policies(row),
             "simulator": row.simulator,
             "tsc_family": row.version,
             "date": row.date,
