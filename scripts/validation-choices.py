@@ -74,7 +74,9 @@ def choices(delays):
                 best, since = (episode, 0) if better else (best, since + 1)
                 if since == patience:
                     break
-            folds.append(on(chosen(delays, [e for e in episodes if e <= episode], a, 0.05) if episode == last else best, b))
+            # A training that is not stopped compares its best policy with the last one.
+            kept = chosen(delays, episodes, a, 0.05) if episode == last else best
+            folds.append(on(kept, b))
             played.append(episode / last)
         yield f"all: patience {patience}, one seed", fmean(folds)
         yield f"all: patience {patience}, share of the episodes", fmean(played)

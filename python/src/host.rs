@@ -10,7 +10,7 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use rustix::process::{Signal, getpid, kill_process};
 use tsc_family::Training;
-use tsc_family::traffic::own::{Host, Hosted, Make, MakeSenses};
+use tsc_family::traffic::own::{Host, Hosted, MakeSenses, Play};
 
 use crate::controller::PyController;
 use crate::error::{LOADER, explained};
@@ -68,15 +68,15 @@ impl PyHost {
         let class = opened.clone().unbind();
         let learner: Option<String> = opened.getattr("learner")?.extract()?;
         let has = |what: &str| opened.getattr(what)?.extract();
-        let make = match learner {
-            None => Make::Controller(Box::new(move |setup| {
+        let play = match learner {
+            None => Play::Controller(Box::new(move |setup| {
                 Box::new(PyController::new(name, &class, learns, setup))
             })),
             Some(learner) => {
                 let replaced = Replaced { reward: has("rewards")?, observation: has("observes")? };
                 let senses: MakeSenses =
                     Box::new(move |setup| Box::new(PySenses::new(&class, replaced, setup)));
-                Make::Learner { learner, senses }
+                Play::Learner { learner, senses }
             }
         };
         Ok(Hosted {
@@ -84,7 +84,7 @@ impl PyHost {
             training: if learns { Training::Learned } else { Training::None },
             files: opened.getattr("files")?.extract::<BTreeMap<String, PathBuf>>()?,
             versions: opened.getattr("versions")?.extract()?,
-            make,
+            play,
         })
     }
 }

@@ -82,7 +82,7 @@ class Learner(Controller):
     signal)``, or both. ``obs`` has one signal. What the learner itself is paid for and sees is in ``obs.wait()`` and
     ``obs.idqn()`` (idqn and ippo), ``obs.pressure()`` and ``obs.mplight()`` (mplight and its variants).
 
-    :meth:`begin` is called at the start of every episode, where memory of the last one has to end.
+    :meth:`begin` is called at the start of every episode; reset there what a reward remembers.
     """
 
     method: str = "idqn"

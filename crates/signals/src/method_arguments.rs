@@ -11,7 +11,7 @@ use std::time::Duration;
 use super::model::SignalModel;
 use super::own::exec::Exec;
 use super::own::external::Scores;
-use super::own::{Host, Make, Own, Play};
+use super::own::{Host, Own, Play};
 use crate::control::Controller;
 use crate::control::registry::METHODS;
 use crate::domain::Traffic;
@@ -125,22 +125,14 @@ pub fn add(
     // Where it lies is no part of what it is.
     let (file, class) = source.split_once(".py:").unwrap_or((source, ""));
     let file = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
-    let mut method_of_learner = None;
-    if let Make::Learner { learner, .. } = &hosted.make {
-        let learners = METHODS.iter().filter(|m| m.training == Training::Learned);
-        method_of_learner = learners.clone().find(|m| m.name == learner);
-        if method_of_learner.is_none() {
-            let known: Vec<&str> = learners.map(|m| m.name).collect();
-            return Err(wrong(format!(
-                "{learner:?} is no learner of this library; method can be {}",
-                known.join(", ")
-            )));
-        }
-    }
+    let built_on = match &hosted.play {
+        Play::Learner { learner, .. } => Some(built_in_learner(learner).map_err(wrong)?),
+        _ => None,
+    };
     let about = OwnMethod {
         summary: hosted.summary.clone(),
         versions: hosted.versions,
-        learner: method_of_learner.map(|m| m.name.to_owned()),
+        learner: built_on.map(|m| m.name.to_owned()),
         learns: hosted.training == Training::Learned,
         ..OwnMethod::new(&name, OwnKind::Python, format!("{file}.py:{class}"))
     };
@@ -149,14 +141,19 @@ pub fn add(
         summary => summary.to_owned().leak(),
     };
     let method = Method {
-        decision_s: method_of_learner.map_or(0.0, |m| m.decision_s),
+        decision_s: built_on.map_or(0.0, |m| m.decision_s),
         ..Method::new(name.clone().leak(), summary, hosted.training)
     };
-    let play = match hosted.make {
-        Make::Controller(create) => Play::Controller(create),
-        Make::Learner { learner, senses } => Play::Learner { learner, senses },
-    };
-    Ok(traffic.with_own(method, Own { about, files: hosted.files, play }))
+    Ok(traffic.with_own(method, Own { about, files: hosted.files, play: hosted.play }))
+}
+
+/// Returns a learner of this library, or why there is none of that name.
+fn built_in_learner(name: &str) -> Result<&'static Method, String> {
+    let learners = || METHODS.iter().filter(|m| m.training == Training::Learned);
+    learners().find(|m| m.name == name).ok_or_else(|| {
+        let known: Vec<&str> = learners().map(|m| m.name).collect();
+        format!("{name:?} is no learner of this library; method can be {}", known.join(", "))
+    })
 }
 
 /// Adds scores that were measured elsewhere.

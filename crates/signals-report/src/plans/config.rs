@@ -1,10 +1,13 @@
 //! A SUMO configuration that shows what the best method of a point MDP does: the scenario's own, seen
 //! from another folder, with a program more.
 
+use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use quick_xml::escape::escape;
 
+use basics::files::FileError;
+use evaluation::store::manifest::Identity;
 use signals::sim::sumocfg::{file_names, options};
 
 /// Options that are files, besides those whose names end like one; SUMO's short names are among them.
@@ -14,13 +17,8 @@ const FILES: [&str; 8] = ["n", "net", "r", "routes", "a", "additional", "g", "co
 const ADDITIONAL: [&str; 3] = ["additional-files", "additional", "a"];
 
 /// Short names of options that may be replaced.
-const SHORT: [(&str, &str); 5] = [
-    ("r", "route-files"),
-    ("routes", "route-files"),
-    ("b", "begin"),
-    ("e", "end"),
-    ("step-length.ms", "step-length"),
-];
+const SHORT: [(&str, &str); 4] =
+    [("r", "route-files"), ("routes", "route-files"), ("b", "begin"), ("e", "end")];
 
 /// Options that are decided here, or that would write where the scenario lies.
 const DROPPED: [&str; 9] = [
@@ -36,21 +34,21 @@ const DROPPED: [&str; 9] = [
 ];
 
 /// What a configuration is made of.
-pub(crate) struct Show<'a> {
+pub(super) struct Show<'a> {
     /// Text of the scenario's own configuration.
-    pub(crate) text: &'a str,
+    pub(super) text: &'a str,
     /// The way from the new configuration's folder to the scenario's.
-    pub(crate) way: &'a Path,
+    pub(super) way: &'a Path,
     /// Name of an additional file beside the new configuration.
-    pub(crate) additional: Option<&'a str>,
+    pub(super) additional: Option<&'a str>,
     /// Options that take the place of the scenario's own, by their long names.
-    pub(crate) replaced: &'a [(&'static str, String)],
+    pub(super) replaced: &'a [(&'static str, String)],
     /// Seed of the episode.
-    pub(crate) seed: u64,
+    pub(super) seed: u64,
     /// Time after which SUMO teleports a vehicle, seconds.
-    pub(crate) time_to_teleport_s: f64,
+    pub(super) time_to_teleport_s: f64,
     /// Lines that say what it is.
-    pub(crate) comment: &'a [String],
+    pub(super) comment: &'a [String],
 }
 
 /// Returns the text of a configuration.
@@ -58,7 +56,7 @@ pub(crate) struct Show<'a> {
 /// # Errors
 ///
 /// What is wrong with the scenario's own.
-pub(crate) fn configuration(show: &Show<'_>) -> Result<String, String> {
+pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
     let mut lines = Vec::new();
     let mut additional: Vec<String> = Vec::new();
     for (option, value) in options(show.text)? {
@@ -104,8 +102,25 @@ fn rebased(files: &str, way: &Path) -> Result<String, String> {
     Ok(file_names(files)?.iter().map(file).collect::<Vec<_>>().join(","))
 }
 
+/// Returns the way from a folder to the folder of a configuration.
+///
+/// # Errors
+///
+/// [`FileError`] when one of the two is not there.
+pub(super) fn way_to(config: &Path, folder: &Path) -> Result<PathBuf, FileError> {
+    let absolute = |path: &Path| fs::canonicalize(path).map_err(FileError::at("find", path));
+    let parent = config.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Ok(way(&absolute(folder)?, &absolute(parent)?))
+}
+
+/// Returns the time after which the vehicles of a run are teleported, seconds.
+pub(super) fn time_to_teleport_s(identity: &Identity) -> f64 {
+    let set = identity.settings.pointer("/simulation/time_to_teleport_s");
+    set.and_then(serde_json::Value::as_f64).unwrap_or(-1.0)
+}
+
 /// Returns the way from one folder to another; both are absolute.
-pub(crate) fn way(from: &Path, to: &Path) -> PathBuf {
+fn way(from: &Path, to: &Path) -> PathBuf {
     let (from, to): (Vec<Component<'_>>, Vec<Component<'_>>) =
         (from.components().collect(), to.components().collect());
     let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();

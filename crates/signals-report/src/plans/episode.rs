@@ -1,14 +1,13 @@
 //! A single episode for plain `sumo` and `sumo-gui`: what signals showed, second by second, with the vehicles.
 //!
-//! What a controller decided is a program then that shows every state once. So an episode of any method can be looked at, and
-//! plain `sumo` repeats its delay.
+//! Each state that a signal showed becomes one phase of a program, which runs once. So `sumo-gui` shows an episode of any
+//! method, and plain `sumo` repeats its delay.
 
-use std::fs;
 use std::path::Path;
 
-use super::config::{Show, configuration, way};
+use super::config::{Show, configuration, time_to_teleport_s, way_to};
 use super::program_xml::additional;
-use basics::files::{self, FileError, limits};
+use basics::files::{self, limits};
 use evaluation::store::manifest::{Identity, PointRow};
 use signals::environment::{given, planned_demand};
 use signals::error::TrafficError;
@@ -75,18 +74,16 @@ impl Episode<'_> {
             }
         }
         let program = additional(method, programs, false, &comment);
+        let has_programs = program.is_some();
         written.extend(program.map(|text| (PROGRAMS, text)));
         let text = files::read_text(&own, limits::NETWORK)?;
-        let absolute = |path: &Path| fs::canonicalize(path).map_err(FileError::at("find", path));
-        let parent = own.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let teleport = identity.settings.pointer("/simulation/time_to_teleport_s");
         let show = Show {
             text: &text,
-            way: &way(&absolute(folder)?, &absolute(parent)?),
-            additional: written.iter().any(|(name, _)| *name == PROGRAMS).then_some(PROGRAMS),
+            way: &way_to(&own, folder)?,
+            additional: has_programs.then_some(PROGRAMS),
             replaced: &replaced,
             seed,
-            time_to_teleport_s: teleport.and_then(serde_json::Value::as_f64).unwrap_or(-1.0),
+            time_to_teleport_s: time_to_teleport_s(identity),
             comment: &comment,
         };
         let wrong = |reason| SimError::Config { path: own.clone(), reason };

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::config::{Show, configuration, way};
+use super::config::{Show, configuration, time_to_teleport_s, way_to};
 use super::program_xml::additional;
 use super::table;
 use super::task_plan::TaskPlan;
@@ -157,11 +157,8 @@ fn show(
     };
     make(plans)?;
     let path = plans.join(format!("{}.winner.sumocfg", point.point));
-    let absolute = |path: &Path| fs::canonicalize(path).map_err(FileError::at("find", path));
-    let folder = own.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let way = way(&absolute(plans)?, &absolute(folder)?);
+    let way = way_to(&own, plans)?;
     let seed = point.evaluation_seeds(&identity.evaluation_seeds).first().copied();
-    let teleport = identity.settings.pointer("/simulation/time_to_teleport_s");
     let mut comment = comment(seen, plan);
     comment.push("open it with: sumo-gui -c THIS_FILE".to_owned());
     if let (Some(seed), true) = (seed, point.environment == GENERATED) {
@@ -176,7 +173,7 @@ fn show(
         additional,
         replaced: &[],
         seed: seed.unwrap_or_default(),
-        time_to_teleport_s: teleport.and_then(serde_json::Value::as_f64).unwrap_or(-1.0),
+        time_to_teleport_s: time_to_teleport_s(identity),
         comment: &comment,
     };
     match configuration(&show) {

@@ -1,5 +1,5 @@
-//! Left turns that yield in a plan although guidelines protect them wherever they are: what simulation does not punish, and an
-//! engineer would not sign.
+//! Left turns that yield in a plan although the Signal Timing Manual protects them, whatever their volume. The simulation
+//! does not punish such a plan, because its drivers do not collide.
 //!
 //! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapter 4: two or more left-turn lanes, or four or more opposing lanes.
 

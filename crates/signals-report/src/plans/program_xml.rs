@@ -11,7 +11,7 @@ use signals::program::{ProgramKind, SignalProgram};
 /// * `own` — whether programs that are the network's own are written too, which is right where they
 ///   start at time 0.
 /// * `comment` — lines that say what it is.
-pub(crate) fn additional(
+pub(super) fn additional(
     method: &str,
     programs: &[SignalProgram],
     own: bool,

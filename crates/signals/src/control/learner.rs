@@ -88,7 +88,7 @@ pub(super) struct Learning<L> {
     seed: u64,
     training: TrainingState,
     signals: Vec<SignalSpec>,
-    /// Why what it was to learn from could not be had.
+    /// Why a reward or an observation of somebody's own failed.
     fault: Option<String>,
 }
 

@@ -171,8 +171,8 @@ impl Learner for MpLight {
 
     /// FRAP is made of movements and phases, which other numbers do not have.
     fn meet(&mut self, signals: &[SignalSpec]) -> Result<(), String> {
-        let views = signals.iter().enumerate().map(|(i, spec)| self.senses.view(i, spec));
-        if views.into_iter().any(|view| matches!(view, View::Own(_))) {
+        let mut views = signals.iter().enumerate().map(|(i, spec)| self.senses.view(i, spec));
+        if views.any(|view| matches!(view, View::Own(_))) {
             return Err("its network is made of movements and phases, so that only its reward can be replaced; leave the \
                         observation as it is, or build on idqn or ippo"
                 .to_owned());

@@ -49,8 +49,8 @@ impl OnRed {
     /// Returns a program of the network with the letters that it has there: its own states may have an `s` beside a green
     /// that yields, which [`Self::shown`] never has.
     pub(super) fn own<'p>(&'p self, signal: &'p SignalInfo, id: &str) -> Option<&'p Program> {
-        let programs = self.programs.iter().chain(&signal.programs);
-        programs.into_iter().find(|program| program.id == id)
+        let mut programs = self.programs.iter().chain(&signal.programs);
+        programs.find(|program| program.id == id)
     }
 
     /// Returns what SUMO is told to show for a state.

@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::Create;
-use crate::control::Setup;
-use crate::control::senses::Senses;
+use super::Play;
 use evaluation::run::method::Training;
 
 /// Opens controllers that are written in another language, within this process.
@@ -35,22 +33,6 @@ pub struct Hosted {
     pub files: BTreeMap<String, PathBuf>,
     /// Versions of what runs it.
     pub versions: BTreeMap<String, String>,
-    /// How it is made.
-    pub make: Make,
-}
-
-/// Makes the senses of a learner.
-pub type MakeSenses = Box<dyn Fn(&Setup) -> Box<dyn Senses> + Send + Sync>;
-
-/// How a controller that a [`Host`] has opened is made.
-pub enum Make {
-    /// As a controller.
-    Controller(Create),
-    /// As a learner of this library that sees or is paid for something else.
-    Learner {
-        /// The learner's name.
-        learner: String,
-        /// Makes what it sees and is paid for.
-        senses: MakeSenses,
-    },
+    /// How it is played: by a controller or by a learner.
+    pub play: Play,
 }

@@ -7,12 +7,13 @@ pub mod host;
 mod pipes;
 pub mod protocol;
 
-pub use host::{Host, Hosted, Make, MakeSenses};
+pub use host::{Host, Hosted};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::control::senses::Senses;
 use super::control::{Controller, Setup};
 use basics::files::FileError;
 use basics::hash::sha256_file;
@@ -24,6 +25,9 @@ const MOST_NAMED: usize = 5;
 
 /// Makes a controller.
 pub type Create = Box<dyn Fn(&Setup) -> Box<dyn Controller> + Send + Sync>;
+
+/// Makes the senses of a learner.
+pub type MakeSenses = Box<dyn Fn(&Setup) -> Box<dyn Senses> + Send + Sync>;
 
 /// How a method of somebody's own is played.
 pub enum Play {
