@@ -11,12 +11,14 @@ use std::{env, fs};
 use osm_signals::DrivingSide;
 use shown::{Limits, Way, foes, hurried, states, violations, violations_by_link};
 use tsc_family::settings::overrides::Override;
+use tsc_family::traffic::control::dual_ring::{Config, StageCycle};
 use tsc_family::traffic::control::nema;
+use tsc_family::traffic::control::phase_sets::covering;
 use tsc_family::traffic::control::registry::METHODS;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
-use tsc_family::traffic::control::{coordinated, existing};
+use tsc_family::traffic::control::{coordinated, existing, nema_coordinated};
 use tsc_family::traffic::controllers::create;
 use tsc_family::traffic::env::{SignalEnv, run_episode};
 use tsc_family::traffic::environment::{environment, generated_world};
@@ -207,6 +209,23 @@ impl Controller for Stubborn {
     }
 }
 
+/// Runs two rings within a cycle of the first set of phases that serves everybody, 10 s longer than their least greens.
+struct Within;
+
+impl Controller for Within {
+    fn name(&self) -> &'static str {
+        nema_coordinated::METHOD.name
+    }
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        let set = &covering(&signals[0])[0];
+        let least_s = signals[0].limits.least_s(set);
+        let greens = set.iter().zip(least_s).map(|(p, s)| (GreenPhase(*p), s + 10.0)).collect();
+        let rings = Config { max_green_s: 600, left_max_green_s: 600, ..Config::default() };
+        let cycle = StageCycle { greens, offset_s: 17, coordinated: 0 };
+        Ok(vec![Drive::CoordinatedRings(rings, cycle)])
+    }
+}
+
 fn scenario(preset: &str, actions: &str) -> Scenario {
     let (preset, more) =
         preset.split_once(' ').unwrap_or((preset, "simulation.time_to_teleport_s=-1"));
@@ -250,7 +269,7 @@ fn every_method_keeps_to_the_limits() {
 
 /// Checks what every method shows under a preset, and returns how long that was, seconds.
 fn checked_seconds(preset: &str) -> usize {
-    let mut seconds = 0;
+    let (mut seconds, mut within_rings) = (0, false);
     for actions in ["own-greens", "all-pairs"] {
         let scenario = scenario(preset, actions);
         for (name, features, field) in POINTS {
@@ -258,23 +277,29 @@ fn checked_seconds(preset: &str) -> usize {
             let limits = if preset == "field" { field } else { RESCO };
             let mut watch = Watch::new(&scenario, features, limits, folder.path());
             let mut controllers: Vec<Box<dyn Controller>> =
-                vec![Box::new(Restless(0)), Box::new(Stubborn)];
+                vec![Box::new(Restless(0)), Box::new(Stubborn), Box::new(Within)];
             // An existing plan has its own times, and these networks have none; nor have they signals to coordinate.
-            let others = [existing::METHOD.name, coordinated::METHOD.name];
+            let others =
+                [existing::METHOD.name, coordinated::METHOD.name, nema_coordinated::METHOD.name];
             for method in METHODS.iter().filter(|m| !others.contains(&m.name)) {
                 controllers.push(create(method.name, &scenario, false, 1).unwrap());
             }
             for mut controller in controllers {
-                watch.by_link = controller.name() == nema::METHOD.name;
+                let within = controller.name() == nema_coordinated::METHOD.name;
+                watch.by_link = within || controller.name() == nema::METHOD.name;
+                // Coordinated phases last until the cycle lets them end.
+                watch.limits.max_green = if within { usize::MAX } else { limits.max_green };
                 controller.train(&mut watch).unwrap();
                 watch.episode(controller.as_mut(), 99).unwrap();
                 let wrong = std::mem::take(&mut watch.wrong);
                 let method = controller.name();
+                within_rings |= within && watch.env.dual_rings().next().is_some();
                 assert!(wrong.is_empty(), "{method}, {preset}, {actions}, {name}: {wrong:#?}");
             }
             seconds += watch.seconds;
         }
     }
+    assert!(within_rings, "no signal ran two rings within a cycle");
     seconds
 }
 

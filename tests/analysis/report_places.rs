@@ -62,6 +62,7 @@ fn program(kind: ProgramKind, own: bool, phases: &[(&str, f64, Option<f64>)]) ->
         kind,
         offset_s: 0.0,
         phases: phases.iter().map(phase).collect(),
+        cycle_s: None,
         rings: Vec::new(),
     }
 }

@@ -159,6 +159,56 @@ fn coordinated_signals_have_a_common_cycle_and_plain_sumo_repeats_their_plan_wit
 }
 
 #[test]
+fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits() {
+    let files = Scenario::new();
+    let config = street(&files, 600);
+    let folder = config.parent().unwrap();
+    let methods =
+        "--methods nema,nema-coordinated --eval-seeds 2 --set nema_coordinated.simulations=8";
+    succeed(
+        folder,
+        &format!("run --sumocfg street.sumocfg --preset field {methods} --quiet --out out"),
+    );
+    let records: Vec<Vec<Value>> = (0..3).map(|task| record(folder, task)).collect();
+    let of = |method: &str| records.iter().find(|rows| rows[0]["method"] == method).unwrap();
+    let programs = of("nema-coordinated")[0]["programs"].as_array().unwrap();
+    assert_eq!(programs.len(), 3);
+    for program in programs {
+        assert_eq!(program["cycle_s"], programs[0]["cycle_s"]);
+        let phases = program["rings"].as_array().unwrap();
+        for ring in [1, 2] {
+            let own = phases.iter().filter(|phase| phase["ring"] == ring);
+            let splits_s: u64 = own.map(|phase| phase["split_s"].as_u64().unwrap()).sum();
+            assert_eq!(splits_s, program["cycle_s"].as_u64().unwrap(), "{phases:?}");
+        }
+        let held: Vec<&Value> = phases.iter().filter(|p| p["coordinated"] == true).collect();
+        assert_eq!(held.len(), 2, "{phases:?}");
+        // They are those of the street, which has two lanes per direction.
+        assert!(held.iter().all(|phase| phase["movements"][0].to_string().contains("BT")));
+        assert!(held.iter().any(|phase| phase["movements"][0] == "EBT"), "{held:?}");
+    }
+    // Free rings have no cycle.
+    assert!(of("nema")[0]["programs"][0].get("cycle_s").is_none());
+    let mut table = csv::Reader::from_path(folder.join("out/report/cabinet.csv")).unwrap();
+    let columns = table.headers().unwrap().clone();
+    let column = |name: &str| columns.iter().position(|column| column == name).unwrap();
+    let told: Vec<csv::StringRecord> = (table.records().map(Result::unwrap))
+        .filter(|row| &row[column("method")] == "nema-coordinated")
+        .collect();
+    assert!(!told.is_empty());
+    for row in told {
+        assert_eq!(&row[column("control")], "coordinated");
+        assert_eq!(row[column("cycle_s")], programs[0]["cycle_s"].to_string());
+        assert!(
+            row[column("offset_s")].parse::<f64>().is_ok() && !row[column("reference")].is_empty()
+        );
+    }
+    let page = fs::read_to_string(folder.join("out/report/index.html")).unwrap();
+    let cycle = format!("coordinated, cycle {} s, offset", programs[0]["cycle_s"]);
+    assert!(page.contains(&cycle), "the page says nothing of the cycle");
+}
+
+#[test]
 fn a_street_of_several_signals_has_travel_times_per_direction_and_a_time_space_diagram() {
     let files = Scenario::new();
     let config = street(&files, 600);

@@ -384,6 +384,7 @@ mod tests {
             kind: ProgramKind::Static,
             offset_s,
             phases,
+            cycle_s: None,
             rings: vec![],
         }
     }

@@ -82,6 +82,12 @@ pub struct RingPhase {
     pub clearance_s: Option<u32>,
     /// Whether it is served in every cycle.
     pub recall: bool,
+    /// Its green, yellow and red in the common cycle, seconds; absent in free operation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub split_s: Option<u32>,
+    /// Whether it holds its green until it may end in the common cycle.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub coordinated: bool,
 }
 
 /// The program that a signal ran in the evaluation episodes of a task.
@@ -100,6 +106,10 @@ pub struct SignalProgram {
     pub offset_s: f64,
     /// Its phases, in order; a fixed cycle begins with its first one.
     pub phases: Vec<ProgramPhase>,
+    /// The cycle that two rings keep to, seconds; absent in free operation. `offset_s` then says when the coordinated phases
+    /// may end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_s: Option<u32>,
     /// Phases in two rings; empty for other kinds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rings: Vec<RingPhase>,

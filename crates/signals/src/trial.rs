@@ -101,15 +101,7 @@ impl<S: Sim> Trial for SignalTrial<S> {
     fn programs(&self) -> Opaque {
         let programs = self.env.programs().unwrap_or_default();
         let mut programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
-        let rings = self.env.cabinet_sheets().into_iter();
-        programs.extend(rings.map(|(signal, rings)| SignalProgram {
-            signal,
-            own: false,
-            kind: ProgramKind::DualRing,
-            offset_s: 0.0,
-            phases: Vec::new(),
-            rings,
-        }));
+        programs.extend(self.env.cabinet_sheets());
         if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
     }
 
@@ -359,7 +351,7 @@ fn kept(running: Running) -> SignalProgram {
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;
-    SignalProgram { signal, own, kind, offset_s, phases, rings: Vec::new() }
+    SignalProgram { signal, own, kind, offset_s, phases, cycle_s: None, rings: Vec::new() }
 }
 
 #[cfg(test)]

@@ -68,10 +68,13 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
         let signals: Vec<Value> = (all.iter())
             .map(|told| {
                 let is_given = !told.plan.ways.is_empty();
+                let has_cycle = told.plan.cycle_s.is_some();
                 context! {
                     signal => (!alone).then_some(told.signal.as_str()),
                     phases => phases(&told.plan),
-                    of => if is_given { of_plan(&told.plan) } else { String::new() },
+                    of => if is_given || has_cycle { of_plan(&told.plan) } else { String::new() },
+                    has_cycle => has_cycle && !is_given,
+                    is_given,
                 }
             })
             .collect();

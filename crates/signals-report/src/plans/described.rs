@@ -37,6 +37,7 @@ pub(super) fn programs(
             kind: ProgramKind::Static,
             offset_s: 0.0,
             phases,
+            cycle_s: None,
             rings: Vec::new(),
         });
     }

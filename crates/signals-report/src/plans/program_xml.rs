@@ -74,6 +74,7 @@ mod tests {
             kind: ProgramKind::Actuated,
             offset_s: 0.0,
             phases,
+            cycle_s: None,
             rings: Vec::new(),
         }
     }

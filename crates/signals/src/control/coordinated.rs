@@ -31,12 +31,13 @@ mod bands;
 use std::collections::BTreeMap;
 
 use self::bands::{Timed, ascend, efficiency, weights};
+use super::dual_ring::{self, StageCycle};
 use super::fixed_time::{KEPT, OWN, PLAN, SIMULATIONS, TUNING, budget};
 use super::phase_sets::covering;
 use super::streets::{Street, streets};
 use super::webster::{Constants, greens, split};
 use super::{
-    ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Setup, SignalSpec, Trainer,
+    ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Light, Setup, SignalSpec, Trainer,
 };
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
@@ -69,7 +70,7 @@ settings! {
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
     let Config { simulations, lost_time_s, saturation_flow_vph } = *config;
     let constants = Constants { lost_time_s, saturation_flow_vph };
-    Box::new(Coordinated { constants, simulations, ..Coordinated::default() })
+    Box::new(Coordinated::new(METHOD.name, constants, simulations, None))
 }
 
 /// Seed of the episodes that the search compares plans on.
@@ -111,11 +112,14 @@ enum Plans {
     Common(Vec<Option<Timed>>),
 }
 
-/// Coordinated fixed-time control.
+/// Coordinated control: of fixed cycles, or of rings within the cycle.
 #[derive(Debug, Clone, PartialEq)]
-struct Coordinated {
+pub(super) struct Coordinated {
+    method: &'static str,
     constants: Constants,
     simulations: u32,
+    /// How two rings run the plans; `None` for fixed cycles.
+    rings: Option<dual_ring::Config>,
     signals: Vec<SignalSpec>,
     streets: Vec<Street>,
     /// Vehicles per hour of each street.
@@ -125,24 +129,9 @@ struct Coordinated {
     kept_start: bool,
 }
 
-impl Default for Coordinated {
-    fn default() -> Self {
-        Self {
-            constants: Constants { lost_time_s: 0.0, saturation_flow_vph: 1.0 },
-            simulations: 0,
-            signals: Vec::new(),
-            streets: Vec::new(),
-            weights: Vec::new(),
-            plans: Plans::Own,
-            used: 0,
-            kept_start: false,
-        }
-    }
-}
-
 impl Controller for Coordinated {
     fn name(&self) -> &'static str {
-        METHOD.name
+        self.method
     }
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
@@ -157,14 +146,16 @@ impl Controller for Coordinated {
             let reason = "no vehicle that goes straight on comes from one signal to another, so there is nothing to \
                           coordinate; run fixed-time";
             return Err(ControlError::Signal {
-                method: METHOD.name,
+                method: self.method,
                 signal,
                 reason: reason.into(),
             });
         }
         Ok(match &self.plans {
             Plans::Own => vec![Drive::OwnProgram; signals.len()],
-            Plans::Common(plans) => plans.iter().map(drive).collect(),
+            Plans::Common(plans) => {
+                plans.iter().enumerate().map(|(i, plan)| self.drive(i, plan.as_ref())).collect()
+            }
         })
     }
 
@@ -183,8 +174,9 @@ impl Controller for Coordinated {
         }
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut finalists = Vec::new();
-        // An imported program may not keep to the limits; then the first plan is what tuning starts from.
-        if self.signals.iter().all(|spec| spec.limits.own_program) {
+        // An imported program may not keep to the limits, and no two rings run it; then the first plan is what tuning starts
+        // from.
+        if self.rings.is_none() && self.signals.iter().all(|spec| spec.limits.own_program) {
             finalists.push(Plans::Own);
         }
         if let Some((delay_s, start)) = tried.into_iter().next() {
@@ -200,7 +192,7 @@ impl Controller for Coordinated {
             let signal = self.signals[0].id.clone();
             let reason = "no cycle fits the limits of all signals; change the limits of [signal]";
             return Err(ControlError::Signal {
-                method: METHOD.name,
+                method: self.method,
                 signal,
                 reason: reason.into(),
             });
@@ -227,18 +219,6 @@ impl Controller for Coordinated {
     }
 }
 
-/// Returns what drives a signal.
-fn drive(plan: &Option<Timed>) -> Drive {
-    match plan {
-        None => Drive::OwnProgram,
-        Some(plan) => {
-            let phases = plan.phases.iter().copied().map(GreenPhase);
-            let greens = phases.zip(plan.greens_s.iter().copied()).collect();
-            Drive::Coordinated(greens, f64::from(plan.offset_s))
-        }
-    }
-}
-
 /// What the search in simulation moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Move {
@@ -253,6 +233,62 @@ enum Move {
 }
 
 impl Coordinated {
+    /// Returns coordinated control, not yet tuned.
+    ///
+    /// # Arguments
+    ///
+    /// * `rings` — how two rings run the plans; `None` for fixed cycles.
+    pub(super) fn new(
+        method: &'static str,
+        constants: Constants,
+        simulations: u32,
+        rings: Option<dual_ring::Config>,
+    ) -> Self {
+        Self {
+            method,
+            constants,
+            simulations,
+            rings,
+            signals: Vec::new(),
+            streets: Vec::new(),
+            weights: Vec::new(),
+            plans: Plans::Own,
+            used: 0,
+            kept_start: false,
+        }
+    }
+
+    /// Returns what drives a signal.
+    fn drive(&self, signal: usize, plan: Option<&Timed>) -> Drive {
+        let Some(plan) = plan else { return Drive::OwnProgram };
+        let phases = plan.phases.iter().copied().map(GreenPhase);
+        let greens = phases.zip(plan.greens_s.iter().copied()).collect();
+        match &self.rings {
+            None => Drive::Coordinated(greens, f64::from(plan.offset_s)),
+            Some(rings) => {
+                let coordinated = self.coordinated_stage(signal, plan);
+                let cycle = StageCycle { greens, offset_s: plan.offset_s, coordinated };
+                Drive::CoordinatedRings(rings.clone(), cycle)
+            }
+        }
+    }
+
+    /// Returns the stage of a plan in which the busiest street at a signal is green, the longest of several; without a street,
+    /// the longest of all.
+    fn coordinated_stage(&self, signal: usize, plan: &Timed) -> usize {
+        let stops = self.streets.iter().zip(&self.weights).flat_map(|(street, weight)| {
+            let here = street.stops.iter().filter(|stop| stop.signal == signal);
+            here.map(move |stop| (*weight, stop.movement))
+        });
+        let busiest = stops.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, movement)| movement);
+        let serves = |stage: &usize| {
+            let phase = &self.signals[signal].phases[plan.phases[*stage]];
+            busiest.is_none_or(|movement| phase.service[movement] != Light::Red)
+        };
+        let longest = |a: &usize, b: &usize| plan.greens_s[*a].total_cmp(&plan.greens_s[*b]);
+        (0..plan.phases.len()).rev().filter(serves).max_by(longest).unwrap_or_default()
+    }
+
     fn run(
         &mut self,
         trainer: &mut dyn Trainer,

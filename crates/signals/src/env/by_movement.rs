@@ -2,7 +2,7 @@
 //!
 //! A movement is a way from one edge to another through a signal. It has the name that engineers give it, on the ground:
 //! `NBL` are northbound vehicles that turn left. Directions are the four of the compass, or eight where two approaches
-//! would have the same; of several movements with one name the later ones get a number.
+//! of a signal would have the same; of several movements of a signal with one name the later ones get a number.
 //!
 //! - **Delay** is that of the objective: time loss and departure delay, until the end for vehicles that have not arrived.
 //! - **Stops** are SUMO's: how often a vehicle came below 0.1 m/s.
@@ -126,7 +126,8 @@ pub(super) struct ByMovement {
 impl ByMovement {
     /// Returns what collects the movements of a scene, which is that of right-hand traffic.
     pub(super) fn new(scene: &Scene, side: DrivingSide, bays: &Bays) -> Self {
-        let mut movements = movements(scene, side);
+        let of_signal = |signal| movements(scene, signal, side);
+        let mut movements: Vec<Movement> = scene.signals.iter().flat_map(of_signal).collect();
         for movement in &mut movements {
             let own =
                 bays.iter().find(|bay| bay.0 == movement.way.0 && Some(bay.1) == movement.turn);
@@ -206,7 +207,7 @@ pub(super) fn link_names(
     signal: &SignalInfo,
     side: DrivingSide,
 ) -> Vec<Vec<String>> {
-    let all = movements(scene, side);
+    let all = movements(scene, signal, side);
     let of = |links: &Vec<Link>| {
         let mut names: Vec<String> = Vec::new();
         for link in links {
@@ -223,35 +224,34 @@ fn way(scene: &Scene, link: &Link) -> Way {
     (edge(&scene.lanes[link.from_lane].id).to_owned(), edge(&link.to_lane).to_owned())
 }
 
-fn movements(scene: &Scene, side: DrivingSide) -> Vec<Movement> {
+/// Returns the movements of a signal.
+fn movements(scene: &Scene, signal: &SignalInfo, side: DrivingSide) -> Vec<Movement> {
     let on_ground =
         |heading_deg: f64| if side.is_right() { heading_deg } else { mirrored_deg(heading_deg) };
     let mut found: Vec<(Movement, f64, Turn)> = Vec::new();
-    for signal in &scene.signals {
-        for (index, link) in
-            signal.links.iter().enumerate().flat_map(|(i, l)| l.iter().map(move |l| (i, l)))
-        {
-            let (lane, way) = (&scene.lanes[link.from_lane], way(scene, link));
-            let known = found.iter().position(|(m, ..)| m.way == way);
-            let known = known.unwrap_or_else(|| {
-                let movement = Movement { way, signal: signal.id.clone(), ..Movement::default() };
-                found.push((movement, on_ground(lane.heading_deg), turn_of(link.direction)));
-                found.len() - 1
-            });
-            let movement = &mut found[known].0;
-            if !movement.lanes.contains(&link.from_lane) {
-                movement.lanes.push(link.from_lane);
-            }
-            if !movement.links.contains(&index) {
-                movement.links.push(index);
-            }
+    for (index, link) in
+        signal.links.iter().enumerate().flat_map(|(i, l)| l.iter().map(move |l| (i, l)))
+    {
+        let (lane, way) = (&scene.lanes[link.from_lane], way(scene, link));
+        let known = found.iter().position(|(m, ..)| m.way == way);
+        let known = known.unwrap_or_else(|| {
+            let movement = Movement { way, signal: signal.id.clone(), ..Movement::default() };
+            found.push((movement, on_ground(lane.heading_deg), turn_of(link.direction)));
+            found.len() - 1
+        });
+        let movement = &mut found[known].0;
+        if !movement.lanes.contains(&link.from_lane) {
+            movement.lanes.push(link.from_lane);
+        }
+        if !movement.links.contains(&index) {
+            movement.links.push(index);
         }
     }
     let mut headings: BTreeMap<String, f64> = BTreeMap::new();
     for (movement, heading_deg, _) in &found {
         headings.entry(movement.way.0.clone()).or_insert(*heading_deg);
     }
-    // Four directions, as long as they tell the approaches of the scene apart.
+    // Four directions, as long as they tell the approaches of the signal apart.
     let nearest = |heading_deg: f64, parts: usize| {
         let step_deg = 360.0 / parts as f64;
         (normalise_degrees(heading_deg) / step_deg).round() as usize % parts
@@ -315,8 +315,12 @@ mod tests {
         scene
     }
 
+    fn names_of(scene: &Scene, signal: usize, side: DrivingSide) -> Vec<String> {
+        movements(scene, &scene.signals[signal], side).into_iter().map(|m| m.name).collect()
+    }
+
     fn names(side: DrivingSide) -> Vec<String> {
-        movements(&scene(), side).into_iter().map(|m| m.name).collect()
+        names_of(&scene(), 0, side)
     }
 
     #[test]
@@ -329,9 +333,27 @@ mod tests {
     fn approaches_in_one_quarter_of_the_compass_have_eight_directions() {
         let mut scene = scene();
         scene.lanes[2].heading_deg = 215.0;
-        let names: Vec<String> =
-            movements(&scene, DrivingSide::Right).into_iter().map(|m| m.name).collect();
-        assert_eq!(names, ["SBL", "SBT", "SBR", "SWT"]);
+        assert_eq!(names_of(&scene, 0, DrivingSide::Right), ["SBL", "SBT", "SBR", "SWT"]);
+    }
+
+    #[test]
+    fn every_signal_of_a_scene_has_the_names_that_it_has_alone() {
+        let mut scene = scene();
+        // The second signal has an approach in the same quarter as one of the first, and one that needs eight directions.
+        let mut lanes = scene.lanes.clone();
+        lanes.iter_mut().for_each(|lane| lane.id = format!("far_{}", lane.id));
+        lanes[2].heading_deg = 215.0;
+        let mut second = scene.signals[0].clone();
+        second.id = "second".to_owned();
+        second.links.iter_mut().flatten().for_each(|link| {
+            link.from_lane += scene.lanes.len();
+            link.to_lane = format!("far_{}", link.to_lane);
+        });
+        scene.lanes.extend(lanes);
+        scene.signals.push(second);
+        let right = DrivingSide::Right;
+        assert_eq!(names_of(&scene, 0, right), ["SBL", "SBT", "SBR", "EBT"]);
+        assert_eq!(names_of(&scene, 1, right), ["SBL", "SBT", "SBR", "SWT"]);
     }
 
     #[test]

@@ -326,6 +326,7 @@ impl Logger {
             kind: ProgramKind::Static,
             offset_s: self.told.first()?.0,
             phases: self.told.iter().zip(ends).map(phase).collect(),
+            cycle_s: None,
             rings: Vec::new(),
         })
     }
@@ -598,10 +599,7 @@ pub(super) fn finish(loggers: Vec<Logger>, scene: &Scene, side: DrivingSide) -> 
     let signals = scene.signals.iter().map(|signal| signal.id.clone()).collect();
     let mut recording = Recording { signals, ..Recording::default() };
     for mut logger in loggers {
-        // A scene numbers movements that have one name; those of one signal seldom do.
-        let signal = scene.signals[logger.signal].clone();
-        let alone = Scene { lanes: scene.lanes.clone(), signals: vec![signal] };
-        let names = link_names(&alone, &alone.signals[0], side);
+        let names = link_names(scene, &scene.signals[logger.signal], side);
         logger.finish(scene, &names, &mut recording);
     }
     recording.events.sort_by_key(|event| event.at_ds);

@@ -73,7 +73,11 @@ pub fn program(signal: &DerivedSignal, drive: &Drive) -> Result<Option<Program>,
     };
     let make = |kind, phases| Some(Program { id: INSTALLED.into(), kind, phases });
     Ok(match drive {
-        Drive::OwnProgram | Drive::Decisions | Drive::DualRing(_) | Drive::Existing => None,
+        Drive::OwnProgram
+        | Drive::Decisions
+        | Drive::DualRing(_)
+        | Drive::CoordinatedRings(..)
+        | Drive::Existing => None,
         Drive::OwnEqualSplit(green_s) => make(
             ProgramKind::Static,
             own(&|state, least_s, most_s| {

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use crate::control::dual_ring::StageCycle;
 use crate::control::{Drive, GreenPhase, Observation, Onward, SignalSpec};
 use crate::existing::{Control, ExistingPlan, PlanPhase, Timed, schedule};
-use crate::program::RingPhase;
+use crate::program::{self, SignalProgram};
 use crate::settings::{SignalSettings, SimulationSettings};
 use crate::sim::error::SimError;
 use crate::sim::{
@@ -351,12 +352,26 @@ impl<S: Sim> SignalEnv<S> {
             // Where one green is all there is for cars, nobody decides anything; whoever its program stops them
             // for keeps his time.
             let drive = if signal.has_one_green() { &Drive::OwnProgram } else { drive };
+            let info = &self.scene.signals[i];
+            let (rings, fixed) = match drive {
+                Drive::DualRing(config) => {
+                    (Some(DualRing::new(&self.scene, info, signal, config)), None)
+                }
+                Drive::CoordinatedRings(config, cycle) => {
+                    let told = (config, cycle);
+                    match DualRing::coordinated(&self.scene, info, signal, told, self.time_s) {
+                        Ok(rings) => (Some(rings), None),
+                        Err(_) => (None, Some(fixed_stages(cycle))),
+                    }
+                }
+                _ => (None, None),
+            };
+            let drive = fixed.as_ref().unwrap_or(drive);
             self.cabinets[i] = (*drive == Drive::Decisions)
                 .then(|| Cabinet::new(signal, self.signal_settings.yellow_time_s));
             let installed = match (&self.cabinets[i], drive) {
                 (Some(cabinet), _) => Some(cabinet.program().clone()),
                 (None, Drive::Existing) => {
-                    let info = &self.scene.signals[i];
                     existing_cycle(self.world.existing(info)?, &self.scene, info)?
                 }
                 (None, drive) => program(signal, drive)?,
@@ -374,11 +389,7 @@ impl<S: Sim> SignalEnv<S> {
             }
             let rings =
                 match drive {
-                    Drive::DualRing(config) => {
-                        Some(DualRing::new(&self.scene, &self.scene.signals[i], signal, config))
-                    }
                     Drive::Existing if installed.is_none() => {
-                        let info = &self.scene.signals[i];
                         let plan = self.world.existing(info)?;
                         let rings = DualRing::existing(&self.scene, info, signal, plan);
                         Some(rings.map_err(|reason| SimError::Signal {
@@ -386,7 +397,7 @@ impl<S: Sim> SignalEnv<S> {
                             reason,
                         })?)
                     }
-                    _ => None,
+                    _ => rings,
                 };
             if let Some(cabinet) = &self.cabinets[i] {
                 self.shown[i].clone_from(&cabinet.program().phases[0].state);
@@ -452,7 +463,11 @@ impl<S: Sim> SignalEnv<S> {
                 let cycle = cycle_of(&running.program.phases, &phasing, knows_red);
                 cycle.map(|cycle| Coordination { offset_s, ..cycle })
             }
-            _ => None,
+            _ => self.rings[i].as_ref().and_then(DualRing::cycle).map(|cycle| Coordination {
+                cycle_s: cycle.cycle_s,
+                offset_s: Some(cycle.yields_s),
+                splits_s: cycle.splits_s,
+            }),
         };
         cycle.iter().for_each(|cycle| logger.coordinate(self.time_s, cycle));
         Ok(logger)
@@ -470,12 +485,22 @@ impl<S: Sim> SignalEnv<S> {
         rings.filter_map(|(spec, rings)| Some((spec.id.as_str(), rings.as_ref()?.describe())))
     }
 
-    /// Returns the phases of the signals that run in two rings, as a cabinet is told them, by signal.
-    pub fn cabinet_sheets(&self) -> Vec<(String, Vec<RingPhase>)> {
+    /// Returns what the signals that run in two rings are told, as a cabinet is.
+    pub fn cabinet_sheets(&self) -> Vec<SignalProgram> {
         let rings = self.scene.signals.iter().zip(&self.rings);
         let sheet = |(signal, rings): (&SignalInfo, &Option<DualRing>)| {
+            let rings = rings.as_ref()?;
             let names = link_names(&self.scene, signal, self.world.side);
-            Some((signal.id.clone(), rings.as_ref()?.sheet(&names)))
+            let cycle = rings.cycle();
+            Some(SignalProgram {
+                signal: signal.id.clone(),
+                own: false,
+                kind: program::ProgramKind::DualRing,
+                offset_s: cycle.as_ref().map_or(0.0, |cycle| f64::from(cycle.yields_s)),
+                phases: Vec::new(),
+                cycle_s: cycle.map(|cycle| cycle.cycle_s),
+                rings: rings.sheet(&names),
+            })
         };
         rings.filter_map(sheet).collect()
     }
@@ -737,6 +762,11 @@ fn offset_s(drive: &Drive) -> f64 {
         Drive::Coordinated(_, offset_s) | Drive::Recorded(_, offset_s) => *offset_s,
         _ => 0.0,
     }
+}
+
+/// Returns the stages of a cycle as a fixed one.
+fn fixed_stages(cycle: &StageCycle) -> Drive {
+    Drive::Coordinated(cycle.greens.clone(), f64::from(cycle.offset_s))
 }
 
 /// Returns what a signal runs: what was installed, or its own program, as the network has it.

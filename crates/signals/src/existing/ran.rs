@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Control, ExistingPlan, PlanPhase, Recall};
+use super::{Control, ExistingPlan, PlanPhase, Recall, schedule};
 use crate::program::{ProgramKind, ProgramPhase, RingPhase, SignalProgram};
 use crate::settings::SignalSettings;
 use crate::timing::Timing;
@@ -44,16 +44,31 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
         movements: p.movements.clone(),
         yielding: p.yielding.clone(),
         min_green_s: p.min_green_s.into(),
-        max_green_s: p.max_green_s.into(),
+        max_green_s: match p.split_s {
+            Some(split_s) => split_s.saturating_sub(p.yellow_s + p.all_red_s).into(),
+            None => p.max_green_s.into(),
+        },
         passage_s: p.passage_s.into(),
         yellow_s: p.yellow_s.into(),
         all_red_s: p.all_red_s.into(),
         walk_s: people(p),
         recall: if p.recall { Recall::Min } else { Recall::None },
         dual_entry: p.number.is_multiple_of(2),
-        inhibit_max: false,
+        // A force-off ends a phase that began early, not the length of its split.
+        inhibit_max: p.split_s.is_some(),
     };
-    plan(Control::Actuated, None, Vec::new(), signal.rings.iter().map(phase).collect())
+    let phases = signal.rings.iter().map(phase).collect();
+    let Some(cycle_s) = signal.cycle_s.map(f64::from) else {
+        return plan(Control::Actuated, None, Vec::new(), phases);
+    };
+    let held = || signal.rings.iter().filter(|p| p.coordinated);
+    let reference = held().map(|p| p.number).collect();
+    let mut plan = plan(Control::Coordinated, Some(cycle_s), reference, phases);
+    // Plans count from the beginning of the first coordinated green, which lasts its split at least.
+    let (timed, _) = schedule(&plan);
+    let green_s = plan.coordinated().iter().map(|p| timed[*p].green_s).max().unwrap_or_default();
+    plan.offset_s = (signal.offset_s - f64::from(green_s)).rem_euclid(cycle_s);
+    plan
 }
 
 /// Returns the stages of a program as phases of one ring; `None` for kinds that are no list of phases.
@@ -214,6 +229,7 @@ mod tests {
             own: false,
             kind: ProgramKind::Static,
             phases,
+            cycle_s: None,
             rings: Vec::new(),
         }
     }
@@ -259,6 +275,7 @@ mod tests {
                 phase("rG", 10.0),
                 phase("ry", 3.0),
             ],
+            cycle_s: None,
             rings: vec![],
         };
         let names = BTreeMap::from([(0, "NBT".to_owned()), (1, "NBL".to_owned())]);

@@ -218,6 +218,8 @@ impl<'a> Wired<'a> {
             holds: (0..timed.len()).map(|p| coordinated.contains(&p)).collect(),
             inhibits_max: self.plan.phases.iter().map(|p| p.inhibit_max).collect(),
             begins_s: after(zero_s, timed[first].begin_s),
+            yields_s: None,
+            splits_s: timed.iter().map(|t| Some(t.green_s + t.yellow_s + t.all_red_s)).collect(),
         })
     }
 

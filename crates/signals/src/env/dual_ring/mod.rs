@@ -1,8 +1,9 @@
 //! Dual-ring control of one signal: phases from its links, rings that go on every second.
 //!
 //! `links` says what may be green together, `streets` and `plan` make phases of it, or `existing` those of a plan that
-//! somebody brings; `rings` plays them. All are pure; this file joins them to a scene.
+//! somebody brings, `coordination` puts phases into a cycle; `rings` plays them. All are pure; this file joins them to a scene.
 
+mod coordination;
 mod existing;
 mod links;
 mod phasing;
@@ -14,12 +15,13 @@ mod streets;
 #[cfg(test)]
 mod tests;
 
-use crate::control::dual_ring::Config;
+use crate::control::dual_ring::{Config, StageCycle};
 use crate::existing::ExistingPlan;
 use crate::program::RingPhase;
 use crate::sim::{Scene, SignalInfo};
 use crate::vocabulary::listed_before;
 
+use self::coordination::Stages;
 use self::existing::Wired;
 pub use self::existing::fixed_cycle;
 use self::links::Links;
@@ -30,6 +32,17 @@ use self::rings::{Rings, Seen};
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
 use super::pedestrians::Pedestrians;
 use crate::timing::WALK_S;
+
+/// A cycle that two rings keep to, seconds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CommonCycle {
+    /// The cycle.
+    pub cycle_s: u32,
+    /// When the coordinated phases may end, after time 0 and its multiples of the cycle.
+    pub yields_s: u32,
+    /// Green, yellow and red of each phase that is ever called, by its number.
+    pub splits_s: Vec<(u32, u32)>,
+}
 
 /// Dual-ring control of one signal.
 #[derive(Debug, Clone)]
@@ -48,6 +61,35 @@ impl DualRing {
     ) -> Self {
         let (links, plan) = planned(scene, signal, derived, config);
         Self::of(links, plan, derived)
+    }
+
+    /// Returns the control of a signal that is about to begin within a cycle.
+    ///
+    /// # Arguments
+    ///
+    /// * `now_s` — the time, seconds.
+    ///
+    /// # Errors
+    ///
+    /// Why two rings cannot follow the stages of the cycle.
+    pub fn coordinated(
+        scene: &Scene,
+        signal: &SignalInfo,
+        derived: &DerivedSignal,
+        (config, cycle): (&Config, &StageCycle),
+        now_s: f64,
+    ) -> Result<Self, String> {
+        let (links, plan) = planned(scene, signal, derived, config);
+        let greens: Vec<(&str, u32)> = (cycle.greens.iter())
+            .map(|(phase, green_s)| {
+                let phase = derived.spec.phases.get(phase.0).ok_or("a stage is none of its phases");
+                phase.map(|phase| (phase.state.as_str(), green_s.round() as u32))
+            })
+            .collect::<Result<_, _>>()?;
+        let (coordinated, offset_s) = (cycle.coordinated, cycle.offset_s);
+        let stages = Stages { greens: &greens, coordinated, offset_s };
+        let plan = stages.coordinate(plan, &links, &derived.timing, now_s.round() as u32)?;
+        Ok(Self::of(links, plan, derived))
     }
 
     /// Returns the control of a signal that runs an existing plan and sees vehicles.
@@ -82,6 +124,21 @@ impl DualRing {
     /// Returns its phases as events number them.
     pub fn phasing(&self) -> Phasing {
         self.rings.phasing()
+    }
+
+    /// Returns the cycle that it keeps to, when its coordinated phases may end, and the split of each phase by its number, all in
+    /// seconds; nothing for an existing plan, which says so itself.
+    pub fn cycle(&self) -> Option<CommonCycle> {
+        let plan = self.rings.plan();
+        let coordination = plan.coordination.as_ref()?;
+        let splits = plan.phases.iter().zip(&coordination.splits_s);
+        Some(CommonCycle {
+            cycle_s: coordination.cycle_s,
+            yields_s: coordination.yields_s?,
+            splits_s: splits
+                .filter_map(|(phase, split_s)| Some((phase.number, (*split_s)?)))
+                .collect(),
+        })
     }
 
     /// Returns the phases that are green, as places in [`Self::phasing`].
@@ -144,10 +201,14 @@ impl DualRing {
     /// * `names` — per link index the names of its movements.
     pub fn sheet(&self, names: &[Vec<String>]) -> Vec<RingPhase> {
         let plan = self.rings.plan();
+        // An existing plan says itself what its cycle is.
+        let cycle = plan.coordination.as_ref().filter(|cycle| cycle.yields_s.is_some());
         let mut sheet = Vec::new();
         for (barrier, side) in plan.sides.iter().enumerate() {
             for (ring, phases) in side.iter().enumerate() {
-                for (position, index) in phases.iter().enumerate() {
+                let is_called =
+                    |index: &&usize| cycle.is_none_or(|c| c.splits_s[**index].is_some());
+                for (position, index) in phases.iter().filter(is_called).enumerate() {
                     let phase = &plan.phases[*index];
                     let (mut movements, mut yielding): (Vec<String>, Vec<String>) =
                         Default::default();
@@ -182,6 +243,8 @@ impl DualRing {
                         walk_s: people_s.map(|all_s| all_s.min(WALK_S)),
                         clearance_s: people_s.map(|all_s| all_s.saturating_sub(WALK_S)),
                         recall: phase.recall,
+                        split_s: cycle.and_then(|cycle| cycle.splits_s[*index]),
+                        coordinated: cycle.is_some_and(|cycle| cycle.holds[*index]),
                     });
                 }
             }
@@ -192,12 +255,20 @@ impl DualRing {
     /// Returns the phases in words, as records keep them.
     pub fn describe(&self) -> String {
         let plan = self.rings.plan();
+        let cycle = plan.coordination.as_ref().filter(|cycle| cycle.yields_s.is_some());
         let phase = |index: &usize| {
             let p = &plan.phases[*index];
-            let limit = if p.recall { ", recall" } else { "" };
             let (yellow_s, red_s) = p.change_s;
+            let is_held = cycle.is_some_and(|cycle| cycle.holds[*index]);
+            let more = match (cycle.map(|cycle| cycle.splits_s[*index]), p.recall) {
+                (Some(Some(split_s)), _) if is_held => format!(", split {split_s} s, coordinated"),
+                (Some(Some(split_s)), _) => format!(", split {split_s} s"),
+                (Some(None), _) => ", never called".to_owned(),
+                (None, true) => ", recall".to_owned(),
+                (None, false) => String::new(),
+            };
             format!(
-                "{} ({} {}; green {} to {} s, passage {} s, yellow {yellow_s} s, red {red_s} s{limit})",
+                "{} ({} {}; green {} to {} s, passage {} s, yellow {yellow_s} s, red {red_s} s{more})",
                 p.number,
                 p.serves,
                 self.rings.alone(*index),
@@ -219,7 +290,14 @@ impl DualRing {
             (false, true) => "existing plan",
             (false, false) => "two rings",
         };
-        format!("{kind}: {}", sides.join(" | barrier | "))
+        let within = cycle.map_or_else(String::new, |cycle| {
+            let yields_s = cycle.yields_s.unwrap_or_default();
+            format!(
+                " in a cycle of {} s, coordinated phases may end at {yields_s} s",
+                cycle.cycle_s
+            )
+        });
+        format!("{kind}{within}: {}", sides.join(" | barrier | "))
     }
 }
 

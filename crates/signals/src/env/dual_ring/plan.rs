@@ -87,8 +87,13 @@ pub(super) struct Coordination {
     pub(super) holds: Vec<bool>,
     /// Per phase, whether it may last longer than its longest green until it has to end.
     pub(super) inhibits_max: Vec<bool>,
-    /// When the coordinated phases begin.
+    /// Where in the cycle the episode begins.
     pub(super) begins_s: u32,
+    /// When the first of the coordinated phases may end, seconds after time 0 and its multiples of the cycle; absent where
+    /// nobody says so.
+    pub(super) yields_s: Option<u32>,
+    /// Per phase its green, yellow and red in the cycle, seconds; absent for one that is never called.
+    pub(super) splits_s: Vec<Option<u32>>,
 }
 
 /// What lies between two barriers: phases per ring, in their order.

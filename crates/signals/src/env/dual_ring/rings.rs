@@ -423,7 +423,8 @@ impl Rings {
                 Stage::Change { .. } => least = false,
                 Stage::Green { phase, for_s, walk, .. } => {
                     least &= for_s >= self.least_s(phase, walk);
-                    let is_last = self.plan.is_existing || order.last() == Some(&phase);
+                    let any_place = self.plan.is_existing || self.plan.coordination.is_some();
+                    let is_last = any_place || order.last() == Some(&phase);
                     forced |= self.left_s(phase, for_s) == 0 && is_last;
                 }
             }
