@@ -63,6 +63,7 @@ fn program(kind: ProgramKind, own: bool, phases: &[(&str, f64, Option<f64>)]) ->
         offset_s: 0.0,
         phases: phases.iter().map(phase).collect(),
         cycle_s: None,
+        stages: None,
         rings: Vec::new(),
     }
 }

@@ -187,6 +187,17 @@ fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits(
         assert!(held.iter().all(|phase| phase["movements"][0].to_string().contains("BT")));
         assert!(held.iter().any(|phase| phase["movements"][0] == "EBT"), "{held:?}");
     }
+    // The episode once more, from the stages in the record; a seed that goes another way is an error.
+    succeed(folder, "events out --point street --method nema-coordinated --out ev");
+    let rows = of("nema-coordinated");
+    let row = rows.iter().find(|row| row["kind"] == "evaluation").unwrap();
+    let args = "-c ev/episode.sumocfg --no-step-log --xml-validation never --tripinfo-output trips.xml \
+                --tripinfo-output.write-unfinished --tripinfo-output.write-undeparted";
+    let mut sumo = Command::new("sumo");
+    let output = sumo.args(args.split_whitespace()).current_dir(folder).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let trips = tripinfo::read(&folder.join("trips.xml")).unwrap();
+    assert_eq!(row["metrics"]["delay_s"], trips.delay_s / f64::from(trips.vehicles));
     // Free rings have no cycle.
     assert!(of("nema")[0]["programs"][0].get("cycle_s").is_none());
     let mut table = csv::Reader::from_path(folder.join("out/report/cabinet.csv")).unwrap();

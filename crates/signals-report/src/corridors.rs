@@ -385,6 +385,7 @@ mod tests {
             offset_s,
             phases,
             cycle_s: None,
+            stages: None,
             rings: vec![],
         }
     }

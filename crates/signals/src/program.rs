@@ -90,6 +90,18 @@ pub struct RingPhase {
     pub coordinated: bool,
 }
 
+/// The stages that two rings follow within a cycle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RingStages {
+    /// Their greens in order, without yellow and red.
+    pub greens: Vec<ProgramPhase>,
+    /// When the first one begins, seconds after time 0 and its multiples of the cycle.
+    pub offset_s: u32,
+    /// The one in which the coordinated street is green, from 0.
+    pub coordinated: usize,
+}
+
 /// The program that a signal ran in the evaluation episodes of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -110,6 +122,9 @@ pub struct SignalProgram {
     /// may end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_s: Option<u32>,
+    /// The stages that the rings follow within the cycle; absent in free operation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stages: Option<RingStages>,
     /// Phases in two rings; empty for other kinds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rings: Vec<RingPhase>,

@@ -1,11 +1,12 @@
 //! An episode of a record once more, to see what its lights and detectors did.
 //!
-//! A method that was trained comes from its model; one that was tuned runs the fixed cycle that its record has; every other
-//! one does as it did. Metrics say whether it is the same episode.
+//! A method that was trained comes from its model; one that was tuned runs the cycle that its record has; every other one
+//! does as it did. Metrics say whether it is the same episode.
 
-use super::control::existing;
+use super::control::dual_ring::{self, StageCycle};
 use super::control::registry::METHODS;
-use super::control::{ControlError, Controller, Drive, SignalSpec};
+use super::control::{ControlError, Controller, Drive, GreenPhase, SignalSpec};
+use super::control::{existing, nema_coordinated};
 use super::controllers::create;
 use super::domain::scenario_of;
 use super::env::high_resolution::Recording;
@@ -13,7 +14,7 @@ use super::environment::{environment, planned_world};
 use super::error::TrafficError;
 use super::model::SignalModel;
 use super::network_files::GENERATED;
-use super::program::{ProgramKind, SignalProgram};
+use super::program::{ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::Sim;
 use super::trial::{SignalTrial, of_files, of_network, of_sim};
 use evaluation::run::RunError;
@@ -24,8 +25,12 @@ use evaluation::run::model::SavedModel;
 use evaluation::store::Layout;
 use evaluation::store::record::{Metrics, Summary};
 
-/// A fixed cycle per signal, as a record has it.
-struct Recorded(Vec<SignalProgram>);
+/// A cycle per signal, as a record has it.
+struct Recorded {
+    programs: Vec<SignalProgram>,
+    /// How two rings run theirs.
+    rings: dual_ring::Config,
+}
 
 impl Controller for Recorded {
     fn name(&self) -> &'static str {
@@ -34,7 +39,7 @@ impl Controller for Recorded {
 
     fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
         let drive = |signal: &SignalSpec| {
-            let program = self.0.iter().find(|p| p.signal == signal.id);
+            let program = self.programs.iter().find(|p| p.signal == signal.id);
             let fail = |reason: &str| ControlError::Signal {
                 method: "recorded",
                 signal: signal.id.clone(),
@@ -47,7 +52,23 @@ impl Controller for Recorded {
                     let phases = program.phases.iter().map(|p| (p.state.clone(), p.duration_s));
                     Ok(Drive::Recorded(phases.collect(), program.offset_s))
                 }
-                _ => Err(fail("what the record has is no fixed cycle")),
+                (false, ProgramKind::DualRing) => {
+                    let stages = program
+                        .stages
+                        .as_ref()
+                        .ok_or_else(|| fail("the record has no stages of it"))?;
+                    let green = |stage: &ProgramPhase| {
+                        let phase = signal.phases.iter().position(|p| p.state == stage.state);
+                        Some((GreenPhase(phase?), stage.duration_s))
+                    };
+                    let greens: Option<Vec<_>> = stages.greens.iter().map(green).collect();
+                    let greens = greens
+                        .ok_or_else(|| fail("a stage of the record is none of its greens"))?;
+                    let (offset_s, coordinated) = (stages.offset_s, stages.coordinated);
+                    let cycle = StageCycle { greens, offset_s, coordinated };
+                    Ok(Drive::CoordinatedRings(self.rings.clone(), cycle))
+                }
+                _ => Err(fail("what the record has is no cycle")),
             }
         };
         signals.iter().map(drive).collect()
@@ -101,7 +122,8 @@ pub fn replay<S: Sim>(
             Training::Tuned { .. } => {
                 let programs = summary.programs.read::<Vec<SignalProgram>>();
                 let wrong = |e| input(format!("the programs of its record cannot be read: {e}"));
-                Box::new(Recorded(programs.map_err(wrong)?))
+                let rings = nema_coordinated::rings(&scenario.nema_coordinated);
+                Box::new(Recorded { programs: programs.map_err(wrong)?, rings })
             }
         },
     };

@@ -101,7 +101,12 @@ impl<S: Sim> Trial for SignalTrial<S> {
     fn programs(&self) -> Opaque {
         let programs = self.env.programs().unwrap_or_default();
         let mut programs: Vec<SignalProgram> = programs.into_iter().map(kept).collect();
-        programs.extend(self.env.cabinet_sheets());
+        let sheets = self.env.cabinet_sheets();
+        // Within a common cycle, signals without rings have a fixed cycle that belongs to it.
+        if programs.is_empty() && sheets.iter().any(|sheet| sheet.cycle_s.is_some()) {
+            programs.extend(self.env.programs_of_some().map(kept));
+        }
+        programs.extend(sheets);
         if programs.is_empty() { Opaque::default() } else { Opaque::of(&programs) }
     }
 
@@ -351,7 +356,16 @@ fn kept(running: Running) -> SignalProgram {
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;
-    SignalProgram { signal, own, kind, offset_s, phases, cycle_s: None, rings: Vec::new() }
+    SignalProgram {
+        signal,
+        own,
+        kind,
+        offset_s,
+        phases,
+        cycle_s: None,
+        stages: None,
+        rings: Vec::new(),
+    }
 }
 
 #[cfg(test)]

@@ -38,6 +38,7 @@ pub(super) fn programs(
             offset_s: 0.0,
             phases,
             cycle_s: None,
+            stages: None,
             rings: Vec::new(),
         });
     }

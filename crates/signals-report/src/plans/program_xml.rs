@@ -75,6 +75,7 @@ mod tests {
             offset_s: 0.0,
             phases,
             cycle_s: None,
+            stages: None,
             rings: Vec::new(),
         }
     }

@@ -20,9 +20,14 @@ pub(crate) fn plans(results: &Results) -> Vec<TaskPlan> {
         let always = ALWAYS_PROGRAMS.contains(&&*task.method) || *task.method == *identity.baseline;
         // The checksum of the record vouches for their form.
         let recorded: Vec<SignalProgram> = record.programs.read().ok().unwrap_or_default();
-        let (rings, recorded): (Vec<_>, Vec<_>) =
-            recorded.into_iter().partition(|p| p.kind == ProgramKind::DualRing);
-        let (source, programs, cycles_s) = if !recorded.is_empty() {
+        // Within a common cycle some signals may run rings, and others a fixed cycle.
+        let (rings, recorded) = match recorded.iter().any(|p| p.kind == ProgramKind::DualRing) {
+            true => (recorded, Vec::new()),
+            false => (Vec::new(), recorded),
+        };
+        let (source, programs, cycles_s) = if !rings.is_empty() {
+            (Source::Decides, Vec::new(), Vec::new())
+        } else if !recorded.is_empty() {
             let cycles_s = vec![None; recorded.len()];
             (Source::Recorded, recorded, cycles_s)
         } else if let Some(found) = described::programs(&record.details, &settings) {

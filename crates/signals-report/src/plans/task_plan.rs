@@ -34,7 +34,7 @@ pub struct TaskPlan {
     pub programs: Option<Box<Programs>>,
     /// Phases of the signals that a method drives by phases, in words, by signal.
     pub phases: Vec<(String, String)>,
-    /// Signals that ran in two rings, with their phases.
+    /// Signals of a task in which some ran in two rings: with their phases, or with the fixed cycle of the others.
     pub rings: Vec<SignalProgram>,
 }
 

@@ -10,6 +10,7 @@ use signals::existing::ExistingPlan;
 use signals::existing::ran::{of_program, of_rings};
 use signals::movement_results::MovementResult;
 use signals::network::plain::SIGNAL;
+use signals::program::ProgramKind;
 
 /// The plan of a signal as phases.
 pub(crate) struct Told {
@@ -40,7 +41,14 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     }
     let names = shown.link_names(task.point);
     let nothing = BTreeMap::new();
-    let rings = task.rings.iter().map(|signal| told(&signal.signal, of_rings(signal), false));
+    let rings = task.rings.iter().filter_map(|signal| {
+        let is_stages = signal.kind != ProgramKind::DualRing;
+        let plan = match is_stages {
+            false => of_rings(signal),
+            true => of_program(signal, names.get(&signal.signal).unwrap_or(&nothing))?,
+        };
+        Some(told(&signal.signal, plan, is_stages))
+    });
     let programs = task.programs().iter().filter(|_| task.is_whole()).filter_map(|program| {
         let plan = of_program(program, names.get(&program.signal).unwrap_or(&nothing))?;
         Some(told(&program.signal, plan, true)).filter(|told| !told.plan.phases.is_empty())

@@ -58,14 +58,18 @@ const UNTIL_FORCE_OFF_S: u32 = 600;
 /// Returns coordinated-actuated control, not yet tuned.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
     let Config { simulations, lost_time_s, saturation_flow_vph, .. } = *config;
-    let rings = dual_ring::Config {
+    let constants = Constants { lost_time_s, saturation_flow_vph };
+    Box::new(Coordinated::new(METHOD.name, constants, simulations, Some(rings(config))))
+}
+
+/// Returns what the rings are told.
+pub fn rings(config: &Config) -> dual_ring::Config {
+    dual_ring::Config {
         passage_s: config.passage_s,
         detector_m: config.detector_m,
         left_detector_m: config.left_detector_m,
         max_green_s: UNTIL_FORCE_OFF_S,
         left_max_green_s: UNTIL_FORCE_OFF_S,
         recall: Recall::None,
-    };
-    let constants = Constants { lost_time_s, saturation_flow_vph };
-    Box::new(Coordinated::new(METHOD.name, constants, simulations, Some(rings)))
+    }
 }

@@ -327,6 +327,7 @@ impl Logger {
             offset_s: self.told.first()?.0,
             phases: self.told.iter().zip(ends).map(phase).collect(),
             cycle_s: None,
+            stages: None,
             rings: Vec::new(),
         })
     }

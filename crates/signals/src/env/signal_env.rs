@@ -479,6 +479,11 @@ impl<S: Sim> SignalEnv<S> {
         self.programs.iter().cloned().collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())
     }
 
+    /// Returns the programs of the signals that run one.
+    pub fn programs_of_some(&self) -> impl Iterator<Item = Running> + '_ {
+        self.programs.iter().flatten().cloned()
+    }
+
     /// Returns the phases of the signals that run in two rings, in words, by signal.
     pub fn dual_rings(&self) -> impl Iterator<Item = (&str, String)> {
         let rings = self.specs.iter().zip(&self.rings);
@@ -499,6 +504,7 @@ impl<S: Sim> SignalEnv<S> {
                 offset_s: cycle.as_ref().map_or(0.0, |cycle| f64::from(cycle.yields_s)),
                 phases: Vec::new(),
                 cycle_s: cycle.map(|cycle| cycle.cycle_s),
+                stages: rings.stages().cloned(),
                 rings: rings.sheet(&names),
             })
         };

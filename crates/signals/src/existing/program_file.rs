@@ -132,8 +132,16 @@ fn logic(tag: &BytesStart<'_>) -> Result<NamedProgram, String> {
     };
     let offset_s = number(tag, "offset")?.unwrap_or_default();
     let (phases, rings) = (Vec::new(), Vec::new());
-    let program =
-        SignalProgram { signal, own: false, kind, offset_s, phases, cycle_s: None, rings };
+    let program = SignalProgram {
+        signal,
+        own: false,
+        kind,
+        offset_s,
+        phases,
+        cycle_s: None,
+        stages: None,
+        rings,
+    };
     Ok(NamedProgram { line: 0, program })
 }
 

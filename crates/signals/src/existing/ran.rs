@@ -230,6 +230,7 @@ mod tests {
             kind: ProgramKind::Static,
             phases,
             cycle_s: None,
+            stages: None,
             rings: Vec::new(),
         }
     }
@@ -276,6 +277,7 @@ mod tests {
                 phase("ry", 3.0),
             ],
             cycle_s: None,
+            stages: None,
             rings: vec![],
         };
         let names = BTreeMap::from([(0, "NBT".to_owned()), (1, "NBL".to_owned())]);

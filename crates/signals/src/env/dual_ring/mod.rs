@@ -17,7 +17,7 @@ mod tests;
 
 use crate::control::dual_ring::{Config, StageCycle};
 use crate::existing::ExistingPlan;
-use crate::program::RingPhase;
+use crate::program::{ProgramPhase, RingPhase, RingStages};
 use crate::sim::{Scene, SignalInfo};
 use crate::vocabulary::listed_before;
 
@@ -49,6 +49,7 @@ pub struct CommonCycle {
 pub struct DualRing {
     rings: Rings,
     seen: Seen,
+    stages: Option<RingStages>,
 }
 
 impl DualRing {
@@ -89,7 +90,15 @@ impl DualRing {
         let (coordinated, offset_s) = (cycle.coordinated, cycle.offset_s);
         let stages = Stages { greens: &greens, coordinated, offset_s };
         let plan = stages.coordinate(plan, &links, &derived.timing, now_s.round() as u32)?;
-        Ok(Self::of(links, plan, derived))
+        let green = |(state, green_s): &(&str, u32)| ProgramPhase {
+            state: (*state).to_owned(),
+            duration_s: f64::from(*green_s),
+            min_s: None,
+            max_s: None,
+        };
+        let greens = greens.iter().map(green).collect();
+        let stages = Some(RingStages { greens, offset_s, coordinated });
+        Ok(Self { stages, ..Self::of(links, plan, derived) })
     }
 
     /// Returns the control of a signal that runs an existing plan and sees vehicles.
@@ -113,6 +122,7 @@ impl DualRing {
         Self {
             rings: Rings::new(links, plan, derived.timing.clone()),
             seen: Seen { calls: none.clone(), extends: none, walk_s: Vec::new() },
+            stages: None,
         }
     }
 
@@ -139,6 +149,11 @@ impl DualRing {
                 .filter_map(|(phase, split_s)| Some((phase.number, (*split_s)?)))
                 .collect(),
         })
+    }
+
+    /// Returns the stages that it follows within a cycle.
+    pub fn stages(&self) -> Option<&RingStages> {
+        self.stages.as_ref()
     }
 
     /// Returns the phases that are green, as places in [`Self::phasing`].
