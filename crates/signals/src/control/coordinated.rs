@@ -143,13 +143,12 @@ impl Controller for Coordinated {
         }
         if self.streets.is_empty() {
             let signal = signals.first().map_or_else(String::new, |signal| signal.id.clone());
-            let reason = "no vehicle that goes straight on comes from one signal to another, so there is nothing to \
-                          coordinate; run fixed-time";
-            return Err(ControlError::Signal {
-                method: self.method,
-                signal,
-                reason: reason.into(),
-            });
+            let alone = if self.rings.is_some() { "nema" } else { "fixed-time" };
+            let reason = format!(
+                "no vehicle that goes straight on comes from one signal to another, so there is nothing to coordinate; run \
+                 {alone}"
+            );
+            return Err(ControlError::Signal { method: self.method, signal, reason });
         }
         Ok(match &self.plans {
             Plans::Own => vec![Drive::OwnProgram; signals.len()],

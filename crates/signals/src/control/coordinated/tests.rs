@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use super::super::nema_coordinated;
 use super::super::streets::Street;
 use super::super::testing::two_phase_signal;
 use super::super::{LaneSpec, Onward};
@@ -97,6 +98,10 @@ fn signals_that_lead_to_no_other_have_nothing_to_coordinate() {
     let mut alone = create(&Config::default(), &Setup::default());
     let e = alone.begin(&[two_phase_signal()]).unwrap_err().to_string();
     assert!(e.contains("nothing to coordinate; run fixed-time"), "{e}");
+    let mut alone =
+        nema_coordinated::create(&nema_coordinated::Config::default(), &Setup::default());
+    let e = alone.begin(&[two_phase_signal()]).unwrap_err().to_string();
+    assert!(e.contains("nothing to coordinate; run nema"), "{e}");
 }
 
 /// A street where delay is the distance from perfect progression along it and from a cycle of 80 s.
@@ -118,6 +123,10 @@ impl Trainer for Corridor {
         let timed = |drive: &Drive| match drive {
             Drive::Coordinated(greens, offset_s) => {
                 Some((greens.iter().map(|g| g.1).sum::<f64>() + 6.0, *offset_s))
+            }
+            Drive::CoordinatedRings(_, cycle) => {
+                let greens_s = cycle.greens.iter().map(|g| g.1).sum::<f64>();
+                Some((greens_s + 6.0, f64::from(cycle.offset_s)))
             }
             _ => None,
         };
@@ -174,4 +183,31 @@ fn own_programs_stay_where_nothing_is_better() {
     let (details, _, drives) = tuned(1.0, 8);
     assert_eq!(drives, vec![Drive::OwnProgram; 3]);
     assert_eq!(details["plan s0"], OWN);
+}
+
+#[test]
+fn rings_follow_the_progression_with_the_green_of_the_street_as_the_coordinated_one() {
+    let mut corridor = Corridor { signals: street(), episodes: RefCell::default(), own_s: 1.0 };
+    let config = nema_coordinated::Config { simulations: 40, passage_s: 3, ..Default::default() };
+    let mut controller = nema_coordinated::create(&config, &Setup::default());
+    controller.begin(&corridor.signals).unwrap();
+    controller.train(&mut corridor).unwrap();
+    let drives = controller.begin(&corridor.signals).unwrap();
+    let cycles: Vec<&StageCycle> = drives
+        .iter()
+        .map(|drive| match drive {
+            Drive::CoordinatedRings(rings, cycle) => {
+                assert_eq!((rings.passage_s, rings.recall), (3, dual_ring::Recall::None));
+                cycle
+            }
+            // The own programs are better here, but no two rings run them.
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    for cycle in &cycles {
+        assert_eq!(cycle.greens[cycle.coordinated].0, GreenPhase(0), "{cycle:?}");
+    }
+    let cycle_s = cycles[0].greens.iter().map(|g| g.1).sum::<f64>() + 6.0;
+    let relative_s = f64::from(cycles[1].offset_s) - f64::from(cycles[0].offset_s);
+    assert!((relative_s.rem_euclid(cycle_s) - 24.0).abs() <= 2.0, "{cycles:?}");
 }
