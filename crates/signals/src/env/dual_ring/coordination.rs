@@ -194,7 +194,7 @@ fn change_s(timing: &Timing, from: &str, to: &str) -> u32 {
     timing.between(from, to).iter().map(|step| step.1).sum()
 }
 
-/// Returns the stages that are marked, if they are some, not all unless there is one, and follow each other in the cycle.
+/// Returns the marked stages as a run around the cycle; nothing if none or all are marked, or if others lie between them.
 fn in_a_row(marked: Vec<bool>) -> Option<Run> {
     let count = marked.len();
     let begins = |stage: &usize| marked[*stage] && !marked[(stage + count - 1) % count];
