@@ -30,7 +30,7 @@ fn shown(folder: &Path) -> Vec<String> {
 }
 
 /// Runs plain `sumo` in a folder and returns the mean delay, seconds.
-fn delay_s(folder: &Path, args: &str) -> f64 {
+pub(crate) fn delay_s(folder: &Path, args: &str) -> f64 {
     let mut sumo = Command::new("sumo");
     let words = args.split_whitespace().chain(OPTIONS.split_whitespace());
     let output = sumo.args(words).current_dir(folder).output().unwrap();

@@ -2,12 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use crate::common::{run, stderr, succeed};
 use crate::fixture::Scenario;
+use crate::plans_sumo::delay_s;
 use serde_json::Value;
-use tsc_family::traffic::sim::tripinfo;
 
 /// A street that crosses a divided one, whose two nodes are 20 m apart and one signal.
 const DIVIDED_NODES: &str = r#"<nodes>
@@ -145,16 +144,8 @@ fn coordinated_signals_have_a_common_cycle_and_plain_sumo_repeats_their_plan_wit
     let plan = "out/report/plans/street.coordinated.add.xml";
     assert!(fs::read_to_string(folder.join(plan)).unwrap().contains("offset=\""));
     for row in rows.iter().filter(|row| row["kind"] == "evaluation") {
-        let args = format!(
-            "-c street.sumocfg -a {plan} --seed {} --time-to-teleport -1 --xml-validation never --no-step-log \
-             --tripinfo-output trips.xml --tripinfo-output.write-unfinished --tripinfo-output.write-undeparted",
-            row["seed"]
-        );
-        let mut sumo = Command::new("sumo");
-        let output = sumo.args(args.split_whitespace()).current_dir(folder).output().unwrap();
-        assert!(output.status.success(), "{}", stderr(&output));
-        let trips = tripinfo::read(&folder.join("trips.xml")).unwrap();
-        assert_eq!(row["metrics"]["delay_s"], trips.delay_s / f64::from(trips.vehicles));
+        let args = format!("-c street.sumocfg -a {plan} --seed {}", row["seed"]);
+        assert_eq!(row["metrics"]["delay_s"], delay_s(folder, &args));
     }
 }
 
@@ -191,13 +182,7 @@ fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits(
     succeed(folder, "events out --point street --method nema-coordinated --out ev");
     let rows = of("nema-coordinated");
     let row = rows.iter().find(|row| row["kind"] == "evaluation").unwrap();
-    let args = "-c ev/episode.sumocfg --no-step-log --xml-validation never --tripinfo-output trips.xml \
-                --tripinfo-output.write-unfinished --tripinfo-output.write-undeparted";
-    let mut sumo = Command::new("sumo");
-    let output = sumo.args(args.split_whitespace()).current_dir(folder).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    let trips = tripinfo::read(&folder.join("trips.xml")).unwrap();
-    assert_eq!(row["metrics"]["delay_s"], trips.delay_s / f64::from(trips.vehicles));
+    assert_eq!(row["metrics"]["delay_s"], delay_s(folder, "-c ev/episode.sumocfg"));
     // Free rings have no cycle.
     assert!(of("nema")[0]["programs"][0].get("cycle_s").is_none());
     let mut table = csv::Reader::from_path(folder.join("out/report/cabinet.csv")).unwrap();

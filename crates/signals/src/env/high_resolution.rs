@@ -213,7 +213,7 @@ struct Track {
 
 /// A cycle that a signal keeps to, seconds.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Coordination {
+pub(super) struct CommonCycle {
     pub(super) cycle_s: u32,
     /// Absent where it has no effect, or nobody knows it.
     pub(super) offset_s: Option<u32>,
@@ -289,7 +289,7 @@ impl Logger {
     }
 
     /// Takes the cycle that the signal keeps to from the beginning on.
-    pub(super) fn coordinate(&mut self, at_s: f64, cycle: &Coordination) {
+    pub(super) fn coordinate(&mut self, at_s: f64, cycle: &CommonCycle) {
         let at_ds = tenths(at_s);
         self.write(at_ds, code::PATTERN, 1);
         self.write(at_ds, code::CYCLE, cycle.cycle_s);
@@ -613,7 +613,7 @@ pub(super) fn cycle_of(
     phases: &[ProgramPhase],
     phasing: &Phasing,
     knows_red: bool,
-) -> Option<Coordination> {
+) -> Option<CommonCycle> {
     let is_whole = |s: f64| s >= 1.0 && s.fract() == 0.0;
     if phases.len() < 2 || phases.iter().any(|p| !is_whole(p.duration_s)) {
         return None;
@@ -641,7 +641,7 @@ pub(super) fn cycle_of(
         (split_ds > 0).then_some((number, (split_ds / 10) as u32))
     };
     let splits_s = phasing.phases.iter().filter_map(|p| split(p.number)).collect();
-    Some(Coordination { cycle_s: cycle.len() as u32, offset_s: None, splits_s })
+    Some(CommonCycle { cycle_s: cycle.len() as u32, offset_s: None, splits_s })
 }
 
 #[cfg(test)]
@@ -719,7 +719,7 @@ mod tests {
             cycle.iter().chain(&end).map(|(state, s)| ProgramPhase::fixed(*state, *s)).collect();
         let found = cycle_of(&phases, &logger(true).phasing, true).unwrap();
         let splits_s = vec![(2, 25), (4, 15), (5, 8)];
-        assert_eq!(found, Coordination { cycle_s: 40, offset_s: None, splits_s });
+        assert_eq!(found, CommonCycle { cycle_s: 40, offset_s: None, splits_s });
         let half = [ProgramPhase::fixed("Grr", 9.5), ProgramPhase::fixed("rGr", 9.5)];
         assert_eq!(cycle_of(&half, &logger(true).phasing, true), None);
     }

@@ -20,7 +20,7 @@ use super::by_movement::{ByMovement, link_names};
 use super::cabinet::Cabinet;
 use super::derive::{DerivedSignal, derive, onward};
 use super::dual_ring::{DualRing, fixed_cycle, phasing};
-use super::high_resolution::{self, Coordination, Logger, Recording, Shown, cycle_of};
+use super::high_resolution::{self, CommonCycle, Logger, Recording, Shown, cycle_of};
 use super::limits::{approach_edges, share_turns};
 use super::metrics::EpisodeMetrics;
 use super::observe::Observer;
@@ -456,18 +456,14 @@ impl<S: Sim> SignalEnv<S> {
                     (phase.number, t.green_s + t.yellow_s + t.all_red_s)
                 };
                 let splits_s = plan.phases.iter().zip(&timed).map(split).collect();
-                Some(Coordination { cycle_s, offset_s: None, splits_s })
+                Some(CommonCycle { cycle_s, offset_s: None, splits_s })
             }
             (None, Some(running)) if running.program.kind == ProgramKind::Static => {
                 let offset_s = whole_s(running.offset_s).filter(|_| !running.own);
                 let cycle = cycle_of(&running.program.phases, &phasing, knows_red);
-                cycle.map(|cycle| Coordination { offset_s, ..cycle })
+                cycle.map(|cycle| CommonCycle { offset_s, ..cycle })
             }
-            _ => self.rings[i].as_ref().and_then(DualRing::cycle).map(|cycle| Coordination {
-                cycle_s: cycle.cycle_s,
-                offset_s: Some(cycle.yields_s),
-                splits_s: cycle.splits_s,
-            }),
+            _ => self.rings[i].as_ref().and_then(DualRing::cycle),
         };
         cycle.iter().for_each(|cycle| logger.coordinate(self.time_s, cycle));
         Ok(logger)
@@ -501,7 +497,7 @@ impl<S: Sim> SignalEnv<S> {
                 signal: signal.id.clone(),
                 own: false,
                 kind: program::ProgramKind::DualRing,
-                offset_s: cycle.as_ref().map_or(0.0, |cycle| f64::from(cycle.yields_s)),
+                offset_s: cycle.as_ref().and_then(|cycle| cycle.offset_s).map_or(0.0, f64::from),
                 phases: Vec::new(),
                 cycle_s: cycle.map(|cycle| cycle.cycle_s),
                 stages: rings.stages().cloned(),

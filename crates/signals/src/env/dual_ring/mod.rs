@@ -30,19 +30,9 @@ use self::plan::Plan;
 pub use self::rings::Ending;
 use self::rings::{Rings, Seen};
 use super::derive::{DerivedSignal, PHASES_PROGRAM};
+use super::high_resolution::CommonCycle;
 use super::pedestrians::Pedestrians;
 use crate::timing::WALK_S;
-
-/// A cycle that two rings keep to, seconds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CommonCycle {
-    /// The cycle.
-    pub cycle_s: u32,
-    /// When the coordinated phases may end, after time 0 and its multiples of the cycle.
-    pub yields_s: u32,
-    /// Green, yellow and red of each phase that is ever called, by its number.
-    pub splits_s: Vec<(u32, u32)>,
-}
 
 /// Dual-ring control of one signal.
 #[derive(Debug, Clone)]
@@ -136,15 +126,15 @@ impl DualRing {
         self.rings.phasing()
     }
 
-    /// Returns the cycle that it keeps to, when its coordinated phases may end, and the split of each phase by its number, all in
-    /// seconds; nothing for an existing plan, which says so itself.
-    pub fn cycle(&self) -> Option<CommonCycle> {
+    /// Returns the cycle that it keeps to, with the time at which the coordinated phases may end as its offset; nothing for an
+    /// existing plan, which says so itself.
+    pub(super) fn cycle(&self) -> Option<CommonCycle> {
         let plan = self.rings.plan();
         let coordination = plan.coordination.as_ref()?;
         let splits = plan.phases.iter().zip(&coordination.splits_s);
         Some(CommonCycle {
             cycle_s: coordination.cycle_s,
-            yields_s: coordination.yields_s?,
+            offset_s: Some(coordination.yields_s?),
             splits_s: splits
                 .filter_map(|(phase, split_s)| Some((phase.number, (*split_s)?)))
                 .collect(),
