@@ -42,6 +42,7 @@ runs=(
     "learners-validated-20 --preset resco --budget 20 --assist results/salt-lake-city/resco --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
     "learners-validated-field-20 --preset field --budget 20 --assist results/salt-lake-city/field-0.2.0 --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"
     "learners-validated --preset resco --methods baseline,idqn,mplight,mplight-star"
+    "ten-methods-resco --preset resco --budget 80 --looks 10,20,40,80 --sampling bayesian-quadrature --until-decided=first-place --set training.patience=6 --methods fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,ippo,mplight,mplight-star,mplight-star-resco"
     "resco-sumo-1.28 --preset resco --methods $untrained,nema"
     "field-sumo-1.28 --preset field --methods $untrained,nema"
     "ippo-validated-20 --preset resco --budget 20 --sampling balanced --episodes 400 --methods baseline,ippo"
