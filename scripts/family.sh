@@ -26,6 +26,7 @@ runs=(
     "field-0.2.0 --preset field --methods $untrained"
     "resco-all-pairs --preset resco --set signal.actions=all-pairs --methods $untrained"
     "field-all-pairs --preset field --set signal.actions=all-pairs --methods $untrained"
+    "field-all-pairs-0.2.1 --preset field --set signal.actions=all-pairs --methods $untrained,nema"
     "intersections-resco --preset resco --set family.detail=per-approach --methods $untrained"
     "intersections-field --preset field --set family.detail=per-approach --methods $untrained"
     "resco-0084 --preset resco --set family.hourly_share=0.084 --methods $untrained"
