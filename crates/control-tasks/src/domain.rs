@@ -8,7 +8,7 @@ use crate::context;
 use crate::episodes::{Dynamics, Episodes};
 use crate::task::scenario::Settings;
 use crate::task::{Task, scenario_of};
-use crate::trial::{ROW_STEPS, TaskTrial};
+use crate::trial::{TaskTrial, row_steps};
 use evaluation::run::domain::{Domain, Effort, EffortOf, Objective, Site, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::run::method::Method;
@@ -80,10 +80,12 @@ impl<T: Task> Domain for TaskDomain<T> {
         let environment = Episodes::of(T::dynamics(&scenario, &default));
         let numbers = environment.width() + environment.actions().outputs();
         Ok(Box::new(move |method, _, _| {
-            let (steps, work) = scenario.effort(method.name, numbers).unwrap_or_default();
+            let steps = scenario.total_steps(method.name).unwrap_or_default();
+            let work = scenario.work(method.name, numbers).unwrap_or_default();
+            let row_steps = row_steps(steps);
             Effort {
-                training: u32::try_from(steps.div_ceil(ROW_STEPS)).unwrap_or(u32::MAX),
-                training_s: ROW_STEPS as f64 * method.decision_s * work,
+                training: u32::try_from(steps.div_ceil(row_steps)).unwrap_or(u32::MAX),
+                training_s: row_steps as f64 * method.decision_s * work,
                 evaluation_s: f64::from(T::Dynamics::HORIZON) * T::STEP_S,
                 is_informed: true,
             }

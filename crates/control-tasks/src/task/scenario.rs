@@ -33,7 +33,7 @@ impl Preset {
 
 training_settings! {
     {
-        /// Which policy of a training is evaluated. A row of training is 2,000 steps.
+        /// Which policy of a training is evaluated. A row of training is a fiftieth of its steps, but 2,000 steps at most and one update at least.
         pub struct TrainingSettings, source "our choice"
     }
 }
@@ -74,9 +74,12 @@ pub trait Settings: Named + Default + Clone + std::fmt::Debug + Send + Sync + 's
         environment: E,
     ) -> Option<Box<Begin>>;
 
-    /// Returns the steps of a training and products and sums per step in relation to those of the method's defaults on
-    /// CartPole.
-    fn effort(&self, method: &str, numbers: usize) -> Option<(u64, f64)>;
+    /// Returns the steps of a training.
+    fn total_steps(&self, method: &str) -> Option<u64>;
+
+    /// Returns products and sums per step in relation to those of the method's defaults on CartPole, for so many numbers of
+    /// an observation and an action.
+    fn work(&self, method: &str, numbers: usize) -> Option<f64>;
 
     /// Reads a scenario.
     ///
@@ -239,10 +242,16 @@ macro_rules! scenario {
                 None
             }
 
-            fn effort(&self, method: &str, numbers: usize) -> Option<(u64, f64)> {
+            fn total_steps(&self, method: &str) -> Option<u64> {
                 $(if method == $method::METHOD.name {
-                    let work = self.$method.work(numbers) / $method::Config::default().work(4 + 2);
-                    return Some((self.$method.total_steps, work));
+                    return Some(self.$method.total_steps);
+                })*
+                None
+            }
+
+            fn work(&self, method: &str, numbers: usize) -> Option<f64> {
+                $(if method == $method::METHOD.name {
+                    return Some(self.$method.work(numbers) / $method::Config::default().work(4 + 2));
                 })*
                 None
             }

@@ -52,6 +52,8 @@ pub struct Trained {
     pub trainings: u32,
     /// Episodes of each at most.
     pub episodes: usize,
+    /// Steps of each at most, where it is counted in steps.
+    pub steps: Option<u64>,
     /// Whether validation chose the policies that count; else they are the last ones.
     pub is_chosen: bool,
 }
@@ -234,6 +236,7 @@ fn table(
             let trained = trainings.iter().map(|t| t.episodes).max().map(|episodes| Trained {
                 trainings: source.identity().replicates_of(&summary.method),
                 episodes,
+                steps: trainings.iter().filter_map(|t| t.steps).max(),
                 is_chosen: trainings.iter().any(|t| t.policy_row.is_some()),
             });
             let provenance = &source.results.manifest.provenance;

@@ -13,7 +13,7 @@ use super::points::PointSummary;
 use crate::stats::Direction;
 use crate::stats::quantile::median;
 use crate::stats::score::{mean, weighted_mean};
-use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS};
+use crate::store::figures::{DEAD, LAST_PREFIX, POLICY_ROW, RESTARTS, VALIDATION_EPISODES};
 use crate::store::record::{Outcome, Record, Row};
 use crate::store::results::Results;
 
@@ -22,6 +22,9 @@ pub const RETURN: &str = "return";
 
 /// Metric of the training episodes in which a learner updated its network.
 pub const LOSS: &str = "loss";
+
+/// Metric of a row of training that is not an episode: steps of training so far.
+const STEPS: &str = "steps";
 
 /// Training episodes whose mean is reported beside the best one.
 pub const LAST_EPISODES: usize = 10;
@@ -67,6 +70,8 @@ pub struct TrainingSummary {
     pub losses: Vec<Option<f64>>,
     /// Number of training episodes.
     pub episodes: usize,
+    /// Number of training steps, where a row of training is not an episode; `None` where it is one.
+    pub steps: Option<u64>,
     /// Wall-clock time of training and evaluation, seconds.
     pub wall_s: Option<f64>,
 }
@@ -213,7 +218,10 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
             let last = &in_training[in_training.len().saturating_sub(LAST_EPISODES)..];
             let best = identity.direction.best(in_training.iter().copied());
             let of_record = |name: &str| record.and_then(|r| r.summary.metrics.get(name).copied());
+            // A training may end before its first validation is due: then its last policy is evaluated.
+            let is_validated = of_record(VALIDATION_EPISODES).is_some_and(|n| n > 0.0);
             let last_policy = of_record(&format!("{LAST_PREFIX}{objective}"));
+            let last_policy = last_policy.filter(|_| is_validated);
             let evaluations = EpisodeSummary::of(
                 evidence.episodes,
                 &evidence.episodes.of_task(at),
@@ -229,7 +237,7 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 score: row.score,
                 best_episode: best.zip(unit).map(|(best, unit)| best / unit),
                 last_episodes: mean(last).zip(unit).map(|(last, unit)| last / unit),
-                policy_row: of_record(POLICY_ROW).map(|row| row as u32),
+                policy_row: of_record(POLICY_ROW).filter(|_| is_validated).map(|row| row as u32),
                 last_policy: last_policy.zip(unit).map(|(last, unit)| last / unit),
                 restarts: of_record(RESTARTS).map(|n| n as u32),
                 is_dead: of_record(DEAD).map(|dead| dead > 0.0),
@@ -240,6 +248,7 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 returns: figure(RETURN),
                 losses: figure(LOSS),
                 episodes: rows.len(),
+                steps: figure(STEPS).last().copied().flatten().map(|steps| steps as u64),
                 wall_s: record.map(|r| r.summary.wall.wall_s),
             }
         })

@@ -20,7 +20,7 @@ the records; do not edit it.
   do not meet. `tsc-family compare` decides more pairs, because it compares two methods on the same vehicles.
 - **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
   method has a row per run, unless a run with more point MDPs and as many trainings has the same records.
-- **Training**: trainings per point MDP, and episodes of each. *Chosen*: validation chose the policies that count. *Last*: they are the last
+- **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count. *Last*: they are the last
   ones of the trainings. Compare chosen policies with chosen ones.
 - **Date**: the day on which the run began. The link leads to its manifest, which has all settings, seeds and hashes.
 ";
@@ -91,8 +91,12 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     };
     let trained = match row.trained {
         None => "-".to_owned(),
-        Some(Trained { trainings, episodes, .. }) => {
-            format!("{trainings} of {episodes} episodes, {}", policies(row).unwrap_or_default())
+        Some(Trained { trainings, episodes, steps, .. }) => {
+            let length = match steps {
+                Some(steps) => format!("{} steps", format::thousands(steps as f64)),
+                None => format!("{episodes} episodes"),
+            };
+            format!("{trainings} of {length}, {}", policies(row).unwrap_or_default())
         }
     };
     let method = match row.settings.is_empty() {
@@ -138,7 +142,8 @@ pub fn json(tables: &[Table]) -> Vec<Value> {
             "sampling": row.sampling,
             "evaluation_seeds": row.seeds,
             "trainings": row.trained.map(|trained| trained.trainings),
-            "episodes": row.trained.map(|trained| trained.episodes),
+            "episodes": row.trained.filter(|t| t.steps.is_none()).map(|trained| trained.episodes),
+            "steps": row.trained.and_then(|trained| trained.steps),
             "policies": policies(row),
             "simulator": row.simulator,
             "tsc_family": row.version,
