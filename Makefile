@@ -2,8 +2,8 @@
 # before a release.
 CARGO ?= cargo
 
-# Not the Python package, which has its own tests (scripts/python.sh), nor the benchmark that needs criterion.
-tested = --workspace --exclude tsc-family-python --exclude tsc-family-benches
+# Not the Python package, which has its own tests (scripts/python.sh).
+tested = --workspace --exclude tsc-family-python
 
 .PHONY: demo test check doc bench nightly setup
 

@@ -8,7 +8,5 @@ echo "tsc-family $(git describe --always --dirty 2>/dev/null || echo unknown)," 
 echo
 cargo bench --quiet --bench main_job
 cargo bench --quiet --bench training
-cargo bench --quiet --package tsc-family-benches
 cargo bench --quiet --bench cartpole
 cargo bench --quiet --bench analysis
-cargo bench --quiet --package osm-signals --bench osm_read

@@ -203,20 +203,6 @@ impl Extract {
     pub fn retain_ways(&mut self, keep: impl Fn(&Way) -> bool) {
         self.ways.retain(keep);
     }
-
-    /// Returns the memory that the kept data takes, bytes.
-    pub fn kept_bytes(&self) -> usize {
-        let turns: usize = self.ways.iter().map(|w| w.street.heap_bytes()).sum();
-        size_of_val(&*self.ways)
-            + turns
-            + size_of_val(&*self.refs)
-            + size_of_val(&*self.nodes.ids)
-            + size_of_val(&*self.nodes.places)
-            + size_of_val(&*self.signals)
-            + size_of_val(&*self.crossings)
-            + size_of_val(&*self.signs)
-            + size_of_val(&*self.restrictions)
-    }
 }
 
 #[cfg(test)]

@@ -16,7 +16,6 @@ use super::local_run::LocalRun;
 use super::output::{line, note};
 use super::point::unknown_point;
 use super::scenario::ScenarioArg;
-use super::scratch::Scratch;
 use super::sumocfg_options::SumocfgArgs;
 use super::values::{Budget, at_least_one_worker, from_one_to, parse_budget, parse_seed};
 use crate::analysis::{Analysis, MethodSummary};
@@ -156,7 +155,7 @@ pub(super) fn run(args: &EvaluateArgs) -> anyhow::Result<u8> {
     let out = match &args.out {
         Some(out) => out.clone(),
         None => {
-            scratch = Scratch::new(&std::env::temp_dir())?;
+            scratch = super::temporary_folder()?;
             scratch.path().join("results")
         }
     };

@@ -210,12 +210,11 @@ fn play(
     summary: &Summary,
     (seed, advance_m): (u64, f64),
 ) -> anyhow::Result<(Metrics, Recording)> {
-    use crate::cli::scratch::Scratch;
     use crate::run::domain::Site;
     use crate::traffic::replay::replay;
     use crate::traffic::sim::libsumo::SumoSim;
 
-    let scratch = Scratch::new(&std::env::temp_dir())?;
+    let scratch = super::temporary_folder()?;
     let site = Site { settings: &identity.settings, point, prepared, scratch: scratch.path() };
     Ok(replay(SumoSim::new()?, layout, &site, summary, seed, advance_m)?)
 }

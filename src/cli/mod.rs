@@ -36,7 +36,6 @@ mod report;
 mod routes;
 mod run;
 mod scenario;
-mod scratch;
 mod sensitivity;
 mod shell;
 mod signals;
@@ -65,6 +64,7 @@ use basics::plain::plain;
 use clap::{CommandFactory, Parser, Subcommand};
 use controllers::ControllersArgs;
 
+use crate::files::FileError;
 use crate::traffic::domain::Traffic;
 use crate::traffic::own::Host;
 
@@ -280,6 +280,11 @@ impl Command {
             _ => (None, None),
         })
     }
+}
+
+/// Returns a folder for the files of a simulation that belongs to no results directory; it is removed when it is dropped.
+fn temporary_folder() -> Result<tempfile::TempDir, FileError> {
+    tempfile::tempdir().map_err(FileError::at("create", &std::env::temp_dir()))
 }
 
 /// Says why a command could not do its work.

@@ -247,10 +247,13 @@ fn a_boundary_leaves_out_what_lies_beyond() {
 #[test]
 fn options_of_a_map_need_a_map() {
     let folder = tempfile::tempdir().unwrap();
-    for arguments in ["--signals a.csv", "--boundary=1,2,3,4", "--detail per-approach"] {
-        let output = run(folder.path(), &format!("build-networks {arguments}"));
+    let options =
+        ["--signals a.csv", "--boundary=1,2,3,4", "--detail per-approach", "--driving-side left"];
+    for arguments in options {
+        let output = run(folder.path(), &format!("build-networks --out nets {arguments}"));
         assert_eq!(output.status.code(), Some(2), "{arguments}");
         assert!(stderr(&output).contains("--osm"), "{}", stderr(&output));
+        assert!(!folder.path().join("nets").exists(), "{arguments}: nothing is written");
     }
     let output = run(folder.path(), "build-networks smoke --osm a.osm");
     assert_eq!(output.status.code(), Some(2));
@@ -279,25 +282,6 @@ fn files_that_are_no_extract_are_refused_by_name() {
     let output = run(folder.path(), "build-networks --osm missing.osm.pbf");
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("missing.osm.pbf"));
-}
-
-#[test]
-fn what_is_no_regular_file_is_refused_before_it_is_opened() {
-    let folder = tempfile::tempdir().unwrap();
-    let pipe = std::process::Command::new("mkfifo").arg(folder.path().join("pipe")).status();
-    assert!(pipe.unwrap().success());
-    for (path, what) in [(".", "a folder"), ("/dev/null", "a device"), ("pipe", "a pipe")] {
-        for option in ["--signals", "--aadt", "--boundary", "--config"] {
-            let output = build(folder.path(), "four_arms", &format!("{option} {path}"));
-            let message = stderr(&output);
-            assert_eq!(output.status.code(), Some(2), "{option} {path}: {message}");
-            assert!(message.contains(&format!("cannot read {path}: it is {what}")), "{message}");
-        }
-        let output = run(folder.path(), &format!("build-networks --osm {path}"));
-        let message = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{path}: {message}");
-        assert!(message.contains(&format!("it is {what}")), "{message}");
-    }
 }
 
 #[test]
@@ -399,16 +383,4 @@ fn the_side_that_is_set_is_taken_and_a_contradiction_is_told() {
     ));
     let message = refused("four_arms", "--set network.driving_side=left");
     assert!(message.contains("with --osm --driving-side decides it"), "{message}");
-}
-
-#[test]
-fn options_of_extracts_are_refused_without_one() {
-    let folder = tempfile::tempdir().unwrap();
-    for option in ["--driving-side left", "--signals a.csv", "--boundary 1,2,3,4"] {
-        let output = run(folder.path(), &format!("build-networks smoke --out nets {option}"));
-        let message = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{option}: {message}");
-        assert!(message.contains("give one with --osm"), "{message}");
-        assert!(!folder.path().join("nets").exists());
-    }
 }

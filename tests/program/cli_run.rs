@@ -120,17 +120,6 @@ fn records_do_not_depend_on_the_number_of_workers() {
 }
 
 #[test]
-fn another_run_in_the_same_folder_is_refused_and_nothing_changes() {
-    let folder = tempfile::tempdir().unwrap();
-    succeed(folder.path(), &format!("{SMOKE} --quiet --out out"));
-    let before = records(&folder.path().join("out"));
-    let output = run(folder.path(), &format!("{SMOKE} --seed 1 --quiet --out out"));
-    assert_eq!(output.status.code(), Some(5));
-    assert!(stderr(&output).contains("--seed is 0 there and 1 now"), "{}", stderr(&output));
-    assert_eq!(before, records(&folder.path().join("out")));
-}
-
-#[test]
 fn a_run_whose_process_is_killed_continues_to_the_same_records() {
     let folder = tempfile::tempdir().unwrap();
     let long = "run smoke --eval-seeds 4 --methods fixed-time,max-pressure --quiet";

@@ -145,9 +145,6 @@ fn mistakes_with_counts_are_refused_with_the_way_out() {
     assert!(e.contains("--turning-counts"), "{e}");
     let e = refused("a.toml --out x");
     assert!(e.contains("aadt_veh_per_day_per_lane is empty"), "{e}");
-    fs::write(folder.path().join("c.csv"), "What,Where\nnothing,here\n").unwrap();
-    let e = refused("a.toml --turning-counts c.csv --out x");
-    assert!(e.contains("c.csv, line 1: no line names movements"), "{e}");
 }
 
 #[test]
@@ -506,97 +503,4 @@ fn plans_go_back(folder: &Path) {
     assert_eq!(delays("again"), delays("existing"));
     let page = read("r/report/plans/i0001.html");
     assert!(page.contains("@media print") && page.contains("coordinated, cycle 100 s"), "{page}");
-}
-
-#[test]
-fn mistakes_with_counts_networks_and_plans_are_named_with_file_and_line() {
-    let folder = with_table();
-    let network =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/signals/tests/utdf/two-signals.csv");
-    let network = fs::read_to_string(network).unwrap();
-    let refused = |command: &str, file: &str, text: &str| {
-        fs::write(folder.path().join(file), text).unwrap();
-        let output = run(folder.path(), command);
-        assert_eq!(output.status.code(), Some(2), "{text}: {}", stderr(&output));
-        assert!(!folder.path().join("x").exists(), "{text}: nothing is written");
-        stderr(&output)
-    };
-    let counted = "build-networks a.toml --turning-counts w.csv --out x";
-    for (text, expected) in [
-        ("a,b\n1,2\n", "line 1: no line names movements; expected columns such as INTID, Time"),
-        (
-            "INTID,NBL,NBT,NBTR,SBT\n7,1,2,3,4\n",
-            "line 1: column NBTR counts several turns together",
-        ),
-        (
-            "INTID,NBL,NBT,NBR RTOR,SBT\n7,1,2,3,4\n",
-            "column NBR RTOR may count vehicles, and is not",
-        ),
-        ("INTID,NBL,NBT,NBT,NBR\n7,1,2,3,4\n", "line 1: columns NBT and NBT count the same"),
-        (
-            "INTID,Time,NBL,NBT,NBR\n7,7h15,1,2,3\n",
-            "line 2: time \"7h15\" is not understood; write",
-        ),
-        ("INTID,NBL,NBT,NBR\n7,x,2,3\n", "line 2: \"x\" in column 2: write a number"),
-        ("INTID,NBL,NBT,NBR\n7,-5,2,3\n", "line 2: -5 in column 2: expected a number from 0 to"),
-        ("INTID,NBL,NBT,NBR\n8,1,2,3\n", "line 2: none of the counted intersections (8) is one of"),
-        ("INTID,NBL,NBT,NBR\n7,1,2,3\n7,1,2,3\n", "line 3: a second row of the same intersection"),
-        (
-            "INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:25,1,2,3\n",
-            "line 3: 25 minutes after the row",
-        ),
-        ("INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:15,1,2,3\n", "line 2: no hour is complete"),
-        (network.as_str(), "line 1: a network in UTDF, not a table of counts; give it with --utdf"),
-    ] {
-        let e = refused(counted, "w.csv", text);
-        assert!(e.contains("w.csv, ") && e.contains(expected), "{expected}: {e}");
-    }
-    let utdf = "build-networks --utdf u.csv --out x";
-    for (from, to, expected) in [
-        ("Volume,1,80,", "Volume,1,many,", "line 72: volume = \"many\": expected a number"),
-        ("Volume,1,80,", "Volume,1,-80,", "line 72: volume of NBL = -80: expected a number from 0"),
-        ("Lanes,1,1,2,0,1", "Lanes,1,1.5,2,0,1", "line 64: lanes = 1.5: expected a whole number"),
-        ("PHF,1,0.90", "PHF,1,90", "line 74: phf of NBL = 90: expected a number from 0.25 to 1"),
-        (
-            "HeavyVehicles,1,2,",
-            "HeavyVehicles,1,200,",
-            "line 76: heavyvehicles of NBL = 200: expected",
-        ),
-        ("Peds,1,20", "Peds,1,-3", "line 73: peds of NBL = -3: expected a number from 0 to 3600"),
-        ("Metric,0", "Metric,maybe", "[Network] metric = \"maybe\": expected a number from 0 to 1"),
-        ("[Lanes]", "[Lane]", "no lanes ([Lanes] or LANES.CSV); export the network again"),
-        ("[Nodes]", "[Node]", "no nodes ([Nodes] or LAYOUT.CSV); export the network again"),
-    ] {
-        assert!(network.contains(from), "{from}");
-        let e = refused(utdf, "u.csv", &network.replace(from, to));
-        assert!(e.contains("u.csv, ") && e.contains(expected), "{expected}: {e}");
-    }
-    counts(&folder.path().join("c.csv"));
-    succeed(folder.path(), "build-networks a.toml --turning-counts c.csv --out city");
-    let plans = "run city --existing p.csv --out x";
-    for (from, to, expected) in [
-        (
-            "2,1,1,1,NBT",
-            "2,3,1,1,NBT",
-            "phase 2 is in ring 3; plans of one or two rings can be shown",
-        ),
-        ("7,pretimed", "7,coordinated", "no reference phase says which phases hold the green"),
-        (
-            "7,pretimed",
-            "7,fixed",
-            "line 2: control = \"fixed\": expected one of pretimed, actuated",
-        ),
-        (
-            ",12,max",
-            ",12,maximum",
-            "line 2: recall = \"maximum\": expected one of none, min, ped, max",
-        ),
-        ("40,4,1,7,12", "40,4,1,7,", "line 2: walk_s and clearance_s belong together"),
-        ("2,1,1,1,NBT NBR", "2,1,1,1,NBTR", "line 2: movements = \"NBTR\": NBTR is no movement"),
-        ("SBT,SBL,40", "SBT,SBL,4", "split_s = 4: nothing is left for green after 4 s of yellow"),
-    ] {
-        assert!(PLAN.contains(from), "{from}");
-        let e = refused(plans, "p.csv", &PLAN.replace(from, to));
-        assert!(e.contains("p.csv, ") && e.contains(expected), "{expected}: {e}");
-    }
 }

@@ -92,9 +92,12 @@ fn maps_and_their_tables_are_regular_files() {
     let osm = "<osm version=\"0.6\"><node id=\"1\" lat=\"40\" lon=\"-111\"/><node id=\"2\" lat=\"40.001\" \
                lon=\"-111\"/><way id=\"1\"><nd ref=\"1\"/><nd ref=\"2\"/><tag k=\"highway\" v=\"primary\"/></way></osm>";
     fs::write(folder.join("town.osm"), osm).unwrap();
-    for (option, file) in
-        [("--signals", "signals.csv"), ("--aadt", "counts.csv"), ("--boundary", "town.geojson")]
-    {
+    for (option, file) in [
+        ("--signals", "signals.csv"),
+        ("--aadt", "counts.csv"),
+        ("--boundary", "town.geojson"),
+        ("--config", "own.toml"),
+    ] {
         each_is_refused(
             folder,
             file,

@@ -187,11 +187,6 @@ impl TurnTags {
             }
         }
     }
-
-    /// Returns the memory beside the tags themselves, bytes.
-    pub fn heap_bytes(&self) -> usize {
-        self.plain.len() + self.forward.len() + self.backward.len()
-    }
 }
 
 /// Parses turn lanes, leaving out those that are closed to motor vehicles, such as cycle lanes.

@@ -60,12 +60,6 @@ impl Street {
             name: name.map(Into::into),
         })
     }
-
-    /// Returns the memory beside the street itself, bytes.
-    pub fn heap_bytes(&self) -> usize {
-        let turns = self.turns.as_ref().map_or(0, |t| size_of_val(&**t) + t.heap_bytes());
-        turns + self.name.as_ref().map_or(0, |n| n.len())
-    }
 }
 
 #[cfg(test)]

@@ -15,7 +15,6 @@ use super::CheckArgs;
 use crate::analysis::joined::{Known, Source, join};
 use crate::cli::interrupt::interrupted;
 use crate::cli::output::{line, note};
-use crate::cli::scratch::Scratch;
 use crate::domains;
 use crate::run::domain::{Domain, domain_of};
 use crate::run::executor::Event;
@@ -351,7 +350,7 @@ fn resimulate(
             Err(e) => drop(absent.insert(format!("{}: {e}", task.method))),
         }
     }
-    let scratch = Scratch::new(&std::env::temp_dir())?;
+    let scratch = crate::cli::temporary_folder()?;
     let again = Layout::new(scratch.path().join("again"));
     again.make()?;
     establish(&again, (**manifest).clone(), results.plan(), results.design.as_ref(), &[])?;

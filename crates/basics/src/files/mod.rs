@@ -34,12 +34,6 @@ impl FileError {
         let path = path.to_path_buf();
         move |reason| Self { action, path, reason }
     }
-
-    /// Whether the folder may not be written, as on a medium that is read only.
-    pub fn is_read_only(&self) -> bool {
-        let denied = [ErrorKind::ReadOnlyFilesystem, ErrorKind::PermissionDenied];
-        self.action != "read" && denied.contains(&self.reason.kind())
-    }
 }
 
 /// Opens a file that somebody named; see [`sheet::file::open`].
@@ -68,16 +62,6 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
 pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
     let no_text = |_| io::Error::new(ErrorKind::InvalidData, "it is no text in UTF-8");
     String::from_utf8(read(path, most)?).map_err(no_text).map_err(FileError::at("read", path))
-}
-
-/// Returns what a file in JSON holds that somebody named.
-///
-/// # Errors
-///
-/// As [`read_text`], and when it holds something else.
-pub fn read_json<T: serde::de::DeserializeOwned>(path: &Path, most: u64) -> Result<T, FileError> {
-    let text = read_text(path, most)?;
-    serde_json::from_str(&text).map_err(|e| FileError::at("parse", path)(e.into()))
 }
 
 /// Returns what is read of a file; `None` where there is none.

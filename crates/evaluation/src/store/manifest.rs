@@ -253,8 +253,10 @@ impl Manifest {
         if found != u64::from(SCHEMA_VERSION) {
             return Err(StoreError::Version { path, found, expected: SCHEMA_VERSION });
         }
-        files::numbers::check_text(bytes).map_err(malformed)?;
-        let manifest: Self = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        let parsed = |e: serde_json::Error| malformed(e.to_string());
+        files::numbers::check(&serde_json::from_slice(bytes).map_err(parsed)?)
+            .map_err(malformed)?;
+        let manifest: Self = serde_json::from_slice(bytes).map_err(parsed)?;
         manifest.identity.check().map_err(malformed)?;
         Ok(manifest)
     }

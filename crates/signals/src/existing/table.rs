@@ -558,7 +558,19 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named_with_line_and_column() {
         let row = |from: &str, to: &str| refused(HEADER, &ROWS.replace(from, to));
+        let ending = |column: &str, first: &str, second: &str| {
+            let rows = ROWS.replace(",1\n7", &format!(",1,{first}\n7"));
+            refused(&format!("{HEADER},{column}"), &format!("{},{second}\n", rows.trim_end()))
+        };
         let cases = [
+            (
+                ending("recall", "maximum", ""),
+                "line 2: recall = \"maximum\": expected one of none, min, ped, max",
+            ),
+            (
+                ending("walk_s,clearance_s", "7,", ","),
+                "line 2: walk_s and clearance_s belong together",
+            ),
             (
                 refused(&HEADER.replace(",ring", ",rign"), ROWS),
                 "no column ring; if it is the column rign",

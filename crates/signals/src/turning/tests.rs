@@ -216,6 +216,13 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
     assert!(e.contains("columns NBL and NBL count the same"), "{e}");
     let e = refused("INTID,NBL,NBT,NBR,NB Trucks\n7,1,2,3,4\n");
     assert!(e.contains("column NB Trucks may count vehicles, and is not understood"), "{e}");
+    let e = refused("INTID,NBL,NBT,NBR RTOR,SBT\n7,1,2,3,4\n");
+    assert!(e.contains("column NBR RTOR may count vehicles, and is not"), "{e}");
+    let e = counts("INTID,Time,NBL,NBT,NBR\n7,07:00,1,2,3\n7,07:25,1,2,3\n")
+        .into_approaches(&cross(), &[])
+        .unwrap_err()
+        .to_string();
+    assert!(e.contains("line 3: 25 minutes after the row"), "{e}");
     let e = refused("Period End,INTID,NBL,NBT,NBR\n07:15,7,1,2,3\n");
     assert!(e.contains("ends of intervals only"), "{e}");
     let twelve = "Time,INTID,NBL,NBT,NBR\n8:00,7,1,5,3\n9:00,7,1,5,3\n4:00,7,1,5,3\n5:00,7,1,5,3\n";

@@ -177,6 +177,12 @@ fn lanes_and_volumes_follow_the_destination_and_not_the_name() {
 fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     let e = refused(&TWO.replace("PHF,1,0.90", "PHF,1,90"));
     assert!(e.contains("line 74: phf of NBL = 90: expected a number from 0.25 to 1"), "{e}");
+    let e = refused(&TWO.replace("HeavyVehicles,1,2,", "HeavyVehicles,1,200,"));
+    assert!(e.contains("line 76: heavyvehicles of NBL = 200: expected"), "{e}");
+    let e = refused(&TWO.replace("Peds,1,20", "Peds,1,-3"));
+    assert!(e.contains("line 73: peds of NBL = -3: expected a number from 0 to 3600"), "{e}");
+    let e = refused(&TWO.replace("[Lanes]", "[Lane]"));
+    assert!(e.contains("no lanes ([Lanes] or LANES.CSV); export the network again"), "{e}");
     assert!(refused(&TWO.replace("HV,0.02", "HV,2")).contains("[Network] hv = \"2\""));
     assert!(refused(&TWO.replace("Metric,0", "Metric,Yes")).contains("[Network] metric"));
     let two_links = TWO.replace("Up ID,2,21,,1,22", "Up ID,2,,,1,22");
