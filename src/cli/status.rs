@@ -20,7 +20,6 @@ use crate::store::dropped::read_dropped;
 use crate::store::lock::holder;
 use crate::store::manifest::{Manifest, Task};
 use crate::store::reach::Reach;
-use crate::store::record::Record;
 use crate::store::tally::Tally;
 
 /// Most failed tasks that are named.
@@ -50,7 +49,7 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
     let layout = Layout::new(&args.dir);
     let manifest = manifest_of(&layout)?;
     let plan = manifest.identity.tasks();
-    let tally = Tally::of(&layout, plan.len())?;
+    let tally = Tally::of(&layout, &plan, &manifest.sha256())?;
     let (there, silent) = match abroad(&layout) {
         Ok(there) => (there, None),
         // What is done is known all the same.
@@ -80,17 +79,8 @@ pub(super) fn run(args: &StatusArgs) -> anyhow::Result<u8> {
         0 => None,
         jobs => Some(seconds_left(&layout, &manifest, (&plan, &reach), &tally)? / jobs as f64),
     };
-    let sha256 = manifest.sha256();
-    let reason = |task: &usize| {
-        let task = &plan[*task];
-        let record = Record::read(&layout, task, &sha256);
-        let reason = match record {
-            Ok(record) => record.and_then(|r| r.summary.reason).unwrap_or_default(),
-            Err(e) => e.to_string(),
-        };
-        (task, reason)
-    };
-    let failed: Vec<(&Task, String)> = tally.failed.iter().take(NAMED).map(reason).collect();
+    let failed: Vec<(&Task, &String)> =
+        tally.failed.iter().take(NAMED).map(|(task, reason)| (&plan[*task], reason)).collect();
     let (tasks, look) = (reach.count(), reach.look);
     let done = tasks - missing;
     if args.json {

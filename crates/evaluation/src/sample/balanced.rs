@@ -15,7 +15,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::tree::Dwindling;
+use super::kmeans::squared_distance;
 use basics::seed::derive;
 
 /// How far a probability may be from 0 or 1 and count as decided.
@@ -62,13 +62,11 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
     let mut rng = ChaCha8Rng::seed_from_u64(derive(seed, &["sample", "balanced"]));
     let mut probabilities = probabilities.to_vec();
     let is_open = |p: f64| p > DECIDED && p < 1.0 - DECIDED;
-    let undecided: Vec<usize> =
+    let mut open: Vec<usize> =
         (0..probabilities.len()).filter(|i| is_open(probabilities[*i])).collect();
-    let mut neighbours = Dwindling::of(coordinates, undecided.clone());
-    let mut open = undecided;
     while open.len() > 1 {
         let a = open[rng.random_range(0..open.len())];
-        let near = neighbours.nearest_others(a);
+        let near = nearest_others(coordinates, &open, a);
         let b = near[rng.random_range(0..near.len())];
         let (pa, pb) = (probabilities[a], probabilities[b]);
         let both = pa + pb;
@@ -81,7 +79,6 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
         (probabilities[a], probabilities[b]) = if takes { (high, low) } else { (low, high) };
         for decided in [a, b].into_iter().filter(|i| !is_open(probabilities[*i])) {
             open.retain(|other| *other != decided);
-            neighbours.remove(decided);
         }
     }
     if let [last] = open[..] {
@@ -89,6 +86,22 @@ pub fn pivotal(probabilities: &[f64], coordinates: &[Vec<f64>], seed: u64) -> Ve
         probabilities[last] = f64::from(u8::from(drawn));
     }
     (0..probabilities.len()).filter(|i| probabilities[*i] > 0.5).collect()
+}
+
+/// Returns the open rows that are nearest to one of them, in ascending order.
+fn nearest_others(rows: &[Vec<f64>], open: &[usize], to: usize) -> Vec<usize> {
+    let (mut least, mut near) = (f64::INFINITY, Vec::new());
+    for other in open.iter().copied().filter(|other| *other != to) {
+        let distance = squared_distance(&rows[to], &rows[other]);
+        if distance < least {
+            least = distance;
+            near.clear();
+        }
+        if distance == least {
+            near.push(other);
+        }
+    }
+    near
 }
 
 #[cfg(test)]

@@ -18,7 +18,6 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::random::Chosen;
-use super::tree::squared_distance;
 use basics::seed::derive;
 
 /// Independent starts, of which the best is kept.
@@ -177,6 +176,11 @@ fn fill_empty(rows: &[Vec<f64>], centroids: &[Vec<f64>], labels: &mut [usize]) {
         sizes[c] = 1;
         labels[row] = c;
     }
+}
+
+/// Returns the squared Euclidean distance of two rows.
+pub(super) fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum()
 }
 
 #[cfg(test)]

@@ -14,7 +14,6 @@ pub mod plan_file;
 mod process;
 pub mod quadrature;
 mod random;
-mod tree;
 
 use std::collections::HashMap;
 
@@ -24,7 +23,6 @@ pub use design::{Design, Input, Measure};
 pub use plan::{Draw, Growth, Look, SampleError, SamplePlan, Sampling, Until};
 pub use process::Process;
 use quadrature::Quadrature;
-use tree::Tree;
 
 use crate::family::MdpFamily;
 
@@ -138,9 +136,12 @@ pub fn stands(family: &MdpFamily, plan: &SamplePlan) -> Vec<Option<usize>> {
         Sampling::KMeans => {}
         Sampling::Balanced | Sampling::BayesianQuadrature => {
             let rows = kmeans::standardise(&features(family));
-            let tree = Tree::of(&rows, chosen.clone());
-            let Some(guess) = chosen.first().copied() else { return vec![None; size] };
-            let nearest = |point: usize| Some(tree.nearest(&rows[point], guess));
+            let nearest = |point: usize| {
+                let distance = |at: &usize| kmeans::squared_distance(&rows[point], &rows[*at]);
+                let nearer =
+                    |a: &usize, b: &usize| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
+                chosen.iter().copied().min_by(nearer)
+            };
             return (0..size).map(|point| own(point).or_else(|| nearest(point))).collect();
         }
         _ => return (0..size).map(own).collect(),

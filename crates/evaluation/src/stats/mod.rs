@@ -31,7 +31,7 @@ pub use histogram::Histogram;
 pub use limit::{Limit, Side};
 pub use objectives::{PointMeans, PointObjectives};
 pub use resampling::Resampling;
-pub use score::{overall_performance, score};
+pub use score::score;
 
 /// Why a statistic cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -50,9 +50,6 @@ pub enum StatsError {
     /// Nothing to average.
     #[error("{0} is empty; give at least one value")]
     Empty(&'static str),
-    /// Importance that is no probability distribution.
-    #[error("importance sums to {0}, not to 1; divide each value by the sum")]
-    NotADistribution(f64),
     /// A value for which the statistic is undefined.
     #[error("{what} is {value}; expected {expected}")]
     Value {

@@ -10,11 +10,11 @@ use super::builds::Builds;
 use super::dropped::read_dropped;
 use super::manifest::{Manifest, Task};
 use super::packed::is_packed;
+use super::packed::number;
 use super::plan::read_plan;
 use super::reach::Reach;
 use super::record::{Outcome, Record};
 use super::results::{Damaged, all_of_another, read_design, read_records};
-use super::tally::number;
 use crate::store::error::StoreError;
 use basics::files::FileError;
 

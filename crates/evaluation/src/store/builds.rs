@@ -11,13 +11,8 @@ pub struct Builds(BTreeMap<String, usize>);
 impl Builds {
     /// Counts a record.
     pub fn add(&mut self, wall: &Wall) {
-        self.add_build(&wall.git);
-    }
-
-    /// Counts a record of a build.
-    pub(super) fn add_build(&mut self, git: &str) {
-        if !git.is_empty() {
-            *self.0.entry(git.to_owned()).or_default() += 1;
+        if !wall.git.is_empty() {
+            *self.0.entry(wall.git.clone()).or_default() += 1;
         }
     }
 

@@ -4,46 +4,18 @@
 //! refuse such a run ([`is_packed`]); those that read it take its records from the archive.
 
 use std::collections::HashMap;
-use std::fs;
+use std::ffi::OsStr;
 use std::io::Read;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Layout;
 use super::manifest::Task;
 use super::record::Record;
-use super::tally::number;
 use crate::store::error::StoreError;
 use basics::files::{self, limits};
 
 /// Most bytes that the records of an archive may have together: what a machine holds in memory.
 const MOST_BYTES: u64 = 1 << 33;
-
-/// The archive that was read last: a command that reads its records for several reasons unpacks it once.
-static LAST: Mutex<Option<(Version, Arc<Packed>)>> = Mutex::new(None);
-
-/// What tells one state of a file from another: where it is, how long it is and when it was written.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Version {
-    path: PathBuf,
-    file: (u64, u64),
-    bytes: u64,
-    written: (i64, i64),
-}
-
-impl Version {
-    /// Returns that of a file; `None` for one that cannot be looked at.
-    fn of(path: &Path) -> Option<Self> {
-        let about = fs::metadata(path).ok()?;
-        Some(Self {
-            path: path.to_path_buf(),
-            file: (about.dev(), about.ino()),
-            bytes: about.len(),
-            written: (about.mtime(), about.mtime_nsec()),
-        })
-    }
-}
 
 /// The records of an archive.
 #[derive(Debug)]
@@ -64,22 +36,11 @@ impl Packed {
     /// # Errors
     ///
     /// [`StoreError::Malformed`] for an archive that is damaged, or has other things than records.
-    pub fn of(layout: &Layout) -> Result<Option<Arc<Self>>, StoreError> {
+    pub fn of(layout: &Layout) -> Result<Option<Self>, StoreError> {
         if !is_packed(layout) {
             return Ok(None);
         }
-        let path = layout.packed();
-        let version = Version::of(&path);
-        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = last.as_ref().filter(|(of, _)| version.as_ref() == Some(of));
-        if let Some((_, packed)) = known {
-            return Ok(Some(packed.clone()));
-        }
-        // Two archives at once are twice the memory.
-        *last = None;
-        let packed = Arc::new(Self::unpacked(path)?);
-        *last = version.map(|version| (version, packed.clone()));
-        Ok(Some(packed))
+        Ok(Some(Self::unpacked(layout.packed())?))
     }
 
     /// Unpacks an archive.
@@ -122,11 +83,6 @@ impl Packed {
         let Some(text) = self.texts.get(&task.task) else { return Ok(None) };
         Record::of_text(text, &self.path, task, manifest).map(Some)
     }
-
-    /// Returns the text of a task's record.
-    pub fn text(&self, task: usize) -> Option<&str> {
-        self.texts.get(&task).map(String::as_str)
-    }
 }
 
 /// Returns the task whose record an archive calls so, such as `done/001/1005.jsonl`.
@@ -140,6 +96,12 @@ fn task_of(name: &Path) -> Option<usize> {
     let task = file.file_stem().and_then(number)?;
     let is_record = done == "done" && file.extension().is_some_and(|e| e == "jsonl");
     is_record.then_some(task)
+}
+
+/// Returns the number that a file is called by; `01` is none, as no task's file is called so.
+pub(super) fn number(stem: &OsStr) -> Option<usize> {
+    let text = stem.to_str()?;
+    text.parse().ok().filter(|number: &usize| number.to_string() == text)
 }
 
 #[cfg(test)]
@@ -179,22 +141,6 @@ mod tests {
         assert!(e.contains("records.tar.xz") && e.contains("another manifest"), "{e}");
         std::fs::create_dir(dir.path().join("done")).unwrap();
         assert!(Packed::of(&layout).unwrap().is_none());
-    }
-
-    #[test]
-    fn an_archive_is_unpacked_once_and_again_when_it_has_changed() {
-        let [one, other] = [(), ()].map(|()| tempfile::tempdir().unwrap());
-        let [one, other] = [one.path(), other.path()].map(Layout::new);
-        let text = Record::finished(&task(1), "abc", TaskResult::default()).to_text();
-        [&one, &other].iter().for_each(|layout| packed(layout, &[("done/000/1.jsonl", &text)]));
-        let of = |layout: &Layout| Packed::of(layout).unwrap().unwrap();
-        // Other tests read archives too.
-        let twice = |layout: &Layout| (0..100).any(|_| Arc::ptr_eq(&of(layout), &of(layout)));
-        assert!(twice(&one), "it is unpacked for every reader");
-        let first = of(&one);
-        assert!(!Arc::ptr_eq(&first, &of(&other)));
-        packed(&one, &[("done/000/1.jsonl", &text), ("done/000/2.jsonl", &text)]);
-        assert_eq!((first.texts.len(), of(&one).texts.len()), (1, 2));
     }
 
     #[test]
