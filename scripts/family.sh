@@ -6,7 +6,7 @@
 #   scripts/family.sh resco nema-resco    these only
 #   scripts/family.sh --list          their names
 #
-# The folders field, field-all-pairs, intersections-field and nema-intersections-field are of the preset field of version
+# The folders field, intersections-field and nema-intersections-field are of the preset field of version
 # 0.1.0, which this version cannot continue.
 #
 # The folders *-sumo-1.28 need a BINARY that was built with SUMO 1.28 (docs/install.md), and its SUMO_HOME.
@@ -25,7 +25,6 @@ runs=(
     "resco --preset resco --methods $untrained"
     "field-0.2.0 --preset field --methods $untrained"
     "resco-all-pairs --preset resco --set signal.actions=all-pairs --methods $untrained"
-    "field-all-pairs --preset field --set signal.actions=all-pairs --methods $untrained"
     "field-all-pairs-0.2.1 --preset field --set signal.actions=all-pairs --methods $untrained,nema"
     "intersections-resco --preset resco --set family.detail=per-approach --methods $untrained"
     "intersections-field --preset field --set family.detail=per-approach --methods $untrained"

@@ -136,6 +136,7 @@ fn validated(task: &Task, score: f64, last: f64, more: &[(&str, f64)]) -> Ending
     learned(task, score).map(|mut result| {
         let row = if score == last { f64::from(EPISODES) } else { 8.0 };
         result.training.extend(named(&[("policy_row", row), ("last_delay_s", last * unit)]));
+        result.training.extend(named(&[("validation_episodes", 4.0)]));
         result.training.extend(named(more));
         result
     })
@@ -150,7 +151,8 @@ fn what_validation_chose_is_ranked_and_the_last_policy_stands_beside_it() {
             ("idqn", "busy") => validated(task, 0.5, 4.5, &[("restarts", 0.0), ("dead", 0.0)]),
             ("idqn", _) => validated(task, 0.5, 0.5, &[("restarts", 2.0), ("dead", 0.0)]),
             ("mplight", _) => validated(task, 0.75, 0.75, &[("restarts", 3.0), ("dead", 1.0)]),
-            ("ippo", _) => learned(task, 0.9),
+            // It ended before its first validation.
+            ("ippo", _) => validated(task, 0.9, 0.9, &[("validation_episodes", 0.0)]),
             _ => untrained(task, 1.0),
         })
     });
