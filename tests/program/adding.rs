@@ -1,11 +1,11 @@
 //! `tsc-family run` in the folder of a run: what is there stays, and what is added is what a run of everything at once has.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::common::{stderr, stdout};
+use crate::outcomes::records;
 use serde_json::Value;
 
 const PPO: &str = "--set ppo.total_steps=2048";
@@ -26,20 +26,6 @@ fn done(args: &str, dir: &Path) -> String {
 fn refused(args: &str, dir: &Path) -> (Option<i32>, String) {
     let output = run(args, dir);
     (output.status.code(), stderr(&output))
-}
-
-/// The records of a run by their files' names, without wall-clock values.
-fn records(out: &Path) -> BTreeMap<String, Vec<Value>> {
-    let entries = fs::read_dir(out.join("done/000")).unwrap();
-    let of = |entry: Result<fs::DirEntry, _>| {
-        let entry = entry.unwrap();
-        let text = fs::read_to_string(entry.path()).unwrap();
-        let mut lines: Vec<Value> =
-            text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-        lines[0].as_object_mut().unwrap().remove("wall");
-        (entry.file_name().into_string().unwrap(), lines)
-    };
-    entries.map(of).collect()
 }
 
 fn identity(out: &Path) -> Value {

@@ -1,7 +1,6 @@
 //! Batch systems as the command line knows them: a Slurm that is made up of scripts, and a script that does packs.
 //! scripts/cluster.sh tries real ones.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -10,6 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::{program, run, stderr, stdout, succeed};
+use crate::outcomes::records;
 use rustix::process::{Pid, Signal, kill_process};
 
 const RUN: &str = "run smoke --methods max-pressure --eval-seeds 1 --set demand.horizon_s=60";
@@ -35,18 +35,6 @@ fn slurm(folder: &Path) {
 fn with_slurm(folder: &Path, args: &str) -> Output {
     let path = format!("{}:{}", folder.join("bin").display(), std::env::var("PATH").unwrap());
     program(folder).env("PATH", path).args(args.split_whitespace()).output().unwrap()
-}
-
-/// Records without wall-clock values, by file name.
-fn records(folder: &Path) -> BTreeMap<String, String> {
-    let entries = fs::read_dir(folder.join("done/000")).unwrap().map(|e| e.unwrap().path());
-    let bare = |path: &Path| {
-        let text = fs::read_to_string(path).unwrap();
-        let wall = text.find("\"wall\":{").unwrap();
-        let end = wall + text[wall..].find('}').unwrap();
-        text[..wall].to_owned() + &text[end..]
-    };
-    entries.map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), bare(&p))).collect()
 }
 
 /// What a run with a Slurm says, with what differs between machines left out.

@@ -6,6 +6,8 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+use crate::outcomes::record;
+
 const SHORT: [&str; 4] = ["--set", "ppo.total_steps=4096", "--set", "dqn.total_steps=4000"];
 
 fn command(args: &[&str], dir: &Path) -> Output {
@@ -16,14 +18,6 @@ fn run(args: &[&str], dir: &Path) -> Output {
     let output = command(&[&["run", "cartpole"], args, &SHORT].concat(), dir);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     output
-}
-
-/// The lines of a task's record without wall-clock times.
-fn record(out: &Path, task: usize) -> Vec<Value> {
-    let text = fs::read_to_string(out.join(format!("done/000/{task}.jsonl"))).unwrap();
-    let mut rows: Vec<Value> = text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
-    rows[0].as_object_mut().unwrap().remove("wall").unwrap();
-    rows
 }
 
 #[test]

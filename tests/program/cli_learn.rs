@@ -7,6 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{program, run, stderr, stdout, succeed};
+use crate::outcomes::record;
 use serde_json::Value;
 
 /// Two point MDPs of ten minutes, the second with more lanes.
@@ -29,14 +30,6 @@ fn city(episodes: u32) -> tempfile::TempDir {
     fs::write(folder.path().join("city.toml"), scenario).unwrap();
     fs::write(folder.path().join("points.csv"), POINTS).unwrap();
     folder
-}
-
-/// The lines of a task's record, the first one without wall-clock values.
-fn record(results: &Path, task: usize) -> Vec<Value> {
-    let text = fs::read_to_string(results.join(format!("done/000/{task}.jsonl"))).unwrap();
-    let mut lines: Vec<Value> = text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
-    lines[0].as_object_mut().unwrap().remove("wall");
-    lines
 }
 
 fn json_lines(text: &str) -> Vec<Value> {

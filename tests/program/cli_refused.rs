@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::common::{run, stderr, succeed};
+use crate::outcomes::refused;
 
 #[test]
 fn what_has_no_effect_is_refused_with_the_reason() {
@@ -104,9 +105,7 @@ fn a_file_that_is_something_else_is_not_replaced() {
         "plan smoke --budget 1 --out manifest.json",
         "routes smoke --point busy --seed 1 --out manifest.json",
     ] {
-        let output = run(folder.path(), arguments);
-        assert_eq!(output.status.code(), Some(2), "{arguments}");
-        let e = stderr(&output);
+        let e = refused(folder.path(), arguments);
         assert!(e.contains("--out manifest.json is there and is no"), "{arguments}: {e}");
         assert_eq!(fs::read_to_string(&manifest).unwrap(), "{\"kept\": true}\n");
         // What the command wrote itself is replaced.

@@ -7,27 +7,10 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{program, run, stderr, stdout, succeed};
+use crate::outcomes::records;
 use serde_json::Value;
 
 const SMOKE: &str = "run smoke --eval-seeds 2 --methods max-pressure,actuated";
-
-/// The deterministic part of all records of a results directory.
-fn records(results: &Path) -> Vec<(String, String)> {
-    let mut records: Vec<_> = fs::read_dir(results.join("done/000"))
-        .unwrap()
-        .map(|entry| {
-            let path = entry.unwrap().path();
-            let text = fs::read_to_string(&path).unwrap();
-            let (first, rest) = text.split_once('\n').unwrap();
-            let mut summary: Value = serde_json::from_str(first).unwrap();
-            summary.as_object_mut().unwrap().remove("wall");
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            (name, format!("{summary}\n{rest}"))
-        })
-        .collect();
-    records.sort();
-    records
-}
 
 #[test]
 fn a_run_prints_a_line_per_task_and_per_method_and_resumes_to_nothing() {

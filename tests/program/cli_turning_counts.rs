@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::{run, stderr, succeed};
+use crate::outcomes::refused;
 
 /// A crossing whose table has no daily counts.
 fn with_table() -> tempfile::TempDir {
@@ -240,9 +241,7 @@ fn page_of_an_intersection(folder: &Path) {
     succeed(folder, "report r");
     assert!(page().contains("<td>yours</td>") && page() != first, "{}", page());
     fs::write(folder.join("r/assumptions.toml"), "value_of_time = 5\n").unwrap();
-    let output = run(folder, "report r");
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    let e = stderr(&output);
+    let e = refused(folder, "report r");
     assert!(
         e.contains("r/assumptions.toml: value_of_time is no assumption; expected one of")
             && e.contains("correct it, or delete it for the defaults"),

@@ -45,6 +45,7 @@ mod machine_limits;
 mod numbers;
 #[cfg(feature = "libsumo")]
 mod osm_simulate;
+mod outcomes;
 #[cfg(feature = "libsumo")]
 mod own_controllers;
 #[cfg(feature = "libsumo")]

@@ -1,16 +1,10 @@
 //! Numbers that are too large: on the command line, in scenarios, tables, plans and results of strangers.
 
 use std::fs;
-use std::path::Path;
 
-use crate::common::{run, stderr, succeed};
+use crate::common::succeed;
+use crate::outcomes::refused;
 use crate::quick::quick_results;
-
-fn refused(folder: &Path, args: &str) -> String {
-    let output = run(folder, args);
-    assert_eq!(output.status.code(), Some(2), "{args}: {}", stderr(&output));
-    stderr(&output)
-}
 
 #[test]
 fn numbers_on_the_command_line_are_refused_at_once_with_the_largest_that_is_taken() {

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::common::{run, stderr, succeed};
+use crate::outcomes::refused;
 use serde_json::Value;
 use tsc_family::traffic::sim::tripinfo;
 use tsc_family::traffic::sim::tripinfo::TripTotals;
@@ -95,8 +96,6 @@ fn an_imported_configuration_keeps_its_step_length_and_a_renamed_one_its_vehicle
 #[test]
 fn a_step_length_that_cannot_work_is_refused_with_the_reason() {
     let folder = imported("0.3", &["a.sumocfg"]);
-    let output = run(folder.path(), "run --sumocfg a.sumocfg --out out");
-    assert_eq!(output.status.code(), Some(2));
-    let text = stderr(&output);
+    let text = refused(folder.path(), "run --sumocfg a.sumocfg --out out");
     assert!(text.contains("a step-length of 0.3 s does not divide a second"), "{text}");
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::common::{run, stderr, succeed};
 use crate::fixture::Scenario;
+use crate::outcomes::record;
 use crate::plans_sumo::delay_s;
 use serde_json::Value;
 
@@ -47,12 +48,6 @@ fn with(config: &Path, more: &str, end_s: u32) {
     fs::write(config, text.replace("</input>", &end)).unwrap();
 }
 
-/// Summary and rows of a task's record.
-fn record(folder: &Path, task: usize) -> Vec<Value> {
-    let text = fs::read_to_string(folder.join(format!("out/done/000/{task}.jsonl"))).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
-
 #[test]
 fn max_pressure_knows_what_stands_between_two_nodes_of_a_signal() {
     let files = Scenario::new();
@@ -80,7 +75,8 @@ fn max_pressure_knows_what_stands_between_two_nodes_of_a_signal() {
     assert!(text.contains("ab_0") && !text.contains("seen for"), "{text}");
     let methods = "--methods program,max-pressure --eval-seeds 2 --quiet --out out";
     succeed(folder, &format!("run --sumocfg divided.sumocfg {methods}"));
-    let delay_s = |task: usize| record(folder, task)[0]["metrics"]["delay_s"].as_f64().unwrap();
+    let delay_s =
+        |task: usize| record(&folder.join("out"), task)[0]["metrics"]["delay_s"].as_f64().unwrap();
     let (program_s, pressure_s) = (delay_s(1), delay_s(2));
     // 67.6 s and 17.0 s with SUMO 1.15; 50.8 s before, with one of the two episodes stuck.
     assert!(pressure_s < 25.0 && pressure_s < program_s, "{pressure_s} s, program {program_s} s");
@@ -131,8 +127,10 @@ fn coordinated_signals_have_a_common_cycle_and_plain_sumo_repeats_their_plan_wit
         &format!("run --sumocfg street.sumocfg --preset field {methods} --quiet --out out"),
     );
     // The baseline and `program` run too.
-    let task = (0..3).find(|task| record(folder, *task)[0]["method"] == "coordinated").unwrap();
-    let rows = record(folder, task);
+    let task = (0..3)
+        .find(|task| record(&folder.join("out"), *task)[0]["method"] == "coordinated")
+        .unwrap();
+    let rows = record(&folder.join("out"), task);
     let programs = rows[0]["programs"].as_array().unwrap();
     let cycle_s = |program: &Value| -> f64 {
         let phases = program["phases"].as_array().unwrap().iter();
@@ -160,7 +158,7 @@ fn rings_keep_to_a_common_cycle_and_the_cabinet_is_told_cycle_offset_and_splits(
         folder,
         &format!("run --sumocfg street.sumocfg --preset field {methods} --quiet --out out"),
     );
-    let records: Vec<Vec<Value>> = (0..3).map(|task| record(folder, task)).collect();
+    let records: Vec<Vec<Value>> = (0..3).map(|task| record(&folder.join("out"), task)).collect();
     let of = |method: &str| records.iter().find(|rows| rows[0]["method"] == method).unwrap();
     let programs = of("nema-coordinated")[0]["programs"].as_array().unwrap();
     assert_eq!(programs.len(), 3);

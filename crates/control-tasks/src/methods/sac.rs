@@ -44,7 +44,7 @@ settings! {
         gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
         /// Weight of the entropy, at first.
         entropy_coefficient: f32 = 1.0, in 1e-6..=1e3;
-        /// Whether the weight of the entropy is learned, towards an entropy of minus the numbers of an action.
+        /// Whether the weight of the entropy is learned, towards an entropy of minus the number of action dimensions.
         learned_entropy_coefficient: bool = true;
         /// Units of both hidden layers of every network.
         hidden: usize = 256, in 1.0..=1024.0, unit "units";

@@ -89,7 +89,8 @@ pub struct Row {
     pub date: String,
 }
 
-/// Returns the tables, those of one scenario and preset after one another, with most point MDPs first.
+/// Returns the tables, those of one scenario and preset after one another, with most point MDPs first; before them all those
+/// whose scores are relative to a baseline.
 ///
 /// # Arguments
 ///
@@ -105,6 +106,8 @@ pub fn leaderboard<'a>(
         let identity = source.identity();
         let size = std::cmp::Reverse(identity.points.len());
         (
+            // Traffic signals, whose scores are relative to a baseline, stand first.
+            identity.baseline.is_empty(),
             identity.domain.clone(),
             identity.scenario.clone(),
             preset(identity),

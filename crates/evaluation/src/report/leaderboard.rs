@@ -17,11 +17,12 @@ the records; do not edit it.
 - **Score**: the estimate over all point MDPs of the family, with its 95% interval. A run on a sample has the estimate and the interval
   of its sample.
 - **Place**: the first and the last place that the intervals allow. A method is surely before another one only where their intervals
-  do not meet. `tsc-family compare` decides more pairs, because it compares two methods on the same vehicles.
+  do not meet. A wide range means that the run is too small to say. `tsc-family compare` decides more pairs, because it compares two
+  methods on the same vehicles.
 - **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
   method has a row per run, unless a run with more point MDPs and as many trainings has the same records.
-- **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count. *Last*: they are the last
-  ones of the trainings. Compare chosen policies with chosen ones.
+- **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count. *Last*: they are
+  those after the last episode. Compare *chosen* only with *chosen*.
 - **Date**: the day on which the run began. The link leads to its manifest, which has all settings, seeds and hashes.
 ";
 

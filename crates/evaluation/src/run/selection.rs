@@ -58,7 +58,8 @@ macro_rules! __training_settings {
                 /// the best, or `last`.
                 select: $crate::run::selection::Select =
                     $crate::run::selection::Select::Validation, source "our choice";
-                /// Rows of training before the first validation.
+                /// Rows of training before the first validation; a training that has fewer is evaluated by its last
+                /// policy.
                 validation_start: u32 = 20, in 1.0..=1e6, unit "rows", source "our choice, measured";
                 /// Rows of training between two validations.
                 validation_interval: u32 = 5, in 1.0..=1e6, unit "rows", source "our choice, measured";

@@ -32,7 +32,7 @@ settings! {
         /// Program of the baseline: `netconvert` is its default program, `equal-split` gives all phases the same green,
         /// and `auto` is the first for generated networks and the second for imported scenarios.
         program: BaselineProgram = BaselineProgram::Auto;
-        /// Green per phase of the equal split; 35 s reproduces the paper's normaliser.
+        /// Green per phase of the equal split; 35 s comes near the paper's baseline on Ingolstadt.
         green_s: f64 = 35.0, in 1.0..=300.0, unit "s";
     }
 }

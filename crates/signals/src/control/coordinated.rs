@@ -57,7 +57,7 @@ pub const METHOD: Method = Method {
 settings! {
     /// The coordinated fixed-time controller.
     pub struct Config, source "HCM (6th ed.), chapter 19" {
-        /// Simulated episodes that tuning may use for one signal; a network of n signals has as many times the root of n.
+        /// Simulated episodes that tuning may use for one signal; for n signals, √n times as many.
         simulations: u32 = 24, in 8.0..=10_000.0, unit "episodes", source "our choice";
         /// Time lost per phase change in Webster's formula.
         lost_time_s: f64 = 4.0, in 0.0..=30.0, unit "s";

@@ -63,7 +63,7 @@ pub const METHOD: Method = Method {
 settings! {
     /// The tuned fixed-time controller.
     pub struct Config, source "HCM (6th ed.), chapter 19" {
-        /// Simulated episodes that tuning may use for one signal; a network of n signals has as many times the root of n.
+        /// Simulated episodes that tuning may use for one signal; for n signals, √n times as many.
         /// Fewer than 8 would evaluate no plan.
         simulations: u32 = 24, in 8.0..=10_000.0, unit "episodes", source "our choice";
         /// Time lost per phase change in Webster's formula.

@@ -27,8 +27,7 @@ settings! {
         /// have their own features, because these have their own inflows. 0.4 is the variation within the intersections
         /// of Salt Lake City.
         approach_spread: f64 = 0.0, in 0.0..=MAX_APPROACH_SPREAD;
-        /// Share of vehicles that are heavy: single-unit trucks and buses of 9.1 m. Who arrives, turns and how fast he
-        /// wants to drive is the same with any share. The default of the Highway Capacity Manual is 0.03.
+        /// Share of vehicles that are heavy: single-unit trucks and buses of 9.1 m. Arrivals, turns and desired speeds do not depend on it. The default of the Highway Capacity Manual is 0.03.
         #[serde(skip_serializing_if = "is_zero")]
         heavy_vehicles: f64 = 0.0, in 0.0..=1.0;
         /// How much drivers dawdle: 0 not at all, 1 as much as SUMO's model of following allows (SUMO's `sigma`). Less of it

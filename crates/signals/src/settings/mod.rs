@@ -134,11 +134,10 @@ settings! {
         /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
         hourly_share: f64 = 1.0 / 24.0, in 1e-6..=1.0;
         /// Share of the hour's traffic of a two-way street that goes in its peak direction: 0.5 makes the
-        /// directions equal, 0.55 is a usual design hour. Left out of manifests where it is 0.5.
+        /// directions equal, 0.55 is a usual design hour.
         #[serde(skip_serializing_if = "is_even")]
         directional_split: f64 = EVEN_SPLIT, in EVEN_SPLIT..=1.0;
-        /// Heading, clockwise from north. The peak direction of every street lies within 90 degrees of it. Left out of
-        /// manifests where it is 45.
+        /// Heading, clockwise from north. The peak direction of every street lies within 90 degrees of it.
         #[serde(skip_serializing_if = "is_north_east")]
         peak_heading_deg: f64 = NORTH_EAST_DEG, in 0.0..=360.0, unit "degrees";
         /// Upper limit of the inflow.
@@ -158,12 +157,10 @@ settings! {
             right_turn_lanes: 1.0,
         };
         /// Hours per year of each period that the table of approaches has, such as `{ am = 500, pm = 750 }`: a period's
-        /// point MDPs have importance in proportion to them. Without it all periods count equally. Left out of
-        /// manifests where there is none.
+        /// point MDPs have importance in proportion to them. Without it all periods count equally.
         #[serde(skip_serializing_if = "Option::is_none")]
         periods: Option<BTreeMap<String, f64>> = None;
-        /// Table of the plans that signals have today, relative to the scenario file; the method `existing` runs them. Left
-        /// out of manifests where there is none.
+        /// Table of the plans that signals have today, relative to the scenario file; the method `existing` runs them.
         #[serde(skip_serializing_if = "Option::is_none")]
         existing: Option<String> = None;
         /// Sources of the table's inflows, shown on the pages of results. They change no result.

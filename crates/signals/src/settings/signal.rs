@@ -126,8 +126,7 @@ settings! {
         lane_width_m: Option<f64> = None, in 2.0..=6.0, unit "m", source "SUMO";
         /// How left turns are signalled in generated networks: `permissive`, `protected`, `protected-permissive`, or
         /// `by-rule`, one of these for each approach from lanes, volumes and speed. It decides the greens of the program and
-        /// of all pairs. Left turns without a lane of their own stay permissive. `network` is as before: netconvert's
-        /// program, in which lefts yield and those with lanes of their own get a stage. In left-hand traffic these are right
+        /// of all pairs. Left turns without a lane of their own stay permissive. `network` is netconvert's program, in which lefts yield and those with lanes of their own get a stage. In left-hand traffic these are right
         /// turns.
         #[serde(skip_serializing_if = "LeftTurns::is_network")]
         left_turns: LeftTurns = LeftTurns::Network, source "FHWA, Signal Timing Manual (2nd ed.), chapter 4; HCM";
