@@ -6,8 +6,7 @@
 #   scripts/family.sh resco nema-resco    these only
 #   scripts/family.sh --list          their names
 #
-# The folders field, intersections-field and nema-intersections-field are of the preset field of version
-# 0.1.0, which this version cannot continue.
+# The folder field is of the preset field of version 0.1.0, which this version cannot continue.
 #
 # The folders *-sumo-1.28 need a BINARY that was built with SUMO 1.28 (docs/install.md), and its SUMO_HOME.
 #
@@ -27,7 +26,6 @@ runs=(
     "resco-all-pairs --preset resco --set signal.actions=all-pairs --methods $untrained"
     "field-all-pairs-0.2.1 --preset field --set signal.actions=all-pairs --methods $untrained,nema"
     "intersections-resco --preset resco --set family.detail=per-approach --methods $untrained"
-    "intersections-field --preset field --set family.detail=per-approach --methods $untrained"
     "resco-0084 --preset resco --set family.hourly_share=0.084 --methods $untrained"
     "resco-0055 --preset resco --set family.hourly_share=0.055 --methods $untrained"
     "learners --preset resco --methods $learners $last"
@@ -36,7 +34,6 @@ runs=(
     "nema-resco --preset resco --methods baseline,nema"
     "nema-field-0.2.0 --preset field --methods baseline,nema"
     "nema-intersections-resco --preset resco --set family.detail=per-approach --methods baseline,nema"
-    "nema-intersections-field --preset field --set family.detail=per-approach --methods baseline,nema"
     "intersections-field-0.2.1 --preset field --set family.detail=per-approach --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "intersections-field-40 --preset field --set family.detail=per-approach --budget 40 --methods baseline,nema,fixed-time,max-pressure,max-pressure-resco,actuated"
     "learners-validated-20 --preset resco --budget 20 --assist results/salt-lake-city/resco --methods baseline,fixed-time,max-pressure,max-pressure-resco,actuated,nema,idqn,mplight,mplight-star"

@@ -25,13 +25,15 @@ enum Of {
     Untrained,
 }
 
-const TABLES: [Table; 18] = [
+const TABLES: [Table; 20] = [
     ("docs/results.md", "| `resco` | ", 3, "resco", Of::All),
     ("docs/results.md", "| `resco` | ", 3, "nema-resco", Of::All),
     ("docs/results.md", "| `field` | ", 3, "field-0.2.0", Of::All),
     ("docs/results.md", "| `field` | ", 3, "nema-field-0.2.0", Of::All),
     ("docs/results.md", "| `resco` | ", 3, "intersections-resco", Of::All),
+    ("docs/results.md", "| `resco` | ", 3, "nema-intersections-resco", Of::All),
     ("docs/results.md", "| `field` | ", 3, "intersections-field-0.2.1", Of::All),
+    ("results/salt-lake-city/analyses.md", "| ", 3, "field-all-pairs-0.2.1", Of::All),
     ("docs/results.md", "| ", 3, "resco", Of::All),
     ("docs/results.md", "| ", 3, "learners", Of::All),
     ("docs/results.md", "| `resco` | ", 2, "learners-validated-20", Of::Learners),

@@ -36,7 +36,9 @@ fn a_run_has_records_and_models_and_is_the_same_with_two_workers() {
         let score = rows[0]["metrics"]["normalised_return"].as_f64().unwrap();
         assert!(score > 0.0 && score <= 1.0, "{score}");
         let kinds = |kind: &str| rows.iter().filter(|r| r["kind"] == kind).count();
-        assert_eq!((kinds("training"), kinds("evaluation")), (2, 5));
+        // An update of ppo is 2,048 steps; a row of dqn is a fiftieth of its steps.
+        let rows_of = if rows[0]["method"] == "dqn" { 50 } else { 2 };
+        assert_eq!((kinds("training"), kinds("evaluation")), (rows_of, 5));
         let model = format!("models/000/{task}.safetensors");
         assert_eq!(fs::read(one.join(&model)).unwrap(), fs::read(two.join(&model)).unwrap());
     }
