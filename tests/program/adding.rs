@@ -97,6 +97,7 @@ fn a_method_is_computed_again_where_that_is_asked_for() {
 fn what_would_change_records_is_still_another_run() {
     let dir = tempfile::tempdir().unwrap();
     done(&format!("{PPO} --methods ppo --budget 2 --eval-seeds 2 --out r"), dir.path());
+    let before = records(&dir.path().join("r"));
     for (args, differs) in [
         ("--methods ppo --eval-seeds 3 --out r", "--eval-seeds is 2 there and 3 now"),
         ("--methods ppo --seed 1 --out r", "--seed is 0 there and 1 now"),
@@ -104,6 +105,7 @@ fn what_would_change_records_is_still_another_run() {
     ] {
         let (code, said) = refused(&format!("{PPO} {args}"), dir.path());
         assert!(code == Some(5) && said.contains(differs), "{args}: {said}");
+        assert_eq!(records(&dir.path().join("r")), before, "{args}: nothing changes");
     }
     // A setting of a method that is not there has been read by nobody.
     let said =

@@ -250,10 +250,13 @@ fn options_of_a_map_need_a_map() {
     let options =
         ["--signals a.csv", "--boundary=1,2,3,4", "--detail per-approach", "--driving-side left"];
     for arguments in options {
-        let output = run(folder.path(), &format!("build-networks --out nets {arguments}"));
-        assert_eq!(output.status.code(), Some(2), "{arguments}");
-        assert!(stderr(&output).contains("--osm"), "{}", stderr(&output));
-        assert!(!folder.path().join("nets").exists(), "{arguments}: nothing is written");
+        for (scenario, expected) in [("", "--osm"), ("smoke", "give one with --osm")] {
+            let command = format!("build-networks {scenario} --out nets {arguments}");
+            let output = run(folder.path(), &command);
+            assert_eq!(output.status.code(), Some(2), "{command}");
+            assert!(stderr(&output).contains(expected), "{command}: {}", stderr(&output));
+            assert!(!folder.path().join("nets").exists(), "{command}: nothing is written");
+        }
     }
     let output = run(folder.path(), "build-networks smoke --osm a.osm");
     assert_eq!(output.status.code(), Some(2));

@@ -103,7 +103,10 @@ fn maps_and_their_tables_are_regular_files() {
             file,
             &format!("build-networks --osm town.osm {option} {file} --out city"),
         );
+        let said = refused(folder, &format!("build-networks --osm town.osm {option} . --out city"));
+        assert!(said.contains("cannot read .: it is a folder"), "{option}: {said}");
     }
+    assert!(refused(folder, "build-networks --osm . --out city").contains("it is a folder"));
 }
 
 #[test]

@@ -210,6 +210,11 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
             .contains("-5 in column 3: expected a number from 0")
     );
     assert!(refused("INTID,NBL,NBT,NBR\n").contains("no row with counts"));
+    let network = refused(include_str!("../../tests/utdf/two-signals.csv"));
+    assert!(
+        network.contains("line 1: a network in UTDF, not a table of counts; give it with --utdf"),
+        "{network}"
+    );
     let e = refused("Time,INTID,NBL,NBT,NBR\n7h15,7,1,2,3\n");
     assert_eq!(e, "c.csv, line 2: time \"7h15\" is not understood; write it like 07:15");
     let e = refused("INTID,NBL,NBT,NBR,NBL\n7,1,2,3,4\n");

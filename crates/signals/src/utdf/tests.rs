@@ -179,6 +179,8 @@ fn wrong_values_and_signals_with_nothing_to_decide_are_named() {
     assert!(e.contains("line 74: phf of NBL = 90: expected a number from 0.25 to 1"), "{e}");
     let e = refused(&TWO.replace("HeavyVehicles,1,2,", "HeavyVehicles,1,200,"));
     assert!(e.contains("line 76: heavyvehicles of NBL = 200: expected"), "{e}");
+    let e = refused(&TWO.replace("Volume,1,80,", "Volume,1,-80,"));
+    assert!(e.contains("line 72: volume of NBL = -80: expected a number from 0"), "{e}");
     let e = refused(&TWO.replace("Peds,1,20", "Peds,1,-3"));
     assert!(e.contains("line 73: peds of NBL = -3: expected a number from 0 to 3600"), "{e}");
     let e = refused(&TWO.replace("[Lanes]", "[Lane]"));
