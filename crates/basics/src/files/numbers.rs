@@ -12,16 +12,17 @@ pub const LARGEST: f64 = 1e100;
 ///
 /// Where one is that is larger, and what was expected.
 pub fn check(document: &Value) -> Result<(), String> {
-    first_beyond(document, "").map_or(Ok(()), |(place, number)| Err(beyond(&place, number)))
+    first_beyond(document).map_or(Ok(()), |(place, number)| Err(beyond(&place, number)))
 }
 
-/// Returns the first number that cannot be computed with, and its place, which begins with that of the value.
-fn first_beyond(value: &Value, place: &str) -> Option<(String, f64)> {
-    let within =
-        |name: &dyn std::fmt::Display, value| first_beyond(value, &format!("{place}/{name}"));
+/// Returns a number that cannot be computed with, and its place within the value.
+fn first_beyond(value: &Value) -> Option<(String, f64)> {
+    let within = |name: &dyn std::fmt::Display, value| {
+        first_beyond(value).map(|(place, number)| (format!("/{name}{place}"), number))
+    };
     match value {
         Value::Number(number) => {
-            number.as_f64().filter(|n| !is_usable(*n)).map(|n| (place.to_owned(), n))
+            number.as_f64().filter(|n| !is_usable(*n)).map(|n| (String::new(), n))
         }
         Value::Array(values) => values.iter().enumerate().find_map(|(i, v)| within(&i, v)),
         Value::Object(fields) => fields.iter().find_map(|(name, v)| within(name, v)),

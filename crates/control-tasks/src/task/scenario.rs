@@ -33,7 +33,8 @@ impl Preset {
 
 training_settings! {
     {
-        /// Which policy of a training is evaluated. A row of training is a fiftieth of its steps, but 2,000 steps at most and one update at least.
+        /// Which policy of a training is evaluated. A row of training is a fiftieth of its steps, but 2,000 steps at most
+        /// and one update at least.
         pub struct TrainingSettings, source "our choice"
     }
 }

@@ -220,8 +220,8 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
             let of_record = |name: &str| record.and_then(|r| r.summary.metrics.get(name).copied());
             // A training may end before its first validation is due: then its last policy is evaluated.
             let is_validated = of_record(VALIDATION_EPISODES).is_some_and(|n| n > 0.0);
-            let last_policy = of_record(&format!("{LAST_PREFIX}{objective}"));
-            let last_policy = last_policy.filter(|_| is_validated);
+            let of_choice = |name: &str| of_record(name).filter(|_| is_validated);
+            let last_policy = of_choice(&format!("{LAST_PREFIX}{objective}"));
             let evaluations = EpisodeSummary::of(
                 evidence.episodes,
                 &evidence.episodes.of_task(at),
@@ -237,7 +237,7 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 score: row.score,
                 best_episode: best.zip(unit).map(|(best, unit)| best / unit),
                 last_episodes: mean(last).zip(unit).map(|(last, unit)| last / unit),
-                policy_row: of_record(POLICY_ROW).filter(|_| is_validated).map(|row| row as u32),
+                policy_row: of_choice(POLICY_ROW).map(|row| row as u32),
                 last_policy: last_policy.zip(unit).map(|(last, unit)| last / unit),
                 restarts: of_record(RESTARTS).map(|n| n as u32),
                 is_dead: of_record(DEAD).map(|dead| dead > 0.0),
