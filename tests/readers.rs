@@ -32,30 +32,9 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What numbers are replaced with, and what is put between other things.
 const WORDS: [&str; 24] = [
-    "0",
-    "-1",
-    "1e308",
-    "-1e308",
-    "1e-320",
-    "18446744073709551616",
-    "4294967296",
-    "9007199254740993",
-    "NaN",
-    "inf",
-    "null",
-    "true",
-    "\"",
-    "'",
-    "{",
-    "}",
-    "[",
-    "]]>",
-    "<",
-    "&lt;",
-    "\0",
-    "\u{feff}",
-    "\n",
-    "../",
+    "0", "-1", "1e308", "-1e308", "1e-320", "18446744073709551616", "4294967296",
+    "9007199254740993", "NaN", "inf", "null", "true", "\"", "'", "{", "}", "[", "]]>", "<", "&lt;",
+    "\0", "\u{feff}", "\n", "../",
 ];
 
 fn fuzz() -> PathBuf {

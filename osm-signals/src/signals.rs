@@ -26,38 +26,15 @@ use super::wkt;
 
 /// Usual names of the column with the id, the best one first.
 const ID: [&str; 18] = [
-    "id",
-    "signal",
-    "signal_id",
-    "signalid",
-    "name",
-    "signal_number",
-    "signal_no",
-    "sig_id",
-    "sig_no",
-    "asset_id",
-    "assetid",
-    "intersection_id",
-    "int_id",
-    "intid",
-    "location_id",
-    "site_id",
-    "facilityid",
-    "objectid",
+    "id", "signal", "signal_id", "signalid", "name", "signal_number", "signal_no", "sig_id",
+    "sig_no", "asset_id", "assetid", "intersection_id", "int_id", "intid", "location_id",
+    "site_id", "facilityid", "objectid",
 ];
 
 /// Usual names of the column with a text `POINT (...)`.
 const POINT: [&str; 10] = [
-    "shape",
-    "the_geom",
-    "geom",
-    "geometry",
-    "wkt",
-    "wkt_geom",
-    "point",
-    "location",
-    "georeference",
-    "geo_point",
+    "shape", "the_geom", "geom", "geometry", "wkt", "wkt_geom", "point", "location",
+    "georeference", "geo_point",
 ];
 
 /// Usual names of the column with the controller; a column `controller` mostly has its type.

@@ -23,41 +23,15 @@ const QUOTED_NAMES: usize = 5;
 
 /// Usual names of the column with the latitude.
 const LATITUDE: [&str; 13] = [
-    PLACE[0],
-    "latitude",
-    "lat",
-    "y",
-    "latitude_wgs84",
-    "lat_wgs84",
-    "lat_dd",
-    "gps_lat",
-    "point_y",
-    "y_coord",
-    "shape_lat",
-    "latitude_dd",
-    "lat_deg",
+    PLACE[0], "latitude", "lat", "y", "latitude_wgs84", "lat_wgs84", "lat_dd", "gps_lat",
+    "point_y", "y_coord", "shape_lat", "latitude_dd", "lat_deg",
 ];
 
 /// Usual names of the column with the longitude.
 const LONGITUDE: [&str; 18] = [
-    PLACE[1],
-    "longitude",
-    "lon",
-    "lng",
-    "long",
-    "x",
-    "longitude_wgs84",
-    "lon_wgs84",
-    "lon_dd",
-    "gps_lon",
-    "point_x",
-    "x_coord",
-    "shape_lng",
-    "shape_lon",
-    "gps_lng",
-    "lng_wgs84",
-    "longitude_dd",
-    "lon_deg",
+    PLACE[1], "longitude", "lon", "lng", "long", "x", "longitude_wgs84", "lon_wgs84", "lon_dd",
+    "gps_lon", "point_x", "x_coord", "shape_lng", "shape_lon", "gps_lng", "lng_wgs84",
+    "longitude_dd", "lon_deg",
 ];
 
 /// A column to look for.

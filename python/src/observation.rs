@@ -112,11 +112,8 @@ impl Frame {
         for (row, seen) in chunks(room.as_slice_mut()?, width * LANE_NUMBERS).zip(seen) {
             for (cell, lane) in row.as_chunks_mut::<LANE_NUMBERS>().0.iter_mut().zip(&seen.lanes) {
                 *cell = [
-                    lane.queue as f32,
-                    lane.approach as f32,
-                    lane.total_wait_s as f32,
-                    lane.max_wait_s as f32,
-                    lane.total_speed_mps as f32,
+                    lane.queue as f32, lane.approach as f32, lane.total_wait_s as f32,
+                    lane.max_wait_s as f32, lane.total_speed_mps as f32,
                 ];
             }
         }

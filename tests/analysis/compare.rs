@@ -162,17 +162,8 @@ fn runs_that_cannot_be_compared_are_refused_with_the_place_and_a_way_out() {
     };
     swimmer.write(&root.join("swimmer"));
     let cases = [
-        "one",
-        "one one",
-        "one nowhere",
-        "one preset",
-        "one demand",
-        "one seed",
-        "one importance",
-        "one content",
-        "one named",
-        "one family",
-        "one swimmer",
+        "one", "one one", "one nowhere", "one preset", "one demand", "one seed", "one importance",
+        "one content", "one named", "one family", "one swimmer",
     ];
     let said: String = cases
         .iter()

@@ -16,18 +16,8 @@ use tsc_family::store::record::TaskResult;
 
 /// All methods that the domain knows, and two that it does not.
 const MANY: [&str; 12] = [
-    "baseline",
-    "fixed-time",
-    "max-pressure",
-    "max-pressure-resco",
-    "actuated",
-    "idqn",
-    "ippo",
-    "mplight",
-    "mplight-star",
-    "mplight-star-resco",
-    "one-of-mine",
-    "another-of-mine",
+    "baseline", "fixed-time", "max-pressure", "max-pressure-resco", "actuated", "idqn", "ippo",
+    "mplight", "mplight-star", "mplight-star-resco", "one-of-mine", "another-of-mine",
 ];
 
 fn ended(delays_s: [f64; 2]) -> Option<Ending> {

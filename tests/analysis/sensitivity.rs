@@ -259,14 +259,8 @@ fn every_domain_says_what_a_failure_is_in_a_metric_that_it_records() {
         .map(|d| d.failure().expect("every domain says").to_string())
         .collect();
     let expected = [
-        "waiting_s>20",
-        "normalised_return<0.05",
-        "normalised_return<0.5",
-        "return<0.05",
-        "return<-499",
-        "steps_to_upright>199",
-        "course_share<0.5",
-        "return<1000",
+        "waiting_s>20", "normalised_return<0.05", "normalised_return<0.5", "return<0.05",
+        "return<-499", "steps_to_upright>199", "course_share<0.5", "return<1000",
         "steps_to_goal>4999",
     ];
     assert_eq!(limits, expected);

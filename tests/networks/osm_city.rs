@@ -131,11 +131,7 @@ fn a_city_is_derived_without_the_command_and_written_when_asked() {
     assert_eq!(files(), ["networks"]);
     derived.write(&out).unwrap();
     let expected = [
-        "approaches.csv",
-        "family.csv",
-        "intersections.geojson",
-        "networks",
-        "scenario.toml",
+        "approaches.csv", "family.csv", "intersections.geojson", "networks", "scenario.toml",
         "streets.geojson",
     ];
     assert_eq!(files(), expected);

@@ -35,21 +35,8 @@ fn the_help_of_every_command_stays_as_it_is() {
 fn the_manual_page_names_every_command() {
     let page = help("man");
     for command in [
-        "list",
-        "build\\-networks",
-        "run",
-        "evaluate",
-        "routes",
-        "signals",
-        "report",
-        "check",
-        "plan",
-        "estimate",
-        "compare",
-        "across",
-        "sensitivity",
-        "doctor",
-        "completions",
+        "list", "build\\-networks", "run", "evaluate", "routes", "signals", "report", "check",
+        "plan", "estimate", "compare", "across", "sensitivity", "doctor", "completions",
     ] {
         assert!(page.contains(command), "{command}");
     }

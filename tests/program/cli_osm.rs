@@ -54,13 +54,8 @@ fn a_map_becomes_a_family_that_list_and_run_understand() {
     assert!(text.contains("next: tsc-family run city --budget all --out results/city"), "{text}");
     let city = folder.path().join("city");
     for file in [
-        "approaches.csv",
-        "family.csv",
-        "scenario.toml",
-        "intersections.geojson",
-        "quality.html",
-        "quality.json",
-        "networks/INDEX.csv",
+        "approaches.csv", "family.csv", "scenario.toml", "intersections.geojson", "quality.html",
+        "quality.json", "networks/INDEX.csv",
     ] {
         assert!(city.join(file).is_file(), "{file} is missing");
     }
@@ -98,11 +93,8 @@ fn settings_reach_the_scenario_that_is_written() {
     assert!(output.status.success(), "{}", stderr(&output));
     let scenario = fs::read_to_string(folder.path().join("city/scenario.toml")).unwrap();
     for line in [
-        "hourly_share = 0.1",
-        "directional_split = 0.55",
-        "default = 1.0",
-        "detail = \"per-approach\"",
-        "horizon_s = 900",
+        "hourly_share = 0.1", "directional_split = 0.55", "default = 1.0",
+        "detail = \"per-approach\"", "horizon_s = 900",
     ] {
         assert!(scenario.contains(line), "{scenario}");
     }

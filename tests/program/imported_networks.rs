@@ -182,14 +182,8 @@ fn a_dual_ring_program_offers_the_pairs_that_it_may_show() {
             .filter_map(|l| l.split_whitespace().nth(1))
             .collect();
     let pairs = [
-        "rrGrrrrrGrrr",
-        "GGrrrrGGrrrr",
-        "rrrrrGrrrrrG",
-        "rrrGGrrrrGGr",
-        "rrrrrrGGGrrr",
-        "GGGrrrrrrrrr",
-        "rrrrrrrrrGGG",
-        "rrrGGGrrrrrr",
+        "rrGrrrrrGrrr", "GGrrrrGGrrrr", "rrrrrGrrrrrG", "rrrGGrrrrGGr", "rrrrrrGGGrrr",
+        "GGGrrrrrrrrr", "rrrrrrrrrGGG", "rrrGGGrrrrrr",
     ];
     assert_eq!(shown, pairs, "{text}");
     succeed(

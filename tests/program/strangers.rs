@@ -235,13 +235,7 @@ const MARKUP: &str = "<img src=x onerror=alert(1)>";
 /// Puts markup into all text of a value, but where it says what the rest means.
 fn mark(value: &mut Value, key: &str) {
     let plain = [
-        "sha256",
-        "method",
-        "methods",
-        "replicated",
-        "baseline",
-        "objective",
-        "environment",
+        "sha256", "method", "methods", "replicated", "baseline", "objective", "environment",
         "sampling",
     ];
     match value {

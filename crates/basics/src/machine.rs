@@ -7,12 +7,8 @@ use crate::files::FileError;
 
 /// What programs say when the machine is at fault, in the words of the C library.
 const SAID: [&str; 6] = [
-    "No space left on device",
-    "Disk quota exceeded",
-    "Input/output error",
-    "Read-only file system",
-    "Too many open files",
-    "File too large",
+    "No space left on device", "Disk quota exceeded", "Input/output error",
+    "Read-only file system", "Too many open files", "File too large",
 ];
 
 /// Signals that a process sends itself by an error of its own: illegal instruction, trap, abort, arithmetic, segments.

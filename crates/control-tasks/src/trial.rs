@@ -171,11 +171,8 @@ mod tests {
     fn trial(method: &str, settings: &[&str]) -> TaskTrial<CartPoles> {
         let dynamics = Dynamics::new(Context::default(), Variant::CarlCompat);
         let short = [
-            "ppo.total_steps=6000",
-            "dqn.total_steps=6000",
-            "trpo.total_steps=6000",
-            "ppo.num_steps=500",
-            "trpo.num_steps=500",
+            "ppo.total_steps=6000", "dqn.total_steps=6000", "trpo.total_steps=6000",
+            "ppo.num_steps=500", "trpo.num_steps=500",
         ];
         let overrides: Vec<_> = short.iter().chain(settings).map(|s| s.parse().unwrap()).collect();
         let scenario = Scenario::read("", "a.toml", &overrides).unwrap();
@@ -236,15 +233,9 @@ mod tests {
     fn methods_of_continuous_actions_go_on_with_the_same_bytes_and_give_what_a_score_is_between() {
         use crate::pendulum::{self, Pendulums};
         let settings = [
-            "ppo.total_steps=6000",
-            "trpo.total_steps=6000",
-            "sac.total_steps=6000",
-            "td3.total_steps=6000",
-            "sac.hidden=8",
-            "sac.batch_size=8",
-            "td3.hidden=8",
-            "td3.second_hidden=8",
-            "td3.batch_size=8",
+            "ppo.total_steps=6000", "trpo.total_steps=6000", "sac.total_steps=6000",
+            "td3.total_steps=6000", "sac.hidden=8", "sac.batch_size=8", "td3.hidden=8",
+            "td3.second_hidden=8", "td3.batch_size=8",
         ];
         let overrides: Vec<_> = settings.iter().map(|s| s.parse().unwrap()).collect();
         let scenario = pendulum::Scenario::read("", "a.toml", &overrides).unwrap();

@@ -35,25 +35,9 @@ const VEHICLE_M: f64 = 7.6;
 const UNSERVED: f64 = 0.1;
 
 const HEADER: [&str; 20] = [
-    "point",
-    "method",
-    "replicate",
-    "movement",
-    "from_edge",
-    "to_edge",
-    "volume_vph",
-    "delay_s",
-    "level_of_service",
-    "stops_per_veh",
-    "unfinished_share",
-    "queue_50_veh",
-    "queue_95_veh",
-    "lane_group",
-    "green_share",
-    "capacity_vph",
-    "v_c",
-    "hcm_delay_s",
-    "storage_m",
+    "point", "method", "replicate", "movement", "from_edge", "to_edge", "volume_vph", "delay_s",
+    "level_of_service", "stops_per_veh", "unfinished_share", "queue_50_veh", "queue_95_veh",
+    "lane_group", "green_share", "capacity_vph", "v_c", "hcm_delay_s", "storage_m",
     "queue_storage_ratio",
 ];
 

@@ -17,12 +17,7 @@ use evaluation::report::figures::shown as named;
 pub(crate) const TABLE: &str = "periods.csv";
 
 const HEADER: [&str; 7] = [
-    "period",
-    "hours_per_year",
-    "method",
-    "intersections",
-    "vehicles_vph",
-    "delay_s",
+    "period", "hours_per_year", "method", "intersections", "vehicles_vph", "delay_s",
     "vehicle_hours_per_year",
 ];
 

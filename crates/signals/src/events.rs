@@ -55,14 +55,7 @@ pub fn events(recording: &Recording, start: DateTime) -> Vec<u8> {
 pub fn detectors(recording: &Recording) -> Vec<u8> {
     let mut lines = Lines::default();
     let names = [
-        "DeviceId",
-        "Phase",
-        "Parameter",
-        "Function",
-        "signal",
-        "lane",
-        "movements",
-        "distance_m",
+        "DeviceId", "Phase", "Parameter", "Function", "signal", "lane", "movements", "distance_m",
         "length_m",
     ];
     names.iter().for_each(|name| lines.text(name));

@@ -41,30 +41,11 @@ fn a_file_cut_off_anywhere_is_an_error_unless_nothing_needed_is_missing() {
 
 fn tags() -> impl Strategy<Value = Text> {
     let key = prop::sample::select(vec![
-        "highway",
-        "name",
-        "oneway",
-        "lanes",
-        "type",
-        "restriction",
-        "except",
-        "maxspeed",
-        "area",
+        "highway", "name", "oneway", "lanes", "type", "restriction", "except", "maxspeed", "area",
     ]);
     let value = prop::sample::select(vec![
-        "primary",
-        "traffic_signals",
-        "yes",
-        "-1",
-        "no",
-        "2;3",
-        "restriction",
-        "no_left_turn",
-        "only_right_turn",
-        "no_entry",
-        "25 mph",
-        "é&<\">'",
-        "",
+        "primary", "traffic_signals", "yes", "-1", "no", "2;3", "restriction", "no_left_turn",
+        "only_right_turn", "no_entry", "25 mph", "é&<\">'", "",
     ]);
     let tag = (key, value).prop_map(|(k, v)| (k.to_owned(), v.to_owned()));
     prop::collection::vec(tag, 0..4)

@@ -7,47 +7,15 @@ use crate::table::{Column, Table};
 
 /// Usual names of columns that tell signals from what else a list has.
 const KINDS: [&str; 13] = [
-    "type",
-    "kind",
-    "signal_type",
-    "signaltype",
-    "sig_type",
-    "asset_type",
-    "device_type",
-    "site_type",
-    "category",
-    "status",
-    "state",
-    "signal_status",
-    "op_status",
+    "type", "kind", "signal_type", "signaltype", "sig_type", "asset_type", "device_type",
+    "site_type", "category", "status", "state", "signal_status", "op_status",
 ];
 
 /// Parts of words for what stands in such lists and stops nobody, or not yet, or no longer.
 const NO_SIGNALS: [&str; 24] = [
-    "beacon",
-    "flash",
-    "planned",
-    "pending",
-    "proposed",
-    "future",
-    "design",
-    "removed",
-    "retired",
-    "inactive",
-    "abandoned",
-    "school",
-    "rrfb",
-    "rapid",
-    "hawk",
-    "hybrid",
-    "decommission",
-    "construction",
-    "crossing",
-    "pelican",
-    "puffin",
-    "toucan",
-    "meter",
-    "camera",
+    "beacon", "flash", "planned", "pending", "proposed", "future", "design", "removed", "retired",
+    "inactive", "abandoned", "school", "rrfb", "rapid", "hawk", "hybrid", "decommission",
+    "construction", "crossing", "pelican", "puffin", "toucan", "meter", "camera",
 ];
 
 /// Whole words for the same: as a part, `sign` is in every signal.

@@ -5,33 +5,10 @@ use super::value::{Tags, tag};
 
 /// Values of `highway` that are not drivable (OSMnx's filter).
 const NOT_DRIVABLE: [&str; 27] = [
-    "abandoned",
-    "bridleway",
-    "bus_guideway",
-    "busway",
-    "construction",
-    "corridor",
-    "cycleway",
-    "elevator",
-    "escalator",
-    "footway",
-    "no",
-    "path",
-    "pedestrian",
-    "planned",
-    "platform",
-    "proposed",
-    "raceway",
-    "razed",
-    "rest_area",
-    "service",
-    "services",
-    "steps",
-    "track",
-    "crossing",
-    "demolished",
-    "via_ferrata",
-    "motorway_junction",
+    "abandoned", "bridleway", "bus_guideway", "busway", "construction", "corridor", "cycleway",
+    "elevator", "escalator", "footway", "no", "path", "pedestrian", "planned", "platform",
+    "proposed", "raceway", "razed", "rest_area", "service", "services", "steps", "track",
+    "crossing", "demolished", "via_ferrata", "motorway_junction",
 ];
 
 /// Values of `service` that OSMnx's filter leaves out.

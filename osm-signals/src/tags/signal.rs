@@ -139,12 +139,7 @@ mod tests {
             assert_eq!(special(value), Some(expected), "{value}");
         }
         for value in [
-            "signal",
-            "traffic_lights",
-            "blink_mode",
-            "tram_priority",
-            "tram",
-            "signal;emergency",
+            "signal", "traffic_lights", "blink_mode", "tram_priority", "tram", "signal;emergency",
             "emergency; signal",
         ] {
             assert_eq!(special(value), None, "{value}");

@@ -22,19 +22,8 @@ const REPO: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Programs of others that blocks which are only parsed may start with.
 const OTHERS: [&str; 13] = [
-    "cargo",
-    "docker",
-    "netconvert",
-    "mkdir",
-    "cp",
-    "make",
-    "qsub",
-    "seq",
-    "pip",
-    "python3",
-    "export",
-    "apt-get",
-    ".",
+    "cargo", "docker", "netconvert", "mkdir", "cp", "make", "qsub", "seq", "pip", "python3",
+    "export", "apt-get", ".",
 ];
 
 fn all_blocks() -> Vec<(Page, Vec<Block>)> {

@@ -13,11 +13,7 @@ pub(super) fn pairs(data: &Report) -> String {
     header.extend(estimated("ahead"));
     header.extend(estimated("improvement"));
     let of_profiles = [
-        "better",
-        "dominates",
-        "most_ahead",
-        "most_behind",
-        "p_nowhere_behind",
+        "better", "dominates", "most_ahead", "most_behind", "p_nowhere_behind",
         "p_other_nowhere_behind",
     ];
     header.extend(of_profiles.iter().chain(&["against"]).map(|name| (*name).to_owned()));

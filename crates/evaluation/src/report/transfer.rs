@@ -102,13 +102,7 @@ fn cells(data: &Transfer) -> Cells {
 /// Returns `transfer.csv`: a row per model and point MDP.
 fn csv(data: &Transfer) -> String {
     let header = [
-        "method",
-        "trained_on",
-        "evaluated_on",
-        "weight",
-        "score",
-        "own_training",
-        "ratio",
+        "method", "trained_on", "evaluated_on", "weight", "score", "own_training", "ratio",
         "reason",
     ];
     let rows = data.models().flat_map(|(group, model)| {
@@ -136,15 +130,8 @@ fn csv(data: &Transfer) -> String {
 /// Returns `summary.csv`: a row per model.
 fn summary_csv(data: &Transfer) -> String {
     let header = [
-        "method",
-        "trained_on",
-        "points",
-        "covered",
-        "near_own_training",
-        "median",
-        "own_training_median",
-        "score",
-        "own_training_score",
+        "method", "trained_on", "points", "covered", "near_own_training", "median",
+        "own_training_median", "score", "own_training_score",
     ];
     let rows = data.models().map(|(group, model)| {
         let e = model.elsewhere.as_ref();

@@ -22,15 +22,8 @@ const SHORT: [(&str, &str); 4] =
 
 /// Options that are decided here, or that would write where the scenario lies.
 const DROPPED: [&str; 9] = [
-    "seed",
-    "random",
-    "time-to-teleport",
-    "xml-validation",
-    "output-prefix",
-    "log",
-    "l",
-    "message-log",
-    "error-log",
+    "seed", "random", "time-to-teleport", "xml-validation", "output-prefix", "log", "l",
+    "message-log", "error-log",
 ];
 
 /// What a configuration is made of.

@@ -7,23 +7,8 @@ use signals::program::{ProgramKind, SignalProgram};
 
 /// The columns.
 pub(super) const HEADER: [&str; 18] = [
-    "point",
-    "streets",
-    "method",
-    "replicate",
-    "delay_s",
-    "winner",
-    "signal",
-    "program",
-    "phase",
-    "state",
-    "green_s",
-    "max_green_s",
-    "yellow_s",
-    "all_red_s",
-    "cycle_s",
-    "offset_s",
-    "file",
+    "point", "streets", "method", "replicate", "delay_s", "winner", "signal", "program", "phase",
+    "state", "green_s", "max_green_s", "yellow_s", "all_red_s", "cycle_s", "offset_s", "file",
     "remark",
 ];
 

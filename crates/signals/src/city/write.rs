@@ -45,15 +45,8 @@ pub(super) fn write_family(folder: &Path, family: &MdpFamily) -> Result<(), File
 pub(super) fn write_matches(folder: &Path, listed: &[ListedRow]) -> Result<(), FileError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let head = [
-        "id",
-        "row",
-        "latitude",
-        "longitude",
-        "intersection",
-        "distance_m",
-        "signal_on_map",
-        "duplicate_of_row",
-        "reason",
+        "id", "row", "latitude", "longitude", "intersection", "distance_m", "signal_on_map",
+        "duplicate_of_row", "reason",
     ];
     writer.write_record(head).expect("memory takes every row");
     for m in listed {

@@ -25,60 +25,22 @@ use osm_signals::Turn;
 
 /// Columns that a table needs.
 pub const COLUMNS: [&str; 9] = [
-    "intersection",
-    "control",
-    "phase",
-    "ring",
-    "barrier",
-    "position",
-    "movements",
-    "yellow_s",
+    "intersection", "control", "phase", "ring", "barrier", "position", "movements", "yellow_s",
     "all_red_s",
 ];
 
 /// Columns that may be missing; one of `max_green_s` and `split_s` is needed, and where both are given they have to agree.
 pub const OPTIONAL: [&str; 15] = [
-    "period",
-    "yielding",
-    "min_green_s",
-    "max_green_s",
-    "split_s",
-    "passage_s",
-    "walk_s",
-    "clearance_s",
-    "recall",
-    "dual_entry",
-    "inhibit_max",
-    "cycle_s",
-    "offset_s",
-    "reference",
+    "period", "yielding", "min_green_s", "max_green_s", "split_s", "passage_s", "walk_s",
+    "clearance_s", "recall", "dual_entry", "inhibit_max", "cycle_s", "offset_s", "reference",
     "referenced_to",
 ];
 
 /// Columns of a phase and of its plan, in the order in which they are written; before them stands what plan it is.
 pub const WRITTEN: [&str; 22] = [
-    "control",
-    "cycle_s",
-    "offset_s",
-    "reference",
-    "referenced_to",
-    "phase",
-    "ring",
-    "barrier",
-    "position",
-    "movements",
-    "yielding",
-    "min_green_s",
-    "max_green_s",
-    "split_s",
-    "passage_s",
-    "yellow_s",
-    "all_red_s",
-    "walk_s",
-    "clearance_s",
-    "recall",
-    "dual_entry",
-    "inhibit_max",
+    "control", "cycle_s", "offset_s", "reference", "referenced_to", "phase", "ring", "barrier",
+    "position", "movements", "yielding", "min_green_s", "max_green_s", "split_s", "passage_s",
+    "yellow_s", "all_red_s", "walk_s", "clearance_s", "recall", "dual_entry", "inhibit_max",
 ];
 
 /// Columns that say of which plan a report's table is: all rows of a table that is read have to be of one.

@@ -38,18 +38,8 @@ pub use written::{gathered, to_csv};
 
 /// The columns of the table.
 pub const COLUMNS: [&str; 13] = [
-    "intersection",
-    "arm",
-    "latitude",
-    "longitude",
-    "bearing_deg",
-    "lanes_in",
-    "lanes_out",
-    "left_turn_lanes",
-    "right_turn_lanes",
-    "speed_mph",
-    "length_m",
-    "aadt_veh_per_day_per_lane",
+    "intersection", "arm", "latitude", "longitude", "bearing_deg", "lanes_in", "lanes_out",
+    "left_turn_lanes", "right_turn_lanes", "speed_mph", "length_m", "aadt_veh_per_day_per_lane",
     "movements",
 ];
 

@@ -213,11 +213,7 @@ impl SixFeatures {
     /// Returns the values in the order of [`Self::COLUMNS`].
     pub fn to_array(self) -> [f64; 6] {
         [
-            self.lanes,
-            self.speed_mph,
-            self.length_m,
-            self.inflow_vph,
-            self.left_turn_lanes,
+            self.lanes, self.speed_mph, self.length_m, self.inflow_vph, self.left_turn_lanes,
             self.right_turn_lanes,
         ]
     }

@@ -133,20 +133,8 @@ const HEAVY_WITH_SIGN: [&str; 6] =
 
 /// Names of columns of pedestrians. Those of both directions (clockwise and counterclockwise) are added.
 const PEDESTRIANS: [&str; 14] = [
-    "PED",
-    "PEDS",
-    "PEDESTRIAN",
-    "PEDESTRIANS",
-    "PEDTOTAL",
-    "PEDSTOTAL",
-    "PEDSCW",
-    "PEDSCCW",
-    "PEDCW",
-    "PEDCCW",
-    "PEDCROSSING",
-    "PEDCROSSINGS",
-    "PEDSCROSSWALK",
-    "CROSSWALK",
+    "PED", "PEDS", "PEDESTRIAN", "PEDESTRIANS", "PEDTOTAL", "PEDSTOTAL", "PEDSCW", "PEDSCCW",
+    "PEDCW", "PEDCCW", "PEDCROSSING", "PEDCROSSINGS", "PEDSCROSSWALK", "CROSSWALK",
 ];
 
 /// What columns count that are no vehicles of a turn.
@@ -157,14 +145,7 @@ const OTHERS: [&str; 15] = [
 
 /// Names of columns with the end of an interval.
 const ENDS: [&str; 8] = [
-    "END",
-    "ENDTIME",
-    "TIMEEND",
-    "PERIODEND",
-    "PERIODENDING",
-    "INTERVALEND",
-    "ENDING",
-    "COUNTTIME",
+    "END", "ENDTIME", "TIMEEND", "PERIODEND", "PERIODENDING", "INTERVALEND", "ENDING", "COUNTTIME",
 ];
 
 /// Names of the column with the sum of an approach.
@@ -187,19 +168,8 @@ const CLASSES: [(&str, bool); 9] = [
 ///
 /// Of several such columns the first of these counts.
 const INTERSECTION: [&str; 13] = [
-    "INTID",
-    "INT",
-    "INTERSECTION",
-    "INTERSECTIONID",
-    "INTERSECTIONNAME",
-    "NODE",
-    "NODEID",
-    "SIGNAL",
-    "SIGNALID",
-    "LOCATION",
-    "LOCATIONID",
-    "SITE",
-    "ID",
+    "INTID", "INT", "INTERSECTION", "INTERSECTIONID", "INTERSECTIONNAME", "NODE", "NODEID",
+    "SIGNAL", "SIGNALID", "LOCATION", "LOCATIONID", "SITE", "ID",
 ];
 
 /// Names of the column with the date.
@@ -207,19 +177,8 @@ const DATE: [&str; 4] = ["DATE", "DAY", "COUNTDATE", "STARTDATE"];
 
 /// Names of the column with the time at which an interval begins.
 const TIME: [&str; 13] = [
-    "TIME",
-    "STARTTIME",
-    "TIMESTART",
-    "BEGIN",
-    "BEGINTIME",
-    "START",
-    "HOUR",
-    "INTERVAL",
-    "INTERVALSTART",
-    "TIMEPERIOD",
-    "TIMESTAMP",
-    "DATETIME",
-    "DATETIMEBIN",
+    "TIME", "STARTTIME", "TIMESTART", "BEGIN", "BEGINTIME", "START", "HOUR", "INTERVAL",
+    "INTERVALSTART", "TIMEPERIOD", "TIMESTAMP", "DATETIME", "DATETIMEBIN",
 ];
 
 /// Returns what a column of this name holds; `None` for one that is not used.
@@ -378,13 +337,7 @@ mod tests {
             assert!(holds(name).is_none() && may_be_movement(name), "{name}");
         }
         for name in [
-            "NB Peds",
-            "SB Peds CW",
-            "WB % App",
-            "Notes",
-            "News",
-            "Weather",
-            "EB App. Total",
+            "NB Peds", "SB Peds CW", "WB % App", "Notes", "News", "Weather", "EB App. Total",
             "Session",
         ] {
             assert!(!may_be_movement(name), "{name}");
@@ -394,17 +347,8 @@ mod tests {
     #[test]
     fn what_is_no_movement_is_not_taken_for_one() {
         for name in [
-            "NB",
-            "NBPED %",
-            "Int. Total",
-            "PED button",
-            "NR",
-            "N_CARS_R",
-            "North",
-            "Notes",
-            "NBL %",
-            "West Leg",
-            "E",
+            "NB", "NBPED %", "Int. Total", "PED button", "NR", "N_CARS_R", "North", "Notes",
+            "NBL %", "West Leg", "E",
         ] {
             assert_eq!(holds(name), None, "{name}");
         }

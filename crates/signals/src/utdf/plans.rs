@@ -33,31 +33,10 @@ const OF_LANES: [(&str, bool); 8] = [
 
 /// Records of `[Phases]` and `[Timeplans]`, and the phases of lane groups, that are read, in lower case.
 pub(super) const READ: [&str; 25] = [
-    "brp",
-    "mingreen",
-    "maxgreen",
-    "vehext",
-    "yellow",
-    "allred",
-    "recall",
-    "walk",
-    "dontwalk",
-    "dualentry",
-    "inhibitmax",
-    "control type",
-    "cycle length",
-    "offset",
-    "referenced to",
-    "reference phase",
-    "node 0",
-    "phase1",
-    "phase2",
-    "phase3",
-    "phase4",
-    "permphase1",
-    "permphase2",
-    "permphase3",
-    "permphase4",
+    "brp", "mingreen", "maxgreen", "vehext", "yellow", "allred", "recall", "walk", "dontwalk",
+    "dualentry", "inhibitmax", "control type", "cycle length", "offset", "referenced to",
+    "reference phase", "node 0", "phase1", "phase2", "phase3", "phase4", "permphase1",
+    "permphase2", "permphase3", "permphase4",
 ];
 
 /// Yellow and all-red where neither the phase nor the network says them, seconds.

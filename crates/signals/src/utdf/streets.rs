@@ -65,24 +65,8 @@ const MOST_BENDS: usize = 20;
 
 /// Records that are read, in lower case.
 const READ: [&str; 19] = [
-    "storage",
-    "stlanes",
-    "up id",
-    "lanes",
-    "name",
-    "distance",
-    "speed",
-    "up node",
-    "dest node",
-    "shared",
-    "volume",
-    "growth",
-    "phf",
-    "heavyvehicles",
-    "peds",
-    "exit lanes",
-    "node 0",
-    "node 1",
+    "storage", "stlanes", "up id", "lanes", "name", "distance", "speed", "up node", "dest node",
+    "shared", "volume", "growth", "phf", "heavyvehicles", "peds", "exit lanes", "node 0", "node 1",
     "node 2",
 ];
 
@@ -508,16 +492,8 @@ impl Utdf {
             records.get(&(name.to_owned(), id.to_owned())).cloned().unwrap_or_default()
         };
         let [lanes, shared, to, volumes, growth, factors, heavy, peds, storage, in_bay] = [
-            "lanes",
-            "shared",
-            "dest node",
-            "volume",
-            "growth",
-            "phf",
-            "heavyvehicles",
-            "peds",
-            "storage",
-            "stlanes",
+            "lanes", "shared", "dest node", "volume", "growth", "phf", "heavyvehicles", "peds",
+            "storage", "stlanes",
         ]
         .map(|name| of(&self.tables.lanes, name));
         let unit_m = if self.tables.is_metric() { 1.0 } else { FOOT_M };

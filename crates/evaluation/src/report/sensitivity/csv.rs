@@ -109,16 +109,8 @@ fn cases(report: &SensitivityReport<'_>) -> Option<String> {
         return None;
     }
     let names = [
-        "case",
-        "failures",
-        "estimator",
-        "method",
-        "budget",
-        "repeats",
-        "overall",
-        "mean",
-        "deviation",
-        "error",
+        "case", "failures", "estimator", "method", "budget", "repeats", "overall", "mean",
+        "deviation", "error",
     ];
     let rows = report.cases.iter().flat_map(|study| {
         study.cells.iter().map(|cell| {

@@ -6,17 +6,8 @@ use crate::report::csv::{number, table};
 /// Returns `errors.csv`.
 pub(super) fn errors(report: &StudyReport<'_>) -> String {
     let header = [
-        "method",
-        "estimator",
-        "budget",
-        "repeats",
-        "truth",
-        "mean",
-        "deviation",
-        "rmse",
-        "coverage",
-        "half_width",
-        "cpu_hours",
+        "method", "estimator", "budget", "repeats", "truth", "mean", "deviation", "rmse",
+        "coverage", "half_width", "cpu_hours",
     ];
     let rows = report.cells.iter().map(|cell| {
         vec![

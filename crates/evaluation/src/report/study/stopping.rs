@@ -102,16 +102,8 @@ pub(super) fn values(report: &StudyReport<'_>) -> Option<Value> {
 pub(super) fn csv(report: &StudyReport<'_>) -> Option<String> {
     let (_, all) = report.stopping?;
     let header = [
-        "estimator",
-        "alpha_spent",
-        "judged",
-        "repeats",
-        "points",
-        "early",
-        "enough",
-        "wrong",
-        "coverage",
-        "cpu_hours",
+        "estimator", "alpha_spent", "judged", "repeats", "points", "early", "enough", "wrong",
+        "coverage", "cpu_hours",
     ];
     let of_run = |stopped: &Stopped| {
         let row = |(judged, coverage): &(String, Option<f64>)| {

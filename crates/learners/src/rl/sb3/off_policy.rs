@@ -429,11 +429,9 @@ impl Critics {
         for critic in &mut self.both[..if first_only { 1 } else { 2 }] {
             self.seen.clear();
             self.seen.extend_from_slice(critic.network.forward(&critic.parameters, pairs));
-            critic.network.backward_to_inputs(
-                &critic.parameters,
-                &self.by_outputs,
-                &mut self.by_inputs,
-            );
+            critic
+                .network
+                .backward_to_inputs(&critic.parameters, &self.by_outputs, &mut self.by_inputs);
             let rows =
                 self.by_inputs.chunks_exact(width).zip(self.by_actions.chunks_exact_mut(actions));
             for ((i, least), (from, to)) in self.values.iter_mut().enumerate().zip(rows) {

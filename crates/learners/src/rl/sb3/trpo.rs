@@ -192,14 +192,7 @@ impl TrustRegion {
             let by_outputs = &mut batch.by_outputs[place * width..][..width];
             let (by_log_std, log_std) = (&mut batch.by_log_std, &batch.log_std);
             let entropy = networks.distribution.gradient(
-                outputs,
-                log_std,
-                sample.action,
-                gain,
-                0.0,
-                share,
-                by_outputs,
-                by_log_std,
+                outputs, log_std, sample.action, gain, 0.0, share, by_outputs, by_log_std,
             );
             entropies += f64::from(entropy) / count as f64;
         }

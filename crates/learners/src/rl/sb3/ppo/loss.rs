@@ -97,13 +97,7 @@ impl Minibatch {
             // Beyond the clip range the surrogate is flat.
             let slope = if free <= cut { -free } else { 0.0 };
             entropies += self.distribution.gradient(
-                outputs,
-                log_std,
-                action,
-                slope,
-                settings.entropy_coefficient,
-                share,
-                gradient,
+                outputs, log_std, action, slope, settings.entropy_coefficient, share, gradient,
                 &mut self.by_log_std,
             );
             let error = values[i] - self.returns[i];
