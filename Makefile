@@ -2,16 +2,14 @@
 # before a release.
 CARGO ?= cargo
 
-# Not the Python package, which has its own tests (scripts/python.sh).
-tested = --workspace --exclude tsc-family-python
-
 .PHONY: demo test check doc bench nightly setup
 
 demo: setup
 	scripts/demo.sh
 
+# Many tests wait for programs that they start, so there are twice as many at a time as processors.
 test: setup
-	$(CARGO) test $(tested) --profile quick
+	RUST_TEST_THREADS=$${RUST_TEST_THREADS:-$$((2 * $$(nproc)))} $(CARGO) test --workspace --profile quick
 
 check: setup
 	scripts/check.sh

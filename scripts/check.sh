@@ -7,5 +7,5 @@ cargo fmt --all --check
 # With the features that the documentation is made with, which shares what is compiled here.
 cargo clippy --workspace --all-targets --profile quick -- -D warnings
 # Without SUMO.
-cargo clippy --package tsc-family --all-targets --profile quick --no-default-features -- -D warnings
+cargo clippy --package tsc-family --profile quick --no-default-features -- -D warnings
 make doc

@@ -36,7 +36,7 @@ pub struct EstimateArgs {
     /// Results directory in which the whole family was evaluated
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
-    /// Results of the same family for methods without training, for m4 and bq [default: DIR]
+    /// Results of the same family for methods that do not learn, for m4 and bq [default: DIR]
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
     /// Methods whose scores m4 and bq know on all point MDPs [default: all that do not learn]

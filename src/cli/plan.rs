@@ -53,7 +53,7 @@ pub struct PlanArgs {
     /// Choose as many point MDPs as can be done in this number of hours
     #[arg(long, value_name = "H")]
     pub hours: Option<f64>,
-    /// Results of the whole family for methods without training
+    /// Results of the whole family for methods that do not learn
     #[arg(long, value_name = "DIR")]
     pub assist: Option<PathBuf>,
     /// How the point MDPs are chosen [default: balanced; with --assist bayesian-quadrature]

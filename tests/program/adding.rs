@@ -72,9 +72,9 @@ fn a_sample_grows_where_it_contains_the_one_that_is_there() {
     done(&format!("{quadrature} --budget 5 --out once"), dir.path());
     assert_same(dir.path(), "added", "once");
 
-    done("--methods ppo --eval-seeds 2 --budget 3 --out balanced", dir.path());
-    let (code, said) =
-        refused("--methods ppo --eval-seeds 2 --budget 5 --out balanced", dir.path());
+    let balanced = format!("{PPO} --methods ppo --eval-seeds 2 --out balanced");
+    done(&format!("{balanced} --budget 3"), dir.path());
+    let (code, said) = refused(&format!("{balanced} --budget 5"), dir.path());
     assert_eq!(code, Some(5));
     assert!(said.contains("does not contain all 3 of the one there"), "{said}");
     assert_eq!(records(&dir.path().join("balanced")).len(), 3);

@@ -368,7 +368,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     fs::write(folder.path().join("n.csv"), text).unwrap();
     let e = refused("run city --existing n.csv --out x");
     assert!(
-        e.contains("none of the intersections with a plan (1, 2) is one of the scenario (7)"),
+        e.contains("no intersection with a plan (1, 2) is in the scenario (7)"),
         "{e}"
     );
     fs::write(folder.path().join("t.xml"), "<additional/>").unwrap();

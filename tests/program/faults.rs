@@ -133,7 +133,7 @@ const SMOKE: &str = "run smoke --methods baseline --eval-seeds 1 --jobs 1";
 fn workers_that_are_killed_leave_their_tasks_to_the_next_run() {
     let folder = tempfile::tempdir().unwrap();
     succeed(folder.path(), "build-networks smoke --quiet");
-    let long = SMOKE.replace("--eval-seeds 1", "--eval-seeds 100");
+    let long = SMOKE.replace("--eval-seeds 1", "--eval-seeds 40");
     // The busy point takes more than a second of any processor, the quiet one of most, the program that
     // waits for them less.
     let output = limited(folder.path(), "ulimit -t 1", &format!("{long} --json --out out"));

@@ -12,12 +12,12 @@ use osm_signals::survey::{Inputs, Survey};
 use tsc_family::traffic::city::sites::City;
 use tsc_family::traffic::city::table::approaches;
 
-/// Ten minutes, and vehicles that stand for five are teleported: none does at low demand.
+/// Five minutes, and vehicles that stand for half of them are teleported: none does at low demand.
 const SCENARIO: &str = "\
 name = \"cases\"
 network.driving_side = \"SIDE\"
-demand.horizon_s = 600
-simulation.time_to_teleport_s = 300
+demand.horizon_s = 300
+simulation.time_to_teleport_s = 150
 [family]
 approaches = \"approaches.csv\"
 detail = \"per-approach\"

@@ -194,7 +194,7 @@ fn mistakes() -> Vec<Mistake> {
             &["plan.csv, line 2: yellow_s = 35: expected a number from 1 to 10"],
         ),
         (
-            "a movement that is none",
+            "a movement that does not exist",
             plan("EBT EBR WBT", "EBX EBR WBT"),
             true,
             &[
@@ -253,7 +253,7 @@ fn mistakes() -> Vec<Mistake> {
             Plan(PLAN.into()),
             true,
             &[
-                "plan.csv, line 1: none of its columns is one of a table of plans; begin with a header",
+                "plan.csv, line 1: none of its columns belongs to a table of plans; begin with a header",
             ],
         ),
         (
@@ -261,7 +261,7 @@ fn mistakes() -> Vec<Mistake> {
             Plan(format!("{PLAN_HEADER}\n{PLAN}").replace("\n1,", "\n9,")),
             true,
             &[
-                "plan.csv, line 2: none of the intersections with a plan (9) is one of the scenario (1, 2)",
+                "plan.csv, line 2: no intersection with a plan (9) is in the scenario (1, 2)",
                 "call them alike",
             ],
         ),

@@ -131,7 +131,7 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
         let own = few(&mut plans.all.iter().map(|plan| plan.intersection.clone()));
         let table = few(&mut loaded.intersections.iter().map(|i| i.id.clone()));
         let message = format!(
-            "none of the intersections with a plan ({own}) is one of the scenario ({table}), in a period that it has; call \
+            "no intersection with a plan ({own}) is in the scenario ({table}), in a period that it has; call \
              them alike"
         );
         return Err(wrong(plans.all.first().map_or(1, |plan| plan.line), message));

@@ -51,7 +51,7 @@ pub struct RunArgs {
     /// File that `plan` wrote, with the point MDPs to evaluate
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "sampling", "assist", "sumocfg"])]
     pub plan: Option<PathBuf>,
-    /// Results of the whole family for methods without training; sample and estimates use their scores
+    /// Results of the whole family for methods that do not learn; sample and estimates use their scores
     #[arg(long, value_name = "DIR", conflicts_with = "sumocfg")]
     pub assist: Option<PathBuf>,
     /// When it stops

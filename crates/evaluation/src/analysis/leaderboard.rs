@@ -77,6 +77,8 @@ pub struct Row {
     pub points: (usize, usize),
     /// How the point MDPs were chosen.
     pub sampling: Sampling,
+    /// Whether it was a run with looks, whose intervals are wider.
+    pub has_looks: bool,
     /// Evaluation episodes per task.
     pub seeds: usize,
     /// How it was trained; `None` for a method that does not learn.
@@ -204,9 +206,16 @@ pub fn settings(from: &Source, run: &Source, known: Known<'_>) -> Vec<String> {
     };
     let differs = |(key, value): (&String, &Value)| {
         let other = there.get(key)?;
-        (is_of_all(key) && value != other).then(|| format!("{key} = {value}"))
+        let shown = || value.as_f64().filter(|_| value.is_f64()).map_or(value.to_string(), short);
+        (is_of_all(key) && value != other).then(|| format!("{key} = {}", shown()))
     };
     here.iter().filter_map(differs).collect()
+}
+
+/// Returns a number with at most five significant digits.
+fn short(number: f64) -> String {
+    let rounded = format!("{number:.4e}");
+    rounded.parse::<f64>().map_or(rounded, |number| number.to_string())
 }
 
 /// Returns the table of a group of runs.
@@ -252,6 +261,7 @@ fn table(
                 interval: summary.interval,
                 points: (summary.points, source.identity().sample.family_size),
                 sampling: source.identity().sample.sampling,
+                has_looks: source.identity().sample.growth.is_some(),
                 seeds: source.identity().evaluation_seeds.len(),
                 trained,
                 simulator: source.identity().simulator.clone(),
@@ -322,6 +332,7 @@ mod tests {
             interval,
             points: (1, 1),
             sampling: Sampling::All,
+            has_looks: false,
             seeds: 5,
             trained: None,
             simulator: String::new(),

@@ -15,7 +15,7 @@ After this page you can see how all published methods rank on each family, and h
 the records; do not edit it.
 
 - **Score**: the estimate over all point MDPs of the family, with its 95% interval. A run on a sample has the estimate and the interval
-  of its sample.
+  of its sample. A run with *looks*, which could have stopped early, has wider intervals.
 - **Place**: the first and the last place that the intervals allow. A method is surely before another one only where their intervals
   do not meet. A wide range means that the run is too small to say. `tsc-family compare` decides more pairs, because it compares two
   methods on the same vehicles.
@@ -90,6 +90,7 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
         ((some, of), Sampling::All) => format!("{some} of {of}"),
         ((some, of), sampling) => format!("{some} of {of}, {}", sampling.name()),
     };
+    let looks = if row.has_looks { ", looks" } else { "" };
     let trained = match row.trained {
         None => "-".to_owned(),
         Some(Trained { trainings, episodes, steps, .. }) => {
@@ -108,7 +109,7 @@ fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     let interval = row.interval.filter(|(low, high)| low < high);
     let interval = interval.map(|ends| format!(" ({})", format::interval(ends)));
     format!(
-        "| {place} | {method} | {score}{} | {points} | {} | {trained} | {}, {} | [{}]({}/manifest.json) |\n",
+        "| {place} | {method} | {score}{} | {points}{looks} | {} | {trained} | {}, {} | [{}]({}/manifest.json) |\n",
         interval.unwrap_or_default(),
         row.seeds,
         row.simulator,
@@ -141,6 +142,7 @@ pub fn json(tables: &[Table]) -> Vec<Value> {
             "interval": row.interval,
             "points": row.points.0,
             "sampling": row.sampling,
+            "looks": row.has_looks,
             "evaluation_seeds": row.seeds,
             "trainings": row.trained.map(|trained| trained.trainings),
             "episodes": row.trained.filter(|t| t.steps.is_none()).map(|trained| trained.episodes),

@@ -7,7 +7,7 @@
 //! DIR/models/KKK/K.safetensors    what the method of task K has learned, if it learns
 //! DIR/ckpt/KKK/K.safetensors      how far the training of task K has come, until it has a record
 //! DIR/logs/KKK/K.log              what the worker of task K wrote to standard error
-//! DIR/design.json              what was known of the whole family when a balanced sample was drawn
+//! DIR/design.json                 what was known of the whole family when a balanced sample was drawn
 //! DIR/places.json                 where the intersections of the family are, for maps and tables
 //! DIR/jobs/N/                     what was handed over to a batch system
 //! DIR/lock.json                   held while a local run goes on

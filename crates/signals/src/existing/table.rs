@@ -165,7 +165,7 @@ fn other_table<'a>(names: impl Iterator<Item = &'a str>, known: &[&str]) -> Opti
     }
     (!known.iter().any(|name| has(name))).then(|| {
         format!(
-            "none of its columns is one of a table of plans; begin with a header of names: {}, and max_green_s or split_s",
+            "none of its columns belongs to a table of plans; begin with a header of names: {}, and max_green_s or split_s",
             COLUMNS.join(", ")
         )
     })

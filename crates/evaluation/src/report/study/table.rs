@@ -103,7 +103,7 @@ impl StudyReport<'_> {
     pub(super) fn inputs(&self) -> String {
         let names: Vec<&str> = self.recorded.inputs.iter().map(|(i, _)| &i.method[..]).collect();
         if names.is_empty() {
-            return "M4 and Bayesian quadrature know only the features: no method without training has results on all \
+            return "M4 and Bayesian quadrature know only the features: no method that does not learn has results on all \
             point MDPs; see --assist."
                 .to_owned();
         }
