@@ -42,7 +42,7 @@ fn learned(trainer: &dyn Trainer) -> String {
 #[test]
 fn ppo_with_the_defaults_solves_it_in_100_000_steps() {
     for replicate in 0..2 {
-        let mut trainer = Ppo::new((&sb3().ppo).into(), cart_pole, replicate);
+        let mut trainer = Ppo::new(sb3().ppo, cart_pole(), replicate);
         let before = mean_return(&mut trainer);
         trainer.advance(u64::MAX, &mut |k| seed::training(replicate, k));
         let after = mean_return(&mut trainer);
@@ -52,7 +52,7 @@ fn ppo_with_the_defaults_solves_it_in_100_000_steps() {
 
 #[test]
 fn dqn_with_the_defaults_learns() {
-    let mut trainer = Dqn::new((&sb3().dqn).into(), cart_pole(), 0);
+    let mut trainer = Dqn::new(sb3().dqn, cart_pole(), 0);
     let before = mean_return(&mut trainer);
     trainer.advance(u64::MAX, &mut |k| seed::training(0, k));
     let after = mean_return(&mut trainer);
@@ -64,9 +64,9 @@ fn dqn_with_the_defaults_learns() {
 #[test]
 fn what_is_learned_has_the_same_bytes_on_every_processor() {
     let seeds = &mut |k| seed::training(7, k);
-    let mut ppo = Ppo::new((&sb3().ppo).into(), cart_pole, 7);
+    let mut ppo = Ppo::new(sb3().ppo, cart_pole(), 7);
     ppo.advance(3000, seeds);
-    let mut dqn = Dqn::new((&tuned().dqn).into(), cart_pole(), 7);
+    let mut dqn = Dqn::new(tuned().dqn, cart_pole(), 7);
     dqn.advance(1100, seeds);
     let known = [
         "de8fb373955146411158161412b908e99c2c0638bb5351da6b5dbc92f684f726",

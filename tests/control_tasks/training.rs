@@ -44,7 +44,7 @@ fn small_networks_swing_a_pendulum_up_with_sac_and_td3() {
         total_steps: 5000,
         hidden: 64,
         learning_rate: 1e-3,
-        ..(&config).into()
+        ..config
     };
     let found = mean_return(&mut Sac::new(settings, pendulum(), 0), &mut pendulum());
     assert!(found > -200.0, "{found}");
@@ -56,7 +56,7 @@ fn small_networks_swing_a_pendulum_up_with_sac_and_td3() {
         hidden,
         second_hidden,
         action_noise: 0.1,
-        ..(&config).into()
+        ..config
     };
     let found = mean_return(&mut Td3::new(settings, pendulum(), 0), &mut pendulum());
     assert!(found > -250.0, "{found}");
@@ -65,9 +65,9 @@ fn small_networks_swing_a_pendulum_up_with_sac_and_td3() {
 #[test]
 fn trpo_with_the_defaults_solves_both_and_ppo_with_other_settings_too() {
     let config = cartpole::Scenario::default().trpo;
-    let found = mean_return(&mut Trpo::new((&config).into(), cart_pole, 0), &mut cart_pole());
+    let found = mean_return(&mut Trpo::new(config.clone(), cart_pole(), 0), &mut cart_pole());
     assert!(found > 475.0, "{found}");
-    let found = mean_return(&mut Trpo::new((&config).into(), pendulum, 0), &mut pendulum());
+    let found = mean_return(&mut Trpo::new(config, pendulum(), 0), &mut pendulum());
     assert!(found > -300.0, "{found}");
     let config = pendulum::Scenario::default().ppo;
     let tuned = tsc_family::rl::sb3::ppo::Settings {
@@ -75,16 +75,16 @@ fn trpo_with_the_defaults_solves_both_and_ppo_with_other_settings_too() {
         num_steps: 1024,
         gamma: 0.9,
         learning_rate: 1e-3,
-        ..(&config).into()
+        ..config
     };
-    let found = mean_return(&mut Ppo::new(tuned, pendulum, 0), &mut pendulum());
+    let found = mean_return(&mut Ppo::new(tuned, pendulum(), 0), &mut pendulum());
     assert!(found > -300.0, "{found}");
 }
 
 #[test]
 fn random_search_with_the_defaults_balances_a_pole() {
     let config = cartpole::Scenario::default().ars;
-    let found = mean_return(&mut Ars::new((&config).into(), cart_pole(), 0), &mut cart_pole());
+    let found = mean_return(&mut Ars::new(config, cart_pole(), 0), &mut cart_pole());
     assert!(found > 475.0, "{found}");
 }
 
@@ -93,11 +93,11 @@ fn random_search_with_the_defaults_balances_a_pole() {
 fn what_is_learned_has_the_same_bytes_on_every_processor() {
     let config = pendulum::Scenario::default();
     let few = 300;
-    let sac = tsc_family::rl::sb3::sac::Settings { total_steps: few, ..(&config.sac).into() };
-    let td3 = tsc_family::rl::sb3::td3::Settings { total_steps: few, ..(&config.td3).into() };
-    let ppo = tsc_family::rl::sb3::ppo::Settings { total_steps: 3000, ..(&config.ppo).into() };
-    let trpo = tsc_family::rl::sb3::trpo::Settings { total_steps: 3000, ..(&config.trpo).into() };
-    let ars = tsc_family::rl::sb3::ars::Settings { total_steps: 9000, ..(&config.ars).into() };
+    let sac = tsc_family::rl::sb3::sac::Settings { total_steps: few, ..config.sac };
+    let td3 = tsc_family::rl::sb3::td3::Settings { total_steps: few, ..config.td3 };
+    let ppo = tsc_family::rl::sb3::ppo::Settings { total_steps: 3000, ..config.ppo };
+    let trpo = tsc_family::rl::sb3::trpo::Settings { total_steps: 3000, ..config.trpo };
+    let ars = tsc_family::rl::sb3::ars::Settings { total_steps: 9000, ..config.ars };
     let known = [
         "4b978c6350158f3e69bf2b51e94de97d3bc20b99679aad5168a0bb6cd211bf56",
         "11d456836ee92278c5ec629731aa9940b4c1894779cab88f283851f4bc01368c",
@@ -108,8 +108,8 @@ fn what_is_learned_has_the_same_bytes_on_every_processor() {
     let found = [
         learned(Sac::new(sac, pendulum(), 7)),
         learned(Td3::new(td3, pendulum(), 7)),
-        learned(Ppo::new(ppo, pendulum, 7)),
-        learned(Trpo::new(trpo, pendulum, 7)),
+        learned(Ppo::new(ppo, pendulum(), 7)),
+        learned(Trpo::new(trpo, pendulum(), 7)),
         learned(Ars::new(ars, pendulum(), 7)),
     ];
     assert_eq!(found, known);

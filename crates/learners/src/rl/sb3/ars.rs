@@ -8,6 +8,8 @@
 //!   returns, count. The step is divided by their number and the (unbiased) deviation of their returns.
 //! - **Training** is the trying: an update takes as many steps as its episodes do.
 
+use basics::setting::settings;
+
 use super::lanes::Lanes;
 use super::{Progress, Trainer, largest};
 use crate::nn::archive::{Archive, ArchiveError};
@@ -17,21 +19,23 @@ use crate::rl::random::Generator;
 /// Added to what a step is divided by.
 const STEP_EPSILON: f32 = 1e-6;
 
-/// Settings of the algorithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Steps of the training; the update that begins before they are done is completed.
-    pub total_steps: u64,
-    /// Directions of an update.
-    pub directions: usize,
-    /// Best of them, which count; all where there are fewer.
-    pub best_directions: usize,
-    /// Size of a step.
-    pub learning_rate: f32,
-    /// Deviation of what is added to each weight when a direction is tried.
-    pub deviation: f32,
-    /// Added to the return for every step of an episode.
-    pub alive_bonus: f32,
+settings! {
+    /// Hyper-parameters of `ars`; the defaults are those of sb3-contrib.
+    pub struct Settings, source "sb3-contrib 2.9, ARS with LinearPolicy" {
+        /// Steps of the training; the update that begins before this many are done is completed.
+        total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
+            source "Jayawardana et al., 2022, give none for most tasks";
+        /// Directions of an update, each tried both ways for an episode.
+        directions: usize = 8, in 1.0..=1e4, unit "directions";
+        /// How many of the best directions count, by the better return of both ways; all where there are fewer.
+        best_directions: usize = 8, in 1.0..=1e4, unit "directions";
+        /// Size of a step.
+        learning_rate: f32 = 0.02, in 1e-8..=1e3;
+        /// Deviation of what is added to each weight when a direction is tried.
+        deviation: f32 = 0.05, in 1e-8..=1e3;
+        /// Added to the return for every step of an episode.
+        alive_bonus: f32 = 0.0, in -1e3..=1e3;
+    }
 }
 
 /// A training.

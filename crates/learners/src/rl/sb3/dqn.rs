@@ -9,9 +9,8 @@
 //! - **Target network**: copied every so many steps, before the updates of that step.
 //! - **A cut episode** has the value of the state after it.
 
-mod settings;
+use basics::setting::settings;
 
-pub use self::settings::Settings;
 use super::lanes::Lanes;
 use super::{HIDDEN_LAYERS, Progress, Trainer, largest};
 use crate::nn::adam::Adam;
@@ -24,6 +23,43 @@ use crate::rl::persist::depends_on_both;
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 use crate::rl::schedule::linear_epsilon;
+
+settings! {
+    /// Hyper-parameters of `dqn`; the defaults are Stable-Baselines3's, which hardly learn this task.
+    pub struct Settings, source "Stable-Baselines3 2.9, DQN" {
+        /// Steps of the training.
+        total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
+            source "Jayawardana et al., 2022, give none for this task";
+        /// Step size of Adam.
+        learning_rate: f32 = 1e-4, in 1e-8..=1.0;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-8, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Steps in the replay buffer.
+        buffer_size: usize = 1_000_000, in 1.0..=1e8, unit "steps";
+        /// Steps per update, drawn with replacement.
+        batch_size: usize = 32, in 1.0..=4096.0, unit "steps";
+        /// Steps before the first update, in which actions are random.
+        learning_starts: u64 = 100, in 0.0..=1e9, unit "steps";
+        /// Steps between two blocks of updates.
+        train_frequency: u64 = 4, in 1.0..=1e6, unit "steps";
+        /// Updates of a block.
+        gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+        /// Steps between two copies into the target network.
+        target_network_frequency: u64 = 10_000, in 1.0..=1e9, unit "steps";
+        /// Share of random actions at the beginning.
+        start_epsilon: f64 = 1.0, in 0.0..=1.0;
+        /// Share of random actions at the end.
+        end_epsilon: f64 = 0.05, in 0.0..=1.0;
+        /// Share of the training over which the share of random actions falls linearly.
+        exploration_fraction: f64 = 0.1, in 0.0..=1.0;
+        /// Largest Euclidean norm of the gradient.
+        max_grad_norm: f32 = 10.0, in 1e-6..=1e9;
+        /// Units of both hidden layers.
+        hidden: usize = 64, in 1.0..=1024.0, unit "units";
+    }
+}
 
 /// A training of action values.
 #[derive(Debug, Clone)]

@@ -85,16 +85,15 @@ pub struct OnPolicy<E, A> {
     pub(super) steps: u64,
 }
 
-impl<E: Environment, A: Algorithm> OnPolicy<E, A> {
-    /// Returns a training that has not begun; `environment` makes the environments side by side, `algorithm` what learns
-    /// actions of a kind.
+impl<E: Environment + Clone, A: Algorithm> OnPolicy<E, A> {
+    /// Returns a training that has not begun; `algorithm` makes what learns actions of a kind.
     pub(super) fn start(
         play: Play,
-        environment: impl Fn() -> E,
+        environment: E,
         seed: u64,
         algorithm: impl FnOnce(Actions) -> A,
     ) -> Self {
-        let lanes = Lanes::new((0..play.environments.max(1)).map(|_| environment()).collect());
+        let lanes = Lanes::new(vec![environment; play.environments.max(1)]);
         let (width, actions) = (lanes.width(), lanes.actions());
         let Play { hidden, adam_epsilon, num_steps, .. } = play;
         Self {
@@ -128,7 +127,7 @@ impl<E: Environment, A: Algorithm> OnPolicy<E, A> {
     }
 }
 
-impl<E: Environment, A: Algorithm> Trainer for OnPolicy<E, A> {
+impl<E: Environment + Clone, A: Algorithm> Trainer for OnPolicy<E, A> {
     fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress {
         let mut losses = Losses::default();
         while !self.finished() && self.steps < steps {

@@ -9,6 +9,8 @@
 //!   fixed.
 //! - **Order**: coefficient, critics, policy (against the critics just moved), targets.
 
+use basics::setting::settings;
+
 use super::off_policy::{Batch, Critics, Followed, Learner, OffPolicy, Play, network};
 use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
@@ -25,35 +27,37 @@ const DENSITY_EPSILON: f32 = 1e-6;
 /// Half the logarithm of 2 pi.
 const HALF_LOG_TAU: f32 = 0.918_938_5;
 
-/// Settings of the algorithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Steps of the training.
-    pub total_steps: u64,
-    /// Step size of Adam, for policy, critics and coefficient.
-    pub learning_rate: f32,
-    /// Adam's epsilon.
-    pub adam_epsilon: f32,
-    /// Discount per step.
-    pub gamma: f32,
-    /// Share by which the targets follow the critics.
-    pub tau: f32,
-    /// Steps in the replay buffer.
-    pub buffer_size: usize,
-    /// Steps per update.
-    pub batch_size: usize,
-    /// Steps before the first update, whose actions are uniform.
-    pub learning_starts: u64,
-    /// Steps between two blocks of updates.
-    pub train_frequency: u64,
-    /// Updates of a block.
-    pub gradient_steps: u32,
-    /// Weight of the entropy, at first.
-    pub entropy_coefficient: f32,
-    /// Whether it is learned.
-    pub learned_entropy_coefficient: bool,
-    /// Units of both hidden layers of every network.
-    pub hidden: usize,
+settings! {
+    /// Hyper-parameters of `sac`; the defaults are those of Stable-Baselines3.
+    pub struct Settings, source "Stable-Baselines3 2.9, SAC" {
+        /// Steps of the training.
+        total_steps: u64 = 20_000, in 1.0..=1e9, unit "steps",
+            source "rl-baselines3-zoo 2.9 for Pendulum-v1";
+        /// Step size of Adam, for policy, critics and entropy coefficient.
+        learning_rate: f32 = 3e-4, in 1e-8..=1.0;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-8, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Share by which the slow copies follow at each update.
+        tau: f32 = 0.005, in 1e-6..=1.0;
+        /// Steps in the replay buffer.
+        buffer_size: usize = 1_000_000, in 1.0..=1e8, unit "steps";
+        /// Steps per update, drawn with replacement.
+        batch_size: usize = 256, in 1.0..=4096.0, unit "steps";
+        /// Steps before the first update, in which actions are random.
+        learning_starts: u64 = 100, in 0.0..=1e9, unit "steps";
+        /// Steps between two blocks of updates.
+        train_frequency: u64 = 1, in 1.0..=1e6, unit "steps";
+        /// Updates of a block.
+        gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+        /// Weight of the entropy, at first.
+        entropy_coefficient: f32 = 1.0, in 1e-6..=1e3;
+        /// Whether the weight of the entropy is learned, towards an entropy of minus the number of action dimensions.
+        learned_entropy_coefficient: bool = true;
+        /// Units of both hidden layers of every network.
+        hidden: usize = 256, in 1.0..=1024.0, unit "units";
+    }
 }
 
 /// A training.

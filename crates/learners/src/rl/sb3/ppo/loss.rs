@@ -1,6 +1,6 @@
 //! The loss of a minibatch and its gradients by what the networks give.
 
-use super::settings::Settings;
+use super::Settings;
 use crate::rl::environment::Actions;
 use crate::rl::sb3::actor_critic::Outputs;
 use crate::rl::sb3::distribution::Distribution;
