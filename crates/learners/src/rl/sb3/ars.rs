@@ -11,10 +11,11 @@
 use basics::setting::settings;
 
 use super::lanes::Lanes;
-use super::{Progress, Trainer, largest};
+use super::{Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::{Actions, Environment};
 use crate::rl::random::Generator;
+use crate::rl::values::largest;
 
 /// Added to what a step is divided by.
 const STEP_EPSILON: f32 = 1e-6;

@@ -112,11 +112,6 @@ pub trait Trainer {
     fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
 }
 
-/// Returns the place of the largest number, the first of several.
-fn largest(values: &[f32]) -> usize {
-    (1..values.len()).fold(0, |best, i| if values[i] > values[best] { i } else { best })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,13 +121,5 @@ mod tests {
         let at = |steps| Schedule::Linear.at(0.5, steps, 100);
         assert_eq!((at(0), at(50), at(100), at(130)), (0.5, 0.25, 0.0, 0.0));
         assert_eq!(Schedule::Constant.at(0.5, 130, 100), 0.5);
-    }
-
-    #[test]
-    fn the_first_of_several_largest_numbers_is_taken() {
-        assert_eq!(
-            (largest(&[1.0, 3.0, 3.0]), largest(&[2.0]), largest(&[f32::NAN, 1.0])),
-            (1, 0, 0)
-        );
     }
 }

@@ -116,7 +116,13 @@ impl SoftActorCritic {
         let hidden = [hidden, hidden];
         let policy = network(width, &hidden, 2 * actions, Activation::None);
         Self {
-            policy: Followed::new(policy, learning_rate, adam_epsilon, seed, "policy"),
+            policy: Followed::new(
+                policy,
+                learning_rate,
+                adam_epsilon,
+                seed,
+                &["initial", "policy"],
+            ),
             critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
             log_coefficient: [libm::logf(settings.entropy_coefficient)],
             adam: Adam::new(1, learning_rate, adam_epsilon),
@@ -171,7 +177,7 @@ impl SoftActorCritic {
                 outputs[actions + k] = if inside { by_log_std } else { 0.0 };
             }
         }
-        policy.descend(&batch.states, &self.by_outputs);
+        policy.descend(&batch.states, &self.by_outputs, None);
         critics.follow(settings.tau);
         0.5 * squares
     }
@@ -207,7 +213,7 @@ impl Drawn {
 
 impl Learner for SoftActorCritic {
     fn explore(&mut self, observation: &[f32], draws: &mut Generator, action: &mut [f32]) {
-        let outputs = self.policy.network.single(&self.policy.parameters, observation);
+        let outputs = self.policy.values(observation);
         for (k, action) in action.iter_mut().enumerate() {
             let log_std = outputs[self.actions + k].clamp(LOG_STD[0], LOG_STD[1]);
             *action = libm::tanhf(outputs[k] + libm::expf(log_std) * draws.normal() as f32);
@@ -215,7 +221,7 @@ impl Learner for SoftActorCritic {
     }
 
     fn best(&mut self, observation: &[f32], action: &mut [f32]) {
-        let outputs = self.policy.network.single(&self.policy.parameters, observation);
+        let outputs = self.policy.values(observation);
         action.iter_mut().zip(outputs).for_each(|(action, mean)| *action = libm::tanhf(*mean));
     }
 

@@ -100,7 +100,13 @@ impl TwinDelayed {
         let hidden = [hidden, second_hidden];
         let policy = network(width, &hidden, actions, Activation::Tanh);
         Self {
-            policy: Followed::new(policy, learning_rate, adam_epsilon, seed, "policy"),
+            policy: Followed::new(
+                policy,
+                learning_rate,
+                adam_epsilon,
+                seed,
+                &["initial", "policy"],
+            ),
             critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
             updates: 0,
             noise: Vec::new(),
@@ -131,7 +137,7 @@ impl TwinDelayed {
             let (_, by_actions) = critics.by_actions(&self.pairs, actions, true);
             self.by_outputs.clear();
             self.by_outputs.extend(by_actions.iter().map(|g| -g / count as f32));
-            policy.descend(&batch.states, &self.by_outputs);
+            policy.descend(&batch.states, &self.by_outputs, None);
             critics.follow(settings.tau);
             policy.follow(settings.tau);
         }
@@ -167,7 +173,7 @@ impl Learner for TwinDelayed {
     }
 
     fn best(&mut self, observation: &[f32], action: &mut [f32]) {
-        action.copy_from_slice(self.policy.network.single(&self.policy.parameters, observation));
+        action.copy_from_slice(self.policy.values(observation));
     }
 
     fn outputs(&mut self, observations: &[f32]) -> &[f32] {
