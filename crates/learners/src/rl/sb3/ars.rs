@@ -14,6 +14,7 @@ use super::lanes::Lanes;
 use super::{Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::{Actions, Environment};
+use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 use crate::rl::values::largest;
 
@@ -176,7 +177,9 @@ impl<E: Environment> Trainer for Ars<E> {
         say(&self.weights, observation, &mut self.outputs);
         act(self.actions, &self.outputs, action);
     }
+}
 
+impl<E: Environment> Persist for Ars<E> {
     fn is_finite(&self) -> bool {
         self.weights.iter().all(|w| w.is_finite())
     }

@@ -17,7 +17,7 @@ use super::{HIDDEN_LAYERS, Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::{Activation, Network};
 use crate::rl::environment::{Actions, Environment};
-use crate::rl::persist::depends_on_both;
+use crate::rl::persist::{Persist, depends_on_both};
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 use crate::rl::schedule::linear_epsilon;
@@ -219,7 +219,9 @@ impl<E: Environment> Trainer for Dqn<E> {
     fn act(&mut self, observation: &[f32], action: &mut [f32]) {
         action[0] = largest(self.learned.values(observation)) as f32;
     }
+}
 
+impl<E: Environment> Persist for Dqn<E> {
     fn is_finite(&self) -> bool {
         self.learned.is_finite()
     }

@@ -18,7 +18,7 @@ use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
 use crate::nn::{self, Activation, Network};
 use crate::rl::environment::{Actions, Environment};
-use crate::rl::persist::depends_on_state;
+use crate::rl::persist::{Persist, depends_on_state};
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 
@@ -210,7 +210,9 @@ impl<E: Environment, L: Learner> Trainer for OffPolicy<E, L> {
         self.learner.best(observation, action);
         action.iter_mut().for_each(|a| *a *= self.limit);
     }
+}
 
+impl<E: Environment, L: Learner> Persist for OffPolicy<E, L> {
     fn is_finite(&self) -> bool {
         self.learner.is_finite()
     }

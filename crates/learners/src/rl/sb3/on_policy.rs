@@ -7,6 +7,7 @@ use super::rollout::Rollout;
 use super::{Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::{Actions, Environment};
+use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 
 /// How much is played between updates, and with which networks.
@@ -149,7 +150,9 @@ impl<E: Environment + Clone, A: Algorithm> Trainer for OnPolicy<E, A> {
     fn act(&mut self, observation: &[f32], action: &mut [f32]) {
         self.experience.networks.best(observation, action);
     }
+}
 
+impl<E: Environment + Clone, A: Algorithm> Persist for OnPolicy<E, A> {
     fn is_finite(&self) -> bool {
         self.experience.networks.is_finite()
     }

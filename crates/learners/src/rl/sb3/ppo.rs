@@ -118,6 +118,7 @@ mod tests {
     use super::super::testing::{Corridor, Slider, check_trainer, outcome, play, updates};
     use super::*;
     use crate::rl::environment::Actions;
+    use crate::rl::persist::Persist;
 
     fn settings() -> Settings {
         Settings {
