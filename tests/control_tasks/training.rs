@@ -9,9 +9,9 @@ use tsc_family::rl::environment::{Environment, play};
 use tsc_family::rl::sb3::Trainer;
 use tsc_family::rl::sb3::ars::Ars;
 use tsc_family::rl::sb3::dqn::Dqn;
-use tsc_family::rl::sb3::ppo::Ppo;
-use tsc_family::rl::sb3::sac::Sac;
-use tsc_family::rl::sb3::td3::Td3;
+use tsc_family::rl::sb3::ppo::{self, Ppo};
+use tsc_family::rl::sb3::sac::{self, Sac};
+use tsc_family::rl::sb3::td3::{self, Td3};
 use tsc_family::rl::sb3::trpo::Trpo;
 use tsc_family::seed;
 
@@ -46,24 +46,17 @@ fn learned(mut trainer: impl Trainer, steps: u64) -> String {
 
 #[test]
 fn small_networks_swing_a_pendulum_up_with_sac_and_td3() {
-    let config = pendulum::Scenario::default().sac;
-    let settings = tsc_family::rl::sb3::sac::Settings {
-        total_steps: 5000,
-        hidden: 64,
-        learning_rate: 1e-3,
-        ..config
-    };
+    let pendulum::Scenario { sac, td3, .. } = pendulum::Scenario::default();
+    let settings = sac::Settings { total_steps: 5000, hidden: 64, learning_rate: 1e-3, ..sac };
     let found = trained(&mut Sac::new(settings, pendulum(), 0), &mut pendulum());
     assert!(found > -200.0, "{found}");
-    let config = pendulum::Scenario::default().td3;
-    let (hidden, second_hidden) = (128, 128);
-    let settings = tsc_family::rl::sb3::td3::Settings {
+    let settings = td3::Settings {
         total_steps: 8000,
         learning_starts: 1000,
-        hidden,
-        second_hidden,
+        hidden: 128,
+        second_hidden: 128,
         action_noise: 0.1,
-        ..config
+        ..td3
     };
     let found = trained(&mut Td3::new(settings, pendulum(), 0), &mut pendulum());
     assert!(found > -250.0, "{found}");
@@ -77,7 +70,7 @@ fn trpo_with_the_defaults_solves_both_and_ppo_with_other_settings_too() {
     let found = trained(&mut Trpo::new(config, pendulum(), 0), &mut pendulum());
     assert!(found > -300.0, "{found}");
     let config = pendulum::Scenario::default().ppo;
-    let tuned = tsc_family::rl::sb3::ppo::Settings {
+    let tuned = ppo::Settings {
         environments: 4,
         num_steps: 1024,
         gamma: 0.9,
@@ -122,12 +115,6 @@ fn what_is_learned_has_the_same_bytes_on_every_processor() {
     let on_poles = cartpole::Scenario::default().ppo;
     let tuned = cartpole::Scenario::read("preset = \"tuned\"", "tuned", &[]).unwrap().dqn;
     let config = pendulum::Scenario::default();
-    let few = 300;
-    let sac = tsc_family::rl::sb3::sac::Settings { total_steps: few, ..config.sac };
-    let td3 = tsc_family::rl::sb3::td3::Settings { total_steps: few, ..config.td3 };
-    let ppo = tsc_family::rl::sb3::ppo::Settings { total_steps: 3000, ..config.ppo };
-    let trpo = tsc_family::rl::sb3::trpo::Settings { total_steps: 3000, ..config.trpo };
-    let ars = tsc_family::rl::sb3::ars::Settings { total_steps: 9000, ..config.ars };
     let known = [
         "de8fb373955146411158161412b908e99c2c0638bb5351da6b5dbc92f684f726",
         "5ed83b72e1e0b58b7cf12bf1bdb2c1f7f2c91fb3acbb3e25c0971f2e897fa363",
@@ -140,11 +127,11 @@ fn what_is_learned_has_the_same_bytes_on_every_processor() {
     let found = [
         learned(Ppo::new(on_poles, cart_pole(), 7), 3000),
         learned(Dqn::new(tuned, cart_pole(), 7), 1100),
-        learned(Sac::new(sac, pendulum(), 7), u64::MAX),
-        learned(Td3::new(td3, pendulum(), 7), u64::MAX),
-        learned(Ppo::new(ppo, pendulum(), 7), u64::MAX),
-        learned(Trpo::new(trpo, pendulum(), 7), u64::MAX),
-        learned(Ars::new(ars, pendulum(), 7), u64::MAX),
+        learned(Sac::new(config.sac, pendulum(), 7), 300),
+        learned(Td3::new(config.td3, pendulum(), 7), 300),
+        learned(Ppo::new(config.ppo, pendulum(), 7), 3000),
+        learned(Trpo::new(config.trpo, pendulum(), 7), 3000),
+        learned(Ars::new(config.ars, pendulum(), 7), 9000),
     ];
     assert_eq!(found, known);
 }

@@ -226,14 +226,7 @@ mod tests {
     use super::*;
 
     fn settings() -> Settings {
-        Settings {
-            total_steps: 4000,
-            directions: 4,
-            best_directions: 3,
-            learning_rate: 0.02,
-            deviation: 0.05,
-            alive_bonus: 0.0,
-        }
+        Settings { total_steps: 4000, directions: 4, best_directions: 3, ..Settings::default() }
     }
 
     #[test]

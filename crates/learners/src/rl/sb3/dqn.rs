@@ -268,19 +268,15 @@ mod tests {
         Settings {
             total_steps: 4000,
             learning_rate: 2e-3,
-            adam_epsilon: 1e-8,
             gamma: 0.9,
             buffer_size: 500,
-            batch_size: 32,
             learning_starts: 50,
             train_frequency: 8,
             gradient_steps: 8,
             target_network_frequency: 50,
-            start_epsilon: 1.0,
-            end_epsilon: 0.05,
             exploration_fraction: 0.5,
-            max_grad_norm: 10.0,
             hidden: 32,
+            ..Settings::default()
         }
     }
 

@@ -126,18 +126,12 @@ mod tests {
             environments: 3,
             num_steps: 43,
             minibatch_size: 32,
-            update_epochs: 10,
             learning_rate: 3e-3,
             learning_rate_schedule: Schedule::Linear,
-            adam_epsilon: 1e-5,
             gamma: 0.9,
-            gae_lambda: 0.95,
-            clip_range: 0.2,
             clip_range_schedule: Schedule::Linear,
-            entropy_coefficient: 0.0,
-            value_coefficient: 0.5,
-            max_grad_norm: 0.5,
             hidden: 32,
+            ..Settings::default()
         }
     }
 

@@ -278,17 +278,14 @@ mod tests {
         Settings {
             total_steps: 1600,
             learning_rate: 3e-3,
-            adam_epsilon: 1e-8,
             gamma: 0.9,
             tau: 0.02,
             buffer_size: 500,
             batch_size: 32,
             learning_starts: 50,
             train_frequency: 2,
-            gradient_steps: 1,
-            entropy_coefficient: 1.0,
-            learned_entropy_coefficient: true,
             hidden: 16,
+            ..Settings::default()
         }
     }
 

@@ -226,20 +226,15 @@ mod tests {
         Settings {
             total_steps: 1600,
             learning_rate: 3e-3,
-            adam_epsilon: 1e-8,
             gamma: 0.9,
             tau: 0.02,
             buffer_size: 500,
             batch_size: 32,
             learning_starts: 200,
-            train_frequency: 1,
-            gradient_steps: 1,
-            policy_delay: 2,
             action_noise: 0.1,
-            target_noise: 0.2,
-            target_noise_clip: 0.5,
             hidden: 16,
             second_hidden: 12,
+            ..Settings::default()
         }
     }
 

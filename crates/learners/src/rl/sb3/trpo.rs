@@ -341,17 +341,10 @@ mod tests {
             environments: 3,
             num_steps: 43,
             minibatch_size: 32,
-            critic_epochs: 10,
             learning_rate: 3e-3,
-            adam_epsilon: 1e-5,
             gamma: 0.9,
-            gae_lambda: 0.95,
-            target_kl: 0.01,
-            cg_steps: 15,
-            cg_damping: 0.1,
-            line_search_factor: 0.8,
-            line_search_steps: 10,
             hidden: 32,
+            ..Settings::default()
         }
     }
 
