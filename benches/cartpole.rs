@@ -89,10 +89,10 @@ fn main() {
     for (preset, text) in [("sb3", ""), ("tuned", "preset = \"tuned\"")] {
         let Scenario { ppo, dqn, .. } = Scenario::read(text, preset, &[]).unwrap();
         row(&format!("ppo, {preset}"), ppo.total_steps, &|seed| {
-            Box::new(Ppo::new((&ppo).into(), cart_pole, seed))
+            Box::new(Ppo::new(ppo.clone(), cart_pole(), seed))
         });
         row(&format!("dqn, {preset}"), dqn.total_steps, &|seed| {
-            Box::new(Dqn::new((&dqn).into(), cart_pole(), seed))
+            Box::new(Dqn::new(dqn.clone(), cart_pole(), seed))
         });
     }
     println!();

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Writes tests/control_tasks/*.csv: steps of gymnasium's environments.
 
-    python3 -m venv /tmp/gymnasium && /tmp/gymnasium/bin/pip install gymnasium==1.4.0 mujoco==4.0.0
+    python3 -m venv /tmp/gymnasium && /tmp/gymnasium/bin/pip install 'gymnasium[mujoco]==1.4.0' mujoco==4.0.0
     /tmp/gymnasium/bin/python scripts/control_steps.py
 
 1,000 steps of gymnasium's own constants and 50 of each of some contexts, set as CARL does (attributes of a made
-environment). Actions are random, some of them beyond the limits, in double precision for the pendulum and in single precision
-for the car; an episode that is over is followed by a new one, whose row says `start`.
+environment) and, for CartPole's `physical`, with what gymnasium derives from them derived again. Actions are random, some of
+them beyond the limits, in double precision for the pendulum and in single precision for the car; an episode that is over is
+followed by a new one, whose row says `start`.
 
 For half cheetah and swimmer, every tenth state: so small differences would have grown. There a context, of which there are 30
 steps, is set in the model that gymnasium has loaded (cheetah), or in a copy of its file (swimmer).
@@ -22,6 +23,14 @@ import mujoco
 import numpy as np
 
 OUT = pathlib.Path(__file__).parent.parent / "tests" / "control_tasks"
+POLES = [
+    (0.5, 1.0, 0.1, 10.0, 9.8),
+    (0.05, 10.0, 1.0, 100.0, 0.1),
+    (0.05, 0.1, 0.01, 1.0, 19.6),
+    (3.0, 6.0, 0.5, 50.0, 9.8),
+    (5.0, 0.1, 1.0, 100.0, 19.6),
+    (0.5, 1.0, 0.01, 1.0, 0.1),
+]
 PENDULUMS = [(1, 1, 10), (0.4, 0.5, 15), (4, 10, 2), (1.5, 4, 12), (3, 7, 5)]
 ACROBOTS = [(1, 1, 1, 1), (0.5, 1.5, 2, 0.5), (1.5, 0.5, 1, 2)]
 # Gravity, shares of the torso's mass and of friction.
@@ -71,6 +80,30 @@ def write(name, features, make, contexts):
         out.writerow([*features, "start", "position", "velocity", "action", "position_after", "velocity_after", "reward", "terminated"])
         for seed, context in enumerate(contexts):
             out.writerows(rows(make, context, 1000 if seed == 0 else 50, seed))
+
+
+def poles():
+    with (OUT / "cartpole.csv").open("w", newline="") as file:
+        out = csv.writer(file, lineterminator="\n")
+        names = ["x", "x_velocity", "angle", "angle_velocity"]
+        out.writerow(["variant", "length_m", "masscart_kg", "masspole_kg", "force_n", "gravity_mps2", "start", *names,
+                      "action", *(f"{name}_after" for name in names), "reward", "terminated"])
+        for seed, context in enumerate(POLES):
+            for variant in ["carl-compat", "physical"] if seed else ["carl-compat"]:
+                env = gymnasium.make("CartPole-v1").unwrapped
+                env.length, env.masscart, env.masspole, env.force_mag, env.gravity = context
+                if variant == "physical":
+                    env.total_mass = env.masspole + env.masscart
+                    env.polemass_length = env.masspole * env.length
+                draw, start = random.Random(seed), True
+                for _ in range(50 if seed else 1000):
+                    if start:
+                        env.reset(seed=draw.randrange(2**31))
+                    before = [float(s) for s in env.state]
+                    action = draw.randrange(2)
+                    _, reward, terminated, _, _ = env.step(action)
+                    out.writerow([variant, *context, int(start), *before, action, *map(float, env.state), reward, int(terminated)])
+                    start = terminated
 
 
 def acrobot():
@@ -144,6 +177,7 @@ def models(name, features, make, contexts):
 
 
 def main():
+    poles()
     write("pendulum", ["mass_kg", "length_m", "gravity_mps2"], pendulum, PENDULUMS)
     write("mountain-car", ["max_speed", "goal_position", "power"], car, CARS)
     acrobot()

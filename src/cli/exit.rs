@@ -55,84 +55,72 @@ pub fn code(error: &(dyn Error + 'static)) -> u8 {
 }
 
 fn known(error: &(dyn Error + 'static)) -> Option<u8> {
-    if let Some(e) = error.downcast_ref::<RunError>() {
-        return Some(match e {
-            RunError::Family(e) => family(e),
-            RunError::Store(e) => store(e),
-            RunError::Trial(e) => trial(e),
-            RunError::Prepare(e) => code(e.as_ref()),
-            RunError::Choice(_)
-            | RunError::Extent(_)
-            | RunError::Place(_)
-            | RunError::Method { .. }
-            | RunError::NoTask { .. }
-            | RunError::Controller { given: false, .. }
-            | RunError::Domain { .. }
-            | RunError::Model { .. } => USAGE,
-            RunError::Controller { given: true, .. } => MISMATCH,
-            RunError::Batch(e) => batch(e),
-            RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
-            RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,
-            RunError::Io(e) => file(e),
-        });
+    fn of<E: Error + 'static>(error: &(dyn Error + 'static), code: fn(&E) -> u8) -> Option<u8> {
+        error.downcast_ref().map(code)
     }
-    if let Some(e) = error.downcast_ref::<TrafficError>() {
-        return Some(match e {
-            TrafficError::Family(e) => family(e),
-            TrafficError::Network(e) => network(e),
-            TrafficError::Sim(e) => sim(e),
-            TrafficError::Run(e) => code(e),
-            TrafficError::DoubledPoint(_)
-            | TrafficError::NoPoint { .. }
-            | TrafficError::Altered { .. } => USAGE,
-            TrafficError::Disturbed(_) => UNEXPECTED,
-            TrafficError::Io(e) => file(e),
-        });
-    }
-    if let Some(e) = error.downcast_ref::<FamilyError>() {
-        return Some(family(e));
-    }
-    if let Some(e) = error.downcast_ref::<NetworkError>() {
-        return Some(network(e));
-    }
-    if let Some(e) = error.downcast_ref::<OwnError>() {
-        return Some(if let OwnError::Io(e) = e { file(e) } else { USAGE });
-    }
-    if error.is::<MujocoError>() {
-        return Some(NO_SUMO);
-    }
-    if error.is::<Refused>() {
-        return Some(USAGE);
-    }
-    if let Some(e) = error.downcast_ref::<CityError>() {
-        return Some(city(e));
-    }
-    if let Some(e) = error.downcast_ref::<SimError>() {
-        return Some(sim(e));
-    }
-    if error.is::<SampleError>()
-        || error.is::<ChoiceError>()
-        || error.is::<AnalysisError>()
-        || error.is::<StudyError>()
-        || error.is::<EngineError>()
-        || error.is::<CaseError>()
-    {
-        return Some(USAGE);
-    }
-    match error.downcast_ref::<ReportError>() {
+    match error.downcast_ref() {
         Some(ReportError::Io(e)) => return Some(file(e)),
         Some(ReportError::Store(e)) => return Some(store(e)),
         _ => {}
     }
-    match error.downcast_ref::<ExportError>() {
+    match error.downcast_ref() {
         Some(ExportError::Io(e)) => return Some(file(e)),
         Some(ExportError::Store(e)) => return Some(store(e)),
         _ => {}
     }
-    if let Some(e) = error.downcast_ref::<FileError>() {
-        return Some(file(e));
+    let is_usage = error.is::<Refused>()
+        || error.is::<SampleError>()
+        || error.is::<ChoiceError>()
+        || error.is::<AnalysisError>()
+        || error.is::<StudyError>()
+        || error.is::<EngineError>()
+        || error.is::<CaseError>();
+    is_usage
+        .then_some(USAGE)
+        .or_else(|| of(error, |_: &MujocoError| NO_SUMO))
+        .or_else(|| of(error, run))
+        .or_else(|| of(error, traffic))
+        .or_else(|| of(error, own))
+        .or_else(|| of(error, family))
+        .or_else(|| of(error, network))
+        .or_else(|| of(error, city))
+        .or_else(|| of(error, sim))
+        .or_else(|| of(error, store))
+        .or_else(|| of(error, file))
+}
+
+fn run(error: &RunError) -> u8 {
+    match error {
+        RunError::Family(e) => family(e),
+        RunError::Store(e) => store(e),
+        RunError::Trial(e) => trial(e),
+        RunError::Prepare(e) => code(e.as_ref()),
+        RunError::Batch(e) => batch(e),
+        RunError::Io(e) => file(e),
+        RunError::Controller { given: true, .. } => MISMATCH,
+        RunError::Stopped { no_simulator: true, .. } => NO_SUMO,
+        RunError::Stopped { .. } | RunError::Unprepared(_) => UNEXPECTED,
+        _ => USAGE,
     }
-    error.downcast_ref::<StoreError>().map(store)
+}
+
+fn traffic(error: &TrafficError) -> u8 {
+    match error {
+        TrafficError::Family(e) => family(e),
+        TrafficError::Network(e) => network(e),
+        TrafficError::Sim(e) => sim(e),
+        TrafficError::Run(e) => code(e),
+        TrafficError::Io(e) => file(e),
+        TrafficError::Disturbed(_) => UNEXPECTED,
+        _ => USAGE,
+    }
+}
+
+fn own(error: &OwnError) -> u8 {
+    match error {
+        OwnError::Io(e) => file(e),
+        _ => USAGE,
+    }
 }
 
 fn family(error: &FamilyError) -> u8 {
@@ -206,18 +194,8 @@ fn store(error: &StoreError) -> u8 {
         | StoreError::Locked { .. }
         | StoreError::Adding(_)
         | StoreError::Submitted(_) => MISMATCH,
-        StoreError::NotResults(_)
-        | StoreError::Manifest { .. }
-        | StoreError::Plan { .. }
-        | StoreError::Design { .. }
-        | StoreError::Renewable { .. }
-        | StoreError::Setting { .. }
-        | StoreError::Malformed { .. }
-        | StoreError::Record { .. }
-        | StoreError::Records(_)
-        | StoreError::Packed(_)
-        | StoreError::OtherManifest { .. } => USAGE,
         StoreError::Io(e) => file(e),
+        _ => USAGE,
     }
 }
 

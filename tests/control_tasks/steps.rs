@@ -44,7 +44,7 @@ fn rows(name: &str) -> Vec<Row> {
     numbers(name).into_iter().map(row).collect()
 }
 
-fn close(ours: f64, gymnasium: f64, row: usize) {
+pub(crate) fn close(ours: f64, gymnasium: f64, row: usize) {
     within(TOLERANCE, ours, gymnasium, row);
 }
 

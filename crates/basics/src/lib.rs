@@ -1,5 +1,6 @@
 //! What every crate of tsc-family uses, and what knows of no crate: files that are written safely, hashes,
-//! streams of random numbers, units, what a machine has, text that is only text, and the name that was probably meant.
+//! streams of random numbers, settings that are declared once, units, what a machine has, text that is only text, and the
+//! name that was probably meant.
 
 pub mod files;
 pub mod hash;
@@ -7,5 +8,6 @@ pub mod heartbeat;
 pub mod machine;
 pub mod plain;
 pub mod seed;
+pub mod setting;
 pub mod suggest;
 pub mod units;

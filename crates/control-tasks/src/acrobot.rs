@@ -9,10 +9,10 @@
 
 use std::f64::consts::PI;
 
-use crate::episodes::{Dynamics, Episodes};
+use crate::episodes::Dynamics;
 use crate::methods::{ars, dqn, ppo, trpo};
 use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Scale, Task, grid};
+use crate::task::{ContextFeature, Task, grid};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;
 use evaluation::settings::setting::settings;
@@ -181,15 +181,12 @@ impl Task for Acrobots {
         let Environment { torque_nm, start } = scenario.environment;
         Acrobot { lengths_m: [first, second], masses_kg: [mass, second_mass], torque_nm, start }
     }
-
-    fn scale(_: &Episodes<Acrobot>) -> Scale {
-        Scale::SAME
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::episodes::Episodes;
     use crate::task::testing::{check_episodes, check_family, check_features};
     use learners::rl::environment::play;
 

@@ -8,7 +8,7 @@
 //!
 //! Equations, constants and the order of the arithmetic are those of gymnasium's `CartPole-v1`
 //! (1.4.0, `envs/classic_control/cartpole.py`; Barto, Sutton and Anderson, 1983): explicit Euler, in
-//! which positions move by the old velocities. `tests/cartpole/dynamics.rs` compares step by step. Sine and
+//! which positions move by the old velocities. `tests/control_tasks/cartpole.rs` compares step by step. Sine and
 //! cosine are those of the crate `libm`, so that every machine computes the same bytes.
 
 use serde::{Deserialize, Serialize};

@@ -15,11 +15,11 @@
 use std::cell::OnceCell;
 use std::f64::consts::PI;
 
-use crate::episodes::{Dynamics, Episodes};
+use crate::episodes::Dynamics;
 use crate::methods::{ars, ppo, sac, td3, trpo};
 use crate::mujoco::{self, Simulation};
 use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Scale, Task, grid};
+use crate::task::{ContextFeature, Task, grid};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;
 use evaluation::run::fault::Cause;
@@ -289,10 +289,6 @@ impl Task for HalfCheetahs {
         };
         let Environment { control_cost } = scenario.environment;
         HalfCheetah::new(gravity_mps2, torso_mass_kg, friction, control_cost)
-    }
-
-    fn scale(_: &Episodes<HalfCheetah>) -> Scale {
-        Scale::SAME
     }
 }
 

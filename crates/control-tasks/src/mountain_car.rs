@@ -6,10 +6,10 @@
 //!
 //! Deviation: the grid of values is ours, around gymnasium's.
 
-use crate::episodes::{Dynamics, Episodes};
+use crate::episodes::Dynamics;
 use crate::methods::{ars, ppo, sac, td3, trpo};
 use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Scale, Task, grid};
+use crate::task::{ContextFeature, Task, grid};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;
 use evaluation::settings::setting::settings;
@@ -159,15 +159,12 @@ impl Task for MountainCars {
         let Environment { start_low, start_high } = scenario.environment;
         MountainCar { max_speed, goal, power, start: [start_low, start_high] }
     }
-
-    fn scale(_: &Episodes<MountainCar>) -> Scale {
-        Scale::SAME
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::episodes::Episodes;
     use crate::task::testing::{check_episodes, check_family, check_features};
     use learners::rl::environment::play;
 

@@ -12,11 +12,11 @@
 
 use std::f64::consts::PI;
 
-use crate::episodes::{Dynamics, Episodes};
+use crate::episodes::Dynamics;
 use crate::methods::{ppo, td3, trpo};
 use crate::pendulum::wrap;
 use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Scale, Task, point};
+use crate::task::{ContextFeature, Task, point};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;
 use evaluation::settings::setting::settings;
@@ -150,15 +150,12 @@ impl Task for SwingUps {
         let &[mass_kg, length_m] = context else { unreachable!("a context has all features") };
         SwingUp { mass_kg, length_m, max_torque_nm: scenario.environment.max_torque_nm }
     }
-
-    fn scale(_: &Episodes<SwingUp>) -> Scale {
-        Scale::SAME
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::episodes::Episodes;
     use crate::task::scenario::Settings as _;
     use crate::task::testing::{check_episodes, check_family, check_features};
     use learners::rl::environment::play;

@@ -10,10 +10,10 @@
 //! - A tilt that no action changes ends an episode in the original. So nearly a third of the episodes fail late whatever is
 //!   done. `environment.tilt_check = false` leaves that out.
 
-use crate::episodes::{Dynamics, Episodes};
+use crate::episodes::Dynamics;
 use crate::methods::{ppo, td3, trpo};
 use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Scale, Task, point};
+use crate::task::{ContextFeature, Task, point};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;
 use evaluation::settings::setting::settings;
@@ -204,15 +204,12 @@ impl Task for Quads {
     fn dynamics(scenario: &Scenario, context: &[f64]) -> Quad {
         Quad::new(context[0], context[1], scenario.environment.tilt_check)
     }
-
-    fn scale(_: &Episodes<Quad>) -> Scale {
-        Scale::SAME
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::episodes::Episodes;
     use crate::task::testing::{check_episodes, check_family, check_features};
     use learners::rl::environment::play;
 

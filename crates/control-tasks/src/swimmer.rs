@@ -6,11 +6,11 @@
 
 use std::cell::OnceCell;
 
-use crate::episodes::{Dynamics, Episodes};
+use crate::episodes::Dynamics;
 use crate::methods::{ppo, td3, trpo};
 use crate::mujoco::{self, Simulation};
 use crate::task::scenario::scenario;
-use crate::task::{ContextFeature, Scale, Task, point};
+use crate::task::{ContextFeature, Task, point};
 use evaluation::family::PointMdp;
 use evaluation::run::domain::Objective;
 use evaluation::run::fault::Cause;
@@ -208,15 +208,12 @@ impl Task for Swimmers {
         let Environment { goal_m, control_cost } = scenario.environment;
         Swimmer::new(radii_m, goal_m, control_cost)
     }
-
-    fn scale(_: &Episodes<Swimmer>) -> Scale {
-        Scale::SAME
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::episodes::Episodes;
     use crate::task::testing::{check_episodes, check_family, check_features};
     use learners::rl::environment::play;
 

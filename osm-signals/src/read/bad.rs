@@ -266,7 +266,6 @@ fn xml_that_is_no_extract_says_what_it_is() {
         message(gz(&store(b"{}"))),
         message(gz(&store(b"<gpx/>"))),
         message(gz(&store(&store(b"<osm/>")))),
-        message(xml(&store(b"<osm/>"))),
         message(gz(b"<osm/>")),
     ];
     insta::assert_snapshot!(texts.join("\n"), @r"
@@ -276,7 +275,6 @@ fn xml_that_is_no_extract_says_what_it_is() {
     town.osm.gz: holds JSON, but its name promises gzipped OpenStreetMap XML; decompress it with `gunzip`, then ask for XML, which Overpass calls `[out:xml]`
     town.osm.gz: holds XML that is not OpenStreetMap's, but its name promises gzipped OpenStreetMap XML; its root element is `gpx`, that of an extract is `osm`
     town.osm.gz: holds gzipped data, but its name promises gzipped OpenStreetMap XML; decompress it with `gunzip`, then decompress it with `gunzip`
-    town.osm: holds gzipped data, but its name promises OpenStreetMap XML; rename it to end in .osm.gz
     town.osm.gz, byte 6: the compressed data is cut off; fetch the file again
     ");
 }

@@ -240,7 +240,6 @@ mod tests {
                 message("a.osm", b"nonsense"),
                 message("a.osm", b""),
                 message("a.dat", PBF),
-                message("a.osm.bz2", b"BZh91AY"),
                 message("a.zip", b"PK\x03\x04"),
                 message("a.o5m", b"\xff\xe0\x04o5m2"),
                 message("a", b"nonsense"),
@@ -258,7 +257,6 @@ mod tests {
         a.osm: holds something unknown, but its name promises OpenStreetMap XML; look at where it came from
         a.osm: the file is empty; fetch it again
         a.dat: holds OpenStreetMap PBF, but its name promises no format that is read; rename it to end in .osm.pbf (read are .osm.pbf, .pbf, .osm, .xml, .osm.gz and .xml.gz)
-        a.osm.bz2: holds bzip2 data, but its name promises no format that is read; decompress it with `bunzip2` (read are .osm.pbf, .pbf, .osm, .xml, .osm.gz and .xml.gz)
         a.zip: holds a zip archive, but its name promises no format that is read; unpack it and give the extract in it (read are .osm.pbf, .pbf, .osm, .xml, .osm.gz and .xml.gz)
         a.o5m: holds o5m data, but its name promises no format that is read; convert it with `osmconvert` or `osmium cat` to .osm.pbf (read are .osm.pbf, .pbf, .osm, .xml, .osm.gz and .xml.gz)
         a: holds something unknown, but its name promises no format that is read; look at where it came from (read are .osm.pbf, .pbf, .osm, .xml, .osm.gz and .xml.gz)

@@ -100,7 +100,7 @@ mod tests {
             let path = root.join(path);
             let messages = [
                 make_folder_beneath(&root, &path).unwrap_err().to_string(),
-                new_beneath(&root, &path, &root).unwrap_err().to_string(),
+                new_beneath(&root, &path, &root, b"").unwrap_err().to_string(),
             ];
             for e in messages {
                 assert!(e.contains(&format!("{link}: it is a link")), "{e}");

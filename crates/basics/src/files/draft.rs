@@ -71,22 +71,14 @@ fn write_by_way_of(drafts: &Path, path: &Path, bytes: &[u8]) -> Result<(), FileE
     Ok(())
 }
 
-/// Makes a file beneath a root, empty and locked as drafts are, in place of what stands there: that stays as it is under any
-/// other name that it has. The draft is made in another folder beneath the root, and neither may be reached through a link.
+/// Makes a file beneath a root, locked as drafts are and with this in it from the beginning, in place of what stands there:
+/// that stays as it is under any other name that it has. The draft is made in another folder beneath the root, and neither may
+/// be reached through a link.
 ///
 /// # Errors
 ///
 /// [`FileError`] when a folder or the file is a link, or cannot be written.
-pub fn new_beneath(root: &Path, path: &Path, drafts: &Path) -> Result<File, FileError> {
-    renamed_beneath(root, path, drafts, b"")
-}
-
-/// Makes a file beneath a root as [`new_beneath`] does, with this in it from the beginning.
-///
-/// # Errors
-///
-/// As [`new_beneath`].
-pub fn renamed_beneath(
+pub fn new_beneath(
     root: &Path,
     path: &Path,
     drafts: &Path,
@@ -205,7 +197,7 @@ mod tests {
         fs::write(&other, "precious").unwrap();
         fs::create_dir(root.path().join("logs")).unwrap();
         fs::hard_link(&other, &path).unwrap();
-        let mut new = new_beneath(root.path(), &path, &root.path().join("tmp")).unwrap();
+        let mut new = new_beneath(root.path(), &path, &root.path().join("tmp"), b"").unwrap();
         new.write_all(b"mine").unwrap();
         assert_eq!(fs::read_to_string(&other).unwrap(), "precious");
         assert_eq!(fs::read_to_string(&path).unwrap(), "mine");

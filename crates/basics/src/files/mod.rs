@@ -12,7 +12,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 pub use beneath::{beneath, make_folder, make_folder_beneath};
-pub use draft::{Streamed, new_beneath, readable, renamed_beneath, replace, write_atomically};
+pub use draft::{Streamed, new_beneath, readable, replace, write_atomically};
 pub use rows::{Lines, lines};
 pub use shell::quoted;
 

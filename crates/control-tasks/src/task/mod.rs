@@ -72,22 +72,22 @@ pub trait Task: std::fmt::Debug + Clone + Copy + Default + Send + Sync + 'static
     /// # Errors
     ///
     /// The place of a feature, and what is wrong with its value and the way out.
-    fn check(scenario: &Self::Scenario, context: &[f64]) -> Result<(), (usize, String)> {
-        let _ = (scenario, context);
+    fn check(_scenario: &Self::Scenario, _context: &[f64]) -> Result<(), (usize, String)> {
         Ok(())
     }
 
     /// Returns features without effect, which samples ignore.
-    fn without_effect(scenario: &Self::Scenario) -> &'static [&'static str] {
-        let _ = scenario;
+    fn without_effect(_scenario: &Self::Scenario) -> &'static [&'static str] {
         &[]
     }
 
     /// Returns the dynamics of a context, in the order of [`Self::FEATURES`].
     fn dynamics(scenario: &Self::Scenario, context: &[f64]) -> Self::Dynamics;
 
-    /// Returns what turns the score of an episode into the objective.
-    fn scale(environment: &Episodes<Self::Dynamics>) -> Scale;
+    /// Returns what turns the score of an episode into the objective; by default nothing does.
+    fn scale(_environment: &Episodes<Self::Dynamics>) -> Scale {
+        Scale { zero: 0.0, one: 1.0, names: None }
+    }
 }
 
 /// What turns the score of an episode into the objective: `(score - zero) / (one - zero)`.
@@ -102,9 +102,6 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The score itself.
-    pub const SAME: Self = Self { zero: 0.0, one: 1.0, names: None };
-
     /// Returns the objective of a score.
     pub fn of(&self, score: f64) -> f64 {
         (score - self.zero) / (self.one - self.zero)

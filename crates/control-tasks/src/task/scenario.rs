@@ -238,7 +238,10 @@ macro_rules! scenario {
                 environment: E,
             ) -> Option<Box<$crate::methods::Begin>> {
                 $(if method == $method::METHOD.name {
-                    return Some($method::begin(&self.$method, environment));
+                    let config = self.$method.clone();
+                    return Some(Box::new(move |seed| {
+                        Box::new($method::Algorithm::new(config.clone(), environment.clone(), seed))
+                    }));
                 })*
                 None
             }
@@ -252,7 +255,8 @@ macro_rules! scenario {
 
             fn work(&self, method: &str, numbers: usize) -> Option<f64> {
                 $(if method == $method::METHOD.name {
-                    return Some(self.$method.work(numbers) / $method::Config::default().work(4 + 2));
+                    let usual = $method::work(&$method::Config::default(), 4 + 2);
+                    return Some($method::work(&self.$method, numbers) / usual);
                 })*
                 None
             }

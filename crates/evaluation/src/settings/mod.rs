@@ -5,7 +5,7 @@ pub mod default_name;
 pub mod named;
 pub mod overrides;
 pub mod page;
-pub mod setting;
+pub use basics::setting;
 pub mod source;
 mod within;
 pub mod wording;

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Layout;
 use crate::store::error::StoreError;
-use basics::files::{FileError, beneath, new_beneath, renamed_beneath};
+use basics::files::{FileError, beneath, new_beneath};
 
 /// Most bytes that are read of it.
 const HOLDER_BYTES: u64 = 4096;
@@ -54,7 +54,7 @@ impl RunLock {
         let _old = loop {
             if !is_alone(&path)? {
                 // Nobody can have locked it for this folder but one who is just putting a new one there.
-                new_beneath(layout.root(), &path, &layout.tmp())?;
+                new_beneath(layout.root(), &path, &layout.tmp(), b"")?;
             }
             let mut file = open(layout, &path)?;
             match file.try_lock() {
@@ -73,7 +73,7 @@ impl RunLock {
             }
             asked += 1;
         };
-        Ok(Self { _file: renamed_beneath(layout.root(), &path, &layout.tmp(), &text)? })
+        Ok(Self { _file: new_beneath(layout.root(), &path, &layout.tmp(), &text)? })
     }
 }
 

@@ -12,9 +12,10 @@
 mod persist;
 mod target;
 
-use self::target::{Target, best};
+use self::target::Target;
 use super::random::Generator;
 use super::replay::{Replay, Transition};
+use super::values::{huber, largest};
 use crate::nn::Network;
 use crate::nn::adam::Adam;
 
@@ -104,7 +105,7 @@ impl<N: Network> Dqn<N> {
 
     /// Returns the action of the highest value.
     pub fn greedy(&mut self, state: &[f32]) -> usize {
-        best(self.values(state))
+        largest(self.values(state))
     }
 
     /// Returns a random one of `actions` actions with probability `epsilon`, otherwise the greedy one.
@@ -176,11 +177,6 @@ impl<N: Network> Dqn<N> {
     pub fn transitions(&self) -> u64 {
         self.transitions
     }
-}
-
-fn huber(error: f32) -> f32 {
-    let size = error.abs();
-    if size <= 1.0 { 0.5 * error * error } else { size - 0.5 }
 }
 
 #[cfg(test)]

@@ -12,3 +12,4 @@ pub mod random;
 pub mod replay;
 pub mod sb3;
 pub mod schedule;
+mod values;

@@ -23,6 +23,7 @@ use self::loss::{Losses, Sample, log_probability, softmax};
 use self::rollout::Rollout;
 use super::gae::{Step, advantages};
 use super::random::Generator;
+use super::values::largest;
 use crate::nn::Network;
 use crate::nn::adam::Adam;
 
@@ -110,8 +111,7 @@ impl<N: Network> Ppo<N> {
     /// Returns the most probable action, the first of several.
     pub fn mode(&mut self, state: &[f32]) -> usize {
         let outputs = self.network.single(&self.parameters, state);
-        let logits = &outputs[..outputs.len() - 1];
-        (1..logits.len()).fold(0, |best, a| if logits[a] > logits[best] { a } else { best })
+        largest(&outputs[..outputs.len() - 1])
     }
 
     /// Stores a step, and updates when enough are there.

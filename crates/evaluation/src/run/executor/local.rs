@@ -253,7 +253,7 @@ impl Local {
         sender: &Sender<Event>,
     ) -> Result<Option<Failure>, RunError> {
         let log = self.layout.log(task.task);
-        let stderr = new_beneath(self.layout.root(), &log, &self.layout.tmp())?;
+        let stderr = new_beneath(self.layout.root(), &log, &self.layout.tmp(), b"")?;
         let prepared = Some(&self.prepared).filter(|folder| !folder.as_os_str().is_empty());
         let mut arguments: Vec<OsString> = vec![self.layout.root().into()];
         let prepared = prepared.iter().flat_map(|folder| ["--prepared".into(), folder.into()]);

@@ -1,6 +1,7 @@
 //! What the states after transitions are worth.
 
 use super::super::replay::Replay;
+use super::super::values::largest;
 use crate::nn::{Network, TILE};
 
 /// The target network's parameters and what they say of stored transitions.
@@ -66,7 +67,7 @@ impl Target {
         let outputs = network.outputs();
         let values = network.forward(&self.parameters, states);
         for (place, values) in asked.iter().zip(values.chunks_exact(outputs)) {
-            self.values[*place] = values[best(values)];
+            self.values[*place] = values[largest(values)];
         }
     }
 
@@ -84,7 +85,7 @@ impl Target {
         let outputs = network.outputs();
         choices.clear();
         let values = network.forward(online, states);
-        choices.extend(values.chunks_exact(outputs).map(best));
+        choices.extend(values.chunks_exact(outputs).map(largest));
         let values = network.forward(&self.parameters, states);
         for ((place, choice), values) in
             places.iter().zip(choices.iter()).zip(values.chunks_exact(outputs))
@@ -93,15 +94,4 @@ impl Target {
             self.values[*place] = if terminal { 0.0 } else { values[*choice] };
         }
     }
-}
-
-/// Returns the first of the highest values.
-pub(super) fn best(values: &[f32]) -> usize {
-    let mut best = 0;
-    for (i, value) in values.iter().enumerate() {
-        if *value > values[best] {
-            best = i;
-        }
-    }
-    best
 }

@@ -8,30 +8,36 @@
 //!   returns, count. The step is divided by their number and the (unbiased) deviation of their returns.
 //! - **Training** is the trying: an update takes as many steps as its episodes do.
 
+use basics::setting::settings;
+
 use super::lanes::Lanes;
-use super::{Progress, Trainer, largest};
+use super::{Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::{Actions, Environment};
+use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
+use crate::rl::values::largest;
 
 /// Added to what a step is divided by.
 const STEP_EPSILON: f32 = 1e-6;
 
-/// Settings of the algorithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Steps of the training; the update that begins before they are done is completed.
-    pub total_steps: u64,
-    /// Directions of an update.
-    pub directions: usize,
-    /// Best of them, which count; all where there are fewer.
-    pub best_directions: usize,
-    /// Size of a step.
-    pub learning_rate: f32,
-    /// Deviation of what is added to each weight when a direction is tried.
-    pub deviation: f32,
-    /// Added to the return for every step of an episode.
-    pub alive_bonus: f32,
+settings! {
+    /// Hyper-parameters of `ars`; the defaults are those of sb3-contrib.
+    pub struct Settings, source "sb3-contrib 2.9, ARS with LinearPolicy" {
+        /// Steps of the training; the update that begins before this many are done is completed.
+        total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
+            source "Jayawardana et al., 2022, give none for most tasks";
+        /// Directions of an update, each tried both ways for an episode.
+        directions: usize = 8, in 1.0..=1e4, unit "directions";
+        /// How many of the best directions count, by the better return of both ways; all where there are fewer.
+        best_directions: usize = 8, in 1.0..=1e4, unit "directions";
+        /// Size of a step.
+        learning_rate: f32 = 0.02, in 1e-8..=1e3;
+        /// Deviation of what is added to each weight when a direction is tried.
+        deviation: f32 = 0.05, in 1e-8..=1e3;
+        /// Added to the return for every step of an episode.
+        alive_bonus: f32 = 0.0, in -1e3..=1e3;
+    }
 }
 
 /// A training.
@@ -171,7 +177,9 @@ impl<E: Environment> Trainer for Ars<E> {
         say(&self.weights, observation, &mut self.outputs);
         act(self.actions, &self.outputs, action);
     }
+}
 
+impl<E: Environment> Persist for Ars<E> {
     fn is_finite(&self) -> bool {
         self.weights.iter().all(|w| w.is_finite())
     }
@@ -218,14 +226,7 @@ mod tests {
     use super::*;
 
     fn settings() -> Settings {
-        Settings {
-            total_steps: 4000,
-            directions: 4,
-            best_directions: 3,
-            learning_rate: 0.02,
-            deviation: 0.05,
-            alive_bonus: 0.0,
-        }
+        Settings { total_steps: 4000, directions: 4, best_directions: 3, ..Settings::default() }
     }
 
     #[test]

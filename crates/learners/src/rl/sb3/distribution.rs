@@ -8,7 +8,7 @@
 use crate::rl::environment::Actions;
 use crate::rl::persist::{depends_on_both, depends_on_state};
 use crate::rl::random::Generator;
-use crate::rl::sb3::largest;
+use crate::rl::values::largest;
 
 /// Half the logarithm of 2 pi.
 const HALF_LOG_TAU: f32 = 0.918_938_5;

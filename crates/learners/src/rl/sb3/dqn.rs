@@ -9,30 +9,62 @@
 //! - **Target network**: copied every so many steps, before the updates of that step.
 //! - **A cut episode** has the value of the state after it.
 
-mod settings;
+use basics::setting::settings;
 
-pub use self::settings::Settings;
 use super::lanes::Lanes;
-use super::{HIDDEN_LAYERS, Progress, Trainer, largest};
-use crate::nn::adam::Adam;
+use super::off_policy::{Followed, network};
+use super::{HIDDEN_LAYERS, Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
-use crate::nn::init::Init;
-use crate::nn::sequential::Sequential;
-use crate::nn::{self, Activation, Network};
+use crate::nn::{Activation, Network};
 use crate::rl::environment::{Actions, Environment};
-use crate::rl::persist::depends_on_both;
+use crate::rl::persist::{Persist, depends_on_both};
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 use crate::rl::schedule::linear_epsilon;
+use crate::rl::values::{huber, largest};
+
+settings! {
+    /// Hyper-parameters of `dqn`; the defaults are Stable-Baselines3's, which hardly learn this task.
+    pub struct Settings, source "Stable-Baselines3 2.9, DQN" {
+        /// Steps of the training.
+        total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
+            source "Jayawardana et al., 2022, give none for this task";
+        /// Step size of Adam.
+        learning_rate: f32 = 1e-4, in 1e-8..=1.0;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-8, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Steps in the replay buffer.
+        buffer_size: usize = 1_000_000, in 1.0..=1e8, unit "steps";
+        /// Steps per update, drawn with replacement.
+        batch_size: usize = 32, in 1.0..=4096.0, unit "steps";
+        /// Steps before the first update, in which actions are random.
+        learning_starts: u64 = 100, in 0.0..=1e9, unit "steps";
+        /// Steps between two blocks of updates.
+        train_frequency: u64 = 4, in 1.0..=1e6, unit "steps";
+        /// Updates of a block.
+        gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+        /// Steps between two copies into the target network.
+        target_network_frequency: u64 = 10_000, in 1.0..=1e9, unit "steps";
+        /// Share of random actions at the beginning.
+        start_epsilon: f64 = 1.0, in 0.0..=1.0;
+        /// Share of random actions at the end.
+        end_epsilon: f64 = 0.05, in 0.0..=1.0;
+        /// Share of the training over which the share of random actions falls linearly.
+        exploration_fraction: f64 = 0.1, in 0.0..=1.0;
+        /// Largest Euclidean norm of the gradient.
+        max_grad_norm: f32 = 10.0, in 1e-6..=1e9;
+        /// Units of both hidden layers.
+        hidden: usize = 64, in 1.0..=1024.0, unit "units";
+    }
+}
 
 /// A training of action values.
 #[derive(Debug, Clone)]
 pub struct Dqn<E> {
     settings: Settings,
-    network: Sequential,
-    parameters: Vec<f32>,
-    target: Vec<f32>,
-    adam: Adam,
+    learned: Followed,
     replay: Replay,
     lane: Lanes<E>,
     draws: Generator,
@@ -50,7 +82,6 @@ struct Buffers {
     /// What the values of the actions taken are to become.
     targets: Vec<f32>,
     output_gradient: Vec<f32>,
-    gradient: Vec<f32>,
     before: Vec<f32>,
     after: Vec<f32>,
 }
@@ -67,27 +98,20 @@ impl<E: Environment> Dqn<E> {
             panic!("deep Q-learning needs numbered actions");
         };
         let width = lane.width();
-        let layer = |network: Sequential, _| network.linear(settings.hidden, Activation::Relu);
-        let network = (0..HIDDEN_LAYERS).fold(Sequential::new(width), layer);
-        let network = network.linear(actions, Activation::None);
-        let mut draw = Generator::new(seed, &["initial"]);
-        let parameters = network.initial(&|_| Init::Uniform, draw.rng());
+        let Settings { hidden, learning_rate, adam_epsilon, .. } = settings;
+        let network = network(width, &[hidden; HIDDEN_LAYERS], actions, Activation::None);
         Self {
-            target: parameters.clone(),
-            adam: Adam::new(parameters.len(), settings.learning_rate, settings.adam_epsilon),
+            learned: Followed::new(network, learning_rate, adam_epsilon, seed, &["initial"]),
             replay: Replay::new(settings.buffer_size, width),
             draws: Generator::new(seed, &["replay"]),
             exploration: Generator::new(seed, &["exploration"]),
             steps: 0,
             buffers: Buffers {
-                gradient: vec![0.0; parameters.len()],
                 before: vec![0.0; width],
                 after: vec![0.0; width],
                 ..Buffers::default()
             },
             lane,
-            network,
-            parameters,
             settings,
         }
     }
@@ -109,9 +133,9 @@ impl<E: Environment> Dqn<E> {
         let Buffers { before, after, .. } = &mut self.buffers;
         before.copy_from_slice(self.lane.observation(0));
         let action = if self.exploration.unit() < epsilon {
-            self.exploration.below(self.network.outputs())
+            self.exploration.below(self.learned.network.outputs())
         } else {
-            largest(self.network.single(&self.parameters, before))
+            largest(self.learned.values(before))
         };
         let step = self.lane.step(0, &[action as f32], after, seeds);
         self.replay.push(&Transition {
@@ -123,15 +147,15 @@ impl<E: Environment> Dqn<E> {
         });
         self.steps += 1;
         if self.steps.is_multiple_of(self.settings.target_network_frequency) {
-            self.target.copy_from_slice(&self.parameters);
+            self.learned.target.copy_from_slice(&self.learned.parameters);
         }
     }
 
     /// One gradient step on stored steps; returns the loss.
     fn update(&mut self) -> f64 {
         let count = self.settings.batch_size;
-        let Buffers { places, states, nexts, targets, output_gradient, gradient, .. } =
-            &mut self.buffers;
+        let Buffers { places, states, nexts, targets, output_gradient, .. } = &mut self.buffers;
+        let Followed { network, parameters, target, .. } = &mut self.learned;
         places.clear();
         places.extend((0..count).map(|_| self.draws.below(self.replay.len())));
         states.clear();
@@ -141,15 +165,15 @@ impl<E: Environment> Dqn<E> {
             states.extend_from_slice(transition.state);
             nexts.extend_from_slice(transition.next);
         }
-        let actions = self.network.outputs();
+        let actions = network.outputs();
         targets.clear();
-        let values = self.network.forward(&self.target, nexts);
+        let values = network.forward(target, nexts);
         for (place, values) in places.iter().zip(values.chunks_exact(actions)) {
             let Transition { reward, terminal, .. } = self.replay.get(*place);
             let next = if terminal { 0.0 } else { values[largest(values)] };
             targets.push(reward + self.settings.gamma * next);
         }
-        let values = self.network.forward(&self.parameters, states);
+        let values = network.forward(parameters, states);
         output_gradient.clear();
         output_gradient.resize(values.len(), 0.0);
         let share = 1.0 / count as f32;
@@ -160,8 +184,7 @@ impl<E: Environment> Dqn<E> {
             loss += f64::from(huber(error) * share);
             output_gradient[at] = error.clamp(-1.0, 1.0) * share;
         }
-        self.network.backward(&self.parameters, states, output_gradient, gradient);
-        self.adam.step(&mut self.parameters, gradient, Some(self.settings.max_grad_norm));
+        self.learned.descend(states, output_gradient, Some(self.settings.max_grad_norm));
         loss
     }
 }
@@ -194,35 +217,32 @@ impl<E: Environment> Trainer for Dqn<E> {
     }
 
     fn act(&mut self, observation: &[f32], action: &mut [f32]) {
-        action[0] = largest(self.network.single(&self.parameters, observation)) as f32;
+        action[0] = largest(self.learned.values(observation)) as f32;
     }
+}
 
+impl<E: Environment> Persist for Dqn<E> {
     fn is_finite(&self) -> bool {
-        self.parameters.iter().all(|p| p.is_finite()) && self.adam.is_finite()
+        self.learned.is_finite()
     }
 
     fn is_alive(&mut self) -> bool {
-        let actions = self.network.outputs();
-        let values = self.network.forward(&self.parameters, &self.replay.probes());
-        depends_on_both(values, actions)
+        let Followed { network, parameters, .. } = &mut self.learned;
+        let actions = network.outputs();
+        depends_on_both(network.forward(parameters, &self.replay.probes()), actions)
     }
 
     fn learned(&self, prefix: &str, archive: &mut Archive) {
-        nn::save(&self.network, &self.parameters, prefix, archive);
+        self.learned.learned(prefix, archive);
     }
 
     fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        self.parameters = nn::load(&self.network, prefix, archive)?;
-        self.target.copy_from_slice(&self.parameters);
-        Ok(())
+        self.learned.load(prefix, archive)
     }
 
     fn save(&self, prefix: &str, archive: &mut Archive) {
-        let shape = [self.parameters.len()];
         archive.put(&format!("{prefix}steps"), self.steps);
-        archive.put_f32(format!("{prefix}parameters"), &shape, &self.parameters);
-        archive.put_f32(format!("{prefix}target"), &shape, &self.target);
-        self.adam.save(prefix, archive);
+        self.learned.save(prefix, archive);
         self.replay.save(prefix, archive);
         self.draws.save(&format!("{prefix}draws"), archive);
         self.exploration.save(&format!("{prefix}exploration"), archive);
@@ -230,22 +250,13 @@ impl<E: Environment> Trainer for Dqn<E> {
     }
 
     fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError> {
-        let shape = [self.parameters.len()];
-        let parameters = archive.f32(&format!("{prefix}parameters"), &shape)?;
-        self.parameters.copy_from_slice(parameters);
-        self.target.copy_from_slice(archive.f32(&format!("{prefix}target"), &shape)?);
-        self.adam.restore(prefix, archive)?;
+        self.learned.restore(prefix, archive)?;
         self.replay.restore(prefix, archive)?;
         self.draws.restore(&format!("{prefix}draws"), archive)?;
         self.exploration.restore(&format!("{prefix}exploration"), archive)?;
         self.steps = archive.get(&format!("{prefix}steps"))?;
         self.lane.restore(prefix, archive)
     }
-}
-
-fn huber(error: f32) -> f32 {
-    let size = error.abs();
-    if size <= 1.0 { 0.5 * error * error } else { size - 0.5 }
 }
 
 #[cfg(test)]
@@ -257,19 +268,15 @@ mod tests {
         Settings {
             total_steps: 4000,
             learning_rate: 2e-3,
-            adam_epsilon: 1e-8,
             gamma: 0.9,
             buffer_size: 500,
-            batch_size: 32,
             learning_starts: 50,
             train_frequency: 8,
             gradient_steps: 8,
             target_network_frequency: 50,
-            start_epsilon: 1.0,
-            end_epsilon: 0.05,
             exploration_fraction: 0.5,
-            max_grad_norm: 10.0,
             hidden: 32,
+            ..Settings::default()
         }
     }
 
@@ -279,7 +286,7 @@ mod tests {
         dqn.advance(u64::MAX, &mut |k| u64::from(k));
         assert_eq!(play(&mut dqn), 4);
         for state in 0..4 {
-            let value = dqn.network.single(&dqn.parameters, &Corridor::one_hot(state))[1];
+            let value = dqn.learned.values(&Corridor::one_hot(state))[1];
             let exact = 0.9f32.powi(3 - state as i32);
             assert!((value - exact).abs() < 0.05, "{state}: {value}, {exact}");
         }
@@ -306,11 +313,9 @@ mod tests {
     fn table(terminal: bool) -> Dqn<Corridor> {
         let settings = Settings { batch_size: 1, gamma: 0.9, ..settings() };
         let mut dqn = Dqn::new(settings, Corridor::default(), 1);
-        dqn.network = Sequential::new(1).linear(2, Activation::None);
-        dqn.parameters = vec![1.0, 2.0, 0.0, 0.0];
-        dqn.target = vec![5.0, 3.0, 0.0, 0.0];
-        dqn.adam = Adam::new(4, 1e-3, 1e-8);
-        dqn.buffers.gradient = vec![0.0; 4];
+        dqn.learned = Followed::new(network(1, &[], 2, Activation::None), 1e-3, 1e-8, 1, &[]);
+        dqn.learned.parameters = vec![1.0, 2.0, 0.0, 0.0];
+        dqn.learned.target = vec![5.0, 3.0, 0.0, 0.0];
         dqn.replay = Replay::new(1, 1);
         let (state, next) = (&[2.0], &[3.0]);
         dqn.replay.push(&Transition { state, action: 0, reward: -1.0, next, terminal });
@@ -323,7 +328,7 @@ mod tests {
         let mut dqn = table(false);
         assert!((dqn.update() - 10.0).abs() < 1e-6);
         let moved = [1.001, 2.0, 0.001, 0.0];
-        dqn.parameters.iter().zip(moved).for_each(|(p, m)| assert!((p - m).abs() < 1e-6));
+        dqn.learned.parameters.iter().zip(moved).for_each(|(p, m)| assert!((p - m).abs() < 1e-6));
         // A terminal state is worth nothing: y = -1, an error of 3.
         assert!((table(true).update() - 2.5).abs() < 1e-6);
     }

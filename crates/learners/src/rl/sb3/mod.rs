@@ -21,7 +21,7 @@ pub mod trpo;
 
 use serde::{Deserialize, Serialize};
 
-use crate::nn::archive::{Archive, ArchiveError};
+use super::persist::Persist;
 
 /// Hidden layers of every network.
 const HIDDEN_LAYERS: usize = 2;
@@ -69,8 +69,8 @@ pub struct Progress {
     pub epsilon: Option<f64>,
 }
 
-/// A training in its environments.
-pub trait Trainer {
+/// A training in its environments; it is kept and goes on also within an episode.
+pub trait Trainer: Persist {
     /// Goes on until at least `steps` steps are done since the training began, and the update that follows
     /// them; `seeds` gives the seed of the episode of a number. Never goes on beyond the training's own steps
     /// by more than an update.
@@ -84,37 +84,6 @@ pub trait Trainer {
 
     /// Writes the action that is thought best.
     fn act(&mut self, observation: &[f32], action: &mut [f32]);
-
-    /// Whether all that was learned are numbers; where they are not, training has diverged.
-    fn is_finite(&self) -> bool;
-
-    /// Whether what was learned depends on state and action, as [`super::persist::Persist::is_alive`].
-    fn is_alive(&mut self) -> bool;
-
-    /// Adds what was learned to an archive, a tensor for the weights and one for the biases of every layer.
-    fn learned(&self, prefix: &str, archive: &mut Archive);
-
-    /// Takes over what was learned elsewhere.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it does not fit.
-    fn load(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
-
-    /// Adds everything that the training goes on from to an archive.
-    fn save(&self, prefix: &str, archive: &mut Archive);
-
-    /// Goes on from what [`Self::save`] kept.
-    ///
-    /// # Errors
-    ///
-    /// [`ArchiveError`] when it does not fit.
-    fn restore(&mut self, prefix: &str, archive: &Archive) -> Result<(), ArchiveError>;
-}
-
-/// Returns the place of the largest number, the first of several.
-fn largest(values: &[f32]) -> usize {
-    (1..values.len()).fold(0, |best, i| if values[i] > values[best] { i } else { best })
 }
 
 #[cfg(test)]
@@ -126,13 +95,5 @@ mod tests {
         let at = |steps| Schedule::Linear.at(0.5, steps, 100);
         assert_eq!((at(0), at(50), at(100), at(130)), (0.5, 0.25, 0.0, 0.0));
         assert_eq!(Schedule::Constant.at(0.5, 130, 100), 0.5);
-    }
-
-    #[test]
-    fn the_first_of_several_largest_numbers_is_taken() {
-        assert_eq!(
-            (largest(&[1.0, 3.0, 3.0]), largest(&[2.0]), largest(&[f32::NAN, 1.0])),
-            (1, 0, 0)
-        );
     }
 }

@@ -18,7 +18,7 @@ use crate::nn::init::Init;
 use crate::nn::sequential::Sequential;
 use crate::nn::{self, Activation, Network};
 use crate::rl::environment::{Actions, Environment};
-use crate::rl::persist::depends_on_state;
+use crate::rl::persist::{Persist, depends_on_state};
 use crate::rl::random::Generator;
 use crate::rl::replay::{Replay, Transition};
 
@@ -210,7 +210,9 @@ impl<E: Environment, L: Learner> Trainer for OffPolicy<E, L> {
         self.learner.best(observation, action);
         action.iter_mut().for_each(|a| *a *= self.limit);
     }
+}
 
+impl<E: Environment, L: Learner> Persist for OffPolicy<E, L> {
     fn is_finite(&self) -> bool {
         self.learner.is_finite()
     }
@@ -279,9 +281,9 @@ impl Followed {
         learning_rate: f32,
         adam_epsilon: f32,
         seed: u64,
-        name: &str,
+        labels: &[&str],
     ) -> Self {
-        let mut draw = Generator::new(seed, &["initial", name]);
+        let mut draw = Generator::new(seed, labels);
         let parameters = network.initial(&|_| Init::Uniform, draw.rng());
         Self {
             network,
@@ -292,10 +294,15 @@ impl Followed {
         }
     }
 
-    /// One step of Adam against the gradient by the outputs of the last forward pass of these inputs.
-    pub(super) fn descend(&mut self, inputs: &[f32], by_outputs: &[f32]) {
+    /// One step of Adam against the gradient by the outputs of the last forward pass of these inputs, cut to a norm.
+    pub(super) fn descend(&mut self, inputs: &[f32], by_outputs: &[f32], max_norm: Option<f32>) {
         self.network.backward(&self.parameters, inputs, by_outputs, &mut self.gradient);
-        self.adam.step(&mut self.parameters, &self.gradient, None);
+        self.adam.step(&mut self.parameters, &self.gradient, max_norm);
+    }
+
+    /// Returns the outputs of one row of inputs.
+    pub(super) fn values(&mut self, inputs: &[f32]) -> &[f32] {
+        self.network.single(&self.parameters, inputs)
     }
 
     /// Moves the slow copy by a share.
@@ -360,7 +367,7 @@ impl Critics {
     ) -> Self {
         let one = |name| {
             let network = network(inputs, hidden, 1, Activation::None);
-            Followed::new(network, learning_rate, adam_epsilon, seed, name)
+            Followed::new(network, learning_rate, adam_epsilon, seed, &["initial", name])
         };
         Self {
             both: [one("critic0"), one("critic1")],
@@ -405,7 +412,7 @@ impl Critics {
                 squares += f64::from(error * error) / count as f64;
                 self.by_outputs.push(weight * 2.0 * error / count as f32);
             }
-            critic.descend(&batch.pairs, &self.by_outputs);
+            critic.descend(&batch.pairs, &self.by_outputs, None);
         }
         squares
     }

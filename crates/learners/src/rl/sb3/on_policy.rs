@@ -7,6 +7,7 @@ use super::rollout::Rollout;
 use super::{Progress, Trainer};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::rl::environment::{Actions, Environment};
+use crate::rl::persist::Persist;
 use crate::rl::random::Generator;
 
 /// How much is played between updates, and with which networks.
@@ -85,16 +86,15 @@ pub struct OnPolicy<E, A> {
     pub(super) steps: u64,
 }
 
-impl<E: Environment, A: Algorithm> OnPolicy<E, A> {
-    /// Returns a training that has not begun; `environment` makes the environments side by side, `algorithm` what learns
-    /// actions of a kind.
+impl<E: Environment + Clone, A: Algorithm> OnPolicy<E, A> {
+    /// Returns a training that has not begun; `algorithm` makes what learns actions of a kind.
     pub(super) fn start(
         play: Play,
-        environment: impl Fn() -> E,
+        environment: E,
         seed: u64,
         algorithm: impl FnOnce(Actions) -> A,
     ) -> Self {
-        let lanes = Lanes::new((0..play.environments.max(1)).map(|_| environment()).collect());
+        let lanes = Lanes::new(vec![environment; play.environments.max(1)]);
         let (width, actions) = (lanes.width(), lanes.actions());
         let Play { hidden, adam_epsilon, num_steps, .. } = play;
         Self {
@@ -128,7 +128,7 @@ impl<E: Environment, A: Algorithm> OnPolicy<E, A> {
     }
 }
 
-impl<E: Environment, A: Algorithm> Trainer for OnPolicy<E, A> {
+impl<E: Environment + Clone, A: Algorithm> Trainer for OnPolicy<E, A> {
     fn advance(&mut self, steps: u64, seeds: &mut dyn FnMut(u32) -> u64) -> Progress {
         let mut losses = Losses::default();
         while !self.finished() && self.steps < steps {
@@ -150,7 +150,9 @@ impl<E: Environment, A: Algorithm> Trainer for OnPolicy<E, A> {
     fn act(&mut self, observation: &[f32], action: &mut [f32]) {
         self.experience.networks.best(observation, action);
     }
+}
 
+impl<E: Environment + Clone, A: Algorithm> Persist for OnPolicy<E, A> {
     fn is_finite(&self) -> bool {
         self.experience.networks.is_finite()
     }

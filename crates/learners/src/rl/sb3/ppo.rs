@@ -9,15 +9,54 @@
 //! - **A cut episode** has the value of the state after it.
 
 pub(super) mod loss;
-mod settings;
 
+use basics::setting::settings;
 use rand::seq::SliceRandom;
 
 use self::loss::Minibatch;
-pub use self::settings::Settings;
 use super::Schedule;
 use super::on_policy::{Algorithm, Experience, Losses, OnPolicy, Play};
 use crate::rl::environment::Environment;
+
+settings! {
+    /// Hyper-parameters of `ppo`; the defaults are Stable-Baselines3's.
+    pub struct Settings, source "Stable-Baselines3 2.9, PPO" {
+        /// Steps of the training, in all environments together; the update that begins before this many
+        /// are done is completed.
+        total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
+            source "Jayawardana et al., 2022, give none for this task";
+        /// Environments side by side.
+        environments: usize = 1, in 1.0..=256.0, unit "environments";
+        /// Steps per environment and update.
+        num_steps: usize = 2048, in 1.0..=1e6, unit "steps";
+        /// Steps per gradient step.
+        minibatch_size: usize = 64, in 1.0..=1e6, unit "steps";
+        /// Passes over the steps of an update.
+        update_epochs: usize = 10, in 1.0..=1000.0, unit "passes";
+        /// Step size of Adam.
+        learning_rate: f32 = 3e-4, in 1e-8..=1.0;
+        /// Schedule of the learning rate: `constant`, or `linear` to 0 at the end of the training.
+        learning_rate_schedule: Schedule = Schedule::Constant;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-5, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Discount of later advantages within the generalised advantage estimate.
+        gae_lambda: f32 = 0.95, in 0.0..=1.0;
+        /// Largest relative change of an action's probability that an update rewards.
+        clip_range: f32 = 0.2, in 1e-6..=10.0;
+        /// Schedule of the clip range: `constant`, or `linear` to 0 at the end of the training.
+        clip_range_schedule: Schedule = Schedule::Constant;
+        /// Weight of the entropy bonus.
+        entropy_coefficient: f32 = 0.0, in 0.0..=1e3;
+        /// Weight of the squared error of the value.
+        value_coefficient: f32 = 0.5, in 0.0..=1e3;
+        /// Largest Euclidean norm of the gradient of policy and value together.
+        max_grad_norm: f32 = 0.5, in 1e-6..=1e9;
+        /// Units of both hidden layers, of the policy and of the value.
+        hidden: usize = 64, in 1.0..=1024.0, unit "units";
+    }
+}
 
 /// A training of a policy and its value.
 pub type Ppo<E> = OnPolicy<E, ProximalPolicy>;
@@ -29,9 +68,9 @@ pub struct ProximalPolicy {
     minibatch: Minibatch,
 }
 
-impl<E: Environment> Ppo<E> {
-    /// Returns a training that has not begun; `environment` makes the environments side by side.
-    pub fn new(settings: Settings, environment: impl Fn() -> E, seed: u64) -> Self {
+impl<E: Environment + Clone> Ppo<E> {
+    /// Returns a training that has not begun.
+    pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
         let play = Play {
             total_steps: settings.total_steps,
             environments: settings.environments,
@@ -79,6 +118,7 @@ mod tests {
     use super::super::testing::{Corridor, Slider, check_trainer, outcome, play, updates};
     use super::*;
     use crate::rl::environment::Actions;
+    use crate::rl::persist::Persist;
 
     fn settings() -> Settings {
         Settings {
@@ -86,23 +126,17 @@ mod tests {
             environments: 3,
             num_steps: 43,
             minibatch_size: 32,
-            update_epochs: 10,
             learning_rate: 3e-3,
             learning_rate_schedule: Schedule::Linear,
-            adam_epsilon: 1e-5,
             gamma: 0.9,
-            gae_lambda: 0.95,
-            clip_range: 0.2,
             clip_range_schedule: Schedule::Linear,
-            entropy_coefficient: 0.0,
-            value_coefficient: 0.5,
-            max_grad_norm: 0.5,
             hidden: 32,
+            ..Settings::default()
         }
     }
 
     fn trainer(seed: u64) -> Ppo<Corridor> {
-        Ppo::new(settings(), Corridor::default, seed)
+        Ppo::new(settings(), Corridor::default(), seed)
     }
 
     #[test]
@@ -120,12 +154,13 @@ mod tests {
     #[test]
     fn a_training_can_stop_after_every_update() {
         check_trainer(&Corridor::default(), trainer);
-        check_trainer(&Slider::default(), |seed| Ppo::new(settings(), Slider::default, seed));
+        check_trainer(&Slider::default(), |seed| Ppo::new(settings(), Slider::default(), seed));
     }
 
     #[test]
     fn a_slider_is_learned() {
-        let mut ppo = Ppo::new(Settings { total_steps: 20_000, ..settings() }, Slider::default, 3);
+        let mut ppo =
+            Ppo::new(Settings { total_steps: 20_000, ..settings() }, Slider::default(), 3);
         ppo.advance(u64::MAX, &mut |k| u64::from(k));
         let total = outcome(&Slider::default(), &mut ppo);
         // The best is about -1.03.

@@ -9,6 +9,8 @@
 //!   fixed.
 //! - **Order**: coefficient, critics, policy (against the critics just moved), targets.
 
+use basics::setting::settings;
+
 use super::off_policy::{Batch, Critics, Followed, Learner, OffPolicy, Play, network};
 use crate::nn::adam::Adam;
 use crate::nn::archive::{Archive, ArchiveError};
@@ -25,35 +27,37 @@ const DENSITY_EPSILON: f32 = 1e-6;
 /// Half the logarithm of 2 pi.
 const HALF_LOG_TAU: f32 = 0.918_938_5;
 
-/// Settings of the algorithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Steps of the training.
-    pub total_steps: u64,
-    /// Step size of Adam, for policy, critics and coefficient.
-    pub learning_rate: f32,
-    /// Adam's epsilon.
-    pub adam_epsilon: f32,
-    /// Discount per step.
-    pub gamma: f32,
-    /// Share by which the targets follow the critics.
-    pub tau: f32,
-    /// Steps in the replay buffer.
-    pub buffer_size: usize,
-    /// Steps per update.
-    pub batch_size: usize,
-    /// Steps before the first update, whose actions are uniform.
-    pub learning_starts: u64,
-    /// Steps between two blocks of updates.
-    pub train_frequency: u64,
-    /// Updates of a block.
-    pub gradient_steps: u32,
-    /// Weight of the entropy, at first.
-    pub entropy_coefficient: f32,
-    /// Whether it is learned.
-    pub learned_entropy_coefficient: bool,
-    /// Units of both hidden layers of every network.
-    pub hidden: usize,
+settings! {
+    /// Hyper-parameters of `sac`; the defaults are those of Stable-Baselines3.
+    pub struct Settings, source "Stable-Baselines3 2.9, SAC" {
+        /// Steps of the training.
+        total_steps: u64 = 20_000, in 1.0..=1e9, unit "steps",
+            source "rl-baselines3-zoo 2.9 for Pendulum-v1";
+        /// Step size of Adam, for policy, critics and entropy coefficient.
+        learning_rate: f32 = 3e-4, in 1e-8..=1.0;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-8, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Share by which the slow copies follow at each update.
+        tau: f32 = 0.005, in 1e-6..=1.0;
+        /// Steps in the replay buffer.
+        buffer_size: usize = 1_000_000, in 1.0..=1e8, unit "steps";
+        /// Steps per update, drawn with replacement.
+        batch_size: usize = 256, in 1.0..=4096.0, unit "steps";
+        /// Steps before the first update, in which actions are random.
+        learning_starts: u64 = 100, in 0.0..=1e9, unit "steps";
+        /// Steps between two blocks of updates.
+        train_frequency: u64 = 1, in 1.0..=1e6, unit "steps";
+        /// Updates of a block.
+        gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+        /// Weight of the entropy, at first.
+        entropy_coefficient: f32 = 1.0, in 1e-6..=1e3;
+        /// Whether the weight of the entropy is learned, towards an entropy of minus the number of action dimensions.
+        learned_entropy_coefficient: bool = true;
+        /// Units of both hidden layers of every network.
+        hidden: usize = 256, in 1.0..=1024.0, unit "units";
+    }
 }
 
 /// A training.
@@ -112,7 +116,13 @@ impl SoftActorCritic {
         let hidden = [hidden, hidden];
         let policy = network(width, &hidden, 2 * actions, Activation::None);
         Self {
-            policy: Followed::new(policy, learning_rate, adam_epsilon, seed, "policy"),
+            policy: Followed::new(
+                policy,
+                learning_rate,
+                adam_epsilon,
+                seed,
+                &["initial", "policy"],
+            ),
             critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
             log_coefficient: [libm::logf(settings.entropy_coefficient)],
             adam: Adam::new(1, learning_rate, adam_epsilon),
@@ -167,7 +177,7 @@ impl SoftActorCritic {
                 outputs[actions + k] = if inside { by_log_std } else { 0.0 };
             }
         }
-        policy.descend(&batch.states, &self.by_outputs);
+        policy.descend(&batch.states, &self.by_outputs, None);
         critics.follow(settings.tau);
         0.5 * squares
     }
@@ -203,7 +213,7 @@ impl Drawn {
 
 impl Learner for SoftActorCritic {
     fn explore(&mut self, observation: &[f32], draws: &mut Generator, action: &mut [f32]) {
-        let outputs = self.policy.network.single(&self.policy.parameters, observation);
+        let outputs = self.policy.values(observation);
         for (k, action) in action.iter_mut().enumerate() {
             let log_std = outputs[self.actions + k].clamp(LOG_STD[0], LOG_STD[1]);
             *action = libm::tanhf(outputs[k] + libm::expf(log_std) * draws.normal() as f32);
@@ -211,7 +221,7 @@ impl Learner for SoftActorCritic {
     }
 
     fn best(&mut self, observation: &[f32], action: &mut [f32]) {
-        let outputs = self.policy.network.single(&self.policy.parameters, observation);
+        let outputs = self.policy.values(observation);
         action.iter_mut().zip(outputs).for_each(|(action, mean)| *action = libm::tanhf(*mean));
     }
 
@@ -268,17 +278,14 @@ mod tests {
         Settings {
             total_steps: 1600,
             learning_rate: 3e-3,
-            adam_epsilon: 1e-8,
             gamma: 0.9,
             tau: 0.02,
             buffer_size: 500,
             batch_size: 32,
             learning_starts: 50,
             train_frequency: 2,
-            gradient_steps: 1,
-            entropy_coefficient: 1.0,
-            learned_entropy_coefficient: true,
             hidden: 16,
+            ..Settings::default()
         }
     }
 

@@ -7,47 +7,51 @@
 //! - **Critics**: the mean squared error each.
 //! - **Delay**: the policy, by the first critic, and all slow copies move at every second update, the second one first.
 
+use basics::setting::settings;
+
 use super::off_policy::{Batch, Critics, Followed, Learner, OffPolicy, Play, network};
 use crate::nn::archive::{Archive, ArchiveError};
 use crate::nn::{Activation, Network};
 use crate::rl::environment::Environment;
 use crate::rl::random::Generator;
 
-/// Settings of the algorithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Steps of the training.
-    pub total_steps: u64,
-    /// Step size of Adam, for policy and critics.
-    pub learning_rate: f32,
-    /// Adam's epsilon.
-    pub adam_epsilon: f32,
-    /// Discount per step.
-    pub gamma: f32,
-    /// Share by which slow copies follow.
-    pub tau: f32,
-    /// Steps in the replay buffer.
-    pub buffer_size: usize,
-    /// Steps per update.
-    pub batch_size: usize,
-    /// Steps before the first update, whose actions are uniform.
-    pub learning_starts: u64,
-    /// Steps between two blocks of updates.
-    pub train_frequency: u64,
-    /// Updates of a block.
-    pub gradient_steps: u32,
-    /// Updates of the critics per update of the policy.
-    pub policy_delay: u32,
-    /// Deviation of the noise on actions while learning; actions are from -1 to 1.
-    pub action_noise: f32,
-    /// Deviation of the noise on the actions of targets.
-    pub target_noise: f32,
-    /// Largest noise on the actions of targets.
-    pub target_noise_clip: f32,
-    /// Units of the first hidden layer of every network.
-    pub hidden: usize,
-    /// Units of the second one.
-    pub second_hidden: usize,
+settings! {
+    /// Hyper-parameters of `td3`; the defaults are those of Stable-Baselines3.
+    pub struct Settings, source "Stable-Baselines3 2.9, TD3" {
+        /// Steps of the training.
+        total_steps: u64 = 20_000, in 1.0..=1e9, unit "steps",
+            source "rl-baselines3-zoo 2.9 for Pendulum-v1";
+        /// Step size of Adam, for policy and critics.
+        learning_rate: f32 = 1e-3, in 1e-8..=1.0;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-8, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Share by which the slow copies follow at each update.
+        tau: f32 = 0.005, in 1e-6..=1.0;
+        /// Steps in the replay buffer.
+        buffer_size: usize = 1_000_000, in 1.0..=1e8, unit "steps";
+        /// Steps per update, drawn with replacement.
+        batch_size: usize = 256, in 1.0..=4096.0, unit "steps";
+        /// Steps before the first update, in which actions are random.
+        learning_starts: u64 = 100, in 0.0..=1e9, unit "steps";
+        /// Steps between two blocks of updates.
+        train_frequency: u64 = 1, in 1.0..=1e6, unit "steps";
+        /// Updates of a block.
+        gradient_steps: u32 = 1, in 1.0..=1e6, unit "updates";
+        /// Updates of the critics per update of the policy.
+        policy_delay: u32 = 2, in 1.0..=1e6, unit "updates";
+        /// Deviation of the noise on actions while learning, as a share of the largest action.
+        action_noise: f32 = 0.0, in 0.0..=10.0;
+        /// Deviation of the noise on the actions of targets, as a share of the largest action.
+        target_noise: f32 = 0.2, in 0.0..=10.0;
+        /// Largest noise on the actions of targets, as a share of the largest action.
+        target_noise_clip: f32 = 0.5, in 0.0..=10.0;
+        /// Units of the first hidden layer of every network.
+        hidden: usize = 400, in 1.0..=1024.0, unit "units";
+        /// Units of the second hidden layer of every network.
+        second_hidden: usize = 300, in 1.0..=1024.0, unit "units";
+    }
 }
 
 /// A training.
@@ -96,7 +100,13 @@ impl TwinDelayed {
         let hidden = [hidden, second_hidden];
         let policy = network(width, &hidden, actions, Activation::Tanh);
         Self {
-            policy: Followed::new(policy, learning_rate, adam_epsilon, seed, "policy"),
+            policy: Followed::new(
+                policy,
+                learning_rate,
+                adam_epsilon,
+                seed,
+                &["initial", "policy"],
+            ),
             critics: Critics::new(width + actions, &hidden, learning_rate, adam_epsilon, seed),
             updates: 0,
             noise: Vec::new(),
@@ -127,7 +137,7 @@ impl TwinDelayed {
             let (_, by_actions) = critics.by_actions(&self.pairs, actions, true);
             self.by_outputs.clear();
             self.by_outputs.extend(by_actions.iter().map(|g| -g / count as f32));
-            policy.descend(&batch.states, &self.by_outputs);
+            policy.descend(&batch.states, &self.by_outputs, None);
             critics.follow(settings.tau);
             policy.follow(settings.tau);
         }
@@ -163,7 +173,7 @@ impl Learner for TwinDelayed {
     }
 
     fn best(&mut self, observation: &[f32], action: &mut [f32]) {
-        action.copy_from_slice(self.policy.network.single(&self.policy.parameters, observation));
+        action.copy_from_slice(self.policy.values(observation));
     }
 
     fn outputs(&mut self, observations: &[f32]) -> &[f32] {
@@ -216,20 +226,15 @@ mod tests {
         Settings {
             total_steps: 1600,
             learning_rate: 3e-3,
-            adam_epsilon: 1e-8,
             gamma: 0.9,
             tau: 0.02,
             buffer_size: 500,
             batch_size: 32,
             learning_starts: 200,
-            train_frequency: 1,
-            gradient_steps: 1,
-            policy_delay: 2,
             action_noise: 0.1,
-            target_noise: 0.2,
-            target_noise_clip: 0.5,
             hidden: 16,
             second_hidden: 12,
+            ..Settings::default()
         }
     }
 

@@ -12,6 +12,7 @@
 //! - **Value**: Adam on the squared error, in minibatches of a permutation per pass, without cutting the gradient.
 //! - **A cut episode** has the value of the state after it.
 
+use basics::setting::settings;
 use rand::seq::SliceRandom;
 
 use super::actor_critic::{ActorCritic, Outputs};
@@ -27,39 +28,42 @@ const START: f64 = 1e-4;
 /// Squared length of the residual below which they end.
 const RESIDUAL: f64 = 1e-10;
 
-/// Settings of the algorithm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Steps of the training, in all environments together.
-    pub total_steps: u64,
-    /// Environments side by side.
-    pub environments: usize,
-    /// Steps per environment and update.
-    pub num_steps: usize,
-    /// Steps per gradient step of the value.
-    pub minibatch_size: usize,
-    /// Passes of the value over the steps of an update.
-    pub critic_epochs: usize,
-    /// Step size of Adam, which moves the value only.
-    pub learning_rate: f32,
-    /// Adam's epsilon.
-    pub adam_epsilon: f32,
-    /// Discount per step.
-    pub gamma: f32,
-    /// Discount of later errors in the advantage.
-    pub gae_lambda: f32,
-    /// Largest mean divergence of an update.
-    pub target_kl: f32,
-    /// Steps of conjugate gradients.
-    pub cg_steps: u32,
-    /// Added to the metric's diagonal.
-    pub cg_damping: f32,
-    /// Factor by which a step is made shorter.
-    pub line_search_factor: f32,
-    /// Steps tried.
-    pub line_search_steps: u32,
-    /// Units of both hidden layers of either network.
-    pub hidden: usize,
+settings! {
+    /// Hyper-parameters of `trpo`; the defaults are those of sb3-contrib.
+    pub struct Settings, source "sb3-contrib 2.9, TRPO" {
+        /// Steps of the training, in all environments together; the update that begins before this many
+        /// are done is completed.
+        total_steps: u64 = 100_000, in 1.0..=1e9, unit "steps",
+            source "Jayawardana et al., 2022, give none for most tasks";
+        /// Environments side by side.
+        environments: usize = 1, in 1.0..=256.0, unit "environments";
+        /// Steps per environment and update.
+        num_steps: usize = 2048, in 1.0..=1e6, unit "steps";
+        /// Steps per gradient step of the value.
+        minibatch_size: usize = 128, in 1.0..=1e6, unit "steps";
+        /// Passes of the value over the steps of an update.
+        critic_epochs: usize = 10, in 1.0..=1000.0, unit "passes";
+        /// Step size of Adam, which moves the value only.
+        learning_rate: f32 = 1e-3, in 1e-8..=1.0;
+        /// Adam's epsilon, added to the root of the second moment.
+        adam_epsilon: f32 = 1e-5, in 1e-12..=1.0;
+        /// Discount per step.
+        gamma: f32 = 0.99, in 0.0..=1.0;
+        /// Discount of later advantages within the generalised advantage estimate.
+        gae_lambda: f32 = 0.95, in 0.0..=1.0;
+        /// Largest mean divergence of the policy after an update from that before.
+        target_kl: f32 = 0.01, in 1e-9..=10.0;
+        /// Steps of conjugate gradients per update.
+        cg_steps: u32 = 15, in 1.0..=1000.0, unit "steps";
+        /// Added to the diagonal of Fisher's metric.
+        cg_damping: f32 = 0.1, in 0.0..=1e3;
+        /// Factor by which a step that does not improve the policy is made shorter.
+        line_search_factor: f32 = 0.8, in 0.01..=0.99;
+        /// Steps tried before the policy is left as it is.
+        line_search_steps: u32 = 10, in 1.0..=1000.0, unit "steps";
+        /// Units of both hidden layers, of the policy and of the value.
+        hidden: usize = 64, in 1.0..=1024.0, unit "units";
+    }
 }
 
 /// A training of a policy and its value.
@@ -99,9 +103,9 @@ struct Vectors {
     before: Vec<f32>,
 }
 
-impl<E: Environment> Trpo<E> {
-    /// Returns a training that has not begun; `environment` makes the environments side by side.
-    pub fn new(settings: Settings, environment: impl Fn() -> E, seed: u64) -> Self {
+impl<E: Environment + Clone> Trpo<E> {
+    /// Returns a training that has not begun.
+    pub fn new(settings: Settings, environment: E, seed: u64) -> Self {
         let play = Play {
             total_steps: settings.total_steps,
             environments: settings.environments,
@@ -330,30 +334,25 @@ mod tests {
             environments: 3,
             num_steps: 43,
             minibatch_size: 32,
-            critic_epochs: 10,
             learning_rate: 3e-3,
-            adam_epsilon: 1e-5,
             gamma: 0.9,
-            gae_lambda: 0.95,
-            target_kl: 0.01,
-            cg_steps: 15,
-            cg_damping: 0.1,
-            line_search_factor: 0.8,
-            line_search_steps: 10,
             hidden: 32,
+            ..Settings::default()
         }
     }
 
     #[test]
     fn a_training_can_stop_after_every_update_and_learns() {
-        check_trainer(&Corridor::default(), |seed| Trpo::new(settings(), Corridor::default, seed));
-        check_trainer(&Slider::default(), |seed| Trpo::new(settings(), Slider::default, seed));
+        check_trainer(&Corridor::default(), |seed| {
+            Trpo::new(settings(), Corridor::default(), seed)
+        });
+        check_trainer(&Slider::default(), |seed| Trpo::new(settings(), Slider::default(), seed));
         let mut trpo =
-            Trpo::new(Settings { total_steps: 12_000, ..settings() }, Corridor::default, 3);
+            Trpo::new(Settings { total_steps: 12_000, ..settings() }, Corridor::default(), 3);
         trpo.advance(u64::MAX, &mut |k| u64::from(k));
         assert_eq!(play(&mut trpo), 4);
         let mut trpo =
-            Trpo::new(Settings { total_steps: 40_000, ..settings() }, Slider::default, 3);
+            Trpo::new(Settings { total_steps: 40_000, ..settings() }, Slider::default(), 3);
         trpo.advance(u64::MAX, &mut |k| u64::from(k));
         let total = outcome(&Slider::default(), &mut trpo);
         assert!(total > -1.3, "{total}");
@@ -368,7 +367,7 @@ mod tests {
         ] {
             let update = &all[name];
             let few = Settings { critic_epochs: 2, learning_rate: 0.01, hidden: 5, ..settings() };
-            let mut trpo = Trpo::new(few, Slider::default, 1);
+            let mut trpo = Trpo::new(few, Slider::default(), 1);
             trpo.experience.networks = ActorCritic::new(3, actions, 5, 1e-5, 1);
             trpo.experience.networks.parameters = update.numbers("before");
             let parts = ["states", "actions", "logs", "advantages", "returns"];
@@ -385,7 +384,7 @@ mod tests {
     fn a_step_that_cannot_improve_leaves_the_policy() {
         let update = &updates()["trpo-continuous"];
         let never = Settings { target_kl: 1e-30, hidden: 5, ..settings() };
-        let mut trpo = Trpo::new(never, Slider::default, 1);
+        let mut trpo = Trpo::new(never, Slider::default(), 1);
         trpo.experience.networks =
             ActorCritic::new(3, Actions::Continuous { count: 2, limit: 1.0 }, 5, 1e-5, 1);
         trpo.experience.networks.parameters = update.numbers("before");

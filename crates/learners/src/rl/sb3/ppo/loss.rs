@@ -1,6 +1,6 @@
 //! The loss of a minibatch and its gradients by what the networks give.
 
-use super::settings::Settings;
+use super::Settings;
 use crate::rl::environment::Actions;
 use crate::rl::sb3::actor_critic::Outputs;
 use crate::rl::sb3::distribution::Distribution;
@@ -125,7 +125,6 @@ pub(in crate::rl::sb3) fn standardise(numbers: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rl::sb3::Schedule;
 
     const CLIP: f32 = 0.2;
 
@@ -147,35 +146,12 @@ mod tests {
         (minibatch, logits, [0.5, -0.2, 0.6])
     }
 
-    fn settings() -> Settings {
-        Settings {
-            total_steps: 1,
-            environments: 1,
-            num_steps: 1,
-            minibatch_size: 1,
-            update_epochs: 1,
-            learning_rate: 1e-3,
-            learning_rate_schedule: Schedule::Constant,
-            adam_epsilon: 1e-5,
-            gamma: 0.9,
-            gae_lambda: 0.9,
-            clip_range: CLIP,
-            clip_range_schedule: Schedule::Constant,
-            entropy_coefficient: 0.3,
-            value_coefficient: 0.7,
-            max_grad_norm: 0.5,
-            hidden: 1,
-        }
-    }
-
     fn loss(minibatch: &mut Minibatch, logits: &[f32], values: &[f32]) -> f64 {
         let mut losses = Losses::default();
-        minibatch.loss(
-            Outputs { policy: logits, log_std: &[], values },
-            &settings(),
-            CLIP,
-            &mut losses,
-        );
+        let settings =
+            Settings { entropy_coefficient: 0.3, value_coefficient: 0.7, ..Settings::default() };
+        let outputs = Outputs { policy: logits, log_std: &[], values };
+        minibatch.loss(outputs, &settings, CLIP, &mut losses);
         losses.means().0.unwrap()
     }
 

@@ -1,9 +1,7 @@
-//! CartPole's dynamics against gymnasium's, step by step (`scripts/cartpole_steps.py` writes the table).
+//! CartPole's steps against gymnasium's.
 
+use super::steps::close;
 use tsc_family::cartpole::{Context, Dynamics, State, Variant, fell};
-
-/// Largest difference: absolute, relative where numbers are larger than 1.
-const TOLERANCE: f64 = 1e-12;
 
 /// A row of the table.
 struct Row {
@@ -16,7 +14,7 @@ struct Row {
 }
 
 fn rows() -> Vec<Row> {
-    let mut table = csv::Reader::from_path("tests/cartpole/gymnasium.csv").unwrap();
+    let mut table = csv::Reader::from_path("tests/control_tasks/cartpole.csv").unwrap();
     let row = |record: csv::StringRecord| {
         let n: Vec<f64> = record.iter().skip(1).map(|n| n.parse().unwrap()).collect();
         let [length_m, masscart_kg, masspole_kg, force_n, gravity_mps2] =
@@ -40,10 +38,8 @@ fn rows() -> Vec<Row> {
     table.records().map(|record| row(record.unwrap())).collect()
 }
 
-fn close(ours: &State, gymnasium: &State, row: usize) {
-    for (a, b) in ours.iter().zip(gymnasium) {
-        assert!((a - b).abs() <= TOLERANCE * b.abs().max(1.0), "row {row}: {ours:?} {gymnasium:?}");
-    }
+fn all_close(ours: &State, gymnasium: &State, row: usize) {
+    ours.iter().zip(gymnasium).for_each(|(a, b)| close(*a, *b, row));
 }
 
 #[test]
@@ -54,7 +50,7 @@ fn every_step_is_gymnasium_s() {
     assert_eq!(rows.iter().filter(|r| r.dynamics == own).count(), 1000);
     for (i, row) in rows.iter().enumerate() {
         let after = row.dynamics.step(row.before, row.right);
-        close(&after, &row.after, i);
+        all_close(&after, &row.after, i);
         assert_eq!(fell(&after), row.terminated, "row {i}");
     }
 }
@@ -69,7 +65,7 @@ fn whole_episodes_stay_gymnasium_s() {
             episodes += 1;
         }
         state = row.dynamics.step(state, row.right);
-        close(&state, &row.after, i);
+        all_close(&state, &row.after, i);
         falls += usize::from(fell(&state));
     }
     assert!(episodes > 50 && falls >= episodes - 11, "{episodes} {falls}");

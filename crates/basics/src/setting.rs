@@ -220,37 +220,37 @@ macro_rules! __settings {
 
         impl $name {
             /// Its settings, in the order of the section.
-            $vis const SETTINGS: &'static [$crate::settings::setting::Setting] = &[$(
-                $crate::settings::setting::Setting {
+            $vis const SETTINGS: &'static [$crate::setting::Setting] = &[$(
+                $crate::setting::Setting {
                     name: stringify!($field),
                     lines: &[$($doc,)*],
-                    unit: $crate::settings::setting::settings!(@or "" $($unit)?),
+                    unit: $crate::setting::settings!(@or "" $($unit)?),
                     default: || {
                         serde_json::to_string(&$name::default().$field)
                             .expect("a setting is plain data")
                     },
-                    limits: $crate::settings::setting::settings!(@limits $($range)?; $($other)?),
-                    source: $crate::settings::setting::settings!(@or $section $($source)?),
+                    limits: $crate::setting::settings!(@limits $($range)?; $($other)?),
+                    source: $crate::setting::settings!(@or $section $($source)?),
                 },
             )*];
         }
 
-        impl $crate::settings::setting::Section for $name {
+        impl $crate::setting::Section for $name {
             fn about(&self) -> String {
-                $crate::settings::setting::joined(&[$($about,)*])
+                $crate::setting::joined(&[$($about,)*])
             }
 
             fn source(&self) -> &'static str {
                 $section
             }
 
-            fn table(&self) -> &'static [$crate::settings::setting::Setting] {
+            fn table(&self) -> &'static [$crate::setting::Setting] {
                 Self::SETTINGS
             }
 
-            fn ranges(&self) -> Vec<$crate::settings::setting::Ranged> {
+            fn ranges(&self) -> Vec<$crate::setting::Ranged> {
                 let mut ranges = Vec::new();
-                $($crate::settings::setting::settings!(
+                $($crate::setting::settings!(
                     @range ranges self $field $($range)?; $($other)?
                 );)*
                 ranges
@@ -265,11 +265,11 @@ macro_rules! __settings {
             $($own:tt)*
         }
     ) => {
-        $crate::settings::setting::settings! {
+        $crate::setting::settings! {
             $(#[doc = $about])*
             $vis struct $name, source $section { $($common)* $($own)* }
         }
-        $crate::settings::setting::settings! { @from $name $base { $($common)* } }
+        $crate::setting::settings! { @from $name $base { $($common)* } }
     };
     (@from $name:ident $base:path {
         $(
@@ -290,22 +290,22 @@ macro_rules! __settings {
     (@or $usual:literal $own:literal) => { $own };
     (@limits ;) => { None };
     (@limits $range:expr; $($other:ident)?) => {
-        Some($crate::settings::setting::Limits {
+        Some($crate::setting::Limits {
             low: *($range).start(),
             high: *($range).end(),
-            at_most: $crate::settings::setting::settings!(@some $($other)?),
+            at_most: $crate::setting::settings!(@some $($other)?),
         })
     };
     (@some) => { None };
     (@some $other:ident) => { Some(stringify!($other)) };
     (@range $ranges:ident $self:ident $field:ident ;) => {};
     (@range $ranges:ident $self:ident $field:ident $range:expr; $($other:ident)?) => {
-        if let Some(value) = $crate::settings::setting::Number::number(&$self.$field) {
+        if let Some(value) = $crate::setting::Number::number(&$self.$field) {
             let (low, high): (f64, f64) = (*($range).start(), *($range).end());
-            $(let other = $crate::settings::setting::Number::number(&$self.$other);
+            $(let other = $crate::setting::Number::number(&$self.$other);
             let high = other.map_or(high, |other| high.min(other));)?
             let name = stringify!($field);
-            $ranges.push($crate::settings::setting::Ranged { name, value, low, high });
+            $ranges.push($crate::setting::Ranged { name, value, low, high });
         }
     };
 }
