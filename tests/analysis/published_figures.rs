@@ -107,8 +107,11 @@ fn scores_on_the_pages_are_those_of_the_records() {
 
 #[test]
 fn ranks_across_families_on_the_page_are_those_of_the_command() {
-    let args =
-        format!("across {} {} --json", results("resco").display(), results("field-0.2.0").display());
+    let args = format!(
+        "across {} {} --json",
+        results("resco").display(),
+        results("field-0.2.0").display()
+    );
     let said = succeed(repository(), &args);
     let lines: Vec<Value> = said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let page = fs::read_to_string(results("analyses.md")).unwrap();

@@ -47,11 +47,13 @@ fn learned(mut trainer: impl Trainer, steps: u64) -> String {
 #[test]
 fn small_networks_swing_a_pendulum_up_with_sac_and_td3() {
     let pendulum::Scenario { sac, td3, .. } = pendulum::Scenario::default();
-    let settings = sac::Settings { total_steps: 5000, hidden: 64, learning_rate: 1e-3, ..sac };
+    let settings =
+        sac::Settings { total_steps: 5000, batch_size: 64, hidden: 64, learning_rate: 1e-3, ..sac };
     let found = trained(&mut Sac::new(settings, pendulum(), 0), &mut pendulum());
     assert!(found > -200.0, "{found}");
     let settings = td3::Settings {
         total_steps: 8000,
+        batch_size: 64,
         learning_starts: 1000,
         hidden: 128,
         second_hidden: 128,

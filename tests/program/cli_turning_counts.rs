@@ -367,10 +367,7 @@ fn mistakes_with_existing_plans_are_refused_with_the_way_out() {
     );
     fs::write(folder.path().join("n.csv"), text).unwrap();
     let e = refused("run city --existing n.csv --out x");
-    assert!(
-        e.contains("no intersection with a plan (1, 2) is in the scenario (7)"),
-        "{e}"
-    );
+    assert!(e.contains("no intersection with a plan (1, 2) is in the scenario (7)"), "{e}");
     fs::write(folder.path().join("t.xml"), "<additional/>").unwrap();
     let e = refused("run city --existing t.xml --out x");
     assert!(e.contains("t.xml, line 1: XML without a tlLogic, no existing plan"), "{e}");
