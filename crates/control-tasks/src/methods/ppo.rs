@@ -9,14 +9,11 @@ use learners::rl::sb3::ppo::{Ppo, Settings};
 
 /// `ppo` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "ppo",
     summary: "proximal policy optimisation, as in Stable-Baselines3",
-    training: Training::Learned,
     default: true,
     decision_s: 5.2e-6,
-    color: "#0072b2",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("ppo", Training::Learned, "#0072b2")
 };
 
 settings! {

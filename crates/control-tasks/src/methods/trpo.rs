@@ -8,14 +8,11 @@ use learners::rl::sb3::trpo::{Settings, Trpo};
 
 /// `trpo` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "trpo",
     summary: "trust region policy optimisation, as in sb3-contrib",
-    training: Training::Learned,
-    default: false,
     decision_s: 6e-6,
-    color: "#009e73",
     dash: "2 2",
     settings: Config::SETTINGS,
+    ..Method::built_in("trpo", Training::Learned, "#009e73")
 };
 
 settings! {

@@ -11,14 +11,10 @@ use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "actuated",
     summary: "SUMO's gap-based actuated control",
-    training: Training::None,
     default: true,
-    decision_s: 0.0,
-    color: "#009e73",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("actuated", Training::None, "#009e73")
 };
 
 settings! {

@@ -16,14 +16,10 @@ use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "baseline",
     summary: "untuned fixed time, the denominator of every score",
-    training: Training::None,
     default: true,
-    decision_s: 0.0,
-    color: "#8c8c8c",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("baseline", Training::None, "#8c8c8c")
 };
 
 settings! {

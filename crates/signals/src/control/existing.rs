@@ -18,14 +18,8 @@ use evaluation::settings::setting::NoSettings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "existing",
     summary: "the plan that the signal has today, given with --existing or UTDF",
-    training: Training::None,
-    default: false,
-    decision_s: 0.0,
-    color: "#875a78",
-    dash: "",
-    settings: NoSettings::SETTINGS,
+    ..Method::built_in("existing", Training::None, "#875a78")
 };
 
 /// Returns the existing plan.

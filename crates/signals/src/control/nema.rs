@@ -24,14 +24,10 @@ use evaluation::run::method::{Method, Training};
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "nema",
     summary: "dual-ring, fully actuated control as in North American cabinets",
-    training: Training::None,
     default: true,
-    decision_s: 0.0,
-    color: "#000000",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("nema", Training::None, "#000000")
 };
 
 /// Returns dual-ring control.

@@ -9,14 +9,8 @@ use evaluation::settings::setting::NoSettings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "program",
     summary: "the network's own signal program, untouched",
-    training: Training::None,
-    default: false,
-    decision_s: 0.0,
-    color: "#66002b",
-    dash: "",
-    settings: NoSettings::SETTINGS,
+    ..Method::built_in("program", Training::None, "#66002b")
 };
 
 /// Returns the own program.
