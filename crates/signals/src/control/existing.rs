@@ -12,7 +12,7 @@
 //!
 //! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapters 5 to 7; NEMA TS 2.
 
-use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use super::{Controller, Drive, Same, Setup};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::NoSettings;
 
@@ -24,19 +24,5 @@ pub const METHOD: Method = Method {
 
 /// Returns the existing plan.
 pub fn create(_config: &NoSettings, _setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Existing)
-}
-
-/// The existing plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Existing;
-
-impl Controller for Existing {
-    fn name(&self) -> &'static str {
-        METHOD.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        Ok(vec![Drive::Existing; signals.len()])
-    }
+    Same::boxed(METHOD.name, Drive::Existing)
 }

@@ -19,7 +19,7 @@
 //! Source: NEMA TS 2; FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapters 5 and 6.
 
 pub use super::dual_ring::{Config, Recall};
-use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use super::{Controller, Drive, Same, Setup};
 use evaluation::run::method::{Method, Training};
 
 /// The method.
@@ -32,23 +32,7 @@ pub const METHOD: Method = Method {
 
 /// Returns dual-ring control.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Nema { config: config.clone() })
-}
-
-/// Dual-ring control.
-#[derive(Debug, Clone, PartialEq)]
-struct Nema {
-    config: Config,
-}
-
-impl Controller for Nema {
-    fn name(&self) -> &'static str {
-        METHOD.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        Ok(vec![Drive::DualRing(self.config.clone()); signals.len()])
-    }
+    Same::boxed(METHOD.name, Drive::DualRing(config.clone()))
 }
 
 #[cfg(test)]
