@@ -136,12 +136,6 @@ mod tests {
     }
 
     #[test]
-    fn importance_that_does_not_sum_to_one_says_what_to_do() {
-        let e = error("importance", &["0.4", "0.4"]);
-        assert!(e.contains("sums to 0.8, not to 1; divide"), "{e}");
-    }
-
-    #[test]
     fn a_name_may_be_any_text_and_its_id_stays_in_the_folder() {
         let family = family("point,importance", &["Main St / 5th,0.5", "../a,0.5"]).unwrap();
         for point in &family.points {

@@ -234,26 +234,6 @@ mod tests {
     }
 
     #[test]
-    fn an_altered_file_is_named() {
-        let (_folder, index) = folder();
-        fs::write(verified(&index).unwrap().sumocfg, "other").unwrap();
-        let e = verified(&index).unwrap_err();
-        assert!(
-            matches!(&e, NetworkError::Altered { path, what: "was altered" }
-            if path.ends_with("p.sumocfg")),
-            "{e}"
-        );
-    }
-
-    #[test]
-    fn a_deleted_file_is_named() {
-        let (_folder, index) = folder();
-        fs::remove_file(verified(&index).unwrap().net).unwrap();
-        let e = verified(&index).unwrap_err();
-        assert!(matches!(e, NetworkError::Altered { what: "was deleted", .. }), "{e}");
-    }
-
-    #[test]
     fn two_networks_of_a_point_mdp_stand_side_by_side() {
         let (folder, mut index) = folder();
         let mut other = index.row("p", "s").unwrap().clone();

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::counted::Counted;
 
-/// One arm of a real intersection in one period; `Count` is an `Option` where daily counts may still be missing.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+/// One arm of a real intersection in one period.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Approach<Count = f64> {
     /// Intersection that the arm belongs to: an id or a name, any text.
@@ -57,7 +57,7 @@ pub struct Approach<Count = f64> {
 }
 
 /// A real intersection in one period: its place and its arms.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Intersection {
     /// Id in the table: any text, so no name of a file.
     pub id: String,
