@@ -72,12 +72,7 @@ pub(super) type Names = BTreeMap<String, (Heading, Turn)>;
 
 /// Returns the name of a movement.
 fn name((heading, turn): (Heading, Turn)) -> String {
-    let letter = match turn {
-        Turn::Left => 'L',
-        Turn::Through => 'T',
-        Turn::Right => 'R',
-    };
-    format!("{heading}{letter}")
+    format!("{heading}{}", turn.letter())
 }
 
 impl Utdf {
