@@ -341,11 +341,7 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
 
 /// Returns a program as records keep it.
 fn kept(running: Running) -> SignalProgram {
-    let kind = match running.program.kind {
-        sim::ProgramKind::Static => ProgramKind::Static,
-        sim::ProgramKind::Actuated => ProgramKind::Actuated,
-        sim::ProgramKind::Other => ProgramKind::Other,
-    };
+    let kind = running.program.kind;
     let phase = |p: sim::ProgramPhase| {
         let varies =
             kind != ProgramKind::Static && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
