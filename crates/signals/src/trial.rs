@@ -352,16 +352,7 @@ fn kept(running: Running) -> SignalProgram {
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;
-    SignalProgram {
-        signal,
-        own,
-        kind,
-        offset_s,
-        phases,
-        cycle_s: None,
-        stages: None,
-        rings: Vec::new(),
-    }
+    SignalProgram { own, offset_s, ..SignalProgram::new(signal, kind, phases) }
 }
 
 #[cfg(test)]
