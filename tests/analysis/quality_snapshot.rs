@@ -14,11 +14,12 @@ use osm_signals::side::evidence::Votes;
 use osm_signals::streets::Source;
 use osm_signals::tags::Highway;
 use osm_signals::traffic::InflowSource;
+use tsc_family::traffic::city::config::DesignHour;
 use tsc_family::traffic::city::drawing::{Drawing, DrawnStreet};
 use tsc_family::traffic::city::flag::Flag;
 use tsc_family::traffic::city::quality::ListedRow;
 use tsc_family::traffic::city::quality::{
-    CountsSummary, Demand, Distribution, InputFile, Provenance, Quality, SkipCount,
+    CountsSummary, Distribution, InputFile, Provenance, Quality, SkipCount,
 };
 use tsc_family::traffic::city::reason::Reason;
 use tsc_family::traffic::city::side::CitySide;
@@ -127,7 +128,7 @@ fn plain() -> Quality {
         intersections: 2,
         approaches: 8,
         point_mdps: 2,
-        demand: Demand { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
+        demand: DesignHour { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
         skipped: vec![skip(Skip::Border, 4, &[11, 12]), skip(Skip::NotOnStreet, 1, &[13])],
         provenance: vec![
             rests_on("lanes", 0.75, 0.25),
