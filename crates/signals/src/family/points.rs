@@ -21,7 +21,7 @@ const UNITS: [(&str, &str); 6] = [
 ];
 
 /// Ranges of the six features, in the order of [`SixFeatures::COLUMNS`].
-const RANGES: [(f64, f64); 6] =
+pub(crate) const RANGES: [(f64, f64); 6] =
     [(1.0, 24.0), (1.0, 100.0), (10.0, 100_000.0), (1.0, 50_000.0), (0.0, 6.0), (0.0, 6.0)];
 
 /// Reads a table of point MDPs.
