@@ -721,12 +721,10 @@ mod tests {
             let vehicle = |(distance_m, speed_mps): (f64, f64)| VehicleState {
                 lane: 7,
                 link: Some(0),
-                way: 0,
                 vehicle: 1,
-                position_m: 0.0,
                 speed_mps,
-                waiting_s: 0.0,
                 distance_m,
+                ..VehicleState::default()
             };
             let vehicles = seen.map(vehicle).into_iter().collect();
             let span_s = (second as f64, second as f64 + 1.0);

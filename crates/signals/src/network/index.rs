@@ -17,7 +17,7 @@ use basics::hash::sha256;
 pub const INDEX_FILE: &str = "INDEX.csv";
 
 /// One network of the index.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IndexRow {
     /// Id of the point MDP.
@@ -192,16 +192,12 @@ mod tests {
             FILE_ENDINGS.map(|ending| sha256(ending.as_bytes()));
         let mut row = IndexRow {
             point: "p".into(),
-            netconvert: "1.15.0".into(),
-            arms: 4,
-            links: 12,
-            phases: 8,
             spec_sha256: "s".into(),
             net_sha256,
             routes_sha256,
             demand_sha256,
             sumocfg_sha256,
-            folder: String::new(),
+            ..IndexRow::default()
         };
         row.folder = row.place();
         let files = NetworkFiles::new(folder.path(), "p", row.sha256());

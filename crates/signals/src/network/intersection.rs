@@ -18,7 +18,7 @@ use basics::units::mph_to_mps;
 use evaluation::settings::within;
 
 /// One arm of an intersection; a direction without lanes does not exist.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Arm {
     /// Direction from the centre to the arm, degrees clockwise from north.
     pub bearing_deg: f64,

@@ -168,7 +168,7 @@ impl ProgramPhase {
 }
 
 /// A traffic light of the scenario.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SignalInfo {
     /// SUMO's id of the traffic light.
     pub id: String,
@@ -208,7 +208,7 @@ pub struct Scene {
 }
 
 /// A vehicle on an incoming lane or upstream of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VehicleState {
     /// Index in [`Scene::lanes`] of the lane that it is on or comes to; see [`trace`].
     pub lane: u32,
