@@ -42,13 +42,11 @@ fn spec(arms: &[(f64, [u32; 4])], side: DrivingSide) -> IntersectionSpec {
         lanes_out: lanes[1],
         left_turn_lanes: lanes[2],
         right_turn_lanes: lanes[3],
-        left_storage_m: None,
-        right_storage_m: None,
         speed_mps: 13.41,
         length_m: 200.0 + 20.0 * i as f64,
         inflow_vph: 350.0 + 60.0 * i as f64,
         turns: Some(Turns::ALL),
-        counted: None,
+        ..Arm::default()
     };
     let arms = arms.iter().enumerate().map(arm).collect();
     IntersectionSpec { point: "p".into(), arms, side }

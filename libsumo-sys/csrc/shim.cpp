@@ -503,15 +503,10 @@ int32_t sumo_step(uint32_t steps, SumoCounts *counts) {
         *counts = SumoCounts{};
         for (uint32_t i = 0; i < steps; ++i) {
             Simulation::step();
-            counts->arrived += static_cast<uint32_t>(Simulation::getArrivedNumber());
             counts->teleports += static_cast<uint32_t>(Simulation::getStartingTeleportNumber());
             counts->colliding += static_cast<uint32_t>(Simulation::getCollidingVehiclesNumber());
         }
     });
-}
-
-int32_t sumo_time(double *time_s) {
-    return protect_running([&] { *time_s = Simulation::getTime(); });
 }
 
 int32_t sumo_signals(const char *const **ids, size_t *count) {

@@ -134,7 +134,6 @@ typedef struct {
 
 /// Sums over the steps of one call.
 typedef struct {
-    uint32_t arrived;
     uint32_t teleports;
     /// Vehicles that newly took part in a collision, so usually two per collision.
     uint32_t colliding;
@@ -174,9 +173,6 @@ int32_t sumo_close(void);
 
 /// Simulates `steps` steps and returns what happened during them.
 int32_t sumo_step(uint32_t steps, SumoCounts *counts);
-
-/// Returns the simulated time in seconds.
-int32_t sumo_time(double *time_s);
 
 /// Returns the ids of all signals.
 int32_t sumo_signals(const char *const **ids, size_t *count);

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::ptr;
 
 use libsumo_sys::{
-    INCLUDE_DIR, LIBRARY, SHIM, SUMO_NOT_RUNNING, SUMO_OK, Shim, TRACI_VERSION,
+    INCLUDE_DIR, LIBRARY, SHIM, SUMO_NOT_RUNNING, SUMO_OK, Shim, SumoCounts, TRACI_VERSION,
     TRAFFICLIGHT_TYPE_ACTUATED, TRAFFICLIGHT_TYPE_STATIC,
 };
 
@@ -43,9 +43,9 @@ fn the_constants_are_those_of_the_header() {
 #[test]
 fn a_call_without_a_simulation_returns_a_code_and_a_text() {
     let shim = shim();
-    let mut time_s = 0.0;
-    // SAFETY: `time_s` is writable.
-    let code = unsafe { shim.sumo_time(&raw mut time_s) };
+    let mut counts = SumoCounts::default();
+    // SAFETY: `counts` is writable.
+    let code = unsafe { shim.sumo_step(1, &raw mut counts) };
     assert_eq!(code, SUMO_NOT_RUNNING);
     // SAFETY: has no conditions.
     let text = unsafe { shim.sumo_last_error() };

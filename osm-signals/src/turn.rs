@@ -26,6 +26,18 @@ pub enum Turn {
     Right,
 }
 
+impl Turn {
+    /// Returns its name, such as `left`.
+    pub fn name(self) -> &'static str {
+        ["left", "through", "right"][self as usize]
+    }
+
+    /// Returns the letter that engineers give it, such as that of `NBL`.
+    pub fn letter(self) -> char {
+        ['L', 'T', 'R'][self as usize]
+    }
+}
+
 /// Turns that exist from an arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Turns {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use osm_signals::Turn;
 use pyo3::prelude::*;
 use tsc_family::traffic::control::state::movement_slots;
 use tsc_family::traffic::control::{LaneSpec, Light, Limits, Movement, Phase, SignalSpec};
@@ -125,11 +124,11 @@ fn signal(py: Python<'_>, spec: &SignalSpec, sizes: Sizes) -> PyResult<Py<PySign
         let (lanes, downstream) = (m.lanes.clone(), m.downstream.clone());
         Py::new(
             py,
-            PyMovement { index: m.index, turn: turn(m.turn), lanes, downstream, share: m.share },
+            PyMovement { index: m.index, turn: m.turn.name(), lanes, downstream, share: m.share },
         )
     };
     let phase = |p: &Phase| {
-        let service = p.service.iter().map(|light| word(*light)).collect();
+        let service = p.service.iter().map(|light| light.name()).collect();
         Py::new(py, PyPhase { state: p.state.clone(), pair: p.pair.clone(), service })
     };
     let mut served = vec![vec![false; sizes.lanes]; spec.phases.len()];
@@ -161,24 +160,6 @@ fn limits(py: Python<'_>, limits: &Limits) -> PyResult<Py<PyLimits>> {
         own_program: limits.own_program,
     };
     Py::new(py, made)
-}
-
-/// Returns the word of a turn.
-fn turn(turn: Turn) -> &'static str {
-    match turn {
-        Turn::Left => "left",
-        Turn::Through => "through",
-        Turn::Right => "right",
-    }
-}
-
-/// How a phase serves a movement, in a word.
-fn word(light: Light) -> &'static str {
-    match light {
-        Light::Red => "red",
-        Light::Permissive => "permissive",
-        Light::Protected => "protected",
-    }
 }
 
 /// Returns an array that nobody can change.

@@ -208,7 +208,6 @@ fn number(text: &str) -> String {
 
 #[cfg(feature = "libsumo")]
 fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
-    use crate::traffic::sim::Sim;
     use crate::traffic::sim::libsumo::{INCLUDE_DIR, KIND, LIBRARY, SumoSim, library};
 
     let linked = match library() {
@@ -218,7 +217,7 @@ fn simulator(problems: &mut Vec<String>) -> (String, Option<String>) {
         Ok(found) => format!("{} ({KIND})", found.display()),
         Err(_) => "not found".to_owned(),
     };
-    let version = SumoSim::new().and_then(|mut sim| sim.version());
+    let version = SumoSim::new().and_then(|sim| sim.version());
     (linked, version.map_err(|e| problems.push(e.to_string())).ok())
 }
 

@@ -14,11 +14,12 @@ use osm_signals::side::evidence::Votes;
 use osm_signals::streets::Source;
 use osm_signals::tags::Highway;
 use osm_signals::traffic::InflowSource;
+use tsc_family::traffic::city::config::DesignHour;
 use tsc_family::traffic::city::drawing::{Drawing, DrawnStreet};
 use tsc_family::traffic::city::flag::Flag;
 use tsc_family::traffic::city::quality::ListedRow;
 use tsc_family::traffic::city::quality::{
-    CountsSummary, Demand, Distribution, InputFile, Provenance, Quality, SkipCount,
+    CountsSummary, Distribution, InputFile, Provenance, Quality, SkipCount,
 };
 use tsc_family::traffic::city::reason::Reason;
 use tsc_family::traffic::city::side::CitySide;
@@ -91,16 +92,15 @@ fn row(line: u64, matched: Option<(&str, f64, bool)>) -> ListedRow {
     }
 }
 
+fn skip(reason: Skip, signals: usize, examples: &[i64]) -> SkipCount {
+    let (reason, text) = (Reason::Map(reason), reason.reason());
+    SkipCount { reason, text, signals, examples: examples.to_vec() }
+}
+
 /// Two intersections without a list and without counts.
 fn plain() -> Quality {
     let mut ignored = Oddities::default();
     ignored.add("unusable number of lanes", || "way 17, lanes=<many>".to_owned());
-    let skip = |reason: Skip, signals, examples: &[i64]| SkipCount {
-        reason: Reason::Map(reason),
-        text: reason.reason(),
-        signals,
-        examples: examples.to_vec(),
-    };
     let file =
         |role, name: &str| InputFile { role, name: name.to_owned(), sha256: "ab".repeat(32) };
     Quality {
@@ -128,7 +128,7 @@ fn plain() -> Quality {
         intersections: 2,
         approaches: 8,
         point_mdps: 2,
-        demand: Demand { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
+        demand: DesignHour { hourly_share: 0.09, directional_split: 0.55, peak_heading_deg: 45.0 },
         skipped: vec![skip(Skip::Border, 4, &[11, 12]), skip(Skip::NotOnStreet, 1, &[13])],
         provenance: vec![
             rests_on("lanes", 0.75, 0.25),
@@ -219,6 +219,77 @@ fn a_list_and_counts_have_sections_of_their_own() {
     let lines: Vec<&str> = list.lines().filter(|line| !repeated(line)).collect();
     insta::assert_snapshot!(format!("What{}", lines.join("\n")));
     assert_eq!(list.lines().filter(repeated).count(), 51);
+}
+
+/// Fails unless the page of a family says all of the first and nothing of the second.
+fn check(quality: &Quality, said: &[&str], unsaid: &[&str]) {
+    let words = words(&page(quality));
+    for sentence in said {
+        assert!(words.contains(sentence), "{sentence}: {words}");
+    }
+    for sentence in unsaid {
+        assert!(!words.contains(sentence), "{sentence}: {words}");
+    }
+}
+
+#[test]
+fn counts_are_asked_for_where_few_match_or_those_of_another_area_are_given() {
+    let counted = |matched, provenance: &[Provenance]| {
+        let counts = CountsSummary { matched, spread: 0, ..listed().counts.unwrap() };
+        Quality { counts: Some(counts), provenance: provenance.to_vec(), ..plain() }
+    };
+    let other_area = counted(0, &[rests_on("turn_lanes", 0.0, 0.0), rests_on("inflow", 0.0, 0.0)]);
+    let said = ["none of the 70 counts lies along an approach", "None of the 70 counts matches an"];
+    check(&other_area, &said, &[]);
+    let few = counted(8, &[rests_on("speed", 0.5, 0.5), rests_on("inflow", 0.25, 0.5)]);
+    let unsaid = ["Inflows are defaults on", "counts matches an"];
+    check(&few, &["75% of the approaches have no count of their own"], &unsaid);
+}
+
+#[test]
+fn the_weakest_feature_is_the_one_with_the_fewest_known_values() {
+    let known = |provenance: &[Provenance]| Quality {
+        provenance: provenance.to_vec(),
+        cut_approaches: 3,
+        ..plain()
+    };
+    for (feature, what) in [
+        ("speed", "96% of the approaches have no speed limit in the map"),
+        ("lanes", "96% of the approaches have none in the map"),
+        ("turn_lanes", "96% of the approaches have no turn:lanes"),
+        ("length", "the extract cuts 3 of 8 approaches"),
+    ] {
+        check(&known(&[rests_on("inflow", 0.5, 0.5), rests_on(feature, 0.04, 0.5)]), &[what], &[]);
+    }
+    let all = "Every feature is known for at least 95% of the approaches.";
+    check(&known(&[rests_on("inflow", 0.96, 0.04)]), &[all], &["Inflows are defaults on"]);
+}
+
+#[test]
+fn listed_signals_are_what_counts_when_there_is_a_list() {
+    let matched = Some(("a", 4.0, false));
+    let listed = vec![row(2, matched), row(3, matched), row(4, None)];
+    let said = [
+        "2 intersections and 2 point MDPs from 3 listed signals",
+        "2 of 3 listed signals (67%) have an intersection in the extract; at 2 of them the map has no signal.",
+        "1 of 3 listed signals have no intersection (33%)",
+    ];
+    check(&Quality { listed, ..plain() }, &said, &["became no intersection"]);
+}
+
+#[test]
+fn signals_left_out_on_purpose_and_few_cut_approaches_are_no_warning() {
+    let left_out = |reason, signals| Quality {
+        skipped: vec![skip(Skip::OutsideBoundary, 90, &[]), skip(reason, signals, &[])],
+        signals_used: 10,
+        approaches: 32,
+        cut_approaches: 3,
+        ..plain()
+    };
+    let unsaid = ["became no intersection", "The extract cuts 3 of 32 approaches ("];
+    check(&left_out(Skip::Roundabout, 2), &[], &unsaid);
+    check(&left_out(Skip::Border, 4), &["4 of 14 signals became no intersection (29%)"], &[]);
+    check(&Quality { point_mdps: 1, ..plain() }, &["One point MDP is no family"], &[]);
 }
 
 #[test]

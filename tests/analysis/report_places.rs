@@ -56,16 +56,7 @@ fn program(kind: ProgramKind, own: bool, phases: &[(&str, f64, Option<f64>)]) ->
         min_s: max_s.map(|_| *duration_s),
         max_s: *max_s,
     };
-    SignalProgram {
-        signal: "c".into(),
-        own,
-        kind,
-        offset_s: 0.0,
-        phases: phases.iter().map(phase).collect(),
-        cycle_s: None,
-        stages: None,
-        rings: Vec::new(),
-    }
+    SignalProgram { own, ..SignalProgram::new("c", kind, phases.iter().map(phase).collect()) }
 }
 
 /// What the signals of a method ran.

@@ -30,15 +30,10 @@ fn spec(point: &str, bearings_deg: &[f64]) -> IntersectionSpec {
         bearing_deg: *bearing_deg,
         lanes_in: 2,
         lanes_out: 2,
-        left_turn_lanes: 0,
-        right_turn_lanes: 0,
-        left_storage_m: None,
-        right_storage_m: None,
         speed_mps: 13.41,
         length_m: 234.5,
         inflow_vph: 400.0,
-        turns: None,
-        counted: None,
+        ..Arm::default()
     };
     let arms = bearings_deg.iter().map(arm).collect();
     IntersectionSpec { point: point.into(), arms, side: DrivingSide::Right }

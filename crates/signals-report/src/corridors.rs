@@ -371,23 +371,9 @@ mod tests {
     use signals::program::ProgramPhase;
 
     fn program(offset_s: f64, cycle_s: f64) -> SignalProgram {
-        let phase = |state: &str, duration_s| ProgramPhase {
-            state: state.into(),
-            duration_s,
-            min_s: None,
-            max_s: None,
-        };
-        let phases = vec![phase("rG", 30.0), phase("ry", 3.0), phase("Gr", cycle_s - 33.0)];
-        SignalProgram {
-            signal: "s".into(),
-            own: false,
-            kind: ProgramKind::Static,
-            offset_s,
-            phases,
-            cycle_s: None,
-            stages: None,
-            rings: vec![],
-        }
+        let phases = [("rG", 30.0), ("ry", 3.0), ("Gr", cycle_s - 33.0)];
+        let phases = phases.map(|(state, s)| ProgramPhase::fixed(state, s)).to_vec();
+        SignalProgram { offset_s, ..SignalProgram::new("s", ProgramKind::Static, phases) }
     }
 
     fn stop(after_s: f64) -> StreetStop {

@@ -9,7 +9,7 @@ use super::level_of_service::LEVELS;
 use super::map_view::{MapFrame, MapView, scale_bar};
 use super::shown::Seen;
 use dot::{Dot, class_name, letter};
-use evaluation::report::svg::{Canvas, MUTED};
+use evaluation::report::svg::Canvas;
 use evaluation::report::{Figure, WIDTH, format};
 
 /// How the map lies on its canvas.
@@ -55,18 +55,7 @@ pub(super) fn places(seen: Seen<'_>) -> Option<Figure> {
             canvas.path(d, color, width, None);
         }
     }
-    // Streets that leave the map are covered by its margins.
-    for (a, b) in [
-        ((0.0, 0.0), (WIDTH, top)),
-        ((0.0, bottom), (WIDTH, bottom + BELOW_PX)),
-        ((0.0, top), (side, bottom)),
-        ((WIDTH - side, top), (WIDTH, bottom)),
-    ] {
-        canvas.rect(a, b, "#ffffff", None);
-    }
-    let (left, right) = (side, WIDTH - side);
-    let frame = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-    canvas.polyline(frame, MUTED, 1.0, None);
+    view.frame(&mut canvas, BELOW_PX);
     // The worst are drawn last, so that they are not hidden.
     dots.sort_by_key(|d| d.class.map_or(0, |class| class + 1));
     let even = (WIDTH * view.height / dots.len() as f64).sqrt();

@@ -113,6 +113,22 @@ impl MapView {
         }
         d
     }
+
+    /// Draws the map's edge, and covers the streets that leave it, also in the space below it.
+    pub(super) fn frame(&self, canvas: &mut Canvas, below_px: f64) {
+        let (left, top) = (self.frame.side_px, self.frame.top_px);
+        let (right, bottom) = (WIDTH - left, top + self.height);
+        for (a, b) in [
+            ((0.0, 0.0), (WIDTH, top)),
+            ((0.0, bottom), (WIDTH, bottom + below_px)),
+            ((0.0, top), (left, bottom)),
+            ((right, top), (WIDTH, bottom)),
+        ] {
+            canvas.rect(a, b, "#ffffff", None);
+        }
+        let corners = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+        canvas.polyline(corners, MUTED, 1.0, None);
+    }
 }
 
 /// Draws a scale bar from `x` on, and a note at the right end that says where north is.

@@ -16,6 +16,7 @@ use super::level_of_service::{DELAY, letter};
 use super::movements;
 use super::plans::cabinet::{of_plan, phases, seconds};
 use super::plans::left_turns::unprotected;
+use super::plans::remove_earlier;
 use super::plans::sheets::rings;
 use super::plans::told::{Told, best, renamed};
 use super::shown::Seen;
@@ -84,13 +85,7 @@ pub(super) fn links(seen: Seen<'_>) -> BTreeMap<usize, String> {
 /// [`ReportError`] when a file cannot be written.
 pub(super) fn write(folder: &Path, seen: Seen<'_>) -> Result<(), ReportError> {
     let own = folder.join(FOLDER);
-    match fs::symlink_metadata(&own) {
-        // Not what it points to.
-        Ok(about) if about.is_symlink() => fs::remove_file(&own),
-        Ok(_) => fs::remove_dir_all(&own),
-        Err(_) => Ok(()),
-    }
-    .map_err(FileError::at("remove", &own))?;
+    remove_earlier(&own)?;
     let pages = pages(seen);
     if pages.is_empty() {
         return Ok(());

@@ -9,8 +9,8 @@ use minijinja::{Value, context};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::shown::Seen;
-use basics::files::lines;
 use evaluation::analysis::{Analysis, PointSummary};
+use evaluation::report::csv;
 use evaluation::report::figures::shown as named;
 
 /// Name of the table in the report's folder.
@@ -78,9 +78,10 @@ pub(crate) fn are_known(data: &Analysis) -> bool {
 }
 
 /// Returns the table.
-pub(crate) fn table(data: &Analysis) -> Vec<u8> {
+pub(crate) fn table(seen: Seen<'_>) -> String {
+    let data = seen.data;
     let identity = &data.manifest.identity;
-    let mut rows = vec![HEADER.map(str::to_owned).to_vec()];
+    let mut rows = Vec::new();
     let horizon_h = horizon_s(identity).unwrap_or(HOUR_S) / HOUR_S;
     for period in periods(data) {
         for (index, method) in identity.methods.iter().enumerate() {
@@ -97,7 +98,7 @@ pub(crate) fn table(data: &Analysis) -> Vec<u8> {
             ]);
         }
     }
-    lines(&rows)
+    csv::table(&HEADER, rows.into_iter())
 }
 
 /// Returns the section on periods; undefined where their hours are not known.

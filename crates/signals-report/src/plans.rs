@@ -20,6 +20,6 @@ mod table;
 mod task_plan;
 pub(super) mod told;
 
-pub(super) use files::{FOLDER, TABLE, write};
+pub(super) use files::{FOLDER, TABLE, remove_earlier, write};
 pub(super) use read::plans;
 pub use task_plan::{Programs, Source, TaskPlan};

@@ -43,6 +43,9 @@ const PLACES: usize = 2;
 const INTERSECTIONS: &str = "intersections.csv";
 const GEOJSON: &str = "results.geojson";
 
+/// What makes the text of a table.
+type TableText = fn(Seen<'_>) -> String;
+
 /// What reports on traffic signals have beside what they have on any task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrafficSections {
@@ -61,6 +64,22 @@ impl TrafficSections {
 
     fn seen<'a>(&'a self, data: &'a Analysis) -> Seen<'a> {
         Seen { data, shown: &self.shown }
+    }
+
+    /// Returns the tables beside that of plans, and what each contains.
+    fn further(&self, data: &Analysis) -> Vec<(&'static str, TableText)> {
+        let Shown { movements, streets, .. } = &self.shown;
+        let placed = self.shown.is_placed();
+        let all: [(bool, &str, TableText); 6] = [
+            (true, plans::cabinet::TABLE, plans::cabinet::table),
+            (periods::are_known(data), periods::TABLE, periods::table),
+            (!movements.is_empty(), movements::TABLE, movements::table),
+            (!streets.is_empty(), corridors::TABLE, corridors::table),
+            (placed, INTERSECTIONS, table),
+            (placed, GEOJSON, geojson),
+        ];
+        let known = all.into_iter().filter(|(is_known, ..)| *is_known);
+        known.map(|(_, name, text)| (name, text)).collect()
     }
 }
 
@@ -289,17 +308,8 @@ impl Sections for TrafficSections {
     }
 
     fn tables(&self, data: &Analysis) -> Vec<&'static str> {
-        let placed = [INTERSECTIONS, GEOJSON].into_iter().filter(|_| self.shown.is_placed());
-        let moved = (!self.shown.movements.is_empty()).then_some(movements::TABLE);
-        let by_period = periods::are_known(data).then_some(periods::TABLE);
-        let along = (!self.shown.streets.is_empty()).then_some(corridors::TABLE);
-        [plans::TABLE, plans::cabinet::TABLE]
-            .into_iter()
-            .chain(by_period)
-            .chain(moved)
-            .chain(along)
-            .chain(placed)
-            .collect()
+        let further = self.further(data).into_iter().map(|(name, _)| name);
+        std::iter::once(plans::TABLE).chain(further).collect()
     }
 
     fn write(&self, folder: &Path, data: &Analysis) -> Result<Written, ReportError> {
@@ -314,30 +324,10 @@ impl Sections for TrafficSections {
         }));
         written.notes.extend(plans::sheets::write(&folder.join(plans::FOLDER), seen)?.notes);
         super::pages::write(folder, seen)?;
-        let path = folder.join(plans::cabinet::TABLE);
-        write_atomically(&path, plans::cabinet::table(seen).as_bytes())?;
-        written.files.push(path);
-        if periods::are_known(data) {
-            let path = folder.join(periods::TABLE);
-            write_atomically(&path, &periods::table(data))?;
+        for (name, text) in self.further(data) {
+            let path = folder.join(name);
+            write_atomically(&path, text(seen).as_bytes())?;
             written.files.push(path);
-        }
-        if !self.shown.movements.is_empty() {
-            let path = folder.join(movements::TABLE);
-            write_atomically(&path, movements::table(seen).as_bytes())?;
-            written.files.push(path);
-        }
-        if !self.shown.streets.is_empty() {
-            let path = folder.join(corridors::TABLE);
-            write_atomically(&path, corridors::table(seen).as_bytes())?;
-            written.files.push(path);
-        }
-        if self.shown.is_placed() {
-            for (name, text) in [(INTERSECTIONS, table(seen)), (GEOJSON, geojson(seen))] {
-                let path = folder.join(name);
-                write_atomically(&path, text.as_bytes())?;
-                written.files.push(path);
-            }
         }
         Ok(written)
     }

@@ -221,7 +221,7 @@ fn of_states(
     let headings = headings(intersection, side).map_err(fail)?;
     let mut names = BTreeMap::new();
     for (connection, link) in layout.connections.iter().zip(link_order(spec, &layout)) {
-        let turn = letter(on_side(connection.movement.turn, side));
+        let turn = on_side(connection.movement.turn, side).letter();
         names.insert(link, format!("{}{turn}", headings[&connection.movement.from]));
     }
     let letters = program.phases[0].state.len();
@@ -406,7 +406,7 @@ fn complete(
                 "an approach has no phase (arm {arm}, clockwise from north, of the network); give its movements to phases"
             ));
         };
-        let name = format!("{heading}{}", letter(on_side(turn, side)));
+        let name = format!("{heading}{}", on_side(turn, side).letter());
         let lanes = |turn: Turn| {
             let own = layout.connections.iter();
             own.filter(move |c| (c.movement.from, c.movement.turn) == (arm, turn))
@@ -492,20 +492,8 @@ fn on_side(turn: Turn, side: DrivingSide) -> Turn {
     }
 }
 
-fn letter(turn: Turn) -> char {
-    match turn {
-        Turn::Left => 'L',
-        Turn::Through => 'T',
-        Turn::Right => 'R',
-    }
-}
-
 fn word(turn: Turn) -> &'static str {
-    match turn {
-        Turn::Left => "left",
-        Turn::Through => "straight on",
-        Turn::Right => "right",
-    }
+    if turn == Turn::Through { "straight on" } else { turn.name() }
 }
 
 #[cfg(test)]

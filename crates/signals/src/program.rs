@@ -47,6 +47,13 @@ pub struct ProgramPhase {
     pub max_s: Option<f64>,
 }
 
+impl ProgramPhase {
+    /// Returns a phase of fixed duration.
+    pub fn fixed(state: impl Into<String>, duration_s: f64) -> Self {
+        Self { state: state.into(), duration_s, min_s: None, max_s: None }
+    }
+}
+
 /// A phase of a signal that runs in two rings, with what a cabinet is told of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -128,4 +135,20 @@ pub struct SignalProgram {
     /// Phases in two rings; empty for other kinds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rings: Vec<RingPhase>,
+}
+
+impl SignalProgram {
+    /// Returns a program of these phases, which is not the network's own and begins at time 0.
+    pub fn new(signal: impl Into<String>, kind: ProgramKind, phases: Vec<ProgramPhase>) -> Self {
+        Self {
+            signal: signal.into(),
+            own: false,
+            kind,
+            offset_s: 0.0,
+            phases,
+            cycle_s: None,
+            stages: None,
+            rings: Vec::new(),
+        }
+    }
 }

@@ -169,8 +169,6 @@ pub fn load(_: &Intake, _: &SignalSettings) -> Result<Result<Loaded, Vec<Obstacl
 /// [`SimError::Unavailable`] when it is missing.
 #[cfg(feature = "libsumo")]
 pub fn version() -> Result<String, SimError> {
-    use super::sim::Sim;
-
     super::sim::libsumo::SumoSim::new()?.version()
 }
 

@@ -341,11 +341,7 @@ pub fn named(metrics: &EpisodeMetrics, seed: u64) -> Result<Metrics, SimError> {
 
 /// Returns a program as records keep it.
 fn kept(running: Running) -> SignalProgram {
-    let kind = match running.program.kind {
-        sim::ProgramKind::Static => ProgramKind::Static,
-        sim::ProgramKind::Actuated => ProgramKind::Actuated,
-        sim::ProgramKind::Other => ProgramKind::Other,
-    };
+    let kind = running.program.kind;
     let phase = |p: sim::ProgramPhase| {
         let varies =
             kind != ProgramKind::Static && (p.min_s, p.max_s) != (p.duration_s, p.duration_s);
@@ -356,16 +352,7 @@ fn kept(running: Running) -> SignalProgram {
     };
     let phases = running.program.phases.into_iter().map(phase).collect();
     let Running { signal, own, offset_s, .. } = running;
-    SignalProgram {
-        signal,
-        own,
-        kind,
-        offset_s,
-        phases,
-        cycle_s: None,
-        stages: None,
-        rings: Vec::new(),
-    }
+    SignalProgram { own, offset_s, ..SignalProgram::new(signal, kind, phases) }
 }
 
 #[cfg(test)]

@@ -92,6 +92,11 @@ pub enum Light {
 }
 
 impl Light {
+    /// Returns its name, such as `red`.
+    pub fn name(self) -> &'static str {
+        ["red", "permissive", "protected"][self as usize]
+    }
+
     /// Returns SUMO's letter.
     pub fn letter(self) -> char {
         match self {

@@ -5,14 +5,11 @@ pub use learners::rl::sb3::ars::{Ars as Algorithm, Settings as Config};
 
 /// `ars` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "ars",
     summary: "augmented random search with a linear policy, as in sb3-contrib",
-    training: Training::Learned,
-    default: false,
     decision_s: 1.5e-7,
-    color: "#882255",
     dash: "8 2 2 2",
     settings: Config::SETTINGS,
+    ..Method::built_in("ars", Training::Learned, "#882255")
 };
 
 /// Returns products and sums of a step, updates included, for observation and action of so many numbers.

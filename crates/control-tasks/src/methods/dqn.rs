@@ -6,14 +6,12 @@ pub use learners::rl::sb3::dqn::{Dqn as Algorithm, Settings as Config};
 
 /// `dqn` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "dqn",
     summary: "deep Q-learning, as in Stable-Baselines3",
-    training: Training::Learned,
     default: true,
     decision_s: 3.3e-6,
-    color: "#d55e00",
     dash: "6 3",
     settings: Config::SETTINGS,
+    ..Method::built_in("dqn", Training::Learned, "#d55e00")
 };
 
 /// Returns products and sums of a step, updates included, for observation and action of so many numbers.

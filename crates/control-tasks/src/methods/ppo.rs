@@ -6,14 +6,11 @@ pub use learners::rl::sb3::ppo::{Ppo as Algorithm, Settings as Config};
 
 /// `ppo` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "ppo",
     summary: "proximal policy optimisation, as in Stable-Baselines3",
-    training: Training::Learned,
     default: true,
     decision_s: 5.2e-6,
-    color: "#0072b2",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("ppo", Training::Learned, "#0072b2")
 };
 
 /// Returns products and sums of a step, updates included, for observation and action of so many numbers.

@@ -6,14 +6,12 @@ pub use learners::rl::sb3::sac::{Sac as Algorithm, Settings as Config};
 
 /// `sac` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "sac",
     summary: "soft actor-critic, as in Stable-Baselines3",
-    training: Training::Learned,
     default: true,
     decision_s: 8e-3,
-    color: "#e69f00",
     dash: "1 3",
     settings: Config::SETTINGS,
+    ..Method::built_in("sac", Training::Learned, "#e69f00")
 };
 
 /// Returns products and sums of a step, updates included, for observation and action of so many numbers.

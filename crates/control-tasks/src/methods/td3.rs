@@ -6,14 +6,11 @@ pub use learners::rl::sb3::td3::{Settings as Config, Td3 as Algorithm};
 
 /// `td3` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "td3",
     summary: "twin delayed deep deterministic policy gradient, as in Stable-Baselines3",
-    training: Training::Learned,
-    default: false,
     decision_s: 8e-3,
-    color: "#56b4e9",
     dash: "4 2 1 2",
     settings: Config::SETTINGS,
+    ..Method::built_in("td3", Training::Learned, "#56b4e9")
 };
 
 /// Returns products and sums of a step, updates included, for observation and action of so many numbers.

@@ -6,14 +6,11 @@ pub use learners::rl::sb3::trpo::{Settings as Config, Trpo as Algorithm};
 
 /// `trpo` as evaluation knows it.
 pub const METHOD: Method = Method {
-    name: "trpo",
     summary: "trust region policy optimisation, as in sb3-contrib",
-    training: Training::Learned,
-    default: false,
     decision_s: 6e-6,
-    color: "#009e73",
     dash: "2 2",
     settings: Config::SETTINGS,
+    ..Method::built_in("trpo", Training::Learned, "#009e73")
 };
 
 /// Returns products and sums of a step, updates included, for observation and action of so many numbers.

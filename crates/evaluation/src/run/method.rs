@@ -59,6 +59,11 @@ impl Method {
         }
     }
 
+    /// Returns the description of a method of this program: solid lines, to which its summary is to be added.
+    pub const fn built_in(name: &'static str, training: Training, color: &'static str) -> Self {
+        Self { color, dash: "", ..Self::new(name, "", training) }
+    }
+
     /// Returns the name of its section of a scenario.
     pub fn section(&self) -> String {
         self.name.replace('-', "_")

@@ -30,17 +30,8 @@ pub(super) fn programs(
         }
         cycles_s.push(cycle_s.filter(|_| whole.is_none()));
         let phases = whole.unwrap_or(greens);
-        let signal = signal.to_owned();
-        programs.push(SignalProgram {
-            signal,
-            own,
-            kind: ProgramKind::Static,
-            offset_s: 0.0,
-            phases,
-            cycle_s: None,
-            stages: None,
-            rings: Vec::new(),
-        });
+        let program = SignalProgram::new(signal, ProgramKind::Static, phases);
+        programs.push(SignalProgram { own, ..program });
     }
     (!programs.is_empty()).then_some((source, programs, cycles_s))
 }
@@ -50,14 +41,10 @@ fn parse(text: &str) -> Option<(Option<f64>, Vec<ProgramPhase>)> {
     let (cycle, greens) = text.strip_prefix("cycle ")?.split_once(" s: ")?;
     let green = |text: &str| {
         let (state, seconds) = text.strip_suffix(" s")?.split_once(' ')?;
-        Some(fixed(state.to_owned(), seconds.parse().ok()?))
+        Some(ProgramPhase::fixed(state, seconds.parse().ok()?))
     };
     let greens: Option<Vec<_>> = greens.split(", ").map(green).collect();
     Some((Some(cycle.parse().ok()?), greens?))
-}
-
-fn fixed(state: String, duration_s: f64) -> ProgramPhase {
-    ProgramPhase { state, duration_s, min_s: None, max_s: None }
 }
 
 /// Returns greens with the changes between them; `None` where these depend on the streets.
@@ -71,7 +58,8 @@ fn cycle(greens: &[ProgramPhase], settings: &SignalSettings) -> Option<Vec<Progr
         let next = &greens[(i + 1) % greens.len()];
         phases.push(green.clone());
         let changes = timing.between(&green.state, &next.state).into_iter();
-        phases.extend(changes.map(|(state, seconds)| fixed(state, f64::from(seconds))));
+        phases
+            .extend(changes.map(|(state, seconds)| ProgramPhase::fixed(state, f64::from(seconds))));
     }
     Some(phases)
 }

@@ -38,6 +38,20 @@ pub(crate) struct Written {
     pub(crate) missing: Option<String>,
 }
 
+/// Removes a folder that an earlier report left, not what it points to.
+///
+/// # Errors
+///
+/// [`FileError`] when it cannot be removed.
+pub(crate) fn remove_earlier(folder: &Path) -> Result<(), FileError> {
+    match fs::symlink_metadata(folder) {
+        Ok(about) if about.is_symlink() => fs::remove_file(folder),
+        Ok(_) => fs::remove_dir_all(folder),
+        Err(_) => Ok(()),
+    }
+    .map_err(FileError::at("remove", folder))
+}
+
 /// Writes the plans of a report into its folder; what an earlier report left there is replaced.
 ///
 /// # Errors
@@ -46,13 +60,7 @@ pub(crate) struct Written {
 pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError> {
     let Seen { data, shown } = seen;
     let plans = folder.join(FOLDER);
-    match fs::symlink_metadata(&plans) {
-        // Not what it points to.
-        Ok(about) if about.is_symlink() => fs::remove_file(&plans),
-        Ok(_) => fs::remove_dir_all(&plans),
-        Err(_) => Ok(()),
-    }
-    .map_err(FileError::at("remove", &plans))?;
+    remove_earlier(&plans)?;
     let mut written = Written { table: folder.join(TABLE), ..Written::default() };
     let titles = shown.titles(data);
     let titled = csv::Titled(titles.as_deref());

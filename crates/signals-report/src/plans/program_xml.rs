@@ -68,16 +68,7 @@ mod tests {
             max_s,
         };
         let phases = vec![phase("Gr", 7.0, Some(50.0)), phase("yr", 3.0, None)];
-        SignalProgram {
-            signal: "a&b".into(),
-            own,
-            kind: ProgramKind::Actuated,
-            offset_s: 0.0,
-            phases,
-            cycle_s: None,
-            stages: None,
-            rings: Vec::new(),
-        }
+        SignalProgram { own, ..SignalProgram::new("a&b", ProgramKind::Actuated, phases) }
     }
 
     #[test]

@@ -54,8 +54,7 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
     }
     let frame = frame(q.spots.len());
     let view = MapView::new(drawing.frame, frame);
-    let (side, top) = (frame.side_px, frame.top_px);
-    let (right, bottom) = (WIDTH - side, top + view.height);
+    let bottom = frame.top_px + view.height;
     let mut canvas = Canvas::new(WIDTH, bottom + BELOW_PX);
     for (layer, (color, width)) in STREETS.into_iter().enumerate() {
         let streets = drawing.streets.iter().filter(|s| rank(s.highway) == layer);
@@ -83,17 +82,7 @@ pub(super) fn map(q: &Quality, drawing: &Drawing) -> Option<String> {
         let at = view.place(spot.latitude, spot.longitude);
         canvas.circle(at, radius, palette::KNOWN[class(spot.known)], Some(&tip(spot)));
     }
-    // Streets that leave the map are covered by its margins.
-    for (a, b) in [
-        ((0.0, 0.0), (WIDTH, top)),
-        ((0.0, bottom), (WIDTH, bottom + BELOW_PX)),
-        ((0.0, top), (side, bottom)),
-        ((right, top), (WIDTH, bottom)),
-    ] {
-        canvas.rect(a, b, "#ffffff", None);
-    }
-    let corners = vec![(side, top), (right, top), (right, bottom), (side, bottom), (side, top)];
-    canvas.polyline(corners, MUTED, 1.0, None);
+    view.frame(&mut canvas, BELOW_PX);
     legend(&mut canvas, q, drawing);
     let note = "north is up; \u{a9} OpenStreetMap contributors, ODbL 1.0";
     scale_bar(&mut canvas, view.pixels_per_km, (8.0, bottom + 18.0), note);

@@ -84,14 +84,9 @@ impl Street {
             lanes_in: 3,
             lanes_out: 2,
             left_turn_lanes: 1,
-            right_turn_lanes: 0,
-            left_storage_m: None,
-            right_storage_m: None,
             speed_mps: mph_to_mps(SPEED_MPH),
             length_m: LENGTH_M,
-            inflow_vph: 0.0,
-            turns: None,
-            counted: None,
+            ..Arm::default()
         };
         let arms = [0.0, 90.0, 180.0, 270.0].map(arm).to_vec();
         let spec =

@@ -9,7 +9,7 @@ use osm_signals::settings::{IntersectionSettings, StreetSettings, TrafficSetting
 use osm_signals::signals::SignalColumns;
 use osm_signals::tags::Highway;
 use osm_signals::{Settings, file};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::error::CityError;
 use crate::settings::inflow::{EVEN_SPLIT, NORTH_EAST_DEG};
@@ -31,7 +31,7 @@ pub struct CityConfig {
 }
 
 /// Which hour of the day is simulated; written to the scenario.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DesignHour {
     /// Share of the day's traffic in it (the factor K).
     ///

@@ -34,6 +34,7 @@ use super::folder::{APPROACHES_FILE, SCENARIO_FILE, networks_folder};
 use super::input::{Input, Request};
 use super::quality::{Quality, quality};
 use super::reason::Reason;
+use super::scenario::scenario_text;
 use super::sites::City;
 use super::surroundings::write_streets;
 use super::table;
@@ -204,7 +205,7 @@ fn with_networks(
         let own = |_: &str| Ok(table.clone());
         let file = request.out.join(SCENARIO_FILE).display().to_string();
         let known = (Some(city.inflow_sources()), Some(&city.side));
-        let loaded = from_text(&request.scenario(&input.config, known)?, &file, &[], &own)?;
+        let loaded = from_text(&scenario_text(request, &input.config, known)?, &file, &[], &own)?;
         let specs = intersections(&loaded)?;
         let folder = request.out.join(networks_folder(loaded.scenario.preset));
         beneath(&request.out, &folder)?;

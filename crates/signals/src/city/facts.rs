@@ -1,6 +1,7 @@
 //! What the family of a city adds to what is known of its map.
 
-use super::quality::{Demand, Distribution, FamilyFacts};
+use super::config::DesignHour;
+use super::quality::{Distribution, FamilyFacts};
 use crate::family::features::six_features;
 use crate::family::load::LoadedScenario;
 use crate::settings::SixFeatures;
@@ -10,7 +11,7 @@ pub(super) fn family_facts(loaded: &LoadedScenario) -> FamilyFacts {
     let settings = &loaded.scenario.family;
     FamilyFacts {
         name: loaded.scenario.name.clone(),
-        demand: Demand {
+        demand: DesignHour {
             hourly_share: settings.hourly_share,
             directional_split: settings.directional_split,
             peak_heading_deg: settings.peak_heading_deg,

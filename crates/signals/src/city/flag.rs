@@ -1,13 +1,15 @@
 //! What is worth a look at an intersection of a family.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// What is worth a look at an intersection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Flag {
     /// Nothing has green at another time than anything else.
     OneGreen,
     /// How it was read from the map.
+    #[serde(untagged)]
     Map(osm_signals::flags::Flag),
 }
 
@@ -17,15 +19,6 @@ impl Flag {
         match self {
             Self::OneGreen => "a single green",
             Self::Map(flag) => flag.words(),
-        }
-    }
-}
-
-impl Serialize for Flag {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::OneGreen => serializer.serialize_str("one_green"),
-            Self::Map(flag) => flag.serialize(serializer),
         }
     }
 }

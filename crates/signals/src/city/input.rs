@@ -9,14 +9,12 @@ use super::config::CityConfig;
 use super::error::CityError;
 use super::folder;
 use super::quality::InputFile;
-use super::scenario::{ScenarioInputs, scenario_text};
+use super::scenario::scenario_text;
 use super::side::CitySide;
 use crate::settings::Detail;
-use crate::settings::inflow::InflowSources;
 use crate::turning::{Period, TurningCounts};
 use basics::files::FileError;
 use basics::hash::sha256_file;
-use evaluation::family::error::FamilyError;
 use evaluation::settings::overrides::Override;
 
 /// What a city is derived from.
@@ -75,36 +73,6 @@ impl Request {
         Path::new("networks").join(folder::stem(extract))
     }
 
-    /// Returns the text of the scenario that is written.
-    ///
-    /// # Arguments
-    ///
-    /// * `inflows`, `side` — what its comments and settings say of them, once that is known.
-    ///
-    /// # Errors
-    ///
-    /// As [`scenario_text`].
-    pub(super) fn scenario(
-        &self,
-        config: &CityConfig,
-        (inflows, side): (Option<InflowSources>, Option<&CitySide>),
-    ) -> Result<String, FamilyError> {
-        let source =
-            self.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
-        let flags: String = self.overrides.iter().map(|o| format!(" {}", o.flag())).collect();
-        scenario_text(&ScenarioInputs {
-            name: &folder::scenario_name(&self.out),
-            extract: &folder::stem(&self.extract),
-            detail: self.detail,
-            config,
-            overrides: &self.overrides,
-            source: &format!("{source}{flags}"),
-            side,
-            inflows,
-            periods: &self.periods,
-        })
-    }
-
     /// Returns the files that are read, with their hashes.
     pub(super) fn files(&self) -> Result<Vec<InputFile>, FileError> {
         let boundary = self.boundary.as_ref().map(PathBuf::from).filter(|p| p.is_file());
@@ -155,7 +123,7 @@ impl Input {
         let config = config.unwrap_or_default();
         let settings = &config.settings;
         // A mistake in the settings is known before the extract is read.
-        request.scenario(&config, (None, None))?;
+        scenario_text(request, &config, (None, None))?;
         let boundary = request.boundary.as_deref().map(Boundary::parse).transpose()?;
         let signals = request.signals.as_deref();
         let mut columns = settings.signals.clone();

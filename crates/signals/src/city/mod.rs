@@ -1,7 +1,7 @@
 //! From a city's map to its family: approaches, scenario, networks and what to think of them.
 //!
 //! [`derive`](derive::derive) does all of it. What is on the ground comes from the crate [`osm_signals`];
-//! [`sites`] leaves out the intersections that no network can be built for, [`table`] and [`scenario`] are what a
+//! [`sites`] leaves out the intersections that no network can be built for, [`table`] and `scenario` are what a
 //! family is loaded from, [`quality`] and [`drawing`] what the page on quality shows.
 
 pub mod config;
@@ -16,7 +16,7 @@ pub mod input;
 mod one_green;
 pub mod quality;
 pub mod reason;
-pub mod scenario;
+mod scenario;
 pub mod side;
 pub mod sites;
 pub mod sketch;

@@ -10,6 +10,7 @@ use osm_signals::traffic::InflowSource;
 use osm_signals::{Arm, Counts, Extract};
 use serde::Serialize;
 
+use super::config::DesignHour;
 use super::reason::Reason;
 use super::side::CitySide;
 use super::sites::City;
@@ -144,24 +145,13 @@ pub struct CountsSummary {
     pub skipped: Vec<(String, Oddity)>,
 }
 
-/// Which hour is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Demand {
-    /// Share of the day's traffic in it.
-    pub hourly_share: f64,
-    /// Share of that in the peak direction of a two-way street.
-    pub directional_split: f64,
-    /// Heading around which the peak direction lies, degrees clockwise from north.
-    pub peak_heading_deg: f64,
-}
-
 /// What the family adds to what is known of a city.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FamilyFacts {
     /// Its name.
     pub name: String,
     /// Which hour is simulated.
-    pub demand: Demand,
+    pub demand: DesignHour,
     /// The six features.
     pub features: Vec<Distribution>,
     /// Distinct point MDPs.
@@ -194,7 +184,7 @@ pub struct Quality {
     /// Distinct point MDPs.
     pub point_mdps: usize,
     /// Which hour is simulated.
-    pub demand: Demand,
+    pub demand: DesignHour,
     /// Why the other signals are no intersection.
     pub skipped: Vec<SkipCount>,
     /// What values rest on.

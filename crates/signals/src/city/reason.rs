@@ -3,17 +3,19 @@
 use std::cmp::Ordering;
 
 use osm_signals::intersections::Skip;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// Why a signal is no intersection of the family.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Reason {
-    /// It is none on the map, or not one that was asked for.
-    Map(Skip),
     /// No two streams need green at different times, so there is nothing to control.
     OneGreen,
     /// No sound network can be built for it.
     NoNetwork,
+    /// It is none on the map, or not one that was asked for.
+    #[serde(untagged)]
+    Map(Skip),
 }
 
 impl Reason {
@@ -71,16 +73,6 @@ impl Ord for Reason {
 impl PartialOrd for Reason {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
-    }
-}
-
-impl Serialize for Reason {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Map(skip) => skip.serialize(serializer),
-            Self::OneGreen => serializer.serialize_str("one_green"),
-            Self::NoNetwork => serializer.serialize_str("no_network"),
-        }
     }
 }
 

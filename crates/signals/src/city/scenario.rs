@@ -5,14 +5,13 @@ use toml::{Table, Value};
 
 use super::config::CityConfig;
 use super::counted::hours;
-use super::folder::APPROACHES_FILE;
+use super::folder::{self, APPROACHES_FILE};
+use super::input::Request;
 use super::side::CitySide;
+use crate::settings::Scenario;
 use crate::settings::check::check;
 use crate::settings::inflow::InflowSources;
-use crate::settings::{Detail, Scenario};
-use crate::turning::Period;
 use evaluation::family::error::FamilyError;
-use evaluation::settings::overrides::Override;
 use evaluation::settings::wording::explain;
 
 /// What a scenario file says of its demand.
@@ -23,40 +22,28 @@ const DEMAND_NOTE: &str = "\
 # approaches.csv rest on, shares of the approaches; pages of results quote it, and it decides nothing.
 ";
 
-/// What decides the scenario of a city.
-#[derive(Debug, Clone, Copy)]
-pub struct ScenarioInputs<'a> {
-    /// Its name.
-    pub name: &'a str,
-    /// Name of the extract.
-    pub extract: &'a str,
-    /// Six features or real arms.
-    pub detail: Detail,
-    /// Settings of the derivation, which may hold some for the scenario.
-    pub config: &'a CityConfig,
-    /// Settings from the command line.
-    pub overrides: &'a [Override],
-    /// Side of the street that traffic keeps to; `None` as long as it is not known.
-    pub side: Option<&'a CitySide>,
-    /// What errors call the settings: a file, or the command line.
-    pub source: &'a str,
-    /// What the inflows of the table rest on, once that is known.
-    pub inflows: Option<InflowSources>,
-    /// Periods of the day that the table has.
-    pub periods: &'a [Period],
-}
-
-/// Returns the text of a scenario file for a table of approaches beside it.
+/// Returns the text of the scenario file of a city, for a table of approaches beside it.
+///
+/// # Arguments
+///
+/// * `inflows`, `side` — what its comments and settings say of them, once that is known.
 ///
 /// # Errors
 ///
 /// [`FamilyError`] for a setting that does not exist, is out of range, or is decided by the
 /// command.
-pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError> {
-    let ScenarioInputs { name, extract, detail, config, overrides, source, side, inflows, periods } =
-        *inputs;
+pub(super) fn scenario_text(
+    request: &Request,
+    config: &CityConfig,
+    (inflows, side): (Option<InflowSources>, Option<&CitySide>),
+) -> Result<String, FamilyError> {
+    let Request { detail, overrides, .. } = request;
+    let (name, extract) = (folder::scenario_name(&request.out), folder::stem(&request.extract));
+    let flags: String = overrides.iter().map(|o| format!(" {}", o.flag())).collect();
+    let source = request.config.as_ref().map_or("settings".to_owned(), |c| c.display().to_string());
+    let source = format!("{source}{flags}");
     let mut table = Table::new();
-    table.insert("name".to_owned(), name.into());
+    table.insert("name".to_owned(), name.as_str().into());
     let title = format!("Signalised intersections of {extract} ((c) OpenStreetMap contributors)");
     table.insert("title".to_owned(), title.into());
     let mut family = Table::new();
@@ -73,7 +60,7 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError>
         let shares = Value::try_from(inflows).expect("shares are numbers");
         family.insert("inflows".to_owned(), shares);
     }
-    if let Some(hours) = hours(periods) {
+    if let Some(hours) = hours(&request.periods) {
         family.insert("periods".to_owned(), hours);
     }
     table.insert("family".to_owned(), family.into());
@@ -90,7 +77,7 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError>
         side.put_into(&mut table);
     }
     let wrong = |field: &str, value: String, expected: String| FamilyError::Setting {
-        file: source.to_owned(),
+        file: source.clone(),
         field: field.to_owned(),
         value,
         expected,
@@ -104,10 +91,10 @@ pub fn scenario_text(inputs: &ScenarioInputs<'_>) -> Result<String, FamilyError>
         scenario = setting.apply(&scenario)?;
         setting.put_into(&mut table)?;
     }
-    check(&scenario, source)?;
+    check(&scenario, &source)?;
     let decided = [
         ("name", scenario.name == name, "--out"),
-        ("family.detail", scenario.family.detail == detail, "--detail"),
+        ("family.detail", scenario.family.detail == *detail, "--detail"),
         ("network.driving_side", scenario.network.driving_side == driving_side, "--driving-side"),
         ("family.points", scenario.family.points.is_none(), "the map"),
         (

@@ -5,20 +5,16 @@
 //!
 //! Source: SUMO documentation, "Traffic Lights", actuated traffic lights based on time gaps.
 
-use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use super::{Controller, Drive, Same, Setup};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "actuated",
     summary: "SUMO's gap-based actuated control",
-    training: Training::None,
     default: true,
-    decision_s: 0.0,
-    color: "#009e73",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("actuated", Training::None, "#009e73")
 };
 
 settings! {
@@ -31,22 +27,5 @@ settings! {
 
 /// Returns actuated control.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Actuated { max_green_s: config.max_green_s })
-}
-
-/// Gap-based actuated control.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Actuated {
-    /// Longest green, seconds.
-    pub max_green_s: f64,
-}
-
-impl Controller for Actuated {
-    fn name(&self) -> &'static str {
-        METHOD.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        Ok(vec![Drive::OwnActuated(self.max_green_s); signals.len()])
-    }
+    Same::boxed(METHOD.name, Drive::OwnActuated(config.max_green_s))
 }

@@ -10,20 +10,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use super::{Controller, Drive, Same, Setup};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "baseline",
     summary: "untuned fixed time, the denominator of every score",
-    training: Training::None,
     default: true,
-    decision_s: 0.0,
-    color: "#8c8c8c",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("baseline", Training::None, "#8c8c8c")
 };
 
 settings! {
@@ -63,23 +59,6 @@ impl BaselineProgram {
 /// Returns the baseline.
 pub fn create(config: &Config, setup: &Setup) -> Box<dyn Controller> {
     let split = config.program.is_equal_split(setup.imported);
-    Box::new(Baseline { equal_split_green_s: split.then_some(config.green_s) })
-}
-
-/// The untuned fixed-time program.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Baseline {
-    /// Green per phase of an equal split, seconds; `None` runs the network's own program.
-    pub equal_split_green_s: Option<f64>,
-}
-
-impl Controller for Baseline {
-    fn name(&self) -> &'static str {
-        METHOD.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        let drive = self.equal_split_green_s.map_or(Drive::OwnProgram, Drive::OwnEqualSplit);
-        Ok(vec![drive; signals.len()])
-    }
+    let drive = if split { Drive::OwnEqualSplit(config.green_s) } else { Drive::OwnProgram };
+    Same::boxed(METHOD.name, drive)
 }

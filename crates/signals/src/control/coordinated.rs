@@ -44,14 +44,9 @@ use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "coordinated",
     summary: "fixed time with a common cycle and offsets, tuned in simulation",
-    training: Training::Tuned { episodes: "simulations" },
-    default: false,
-    decision_s: 0.0,
-    color: "#96b487",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("coordinated", Training::Tuned { episodes: "simulations" }, "#96b487")
 };
 
 settings! {

@@ -12,37 +12,17 @@
 //!
 //! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapters 5 to 7; NEMA TS 2.
 
-use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use super::{Controller, Drive, Same, Setup};
 use evaluation::run::method::{Method, Training};
 use evaluation::settings::setting::NoSettings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "existing",
     summary: "the plan that the signal has today, given with --existing or UTDF",
-    training: Training::None,
-    default: false,
-    decision_s: 0.0,
-    color: "#875a78",
-    dash: "",
-    settings: NoSettings::SETTINGS,
+    ..Method::built_in("existing", Training::None, "#875a78")
 };
 
 /// Returns the existing plan.
 pub fn create(_config: &NoSettings, _setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Existing)
-}
-
-/// The existing plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Existing;
-
-impl Controller for Existing {
-    fn name(&self) -> &'static str {
-        METHOD.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        Ok(vec![Drive::Existing; signals.len()])
-    }
+    Same::boxed(METHOD.name, Drive::Existing)
 }

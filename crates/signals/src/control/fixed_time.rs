@@ -50,14 +50,10 @@ use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "fixed-time",
     summary: "fixed time, tuned per point MDP in simulation",
-    training: Training::Tuned { episodes: "simulations" },
     default: true,
-    decision_s: 0.0,
-    color: "#0072b2",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("fixed-time", Training::Tuned { episodes: "simulations" }, "#0072b2")
 };
 
 settings! {

@@ -35,14 +35,10 @@ use learners::rl::schedule::linear_epsilon;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "idqn",
     summary: "deep Q-learning on lanes, a learner per signal (RESCO)",
-    training: Training::Learned,
-    default: false,
     decision_s: 6e-4,
-    color: "#4b2e83",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("idqn", Training::Learned, "#4b2e83")
 };
 
 settings! {

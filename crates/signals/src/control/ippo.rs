@@ -27,14 +27,11 @@ use learners::rl::random::Generator;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "ippo",
     summary: "proximal policy optimisation on lanes, a learner per signal (RESCO)",
-    training: Training::Learned,
-    default: false,
     decision_s: 5e-5,
-    color: "#e69f00",
     dash: "9 4",
     settings: Config::SETTINGS,
+    ..Method::built_in("ippo", Training::Learned, "#e69f00")
 };
 
 settings! {

@@ -56,14 +56,10 @@ use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "max-pressure",
     summary: "the phase that relieves the most pressure (Varaiya), at every decision",
-    training: Training::None,
     default: true,
-    decision_s: 0.0,
-    color: "#d55e00",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("max-pressure", Training::None, "#d55e00")
 };
 
 /// Vehicles that a prior of equal shares per lane counts for, before vehicles have been seen.

@@ -25,14 +25,8 @@ use evaluation::settings::setting::NoSettings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "max-pressure-resco",
     summary: "the phase whose two main movements have the longest queues (RESCO)",
-    training: Training::None,
-    default: false,
-    decision_s: 0.0,
-    color: "#0011dd",
-    dash: "",
-    settings: NoSettings::SETTINGS,
+    ..Method::built_in("max-pressure-resco", Training::None, "#0011dd")
 };
 
 /// Returns max pressure with RESCO's rule.

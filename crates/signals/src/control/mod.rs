@@ -491,3 +491,26 @@ pub trait Controller {
         Err(ArchiveError::Card(format!("method: {} does not learn", self.name())).into())
     }
 }
+
+/// A method that neither decides nor learns: the same drives every signal.
+struct Same {
+    name: &'static str,
+    drive: Drive,
+}
+
+impl Same {
+    /// Returns the controller of a method.
+    fn boxed(name: &'static str, drive: Drive) -> Box<dyn Controller> {
+        Box::new(Self { name, drive })
+    }
+}
+
+impl Controller for Same {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
+        Ok(vec![self.drive.clone(); signals.len()])
+    }
+}

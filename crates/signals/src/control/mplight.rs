@@ -37,14 +37,10 @@ use learners::rl::schedule::linear_epsilon;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "mplight",
     summary: "deep Q-learning on pressure, one FRAP network for all signals (RESCO)",
-    training: Training::Learned,
-    default: false,
     decision_s: 6e-4,
-    color: "#56b4e9",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("mplight", Training::Learned, "#56b4e9")
 };
 
 /// Declares the hyper-parameters of MPLight, and those that a variant of it adds.

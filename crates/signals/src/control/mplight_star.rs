@@ -16,14 +16,11 @@ use evaluation::run::method::{Method, Training};
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "mplight-star",
     summary: "MPLight that also sees waiting times, speeds and arrivals",
-    training: Training::Learned,
-    default: false,
     decision_s: 6e-4,
-    color: "#993333",
     dash: "3 3",
     settings: Config::SETTINGS,
+    ..Method::built_in("mplight-star", Training::Learned, "#993333")
 };
 
 mplight_settings! { {

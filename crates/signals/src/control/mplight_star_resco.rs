@@ -15,14 +15,11 @@ pub use super::mplight_star::Config;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "mplight-star-resco",
     summary: "the same with RESCO's mistake in what a movement sees",
-    training: Training::Learned,
-    default: false,
     decision_s: 6e-4,
-    color: "#bb33ff",
     dash: "10 3 2 3",
     settings: Config::SETTINGS,
+    ..Method::built_in("mplight-star-resco", Training::Learned, "#bb33ff")
 };
 
 /// Distance between the windows of two movements in RESCO's code.

@@ -19,40 +19,20 @@
 //! Source: NEMA TS 2; FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapters 5 and 6.
 
 pub use super::dual_ring::{Config, Recall};
-use super::{ControlError, Controller, Drive, Setup, SignalSpec};
+use super::{Controller, Drive, Same, Setup};
 use evaluation::run::method::{Method, Training};
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "nema",
     summary: "dual-ring, fully actuated control as in North American cabinets",
-    training: Training::None,
     default: true,
-    decision_s: 0.0,
-    color: "#000000",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("nema", Training::None, "#000000")
 };
 
 /// Returns dual-ring control.
 pub fn create(config: &Config, _setup: &Setup) -> Box<dyn Controller> {
-    Box::new(Nema { config: config.clone() })
-}
-
-/// Dual-ring control.
-#[derive(Debug, Clone, PartialEq)]
-struct Nema {
-    config: Config,
-}
-
-impl Controller for Nema {
-    fn name(&self) -> &'static str {
-        METHOD.name
-    }
-
-    fn begin(&mut self, signals: &[SignalSpec]) -> Result<Vec<Drive>, ControlError> {
-        Ok(vec![Drive::DualRing(self.config.clone()); signals.len()])
-    }
+    Same::boxed(METHOD.name, Drive::DualRing(config.clone()))
 }
 
 #[cfg(test)]

@@ -24,14 +24,9 @@ use evaluation::settings::setting::settings;
 
 /// The method.
 pub const METHOD: Method = Method {
-    name: "nema-coordinated",
     summary: "dual-ring, actuated control within a common cycle with offsets, tuned in simulation",
-    training: Training::Tuned { episodes: "simulations" },
-    default: false,
-    decision_s: 0.0,
-    color: "#8787b4",
-    dash: "",
     settings: Config::SETTINGS,
+    ..Method::built_in("nema-coordinated", Training::Tuned { episodes: "simulations" }, "#8787b4")
 };
 
 settings! {

@@ -193,12 +193,10 @@ mod tests {
             let vehicles = seen.map(|(lane, link, distance_m, speed_mps)| VehicleState {
                 lane,
                 link: Some(link),
-                way: 0,
                 vehicle: 7,
-                position_m: 0.0,
                 speed_mps,
-                waiting_s: 0.0,
                 distance_m,
+                ..VehicleState::default()
             });
             let vehicles = vehicles.into_iter().collect();
             along.second(&Snapshot { vehicles, phases: vec![] }, f64::from(time_s));

@@ -57,9 +57,10 @@ pub fn run_episode<S: Sim>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::{ControlError, Observation, SignalSpec};
+    use crate::control::{ControlError, Observation, Setup, SignalSpec, program};
     use crate::env::testing::env;
     use crate::sim::mock::MockSim;
+    use evaluation::settings::setting::NoSettings;
 
     /// Plays a fixed list of phases, the last one for ever.
     struct Script(Vec<usize>, usize);
@@ -124,7 +125,8 @@ mod tests {
     fn the_own_program_runs_untouched() {
         let dir = tempfile::tempdir().unwrap();
         let mut env = env(vec![], dir.path());
-        run_episode(&mut env, &mut crate::control::program::Program, 1).unwrap();
+        let mut own = program::create(&NoSettings, &Setup::default());
+        run_episode(&mut env, &mut *own, 1).unwrap();
         assert!(letters(&mut env).starts_with("GGGGGGGGGGGGGGGGGGGGyyyrrrrrrrrrrrrrrrrrrrryyyGG"));
     }
 

@@ -314,22 +314,12 @@ impl Logger {
     /// Returns a program that shows once what was told; `None` where nothing was.
     fn program(&self, signal: &str) -> Option<SignalProgram> {
         let ends = self.told.iter().skip(1).map(|(from_s, _)| *from_s).chain([self.until_s]);
-        let phase = |((from_s, state), until_s): (&(f64, String), f64)| program::ProgramPhase {
-            state: state.clone(),
-            duration_s: until_s - from_s,
-            min_s: None,
-            max_s: None,
+        let phase = |((from_s, state), until_s): (&(f64, String), f64)| {
+            program::ProgramPhase::fixed(state, until_s - from_s)
         };
-        Some(SignalProgram {
-            signal: signal.to_owned(),
-            own: false,
-            kind: ProgramKind::Static,
-            offset_s: self.told.first()?.0,
-            phases: self.told.iter().zip(ends).map(phase).collect(),
-            cycle_s: None,
-            stages: None,
-            rings: Vec::new(),
-        })
+        let phases = self.told.iter().zip(ends).map(phase).collect();
+        let offset_s = self.told.first()?.0;
+        Some(SignalProgram { offset_s, ..SignalProgram::new(signal, ProgramKind::Static, phases) })
     }
 
     /// Takes what is shown for a second.
@@ -731,12 +721,10 @@ mod tests {
             let vehicle = |(distance_m, speed_mps): (f64, f64)| VehicleState {
                 lane: 7,
                 link: Some(0),
-                way: 0,
                 vehicle: 1,
-                position_m: 0.0,
                 speed_mps,
-                waiting_s: 0.0,
                 distance_m,
+                ..VehicleState::default()
             };
             let vehicles = seen.map(vehicle).into_iter().collect();
             let span_s = (second as f64, second as f64 + 1.0);

@@ -195,14 +195,12 @@ mod tests {
 
     fn at(vehicle: u32, distance_m: f64, speed_mps: f64, waiting_s: f64) -> VehicleState {
         VehicleState {
-            lane: 0,
             link: Some(0),
-            way: 0,
             vehicle,
-            position_m: 300.0 - distance_m,
             speed_mps,
             waiting_s,
             distance_m,
+            ..VehicleState::default()
         }
     }
 
@@ -235,10 +233,7 @@ mod tests {
             |id: &str| Lane { id: id.into(), length_m: 300.0, speed_mps: 14.0, ..Lane::default() };
         let signal = |from_lane| SignalInfo {
             links: vec![vec![Link::new(from_lane, "x_0", Direction::Straight)]],
-            id: String::new(),
-            programs: vec![],
-            active_program: String::new(),
-            meets: Vec::new(),
+            ..SignalInfo::default()
         };
         let scene =
             Scene { lanes: vec![lane("a_0"), lane("b_0")], signals: vec![signal(0), signal(1)] };
@@ -283,10 +278,7 @@ mod tests {
         let link = || Link::new(0, "x_0", Direction::Straight);
         let info = SignalInfo {
             links: vec![vec![link()], vec![link()], vec![link(), link()]],
-            id: String::new(),
-            programs: vec![],
-            active_program: String::new(),
-            meets: Vec::new(),
+            ..SignalInfo::default()
         };
         let scene = Scene { lanes: vec![lane], signals: vec![info] };
         let mut observer = Observer::new(&scene, std::slice::from_ref(&derived), 200.0, 10.0);

@@ -494,14 +494,11 @@ impl<S: Sim> SignalEnv<S> {
             let names = link_names(&self.scene, signal, self.world.side);
             let cycle = rings.cycle();
             Some(SignalProgram {
-                signal: signal.id.clone(),
-                own: false,
-                kind: program::ProgramKind::DualRing,
                 offset_s: cycle.as_ref().and_then(|cycle| cycle.offset_s).map_or(0.0, f64::from),
-                phases: Vec::new(),
                 cycle_s: cycle.map(|cycle| cycle.cycle_s),
                 stages: rings.stages().cloned(),
                 rings: rings.sheet(&names),
+                ..SignalProgram::new(&signal.id, program::ProgramKind::DualRing, Vec::new())
             })
         };
         rings.filter_map(sheet).collect()

@@ -260,6 +260,19 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
 }
 
 impl ExistingPlan {
+    /// Returns a plan of these phases, without a cycle.
+    pub fn new(control: Control, phases: Vec<PlanPhase>) -> Self {
+        Self {
+            control,
+            cycle_s: None,
+            offset_s: 0.0,
+            reference: Vec::new(),
+            referenced_to: 0,
+            phases,
+            ways: BTreeMap::new(),
+        }
+    }
+
     /// Returns the sides in order, each with the indices of its phases per ring in their order.
     pub fn sides(&self) -> Vec<[Vec<usize>; 2]> {
         let barriers: BTreeSet<u32> = self.phases.iter().map(|p| p.barrier).collect();
@@ -493,22 +506,16 @@ pub(crate) mod testing {
     /// 12.5, 24.5 and 24.5 s.
     pub(crate) fn plan(control: Control) -> ExistingPlan {
         let left = |phase: PlanPhase| PlanPhase { max_green_s: 8.0, ..phase };
-        ExistingPlan {
-            control,
-            cycle_s: (control != Control::Actuated).then_some(61.5),
-            offset_s: 0.0,
-            reference: vec![2, 6],
-            referenced_to: 0,
-            phases: vec![
-                left(phase(1, [1, 1, 1], "SBL")),
-                phase(2, [1, 1, 2], "NBT NBR"),
-                phase(4, [2, 1, 1], "EBT EBR ebl"),
-                left(phase(5, [1, 2, 1], "NBL")),
-                phase(6, [1, 2, 2], "SBT SBR"),
-                phase(8, [2, 2, 1], "WBT WBR wbl"),
-            ],
-            ways: BTreeMap::new(),
-        }
+        let phases = vec![
+            left(phase(1, [1, 1, 1], "SBL")),
+            phase(2, [1, 1, 2], "NBT NBR"),
+            phase(4, [2, 1, 1], "EBT EBR ebl"),
+            left(phase(5, [1, 2, 1], "NBL")),
+            phase(6, [1, 2, 2], "SBT SBR"),
+            phase(8, [2, 2, 1], "WBT WBR wbl"),
+        ];
+        let cycle_s = (control != Control::Actuated).then_some(61.5);
+        ExistingPlan { cycle_s, reference: vec![2, 6], ..ExistingPlan::new(control, phases) }
     }
 }
 

@@ -131,17 +131,7 @@ fn logic(tag: &BytesStart<'_>) -> Result<NamedProgram, String> {
         }
     };
     let offset_s = number(tag, "offset")?.unwrap_or_default();
-    let (phases, rings) = (Vec::new(), Vec::new());
-    let program = SignalProgram {
-        signal,
-        own: false,
-        kind,
-        offset_s,
-        phases,
-        cycle_s: None,
-        stages: None,
-        rings,
-    };
+    let program = SignalProgram { offset_s, ..SignalProgram::new(signal, kind, Vec::new()) };
     Ok(NamedProgram { line: 0, program })
 }
 

@@ -59,11 +59,15 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
     };
     let phases = signal.rings.iter().map(phase).collect();
     let Some(cycle_s) = signal.cycle_s.map(f64::from) else {
-        return plan(Control::Actuated, None, Vec::new(), phases);
+        return ExistingPlan::new(Control::Actuated, phases);
     };
     let held = || signal.rings.iter().filter(|p| p.coordinated);
     let reference = held().map(|p| p.number).collect();
-    let mut plan = plan(Control::Coordinated, Some(cycle_s), reference, phases);
+    let mut plan = ExistingPlan {
+        cycle_s: Some(cycle_s),
+        reference,
+        ..ExistingPlan::new(Control::Coordinated, phases)
+    };
     // Plans count from the beginning of the first coordinated green, which lasts its split at least.
     let (timed, _) = schedule(&plan);
     let green_s = plan.coordinated().iter().map(|p| timed[*p].green_s).max().unwrap_or_default();
@@ -123,24 +127,8 @@ pub fn of_program(
     let cycle_s = is_fixed.then(|| phases.iter().map(PlanPhase::split_s).sum());
     let control = if is_fixed { Control::Pretimed } else { Control::Actuated };
     let reference = if is_fixed { vec![1] } else { Vec::new() };
-    Some(ExistingPlan { offset_s: program.offset_s, ..plan(control, cycle_s, reference, phases) })
-}
-
-fn plan(
-    control: Control,
-    cycle_s: Option<f64>,
-    reference: Vec<u32>,
-    phases: Vec<PlanPhase>,
-) -> ExistingPlan {
-    ExistingPlan {
-        control,
-        cycle_s,
-        offset_s: 0.0,
-        reference,
-        referenced_to: 0,
-        phases,
-        ways: BTreeMap::new(),
-    }
+    let offset_s = program.offset_s;
+    Some(ExistingPlan { cycle_s, offset_s, reference, ..ExistingPlan::new(control, phases) })
 }
 
 /// Returns the greens of a program with what comes after each; phases before the first green belong to
@@ -216,23 +204,8 @@ mod tests {
     use super::*;
 
     fn program(phases: &[(&str, f64)]) -> SignalProgram {
-        let phase = |(state, duration_s): &(&str, f64)| ProgramPhase {
-            state: (*state).to_owned(),
-            duration_s: *duration_s,
-            min_s: None,
-            max_s: None,
-        };
-        let phases = phases.iter().map(phase).collect();
-        SignalProgram {
-            signal: "c".into(),
-            offset_s: 0.0,
-            own: false,
-            kind: ProgramKind::Static,
-            phases,
-            cycle_s: None,
-            stages: None,
-            rings: Vec::new(),
-        }
+        let phases = phases.iter().map(|(state, s)| ProgramPhase::fixed(*state, *s)).collect();
+        SignalProgram::new("c", ProgramKind::Static, phases)
     }
 
     fn found(phases: &[(&str, f64)], with_changes: bool) -> Vec<(String, [f64; 3])> {
@@ -258,28 +231,7 @@ mod tests {
 
     #[test]
     fn stages_of_a_program_are_phases_one_after_the_other() {
-        let phase = |state: &str, duration_s: f64| ProgramPhase {
-            state: state.to_owned(),
-            duration_s,
-            min_s: None,
-            max_s: None,
-        };
-        let program = SignalProgram {
-            signal: "c".into(),
-            offset_s: 0.0,
-            own: false,
-            kind: ProgramKind::Static,
-            phases: vec![
-                phase("Gg", 20.0),
-                phase("yy", 4.0),
-                phase("rr", 1.0),
-                phase("rG", 10.0),
-                phase("ry", 3.0),
-            ],
-            cycle_s: None,
-            stages: None,
-            rings: vec![],
-        };
+        let program = program(&[("Gg", 20.0), ("yy", 4.0), ("rr", 1.0), ("rG", 10.0), ("ry", 3.0)]);
         let names = BTreeMap::from([(0, "NBT".to_owned()), (1, "NBL".to_owned())]);
         let plan = of_program(&program, &names).unwrap();
         let told: Vec<_> = (plan.phases.iter())

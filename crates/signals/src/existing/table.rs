@@ -117,15 +117,7 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
             period => title("period", period).map_err(wrong)?,
         };
         let index = *position.entry((id.clone(), period.clone())).or_insert_with(|| {
-            let plan = ExistingPlan {
-                control: Control::Pretimed,
-                cycle_s: None,
-                offset_s: 0.0,
-                reference: Vec::new(),
-                referenced_to: 0,
-                phases: Vec::new(),
-                ways: BTreeMap::new(),
-            };
+            let plan = ExistingPlan::new(Control::Pretimed, Vec::new());
             plans.push((NamedPlan { intersection: id, period, plan, line }, Whole::default()));
             plans.len() - 1
         });

@@ -16,13 +16,12 @@ mod impute;
 mod movements;
 mod written;
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use osm_signals::geometry::checked_place;
 use osm_signals::intersections::MAX_LANES;
 use sheet::{Fault, Row, Sheet};
 
-use approach::RawIntersection;
 pub use approach::{Approach, Intersection};
 pub use arms::{ARMS, check_arms};
 use basics::units::KMH_TO_MPH;
@@ -94,20 +93,14 @@ fn read_with(
     let columns = Columns::find(sheet.headers(), &COLUMNS)
         .and_then(|columns| columns.only(&known).map(|()| columns))
         .map_err(|message| fail(Fault::new(header_line, message)))?;
-    let mut intersections: Vec<RawIntersection> = Vec::new();
-    let mut position: BTreeMap<(String, String), usize> = BTreeMap::new();
+    let mut rows = Vec::new();
+    let mut known = BTreeSet::new();
     while let Some(row) = sheet.next_row().map_err(fail)? {
         let line = row.line;
         let fail = |message| fail(Fault { line, message });
         let row = approach(&row, &columns).map_err(fail)?;
         check(&row).map_err(fail)?;
-        let key = (row.intersection.clone(), row.period.clone());
-        let index = *position.entry(key).or_insert_with(|| {
-            let (id, period) = (row.intersection.clone(), row.period.clone());
-            intersections.push(RawIntersection { id, period, line, arms: Vec::new() });
-            intersections.len() - 1
-        });
-        if intersections[index].arms.iter().any(|a| a.arm == row.arm) {
+        if !known.insert((row.intersection.clone(), row.period.clone(), row.arm.clone())) {
             let (per, way_out) = match row.period.as_str() {
                 "" => (String::new(), "give each arm one row"),
                 period => (format!(" in period {period}"), "give each arm one row per period"),
@@ -117,23 +110,26 @@ fn read_with(
                 row.intersection, row.arm
             )));
         }
-        intersections[index].arms.push(row);
+        rows.push(row);
     }
-    if intersections.is_empty() {
+    if rows.is_empty() {
         return Err(FamilyError::Empty { file: file.to_owned() });
     }
-    movements::settle(intersections.iter_mut().flat_map(|i| &mut i.arms));
-    for RawIntersection { id, line, arms, .. } in &intersections {
+    movements::settle(&mut rows);
+    let mut intersections = gathered(rows);
+    for Intersection { id, line, arms, .. } in &intersections {
         if arms.iter().all(|a| a.lanes_in == 0) {
             let message = format!("intersection {id} has no incoming lane; remove it");
             return Err(fail(Fault { line: *line, message }));
         }
     }
-    impute(intersections, otherwise).map_err(|message| fail(Fault { line: header_line, message }))
+    impute(&mut intersections, otherwise)
+        .map_err(|message| fail(Fault { line: header_line, message }))?;
+    Ok(intersections)
 }
 
 /// Returns the approach of a row.
-fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, String> {
+fn approach(row: &Row, columns: &Columns) -> Result<Approach, String> {
     let text = |name: &str| row.text(columns.at(name)).to_owned();
     let number = |name: &str| columns.number(row, name);
     let optional = |name: &str| match columns.get(name) {
@@ -158,7 +154,9 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, Strin
         right_storage_m: optional(STORAGE[1])?,
         speed_mph: number("speed_mph")?,
         length_m: number("length_m")?,
-        aadt_veh_per_day_per_lane: columns.optional_count(row, "aadt_veh_per_day_per_lane")?,
+        aadt_veh_per_day_per_lane: columns
+            .optional_count(row, "aadt_veh_per_day_per_lane")?
+            .unwrap_or(f64::NAN),
         movements: movements::letters(row.text(columns.at("movements")))?,
         period: match columns.get(PERIOD).map(|at| row.text(at)).unwrap_or_default() {
             "" => String::new(),
@@ -170,7 +168,7 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach<Option<f64>>, Strin
     })
 }
 
-fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
+fn check(row: &Approach) -> Result<(), String> {
     let number = |name: &str, value: f64, low: f64, high: f64| {
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
     };
@@ -198,8 +196,8 @@ fn check(row: &Approach<Option<f64>>) -> Result<(), String> {
             ));
         }
     }
-    if let Some(aadt) = row.aadt_veh_per_day_per_lane {
-        number("aadt_veh_per_day_per_lane", aadt, 0.0, 1e7)?;
+    if !row.aadt_veh_per_day_per_lane.is_nan() {
+        number("aadt_veh_per_day_per_lane", row.aadt_veh_per_day_per_lane, 0.0, 1e7)?;
     }
     if row.lanes_in > MAX_LANES || row.lanes_out > MAX_LANES {
         return Err(format!("more than {MAX_LANES} lanes in one direction"));

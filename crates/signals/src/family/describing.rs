@@ -43,38 +43,18 @@ mod tests {
 
     fn arm(lanes: (u32, u32), aadt: f64, movements: &str) -> Approach {
         Approach {
-            intersection: "1".into(),
-            arm: "A".into(),
-            latitude: 0.0,
-            longitude: 0.0,
-            bearing_deg: 0.0,
             lanes_in: lanes.0,
             lanes_out: lanes.1,
-            left_turn_lanes: 0,
-            right_turn_lanes: 0,
-            left_storage_m: None,
-            right_storage_m: None,
             speed_mph: 30.0,
             length_m: 250.0,
             aadt_veh_per_day_per_lane: aadt,
             movements: movements.into(),
-            period: String::new(),
-            counted: None,
-            line: 2,
-            imputed: false,
+            ..Approach::default()
         }
     }
 
     fn described(arms: Vec<Approach>) -> Vec<f64> {
-        let intersection = Intersection {
-            id: "1".into(),
-            period: String::new(),
-            latitude: 0.0,
-            longitude: 0.0,
-            arms,
-            imputed: 0,
-            line: 2,
-        };
+        let intersection = Intersection { arms, ..Intersection::default() };
         describing(&intersection, &FamilySettings::default())[6..].to_vec()
     }
 

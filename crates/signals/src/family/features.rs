@@ -149,38 +149,17 @@ mod tests {
 
     fn arm(lanes_in: u32, lanes_out: u32, aadt: f64) -> Approach {
         Approach {
-            intersection: "1".into(),
-            arm: "A".into(),
-            latitude: 0.0,
-            longitude: 0.0,
-            bearing_deg: 0.0,
             lanes_in,
             lanes_out,
-            left_turn_lanes: 0,
-            right_turn_lanes: 0,
-            left_storage_m: None,
-            right_storage_m: None,
             speed_mph: 30.0,
             length_m: 250.0,
             aadt_veh_per_day_per_lane: aadt,
-            movements: String::new(),
-            period: String::new(),
-            counted: None,
-            line: 2,
-            imputed: false,
+            ..Approach::default()
         }
     }
 
     fn intersection(arms: Vec<Approach>) -> Intersection {
-        Intersection {
-            id: "1".into(),
-            period: String::new(),
-            latitude: 0.0,
-            longitude: 0.0,
-            arms,
-            imputed: 0,
-            line: 2,
-        }
+        Intersection { arms, ..Intersection::default() }
     }
 
     #[test]

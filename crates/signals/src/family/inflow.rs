@@ -41,27 +41,7 @@ mod tests {
     use super::*;
 
     fn factor(bearing_deg: f64, lanes_out: u32, split: f64) -> f64 {
-        let approach = Approach {
-            intersection: "1".into(),
-            arm: "A".into(),
-            latitude: 0.0,
-            longitude: 0.0,
-            bearing_deg,
-            lanes_in: 1,
-            lanes_out,
-            left_turn_lanes: 0,
-            right_turn_lanes: 0,
-            left_storage_m: None,
-            right_storage_m: None,
-            speed_mph: 30.0,
-            length_m: 250.0,
-            aadt_veh_per_day_per_lane: 1000.0,
-            movements: String::new(),
-            period: String::new(),
-            counted: None,
-            line: 2,
-            imputed: false,
-        };
+        let approach = Approach { bearing_deg, lanes_in: 1, lanes_out, ..Approach::default() };
         let settings = FamilySettings { directional_split: split, ..FamilySettings::default() };
         direction_factor(&approach, &settings)
     }

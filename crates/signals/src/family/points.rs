@@ -21,7 +21,7 @@ const UNITS: [(&str, &str); 6] = [
 ];
 
 /// Ranges of the six features, in the order of [`SixFeatures::COLUMNS`].
-const RANGES: [(f64, f64); 6] =
+pub(crate) const RANGES: [(f64, f64); 6] =
     [(1.0, 24.0), (1.0, 100.0), (10.0, 100_000.0), (1.0, 50_000.0), (0.0, 6.0), (0.0, 6.0)];
 
 /// Reads a table of point MDPs.
@@ -133,12 +133,6 @@ mod tests {
         let added: Vec<&String> = doubts.iter().flat_map(|d| &d.rows).collect();
         let expected = "point L4-S50-D300-Q750-l1-r1: 3 instead of 2".to_owned();
         assert!(added.contains(&&expected), "{added:?}");
-    }
-
-    #[test]
-    fn importance_that_does_not_sum_to_one_says_what_to_do() {
-        let e = error("importance", &["0.4", "0.4"]);
-        assert!(e.contains("sums to 0.8, not to 1; divide"), "{e}");
     }
 
     #[test]

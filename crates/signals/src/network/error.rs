@@ -69,14 +69,6 @@ pub enum NetworkError {
         /// What is wrong.
         reason: String,
     },
-    /// A network file that is not the XML that was expected.
-    #[error("{}: {reason}", .path.display())]
-    Xml {
-        /// The file.
-        path: PathBuf,
-        /// The parser's message.
-        reason: String,
-    },
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] FileError),

@@ -11,13 +11,14 @@ use serde::Serialize;
 use crate::family::approaches::{Approach, Counted, Intersection};
 use crate::family::features::{incoming_lanes, simulated_inflow_vph, six_columns};
 use crate::family::load::LoadedScenario;
+use crate::family::points::RANGES;
 use crate::network::error::NetworkError;
 use crate::settings::{Detail, FamilySettings, SixFeatures};
 use basics::units::mph_to_mps;
 use evaluation::settings::within;
 
 /// One arm of an intersection; a direction without lanes does not exist.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Arm {
     /// Direction from the centre to the arm, degrees clockwise from north.
     pub bearing_deg: f64,
@@ -184,15 +185,8 @@ pub fn intersections(loaded: &LoadedScenario) -> Result<Vec<IntersectionSpec>, N
 }
 
 fn check_six(point: &str, features: &SixFeatures) -> Result<(), NetworkError> {
-    let ranges = [
-        ("lanes", features.lanes, 1.0, 24.0),
-        ("speed_mph", features.speed_mph, 1.0, 100.0),
-        ("length_m", features.length_m, 10.0, 100_000.0),
-        ("inflow_vph", features.inflow_vph, 1.0, 50_000.0),
-        ("left_turn_lanes", features.left_turn_lanes, 0.0, 6.0),
-        ("right_turn_lanes", features.right_turn_lanes, 0.0, 6.0),
-    ];
-    for (name, value, low, high) in ranges {
+    let named = SixFeatures::COLUMNS.iter().zip(features.to_array());
+    for (((name, _), value), (low, high)) in named.zip(RANGES) {
         within(value, low, high).map_err(|expected| NetworkError::Intersection {
             point: point.to_owned(),
             reason: format!("{name} = {value}: {expected}"),

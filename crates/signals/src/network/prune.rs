@@ -100,16 +100,12 @@ mod tests {
         let sha256 = || basics::hash::sha256(point.as_bytes());
         let mut row = IndexRow {
             point: point.into(),
-            netconvert: "1.15.0".into(),
-            arms: 4,
-            links: 12,
-            phases: 8,
             spec_sha256: point.into(),
             net_sha256: sha256(),
             routes_sha256: sha256(),
             demand_sha256: sha256(),
             sumocfg_sha256: sha256(),
-            folder: String::new(),
+            ..IndexRow::default()
         };
         row.folder = row.place();
         let files = NetworkFiles::new(networks, point, row.sha256());

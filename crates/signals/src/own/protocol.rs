@@ -1,10 +1,9 @@
 //! What is said to a command and what it answers: one JSON object per line. docs/own-controller.md is for people,
 //! docs/controller.schema.json for programs; a test compares the two with what is here.
 
-use osm_signals::Turn;
 use serde::{Deserialize, Serialize};
 
-use crate::control::{LaneObservation, Light, Observation, SignalSpec};
+use crate::control::{LaneObservation, Observation, SignalSpec};
 
 /// Version of the protocol; a change that a command would have to know raises it.
 pub const VERSION: u32 = 2;
@@ -134,14 +133,14 @@ impl From<&SignalSpec> for Signal {
         let phases = spec.phases.iter().enumerate().map(|(i, phase)| Phase {
             state: phase.state.clone(),
             pair: phase.pair.clone(),
-            service: phase.service.iter().map(|light| word(*light).to_owned()).collect(),
+            service: phase.service.iter().map(|light| light.name().to_owned()).collect(),
             lanes: spec.served_lanes(i),
             min_green_s: spec.limits.min_green_s.get(i).copied().unwrap_or_default(),
             max_green_s: spec.limits.max_green_s.get(i).copied().filter(|s| s.is_finite()),
         });
         let movements = spec.movements.iter().map(|m| Movement {
             index: m.index,
-            turn: turn(m.turn).to_owned(),
+            turn: m.turn.name().to_owned(),
             lanes: m.lanes.clone(),
             downstream: m.downstream.clone(),
             share: m.share,
@@ -169,24 +168,6 @@ impl From<&Observation> for Seen {
             downstream_queue: seen.downstream_queue.clone(),
             seen: seen.seen.clone(),
         }
-    }
-}
-
-/// Returns a turn in a word.
-fn turn(turn: Turn) -> &'static str {
-    match turn {
-        Turn::Left => "left",
-        Turn::Through => "through",
-        Turn::Right => "right",
-    }
-}
-
-/// Returns a light in a word.
-fn word(light: Light) -> &'static str {
-    match light {
-        Light::Red => "red",
-        Light::Permissive => "permissive",
-        Light::Protected => "protected",
     }
 }
 

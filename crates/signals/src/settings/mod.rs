@@ -170,7 +170,7 @@ settings! {
 }
 
 /// How much of an intersection its network keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Detail {
     /// Four equal arms from six features, as the paper describes a point MDP.
@@ -261,20 +261,4 @@ training_settings! {
     }
     /// Episodes of training per task, for every learner.
     episodes: u32 = 100, in 1.0..=1e6, unit "episodes";
-}
-
-impl clap::ValueEnum for Detail {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::SixFeatures, Self::PerApproach]
-    }
-
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        Some(match self {
-            Self::SixFeatures => clap::builder::PossibleValue::new("six-features")
-                .help("Four equal arms from six features, as the paper describes a point MDP"),
-            Self::PerApproach => clap::builder::PossibleValue::new("per-approach").help(
-                "The real arms, each with its own features; every intersection is a point MDP of its own",
-            ),
-        })
-    }
 }

@@ -113,7 +113,7 @@ settings! {
         /// Whether vehicles may turn on red to the near side (right, in left-hand traffic left) from the lane beside the
         /// kerb, after they stopped and where nobody with priority comes. It holds for every method on generated networks,
         /// and for the links of imported ones whose own programs show `s` wherever others have red.
-        #[serde(skip_serializing_if = "is_off")]
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
         turn_on_red: bool = false;
         /// Pedestrians who push the button of each crossing, with `pedestrians`. Without it every green beside a
         /// crosswalk lasts until they have crossed (recall). With it that time is given when somebody waits, except in
@@ -135,12 +135,6 @@ settings! {
         /// Longest fixed cycle, unless the shortest greens make it longer.
         max_cycle_s: u32 = 150, in 10.0..=600.0, unit "s", source "our choice";
     }
-}
-
-/// Returns whether a switch is off, which manifests do not say.
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-fn is_off(switch: &bool) -> bool {
-    !*switch
 }
 
 impl SignalSettings {

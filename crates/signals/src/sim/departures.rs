@@ -24,10 +24,12 @@ pub(super) struct Departures {
     /// The latest one, and of what it is.
     latest: Option<(String, f64)>,
     /// The earliest one, and the latest one or end of a flow, seconds.
-    first_s: Option<f64>,
-    last_s: Option<f64>,
-    left_out: u32,
-    first_left_out: Option<String>,
+    pub(super) first_s: Option<f64>,
+    pub(super) last_s: Option<f64>,
+    /// How many SUMO leaves out.
+    pub(super) left_out: u32,
+    /// What is to be said of the first that SUMO leaves out.
+    pub(super) first_left_out: Option<String>,
 }
 
 impl Departures {
@@ -68,26 +70,6 @@ impl Departures {
         }
         false
     }
-
-    /// Returns the earliest departure, seconds.
-    pub(super) fn first_s(&self) -> Option<f64> {
-        self.first_s
-    }
-
-    /// Returns the latest departure or end of a flow, seconds.
-    pub(super) fn last_s(&self) -> Option<f64> {
-        self.last_s
-    }
-
-    /// Returns how many SUMO leaves out.
-    pub(super) fn left_out(&self) -> u32 {
-        self.left_out
-    }
-
-    /// Returns what is to be said of the first that SUMO leaves out.
-    pub(super) fn first_left_out(&self) -> Option<String> {
-        self.first_left_out.clone()
-    }
 }
 
 #[cfg(test)]
@@ -119,21 +101,21 @@ mod tests {
             (("flow", &[("id", "b"), ("end", "10")]), 0),
             (("route", &[("id", "b"), ("edges", "x y")]), 0),
         ] {
-            assert_eq!(looked(&[first, second]).left_out(), left_out, "{second:?}");
+            assert_eq!(looked(&[first, second]).left_out, left_out, "{second:?}");
         }
-        let said = looked(&[first, ("trip", &[("id", "b"), ("depart", "10")])]).first_left_out();
+        let said = looked(&[first, ("trip", &[("id", "b"), ("depart", "10")])]).first_left_out;
         let expected =
             "<trip id=\"b\">: it departs at 10 s, after <vehicle id=\"a\"> at 100 s in the file";
         assert_eq!(said.as_deref(), Some(expected));
         let of_line: Element<'_> = ("vehicle", &[("depart", "100"), ("line", "7")]);
-        assert_eq!(looked(&[of_line, ("trip", &[("depart", "10")])]).left_out(), 0);
+        assert_eq!(looked(&[of_line, ("trip", &[("depart", "10")])]).left_out, 0);
     }
 
     #[test]
     fn a_flow_lasts_to_its_end() {
         let flow: Element<'_> = ("flow", &[("begin", "0"), ("end", "0:30:00")]);
-        assert_eq!(looked(&[flow, ("trip", &[("depart", "9")])]).last_s(), Some(1800.0));
-        assert_eq!(looked(&[("trip", &[("depart", "9")])]).last_s(), Some(9.0));
-        assert_eq!(looked(&[]).last_s(), None);
+        assert_eq!(looked(&[flow, ("trip", &[("depart", "9")])]).last_s, Some(1800.0));
+        assert_eq!(looked(&[("trip", &[("depart", "9")])]).last_s, Some(9.0));
+        assert_eq!(looked(&[]).last_s, None);
     }
 }

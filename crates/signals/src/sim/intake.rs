@@ -255,6 +255,20 @@ mod tests {
     }
 
     #[test]
+    fn a_step_length_has_to_divide_a_second() {
+        let steps = |length: &str| {
+            let options = format!("<e v='9'/><step-length v='{length}'/>");
+            let read = read(&options, "<r/>", &Given::default());
+            (read.steps_per_second, read.obstacles.len())
+        };
+        let divide = ["1", "0.5", "0.1", "0:00:00.2", "0.001"].map(steps);
+        assert_eq!(divide, [(1, 0), (2, 0), (10, 0), (5, 0), (1000, 0)]);
+        for length in ["0.3", "2", "1.5", "0", "-1"] {
+            assert_eq!(steps(length).1, 1, "{length}");
+        }
+    }
+
+    #[test]
     fn a_time_without_departures_is_told() {
         let routes = "<r><trip id='t' depart='900'/></r>";
         let told = |begin: &str, end: &str| {

@@ -95,6 +95,15 @@ impl SumoSim {
         })
     }
 
+    /// Returns SUMO's version, such as `SUMO 1.15.0`.
+    ///
+    /// # Errors
+    ///
+    /// [`SimError`] when the library cannot answer.
+    pub fn version(&self) -> Result<String, SimError> {
+        self.api.version()
+    }
+
     /// Returns the lanes of the network that is simulated.
     ///
     /// # Errors
@@ -229,15 +238,11 @@ impl Sim for SumoSim {
         self.api.step(steps)
     }
 
-    fn time_s(&mut self) -> Result<f64, SimError> {
-        self.api.time_s()
-    }
-
     fn install(&mut self, signal: usize, program: &Program) -> Result<(), SimError> {
         let kind = match program.kind {
             ProgramKind::Static => TRAFFICLIGHT_TYPE_STATIC,
             ProgramKind::Actuated => TRAFFICLIGHT_TYPE_ACTUATED,
-            ProgramKind::Other => {
+            ProgramKind::Other | ProgramKind::DualRing => {
                 let message = format!("program {} is neither static nor actuated", program.id);
                 return Err(rejected(message));
             }
@@ -302,10 +307,6 @@ impl Sim for SumoSim {
         let result = self.api.close();
         RUNNING.store(false, Ordering::Release);
         result
-    }
-
-    fn version(&mut self) -> Result<String, SimError> {
-        self.api.version()
     }
 }
 

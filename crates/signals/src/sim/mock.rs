@@ -70,7 +70,7 @@ impl MockSim {
         self.phase_left_s[signal] = self.programs[signal].phases[phase].duration_s;
     }
 
-    fn one_second(&mut self) -> StepCounts {
+    fn one_second(&mut self) {
         for s in 0..self.programs.len() {
             if self.phase_left_s[s] <= 0.0 {
                 let next = (self.phases[s] + 1) % self.programs[s].phases.len();
@@ -79,7 +79,6 @@ impl MockSim {
             self.phase_left_s[s] -= 1.0;
         }
         self.history.push((0..self.programs.len()).map(|s| self.state(s).to_owned()).collect());
-        let mut arrived = 0;
         for lane in 0..self.scene.lanes.len() as u32 {
             if !self.is_green(lane) {
                 continue;
@@ -87,7 +86,6 @@ impl MockSim {
             let waiting = |v: &&mut Vehicle| v.lane == lane && v.left_s.is_none();
             if let Some(first) = self.vehicles.iter_mut().find(waiting) {
                 first.left_s = Some(self.time_s);
-                arrived += 1;
             }
         }
         self.time_s += 1.0;
@@ -96,7 +94,6 @@ impl MockSim {
                 self.vehicles.push(Vehicle { lane, depart_s: time, left_s: None });
             }
         }
-        StepCounts { arrived, ..StepCounts::default() }
     }
 }
 
@@ -125,19 +122,13 @@ impl Sim for MockSim {
 
     fn step(&mut self, steps: u32) -> Result<StepCounts, SimError> {
         self.ensure_running()?;
-        let mut counts = StepCounts::default();
         for _ in 0..steps {
             if self.fails_at_s.is_some_and(|t| self.time_s >= t) {
                 return Err(SimError::Fatal { call: "step", message: "the mock fails".into() });
             }
-            counts += self.one_second();
+            self.one_second();
         }
-        Ok(counts)
-    }
-
-    fn time_s(&mut self) -> Result<f64, SimError> {
-        self.ensure_running()?;
-        Ok(self.time_s)
+        Ok(StepCounts::default())
     }
 
     fn install(&mut self, signal: usize, program: &Program) -> Result<(), SimError> {
@@ -228,9 +219,5 @@ impl Sim for MockSim {
         fs::write(&options.tripinfo, format!("<tripinfos>\n{rows}</tripinfos>\n"))
             .map_err(FileError::at("write", &options.tripinfo))?;
         Ok(())
-    }
-
-    fn version(&mut self) -> Result<String, SimError> {
-        Ok("mock".to_owned())
     }
 }

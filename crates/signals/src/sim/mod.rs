@@ -25,12 +25,12 @@ pub mod tripinfo;
 
 use std::path::PathBuf;
 
-use serde::{Deserialize, Serialize};
-
 pub use error::SimError;
 
+pub use crate::program::ProgramKind;
+
 /// Direction of a link as SUMO classifies it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// `s`: straight on.
     Straight,
@@ -126,11 +126,11 @@ pub struct Piece {
 }
 
 /// A signal program as SUMO stores it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     /// Program id, unique per signal.
     pub id: String,
-    /// Fixed durations or SUMO's gap-based actuation.
+    /// How SUMO goes on from phase to phase. What is neither static nor actuated can be left running but not installed.
     pub kind: ProgramKind,
     /// The phases, in the order in which SUMO runs them.
     pub phases: Vec<ProgramPhase>,
@@ -144,21 +144,8 @@ impl Program {
     }
 }
 
-/// How SUMO advances a [`Program`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProgramKind {
-    /// Each phase lasts its `duration_s`.
-    Static,
-    /// A phase is prolonged while vehicles follow each other closely, between its `min_s` and `max_s`.
-    Actuated,
-    /// Any other kind that an imported scenario brings (NEMA, delay-based, ...); it can be left
-    /// running but not installed.
-    Other,
-}
-
 /// One phase of a [`Program`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ProgramPhase {
     /// Nominal duration, seconds.
     pub duration_s: f64,
@@ -169,17 +156,7 @@ pub struct ProgramPhase {
     /// One letter per link index: `G` protected, `g` permissive, `y` yellow, `r` red, ...
     pub state: String,
     /// Whether the program comes to it from its first phase: by SUMO's `next`, else to the following one.
-    #[serde(default = "always", skip_serializing_if = "is_always")]
     pub is_reached: bool,
-}
-
-fn always() -> bool {
-    true
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-fn is_always(is_reached: &bool) -> bool {
-    *is_reached
 }
 
 impl ProgramPhase {
@@ -191,7 +168,7 @@ impl ProgramPhase {
 }
 
 /// A traffic light of the scenario.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SignalInfo {
     /// SUMO's id of the traffic light.
     pub id: String,
@@ -231,7 +208,7 @@ pub struct Scene {
 }
 
 /// A vehicle on an incoming lane or upstream of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VehicleState {
     /// Index in [`Scene::lanes`] of the lane that it is on or comes to; see [`trace`].
     pub lane: u32,
@@ -267,8 +244,6 @@ pub struct Snapshot {
 /// What happened during some simulation steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StepCounts {
-    /// Vehicles that reached their destination.
-    pub arrived: u32,
     /// Vehicles that SUMO teleported.
     pub teleports: u32,
     /// Vehicles that were part of a collision, usually two for each.
@@ -277,7 +252,6 @@ pub struct StepCounts {
 
 impl std::ops::AddAssign for StepCounts {
     fn add_assign(&mut self, other: Self) {
-        self.arrived += other.arrived;
         self.teleports += other.teleports;
         self.collisions += other.collisions;
     }
@@ -312,13 +286,6 @@ pub trait Sim {
     ///
     /// [`SimError`] when SUMO fails or nothing runs.
     fn step(&mut self, steps: u32) -> Result<StepCounts, SimError>;
-
-    /// Returns the simulated time, seconds.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when nothing runs.
-    fn time_s(&mut self) -> Result<f64, SimError>;
 
     /// Installs a program on a signal (index in [`Scene::signals`]) and runs it from its first
     /// phase.
@@ -369,11 +336,4 @@ pub trait Sim {
     ///
     /// [`SimError`] when SUMO fails to finish its outputs.
     fn close(&mut self) -> Result<(), SimError>;
-
-    /// Returns SUMO's version, such as `SUMO 1.15.0`.
-    ///
-    /// # Errors
-    ///
-    /// [`SimError`] when the library cannot answer.
-    fn version(&mut self) -> Result<String, SimError>;
 }

@@ -154,10 +154,10 @@ pub fn scan(
         scanned.obstacles.push(Obstacle { place, reason, way: Way::Change("") });
     }
     scanned.outputs = output.map(|position| (outputs, format!("{}, {first_output}", at(position))));
-    (scanned.first_s, scanned.last_s) = (departures.first_s(), departures.last_s());
-    let first = departures.first_left_out().zip(late);
+    (scanned.first_s, scanned.last_s) = (departures.first_s, departures.last_s);
+    let first = departures.first_left_out.zip(late);
     scanned.left_out =
-        first.map(|(said, position)| (departures.left_out(), format!("{}, {said}", at(position))));
+        first.map(|(said, position)| (departures.left_out, format!("{}, {said}", at(position))));
     Ok(scanned)
 }
 

@@ -204,13 +204,7 @@ mod tests {
         );
         let lane = |id: &str, length_m| Lane { id: id.into(), length_m, ..Lane::default() };
         let link = |from_lane, to: &str| Link::new(from_lane, to, Direction::Straight);
-        let signal = |id: &str, links| SignalInfo {
-            id: id.into(),
-            links,
-            programs: vec![],
-            active_program: String::new(),
-            meets: Vec::new(),
-        };
+        let signal = |id: &str, links| SignalInfo { id: id.into(), links, ..SignalInfo::default() };
         let scene = Scene {
             lanes: vec![lane("b_0", 40.0), lane("b_1", 40.0), lane("b_2", 40.0), lane("z_0", 60.0)],
             signals: vec![

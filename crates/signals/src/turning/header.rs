@@ -40,162 +40,88 @@ pub enum Holds {
     End,
 }
 
-/// Names of headings, longest first, so that none is taken for the start of another. A single letter is none: `N` is
-/// northbound for some and the northern leg for others.
-const HEADINGS: [(&str, Heading); 28] = [
-    ("NORTHEASTBOUND", Heading::NorthEast),
-    ("NORTHWESTBOUND", Heading::NorthWest),
-    ("SOUTHEASTBOUND", Heading::SouthEast),
-    ("SOUTHWESTBOUND", Heading::SouthWest),
-    ("NORTHBOUND", Heading::North),
-    ("SOUTHBOUND", Heading::South),
-    ("EASTBOUND", Heading::East),
-    ("WESTBOUND", Heading::West),
-    ("NEBOUND", Heading::NorthEast),
-    ("NWBOUND", Heading::NorthWest),
-    ("SEBOUND", Heading::SouthEast),
-    ("SWBOUND", Heading::SouthWest),
-    ("NBOUND", Heading::North),
-    ("SBOUND", Heading::South),
-    ("EBOUND", Heading::East),
-    ("WBOUND", Heading::West),
-    ("NEB", Heading::NorthEast),
-    ("NWB", Heading::NorthWest),
-    ("SEB", Heading::SouthEast),
-    ("SWB", Heading::SouthWest),
-    ("NB", Heading::North),
-    ("SB", Heading::South),
-    ("EB", Heading::East),
-    ("WB", Heading::West),
-    ("NE", Heading::NorthEast),
-    ("NW", Heading::NorthWest),
-    ("SE", Heading::SouthEast),
-    ("SW", Heading::SouthWest),
-];
-
-/// Legs of an intersection with the heading of the traffic that comes from them.
-const LEGS: [(&str, Heading); 8] = [
-    ("NORTHEAST", Heading::SouthWest),
-    ("NORTHWEST", Heading::SouthEast),
-    ("SOUTHEAST", Heading::NorthWest),
-    ("SOUTHWEST", Heading::NorthEast),
-    ("NORTH", Heading::South),
-    ("SOUTH", Heading::North),
-    ("EAST", Heading::West),
-    ("WEST", Heading::East),
+/// Directions with their letters, diagonal ones first, so that none is taken for the start of another.
+const DIRECTIONS: [(&str, &str, Heading); 8] = [
+    ("NORTHEAST", "NE", Heading::NorthEast),
+    ("NORTHWEST", "NW", Heading::NorthWest),
+    ("SOUTHEAST", "SE", Heading::SouthEast),
+    ("SOUTHWEST", "SW", Heading::SouthWest),
+    ("NORTH", "N", Heading::North),
+    ("SOUTH", "S", Heading::South),
+    ("EAST", "E", Heading::East),
+    ("WEST", "W", Heading::West),
 ];
 
 /// Names of turns. A second left or right, such as `NBL2`, is one of several exits on that side.
-const TURNS: [(&str, Towards); 31] = [
-    ("L", Towards::Left),
-    ("L2", Towards::Left),
-    ("LT", Towards::Left),
-    ("LEFT", Towards::Left),
-    ("LEFTS", Towards::Left),
-    ("LEFTTURN", Towards::Left),
-    ("LEFTTURNS", Towards::Left),
-    ("BEARLEFT", Towards::Left),
-    ("HARDLEFT", Towards::Left),
-    ("T", Towards::Through),
-    ("STRAIGHTTHROUGH", Towards::Through),
-    ("GOINGSTRAIGHT", Towards::Through),
-    ("TH", Towards::Through),
-    ("THR", Towards::Through),
-    ("THRU", Towards::Through),
-    ("THROUGH", Towards::Through),
-    ("STRAIGHT", Towards::Through),
-    ("R", Towards::Right),
-    ("R2", Towards::Right),
-    ("RT", Towards::Right),
-    ("RIGHT", Towards::Right),
-    ("RIGHTS", Towards::Right),
-    ("RIGHTTURN", Towards::Right),
-    ("RIGHTTURNS", Towards::Right),
-    ("BEARRIGHT", Towards::Right),
-    ("HARDRIGHT", Towards::Right),
-    ("U", Towards::UTurn),
-    ("UT", Towards::UTurn),
-    ("UTURN", Towards::UTurn),
-    ("UTURNS", Towards::UTurn),
-    ("UTRN", Towards::UTurn),
+const TURNS: [(Towards, &str); 4] = [
+    (Towards::Left, "L L2 LT LEFT LEFTS LEFTTURN LEFTTURNS BEARLEFT HARDLEFT"),
+    (Towards::Through, "T STRAIGHTTHROUGH GOINGSTRAIGHT TH THR THRU THROUGH STRAIGHT"),
+    (Towards::Right, "R R2 RT RIGHT RIGHTS RIGHTTURN RIGHTTURNS BEARRIGHT HARDRIGHT"),
+    (Towards::UTurn, "U UT UTURN UTURNS UTRN"),
 ];
 
 /// Names of several turns in one column.
-const SHARED: [&str; 8] =
-    ["TR", "THRURIGHT", "THROUGHRIGHT", "LTR", "THRULEFT", "THROUGHLEFT", "LEFTTHRU", "LR"];
+const SHARED: &str = "TR THRURIGHT THROUGHRIGHT LTR THRULEFT THROUGHLEFT LEFTTHRU LR";
 
 /// Names of percentages of heavy vehicles.
-const HEAVY: [&str; 5] = ["HV", "PHV", "HVPCT", "HVPERCENT", "HEAVYVEHICLESPERCENT"];
+const HEAVY: &str = "HV PHV HVPCT HVPERCENT HEAVYVEHICLESPERCENT";
 
 /// The same where the name has a percent sign.
-const HEAVY_WITH_SIGN: [&str; 6] =
-    ["HV", "HEAVY", "HEAVYVEHICLES", "TRUCK", "TRUCKS", "HEAVYTRUCKS"];
+const HEAVY_WITH_SIGN: &str = "HV HEAVY HEAVYVEHICLES TRUCK TRUCKS HEAVYTRUCKS";
 
-/// Names of columns of pedestrians. Those of both directions (clockwise and counterclockwise) are added.
-const PEDESTRIANS: [&str; 14] = [
-    "PED", "PEDS", "PEDESTRIAN", "PEDESTRIANS", "PEDTOTAL", "PEDSTOTAL", "PEDSCW", "PEDSCCW",
-    "PEDCW", "PEDCCW", "PEDCROSSING", "PEDCROSSINGS", "PEDSCROSSWALK", "CROSSWALK",
-];
+/// Names of columns of pedestrians, of an approach or of any.
+const PEDESTRIANS: &str = "PED PEDS PEDESTRIAN PEDESTRIANS";
+
+/// Names of columns of an approach's pedestrians. Those of both directions (clockwise and counterclockwise) are added.
+const CROSSING: &str = "PEDTOTAL PEDSTOTAL PEDSCW PEDSCCW PEDCW PEDCCW PEDCROSSING PEDCROSSINGS PEDSCROSSWALK CROSSWALK";
 
 /// What columns count that are no vehicles of a turn.
-const OTHERS: [&str; 15] = [
-    "PED", "BIKE", "BICYC", "CROSS", "XWALK", "WALK", "CW", "TOTAL", "PHF", "SPEED", "LANE",
-    "STREET", "NAME", "PERCENT", "PCT",
-];
+const OTHERS: &str =
+    "PED BIKE BICYC CROSS XWALK WALK CW TOTAL PHF SPEED LANE STREET NAME PERCENT PCT";
 
 /// Names of columns with the end of an interval.
-const ENDS: [&str; 8] = [
-    "END", "ENDTIME", "TIMEEND", "PERIODEND", "PERIODENDING", "INTERVALEND", "ENDING", "COUNTTIME",
-];
+const ENDS: &str = "END ENDTIME TIMEEND PERIODEND PERIODENDING INTERVALEND ENDING COUNTTIME";
 
 /// Names of the column with the sum of an approach.
-const TOTAL: [&str; 3] = ["TOTAL", "APPTOTAL", "APPROACHTOTAL"];
+const TOTAL: &str = "TOTAL APPTOTAL APPROACHTOTAL";
 
-/// Classes of vehicles before a turn, and whether they are heavy.
-const CLASSES: [(&str, bool); 9] = [
-    ("CARS", false),
-    ("CAR", false),
-    ("LIGHTS", false),
-    ("TRUCKS", true),
-    ("TRUCK", true),
-    ("BUSES", true),
-    ("BUS", true),
-    ("HEAVY", true),
-    ("HV", true),
-];
+/// Classes of vehicles before a turn: light and heavy ones.
+const LIGHT_CLASSES: &str = "CARS CAR LIGHTS";
+const HEAVY_CLASSES: &str = "TRUCKS TRUCK BUSES BUS HEAVY HV";
 
 /// Names of the column with the intersection.
 ///
 /// Of several such columns the first of these counts.
-const INTERSECTION: [&str; 13] = [
-    "INTID", "INT", "INTERSECTION", "INTERSECTIONID", "INTERSECTIONNAME", "NODE", "NODEID",
-    "SIGNAL", "SIGNALID", "LOCATION", "LOCATIONID", "SITE", "ID",
-];
+const INTERSECTION: &str = "INTID INT INTERSECTION INTERSECTIONID INTERSECTIONNAME NODE NODEID SIGNAL SIGNALID LOCATION \
+                            LOCATIONID SITE ID";
 
 /// Names of the column with the date.
-const DATE: [&str; 4] = ["DATE", "DAY", "COUNTDATE", "STARTDATE"];
+const DATE: &str = "DATE DAY COUNTDATE STARTDATE";
 
 /// Names of the column with the time at which an interval begins.
-const TIME: [&str; 13] = [
-    "TIME", "STARTTIME", "TIMESTART", "BEGIN", "BEGINTIME", "START", "HOUR", "INTERVAL",
-    "INTERVALSTART", "TIMEPERIOD", "TIMESTAMP", "DATETIME", "DATETIMEBIN",
-];
+const TIME: &str = "TIME STARTTIME TIMESTART BEGIN BEGINTIME START HOUR INTERVAL INTERVALSTART TIMEPERIOD TIMESTAMP \
+                    DATETIME DATETIMEBIN";
+
+/// Whether a word is one of several with a space between.
+fn is_one(words: &str, word: &str) -> bool {
+    words.split(' ').any(|known| known == word)
+}
 
 /// Returns what a column of this name holds; `None` for one that is not used.
 pub fn holds(name: &str) -> Option<Holds> {
     let percent = name.contains('%');
     let mut plain: String =
         name.to_uppercase().chars().filter(char::is_ascii_alphanumeric).collect();
-    if INTERSECTION.contains(&&*plain) {
+    if is_one(INTERSECTION, &plain) {
         return Some(Holds::Intersection);
     }
-    if TIME.contains(&&*plain) {
+    if is_one(TIME, &plain) {
         return Some(Holds::Time);
     }
-    if ENDS.contains(&&*plain) {
+    if is_one(ENDS, &plain) {
         return Some(Holds::End);
     }
-    if DATE.contains(&&*plain) {
+    if is_one(DATE, &plain) {
         return Some(Holds::Date);
     }
     for word in ["VOLUME", "VOL", "COUNT"] {
@@ -203,42 +129,40 @@ pub fn holds(name: &str) -> Option<Holds> {
             plain = rest.to_owned();
         }
     }
-    if PEDESTRIANS[..4].contains(&&*plain) {
+    if is_one(PEDESTRIANS, &plain) {
         return Some(Holds::Pedestrians(None));
     }
     let (heading, rest) = direction(&plain)?;
-    if PEDESTRIANS.contains(&rest) && !percent {
+    if (is_one(PEDESTRIANS, rest) || is_one(CROSSING, rest)) && !percent {
         return Some(Holds::Pedestrians(Some(heading)));
     }
-    if HEAVY.contains(&rest) || percent && HEAVY_WITH_SIGN.contains(&rest) {
+    if is_one(HEAVY, rest) || percent && is_one(HEAVY_WITH_SIGN, rest) {
         return Some(Holds::HeavyPercent(heading));
     }
     if percent {
         return None;
     }
-    if TOTAL.contains(&rest) {
+    if is_one(TOTAL, rest) {
         return Some(Holds::Total(heading));
     }
-    if SHARED.contains(&rest) {
+    if is_one(SHARED, rest) {
         return Some(Holds::Shared(heading));
     }
-    let turn = |rest: &str| TURNS.iter().find(|(name, _)| *name == rest).map(|(_, turn)| *turn);
+    let turn =
+        |rest: &str| TURNS.iter().find(|(_, names)| is_one(names, rest)).map(|(turn, _)| *turn);
     if let Some(towards) = turn(rest) {
         return Some(Holds::Vehicles(heading, towards));
     }
-    CLASSES.iter().find_map(|(class, is_heavy)| {
-        let towards = turn(rest.strip_prefix(class)?)?;
-        Some(match is_heavy {
-            true => Holds::HeavyVehicles(heading, towards),
-            false => Holds::Vehicles(heading, towards),
-        })
-    })
+    let of = |classes: &str| classes.split(' ').find_map(|class| turn(rest.strip_prefix(class)?));
+    let light = of(LIGHT_CLASSES).map(|towards| Holds::Vehicles(heading, towards));
+    light.or_else(|| Some(Holds::HeavyVehicles(heading, of(HEAVY_CLASSES)?)))
 }
 
 /// Returns the place of a column's name among those of the intersection; the least counts.
 pub(super) fn rank_of_id(name: &str) -> usize {
     let plain: String = name.to_uppercase().chars().filter(char::is_ascii_alphanumeric).collect();
-    INTERSECTION.iter().position(|known| *known == plain).unwrap_or(INTERSECTION.len())
+    let mut names = INTERSECTION.split(' ');
+    names.position(|known| known == plain).unwrap_or(usize::MAX)
 }
 
 /// Returns whether a column that nobody understands may count vehicles: it names a direction and nothing else that is
@@ -251,12 +175,13 @@ pub(super) fn may_be_movement(name: &str) -> bool {
         .map(str::to_owned)
         .collect();
     let plain = words.concat();
-    if name.contains('%') || OTHERS.iter().any(|other| plain.contains(other)) {
+    if name.contains('%') || OTHERS.split(' ').any(|other| plain.contains(other)) {
         return false;
     }
     // Two letters alone begin many words.
     let is_direction = |word: &str| {
-        HEADINGS.iter().any(|(name, _)| *name == word && (name.len() > 2 || name.ends_with('B')))
+        let mut headings = DIRECTIONS.iter().flat_map(|(name, letters, _)| headings(name, letters));
+        headings.any(|heading| heading == word && (word.len() > 2 || word.ends_with('B')))
     };
     let short = words.first().is_some_and(|word| {
         word.len() <= 5
@@ -269,18 +194,31 @@ pub(super) fn may_be_movement(name: &str) -> bool {
 fn direction(plain: &str) -> Option<(Heading, &str)> {
     // Before it may be the name of the street.
     let leg = plain.rfind("FROM").map(|at| &plain[at + "FROM".len()..]);
-    for (name, heading) in LEGS {
+    for (name, _, heading) in DIRECTIONS {
+        // Traffic comes from a leg.
+        let onward = Heading::ALL[(heading as usize + 4) % 8];
         if let Some(rest) = leg.and_then(|leg| leg.strip_prefix(name)) {
-            return Some((heading, rest));
+            return Some((onward, rest));
         }
         let rest = plain.strip_prefix(name);
         let of_leg = rest
             .and_then(|rest| ["APPROACH", "LEG"].iter().find_map(|word| rest.strip_prefix(word)));
         if let Some(rest) = of_leg {
-            return Some((heading, rest));
+            return Some((onward, rest));
         }
     }
-    HEADINGS.iter().find_map(|(prefix, heading)| Some((*heading, plain.strip_prefix(prefix)?)))
+    DIRECTIONS.iter().find_map(|(name, letters, heading)| {
+        let rest = headings(name, letters).find_map(|prefix| plain.strip_prefix(&*prefix))?;
+        Some((*heading, rest))
+    })
+}
+
+/// Returns the names of a heading, longest first. A single letter is none: `N` is northbound for some and the northern leg
+/// for others.
+fn headings(name: &str, letters: &str) -> impl Iterator<Item = String> {
+    let alone = (letters.len() > 1).then(|| letters.to_owned());
+    let bound = [format!("{name}BOUND"), format!("{letters}BOUND"), format!("{letters}B")];
+    bound.into_iter().chain(alone)
 }
 
 #[cfg(test)]

@@ -413,7 +413,7 @@ impl Said {
             return;
         }
         for i in missing {
-            let word = ["left", "through", "right"][i];
+            let word = TURNS[i].name();
             self.no_exit.push(format!("{at} {word}: {:.0} veh/h", volumes[i]));
             volumes[i] = 0.0;
         }
@@ -432,7 +432,7 @@ impl Said {
             [Towards::Left, Towards::Through, Towards::Right].into_iter().enumerate()
         {
             let exits = ways.iter().filter(|way| **way == TURNS[i]).count();
-            let word = ["left", "through", "right"][i];
+            let word = TURNS[i].name();
             let is_counted = hour.vehicles.contains_key(&(heading, towards)) || volumes[i] > 0.0;
             if exits > 0 && !is_counted {
                 self.not_counted.push(format!("{at} {word}"));

@@ -51,12 +51,7 @@ pub(super) type Names = BTreeMap<String, (Heading, Turn)>;
 
 /// Returns the name of a movement.
 fn name((heading, turn): (Heading, Turn)) -> String {
-    let letter = match turn {
-        Turn::Left => 'L',
-        Turn::Through => 'T',
-        Turn::Right => 'R',
-    };
-    format!("{heading}{letter}")
+    format!("{heading}{}", turn.letter())
 }
 
 impl Utdf {
@@ -127,13 +122,11 @@ impl Utdf {
         let reference = data("reference phase")?.filter(|n| *n > 0.0).map_or(0, |n| n as u32);
         let reference = [reference / 100, reference % 100];
         let mut plan = ExistingPlan {
-            control,
             cycle_s: data("cycle length")?.filter(|s| *s > 0.0 && control != Control::Actuated),
             offset_s: data("offset")?.unwrap_or_default(),
             reference: reference.into_iter().filter(|number| *number > 0).collect(),
             referenced_to: data("referenced to")?.filter(|n| *n >= 0.0).map_or(0, |n| n as u32),
-            phases: Vec::new(),
-            ways: BTreeMap::new(),
+            ..ExistingPlan::new(control, Vec::new())
         };
         for (column, brp) in record("brp") {
             let Some(phase) = self.phase(column, brp, &record)? else { continue };

@@ -657,7 +657,7 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
             continue;
         };
         if turn != m.turn {
-            said.renamed.push(format!("{at} {} is {}", m.column, words(turn)));
+            said.renamed.push(format!("{at} {} is {}", m.column, turn.name()));
         }
         if m.lanes == 0 && m.volume_vph > 0.0 && !shares(m) {
             said.no_lane.push(lost(m));
@@ -671,11 +671,7 @@ fn give(arm: &mut Approach, own: &[&Movement], ways: &Ways<'_>, said: &mut Said)
     for (turn, volume) in &volumes {
         let exits = ways.exits.iter().filter(|(_, t)| t == turn).count();
         if exits > 1 && *volume > 0.0 {
-            said.several_exits.push(format!(
-                "{at} {} {}: {volume:.0} veh/h",
-                arm.arm,
-                words(*turn)
-            ));
+            said.several_exits.push(format!("{at} {} {}: {volume:.0} veh/h", arm.arm, turn.name()));
         }
     }
     arm.movements = ['l', 's', 'r'].into_iter().filter(|letter| letters.contains(letter)).collect();
@@ -698,14 +694,6 @@ fn letter(turn: Turn) -> char {
         Turn::Left => 'l',
         Turn::Through => 's',
         Turn::Right => 'r',
-    }
-}
-
-fn words(turn: Turn) -> &'static str {
-    match turn {
-        Turn::Left => "left",
-        Turn::Through => "through",
-        Turn::Right => "right",
     }
 }
 

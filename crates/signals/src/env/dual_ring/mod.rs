@@ -80,12 +80,7 @@ impl DualRing {
         let (coordinated, offset_s) = (cycle.coordinated, cycle.offset_s);
         let stages = Stages { greens: &greens, coordinated, offset_s };
         let plan = stages.coordinate(plan, &links, &derived.timing, now_s.round() as u32)?;
-        let green = |(state, green_s): &(&str, u32)| ProgramPhase {
-            state: (*state).to_owned(),
-            duration_s: f64::from(*green_s),
-            min_s: None,
-            max_s: None,
-        };
+        let green = |(state, s): &(&str, u32)| ProgramPhase::fixed(*state, f64::from(*s));
         let greens = greens.iter().map(green).collect();
         let stages = Some(RingStages { greens, offset_s, coordinated });
         Ok(Self { stages, ..Self::of(links, plan, derived) })

@@ -334,9 +334,8 @@ impl Rings {
             Stage::Idle => true,
             Stage::Change { .. } => false,
             Stage::Green { phase, for_s, gap_s, walk } => {
-                let p = &self.plan.phases[phase];
-                let has_gap = gap_s >= p.passage_s && !self.holds(phase);
-                for_s >= self.least_s(phase, walk) && (has_gap || self.left_s(phase, for_s) == 0)
+                let ends = self.ending(phase, for_s, gap_s).is_some();
+                for_s >= self.least_s(phase, walk) && ends
             }
         }
     }

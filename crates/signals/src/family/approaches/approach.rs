@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::counted::Counted;
 
-/// One arm of a real intersection in one period; `Count` is an `Option` where daily counts may still be missing.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+/// One arm of a real intersection in one period.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Approach<Count = f64> {
+pub struct Approach {
     /// Intersection that the arm belongs to: an id or a name, any text.
     pub intersection: String,
     /// Name of the arm within its intersection.
@@ -38,8 +38,8 @@ pub struct Approach<Count = f64> {
     pub length_m: f64,
     /// Annual average daily traffic, vehicles per day and lane: times `lanes_in` it is the flow
     /// towards the signal. Where counts are of both directions, as those of Salt Lake City are, it is
-    /// the count divided by the lanes of both directions.
-    pub aadt_veh_per_day_per_lane: Count,
+    /// the count divided by the lanes of both directions. Not a number as long as it is missing.
+    pub aadt_veh_per_day_per_lane: f64,
     /// Turns that exist: `l` left, `s` straight, `r` right, `u` and `t` U-turn; empty when unknown.
     pub movements: String,
     /// Period of the day that the counts are of, such as `am`; empty where the table has one only.
@@ -57,7 +57,7 @@ pub struct Approach<Count = f64> {
 }
 
 /// A real intersection in one period: its place and its arms.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Intersection {
     /// Id in the table: any text, so no name of a file.
     pub id: String,
@@ -73,17 +73,4 @@ pub struct Intersection {
     pub imputed: u32,
     /// Line of the first arm in the table.
     pub line: u64,
-}
-
-/// An intersection as it stands in the table.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct RawIntersection {
-    /// Id in the table.
-    pub(super) id: String,
-    /// Period of the day.
-    pub(super) period: String,
-    /// Line of the first arm.
-    pub(super) line: u64,
-    /// Arms in the order of the table, at least one of which leads to the signal.
-    pub(super) arms: Vec<Approach<Option<f64>>>,
 }

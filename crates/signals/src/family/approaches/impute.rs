@@ -9,12 +9,12 @@
 
 use std::collections::BTreeMap;
 
-use super::approach::{Approach, Intersection, RawIntersection};
+use super::approach::{Approach, Intersection};
 
 /// Fewest counted arms with as many lanes whose mean stands for the others.
 const MIN_COUNTED: usize = 3;
 
-/// Returns the intersections with a count on every arm. An arm that only leads away needs none and keeps 0 if it has
+/// Gives every arm of intersections a count. An arm that only leads away needs none and keeps 0 if it has
 /// none; neither does an arm whose turns were counted, because nothing reads its daily count.
 ///
 /// # Arguments
@@ -25,14 +25,16 @@ const MIN_COUNTED: usize = 3;
 ///
 /// What to do when a count is missing and no arm is counted.
 pub(super) fn impute(
-    raw: Vec<RawIntersection>,
+    intersections: &mut [Intersection],
     otherwise: Option<f64>,
-) -> Result<Vec<Intersection>, String> {
-    let counted =
-        |arm: &Approach<Option<f64>>| arm.aadt_veh_per_day_per_lane.filter(|_| arm.lanes_in > 0);
+) -> Result<(), String> {
+    let counted = |arm: &Approach| {
+        let aadt = arm.aadt_veh_per_day_per_lane;
+        (arm.lanes_in > 0 && !aadt.is_nan()).then_some(aadt)
+    };
     let mut all = Vec::new();
     let mut of_lanes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for arm in raw.iter().flat_map(|i| &i.arms) {
+    for arm in intersections.iter().flat_map(|i| &i.arms) {
         if let Some(aadt) = counted(arm) {
             all.push(aadt);
             of_lanes.entry(arm.lanes_in).or_default().push(aadt);
@@ -42,33 +44,21 @@ pub(super) fn impute(
         Some(similar) if similar.len() >= MIN_COUNTED => mean(similar),
         _ => mean(&all),
     };
-    raw.into_iter()
-        .map(|RawIntersection { id, period, line, arms }| {
-            let own: Vec<f64> = arms.iter().filter_map(counted).collect();
-            let (latitude, longitude) = (arms[0].latitude, arms[0].longitude);
-            let mut imputed = 0;
-            let complete = |arm: Approach<Option<f64>>| {
-                let aadt = match arm.aadt_veh_per_day_per_lane {
-                    Some(aadt) => Some(aadt),
-                    None if arm.lanes_in == 0 || arm.counted.is_some() => Some(0.0),
-                    None => {
-                        imputed += 1;
-                        mean(&own).or_else(|| typical(arm.lanes_in)).or(otherwise)
-                    }
-                };
-                let missing = arm.aadt_veh_per_day_per_lane.is_none()
-                    && arm.lanes_in > 0
-                    && arm.counted.is_none();
-                aadt.map(|aadt| Approach { imputed: missing, ..with_count(arm, aadt) })
+    for intersection in intersections {
+        let own: Vec<f64> = intersection.arms.iter().filter_map(counted).collect();
+        for arm in intersection.arms.iter_mut().filter(|a| a.aadt_veh_per_day_per_lane.is_nan()) {
+            arm.imputed = arm.lanes_in > 0 && arm.counted.is_none();
+            intersection.imputed += u32::from(arm.imputed);
+            arm.aadt_veh_per_day_per_lane = match arm.imputed {
+                true => mean(&own).or_else(|| typical(arm.lanes_in)).or(otherwise).ok_or(
+                    "aadt_veh_per_day_per_lane is empty on every approach that leads to a signal; \
+                     give at least one count",
+                )?,
+                false => 0.0,
             };
-            let arms: Option<Vec<Approach>> = arms.into_iter().map(complete).collect();
-            let arms = arms.ok_or(
-                "aadt_veh_per_day_per_lane is empty on every approach that leads to a signal; give \
-                 at least one count",
-            )?;
-            Ok(Intersection { id, period, latitude, longitude, arms, imputed, line })
-        })
-        .collect()
+        }
+    }
+    Ok(())
 }
 
 /// Returns the mean, or nothing of nothing.
@@ -76,69 +66,28 @@ fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-fn with_count(arm: Approach<Option<f64>>, aadt_veh_per_day_per_lane: f64) -> Approach {
-    Approach {
-        intersection: arm.intersection,
-        arm: arm.arm,
-        latitude: arm.latitude,
-        longitude: arm.longitude,
-        bearing_deg: arm.bearing_deg,
-        lanes_in: arm.lanes_in,
-        lanes_out: arm.lanes_out,
-        left_turn_lanes: arm.left_turn_lanes,
-        right_turn_lanes: arm.right_turn_lanes,
-        left_storage_m: arm.left_storage_m,
-        right_storage_m: arm.right_storage_m,
-        speed_mph: arm.speed_mph,
-        length_m: arm.length_m,
-        aadt_veh_per_day_per_lane,
-        movements: arm.movements,
-        period: arm.period,
-        counted: arm.counted,
-        line: arm.line,
-        imputed: false,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// An intersection of arms with so many incoming lanes and such counts.
-    fn raw(arms: &[(u32, Option<f64>)]) -> RawIntersection {
-        let arm = |&(lanes_in, aadt_veh_per_day_per_lane): &(u32, Option<f64>)| Approach {
-            intersection: "1".into(),
-            arm: "A".into(),
-            latitude: 40.0,
-            longitude: -111.0,
-            bearing_deg: 0.0,
-            lanes_in,
-            lanes_out: 1,
-            left_turn_lanes: 0,
-            right_turn_lanes: 0,
-            left_storage_m: None,
-            right_storage_m: None,
-            speed_mph: 30.0,
-            length_m: 200.0,
-            aadt_veh_per_day_per_lane,
-            movements: String::new(),
-            period: String::new(),
-            counted: None,
-            line: 2,
-            imputed: false,
+    fn raw(arms: &[(u32, Option<f64>)]) -> Intersection {
+        let arm = |(lanes_in, aadt): &(u32, Option<f64>)| Approach {
+            lanes_in: *lanes_in,
+            aadt_veh_per_day_per_lane: aadt.unwrap_or(f64::NAN),
+            ..Approach::default()
         };
-        RawIntersection {
-            id: "1".into(),
-            period: String::new(),
-            line: 2,
-            arms: arms.iter().map(arm).collect(),
-        }
+        Intersection { arms: arms.iter().map(arm).collect(), ..Intersection::default() }
+    }
+
+    fn imputed(table: &[&[(u32, Option<f64>)]]) -> Result<Vec<Intersection>, String> {
+        let mut all = table.iter().map(|arms| raw(arms)).collect::<Vec<_>>();
+        impute(&mut all, None).map(|()| all)
     }
 
     fn counts(table: &[&[(u32, Option<f64>)]]) -> Vec<Vec<f64>> {
-        let done = impute(table.iter().map(|arms| raw(arms)).collect(), None).unwrap();
         let of = |i: &Intersection| i.arms.iter().map(|a| a.aadt_veh_per_day_per_lane).collect();
-        done.iter().map(of).collect()
+        imputed(table).unwrap().iter().map(of).collect()
     }
 
     #[test]
@@ -161,12 +110,12 @@ mod tests {
 
     #[test]
     fn an_arm_that_leads_away_needs_no_count() {
-        let done = impute(vec![raw(&[(1, Some(100.0)), (0, None)])], None).unwrap();
+        let done = imputed(&[&[(1, Some(100.0)), (0, None)]]).unwrap();
         assert_eq!((done[0].arms[1].aadt_veh_per_day_per_lane, done[0].imputed), (0.0, 0));
     }
 
     #[test]
     fn a_table_without_counts_cannot_be_completed() {
-        assert!(impute(vec![raw(&[(1, None), (0, Some(100.0))])], None).is_err());
+        assert!(imputed(&[&[(1, None), (0, Some(100.0))]]).is_err());
     }
 }

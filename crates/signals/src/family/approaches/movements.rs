@@ -35,12 +35,11 @@ pub(super) fn letters(text: &str) -> Result<String, String> {
 }
 
 /// Gives `t` its meaning: it becomes `s`, through, unless a row of the table has both, so that it is a U-turn.
-pub(super) fn settle<'a, C: 'a>(approaches: impl Iterator<Item = &'a mut Approach<C>>) {
-    let mut all: Vec<&mut Approach<C>> = approaches.collect();
-    if all.iter().any(|a| a.movements.contains('s') && a.movements.contains('t')) {
+pub(super) fn settle(approaches: &mut [Approach]) {
+    if approaches.iter().any(|a| a.movements.contains('s') && a.movements.contains('t')) {
         return;
     }
-    for approach in &mut all {
+    for approach in approaches {
         approach.movements = approach.movements.replace('t', "s");
     }
 }

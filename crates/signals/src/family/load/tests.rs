@@ -100,13 +100,6 @@ fn arms_that_cannot_be_built_are_refused_with_their_line() {
 }
 
 #[test]
-fn an_unknown_field_is_refused_with_its_name() {
-    let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\nspeeed = 3\n";
-    let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();
-    assert!(e.contains("t.toml") && e.contains("speeed"), "{e}");
-}
-
-#[test]
 fn both_tables_at_once_are_refused() {
     let text = "name = \"x\"\n[family]\npoints = \"p.csv\"\napproaches = \"a.csv\"\n";
     let e = from_text(text, "t.toml", &[], &|_| unreachable!()).unwrap_err().to_string();

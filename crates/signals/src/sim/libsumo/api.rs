@@ -86,15 +86,7 @@ impl Api {
         let mut counts = SumoCounts::default();
         // SAFETY: `counts` is writable.
         self.check("sumo_step", unsafe { self.0.sumo_step(steps, &raw mut counts) })?;
-        let SumoCounts { arrived, teleports, colliding } = counts;
-        Ok(StepCounts { arrived, teleports, collisions: colliding })
-    }
-
-    pub(super) fn time_s(self) -> Result<f64, SimError> {
-        let mut time_s = 0.0;
-        // SAFETY: `time_s` is writable.
-        self.check("sumo_time", unsafe { self.0.sumo_time(&raw mut time_s) })?;
-        Ok(time_s)
+        Ok(StepCounts { teleports: counts.teleports, collisions: counts.colliding })
     }
 
     /// Returns the ids of all signals.
