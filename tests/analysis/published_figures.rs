@@ -25,7 +25,7 @@ enum Of {
     Untrained,
 }
 
-const TABLES: [Table; 20] = [
+const TABLES: [Table; 21] = [
     ("docs/results.md", "| `resco` | ", 3, "resco", Of::All),
     ("docs/results.md", "| `resco` | ", 3, "nema-resco", Of::All),
     ("docs/results.md", "| `field` | ", 3, "field-0.2.0", Of::All),
@@ -46,6 +46,7 @@ const TABLES: [Table; 20] = [
     ("README.md", "| ", 3, "nema-field-0.2.0", Of::All),
     ("README.md", "| ", 2, "learners-validated-20", Of::Learners),
     ("README.md", "| ", 2, "learners-validated-field-20", Of::Learners),
+    ("README.md", "| ", 2, "ippo-validated-20", Of::Learners),
 ];
 
 /// Methods whose scores a table rounds to other decimals: those that fail on many point MDPs.

@@ -625,7 +625,10 @@ mod tests {
         let mut other = plans(plan(Control::Pretimed));
         other.all[0].intersection = "9".into();
         let e = placed(&loaded, &other).unwrap_err().to_string();
-        assert!(e.contains("e.csv, line 2: none of the intersections with a plan (9)"), "{e}");
+        assert!(
+            e.contains("e.csv, line 2: no intersection with a plan (9) is in the scenario"),
+            "{e}"
+        );
         let mut twice = plans(plan(Control::Pretimed));
         twice.all.push(NamedPlan { intersection: "007".into(), line: 9, ..twice.all[0].clone() });
         let e = placed(&loaded, &twice).unwrap_err().to_string();
