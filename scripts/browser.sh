@@ -51,7 +51,7 @@ mkdir "$folder/large"
 if [ -n "${LARGE_PAGE:-}" ]; then
     cp "$LARGE_PAGE" "$folder/large/index.html"
 else
-    TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --profile quick --quiet --test analysis report_large >/dev/null
+    TSC_FAMILY_KEEP_PAGE="$folder/large/index.html" cargo test --workspace --profile quick --quiet --test analysis report_large >/dev/null
 fi
 
 cd "$folder"
