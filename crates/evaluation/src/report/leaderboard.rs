@@ -20,7 +20,8 @@ the records; do not edit it.
   do not meet. A wide range means that the run is too small to say. `tsc-family compare` decides more pairs, because it compares two
   methods on the same vehicles.
 - **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
-  method has a row per run, unless a run with more point MDPs and as many trainings has the same records.
+  method has a row per run, unless a run with more point MDPs and as many trainings has the same records. Where versions
+  differ, the heading names the simulator, and the version of the program that computed the baseline.
 - **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count. *Last*: they are
   those after the last episode. Compare *chosen* only with *chosen*.
 - **Date**: the day on which the run began. The link leads to its manifest, which has all settings, seeds and hashes.
@@ -54,7 +55,11 @@ fn title(table: &Table) -> String {
     }
     title.push_str(&format!(", {}", format::count(table.family_size, "point MDP")));
     if let Some(version) = &table.version {
-        title.push_str(&format!(", version {version}"));
+        let baseline = table.rows.iter().find(|row| row.method == table.baseline);
+        title.push_str(&match baseline {
+            Some(row) => format!(", {}, baseline of version {version}", row.simulator),
+            None => format!(", version {version}"),
+        });
     }
     if !table.settings.is_empty() {
         title.push_str(&format!(": {}", quoted(&table.settings)));

@@ -230,8 +230,8 @@ settings! {
     pub struct NetworkSettings, source "netconvert's defaults where it has one, else our choice" {
         /// Length of outgoing edges. They cost simulation time and do not change results.
         exit_length_m: f64 = 60.0, in 10.0..=10_000.0, unit "m";
-        /// Green of each phase in the networks' own eight-phase program; controllers choose their own
-        /// durations.
+        /// Green of each phase of the program `phases` in a network's file, which lists the phases of `all-pairs`. No
+        /// method runs that program: controllers choose their own durations.
         phase_green_s: f64 = 30.0, in 1.0..=300.0, unit "s";
         /// Cycle that netconvert's default program gets.
         default_cycle_s: f64 = 90.0, in 20.0..=600.0, unit "s";
