@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::choice::choice_of;
+use super::choice::choice;
 use super::episodes::EpisodeSummary;
 use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
@@ -159,7 +159,7 @@ pub(super) fn paired<T>(
     let chosen = match points.len() == evidence.points.len() {
         true => evidence.chosen,
         false => {
-            part = choice_of(evidence, points);
+            part = choice(identity, evidence.design, points);
             &part
         }
     };

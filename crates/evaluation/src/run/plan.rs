@@ -349,19 +349,6 @@ mod tests {
     }
 
     #[test]
-    fn the_tasks_beside_one_are_those_of_its_point_mdp_and_no_plan_is_read_for_them() {
-        let (manifest, tasks) = with_request(&names(&["tuner", "other"]), 2, 3);
-        let identity = &manifest.identity;
-        assert_eq!(identity.per_point(), 5);
-        for task in &tasks {
-            let beside = identity.tasks_beside(task.task);
-            let point: Vec<&Task> = tasks.iter().filter(|t| t.point == task.point).collect();
-            assert_eq!(beside.iter().collect::<Vec<_>>(), point);
-        }
-        assert_eq!(identity.tasks_beside(tasks.len()), []);
-    }
-
-    #[test]
     fn a_run_without_anything_to_replicate_is_the_same_whatever_the_replicates() {
         let other = names(&["other"]);
         assert_eq!(with_request(&other, 2, 3), with_request(&other, 2, 1));
