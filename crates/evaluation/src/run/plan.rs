@@ -128,7 +128,7 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
     let of_method = |m: &&Method| if repeats(&m) { u64::from(request.replicates) } else { 1 };
     let per_point = methods.iter().map(of_method).sum();
     most::check(sample.draws.len(), per_point, request.evaluation_seeds as usize)
-        .map_err(RunError::Extent)?;
+        .map_err(RunError::Refused)?;
     let names = |m: &&Method| m.name.to_owned();
     let replicated = methods.iter().filter(repeats).map(names).collect();
     Ok(Draft {
