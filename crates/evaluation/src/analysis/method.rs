@@ -152,7 +152,7 @@ pub(super) fn paired<T>(
     evidence: Evidence<'_>,
     index: usize,
     points: &[&PointSummary],
-    estimate: impl FnOnce(&dyn Estimator, Sample<'_>, &mut ChaCha8Rng) -> T,
+    estimate: impl FnOnce(Estimator, Sample<'_>, &mut ChaCha8Rng) -> T,
 ) -> T {
     let identity = evidence.identity;
     let part: Vec<Chosen>;
