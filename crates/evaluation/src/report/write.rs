@@ -1,10 +1,9 @@
 //! Writes the files of a report, each of them either complete or as it was before.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::ReportError;
 use super::models::write_models;
-use super::paths::ReportPaths;
 use super::plain_table::Cells;
 use super::whole::Report;
 use super::{
@@ -13,6 +12,25 @@ use super::{
 };
 use crate::store::Layout;
 use basics::files::{make_folder_beneath, write_atomically};
+
+/// The files of a report.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReportPaths {
+    /// `DIR/report/index.html`.
+    pub html: PathBuf,
+    /// `DIR/report/scores.csv`.
+    pub scores: PathBuf,
+    /// The other tables, `DIR/report/*.csv`: those of learners where a method learned.
+    pub tables: Vec<PathBuf>,
+    /// `DIR/report/*.tex`: tables in LaTeX.
+    pub latex: Vec<PathBuf>,
+    /// What the domain adds.
+    pub further: Vec<PathBuf>,
+    /// What people should know of that, such as why a file is missing.
+    pub notes: Vec<String>,
+    /// `DIR/report/*.svg`; beside each are a `.pdf` and a `.pgf`.
+    pub figures: Vec<PathBuf>,
+}
 
 /// Writes a report: to `DIR/report/`, or, where scores are relative to another method than the baseline, to
 /// `DIR/report/against-METHOD/`.
