@@ -88,7 +88,6 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
         .max_by(|a, b| identity.direction.compare(a.1, b.1));
     let weights = scored.iter().map(|(p, _)| (p.index, p.weight)).collect();
-    let own = episodes.of_method(index);
     let summary = MethodSummary {
         is_reference: Some(index) == reference.index,
         index,
@@ -96,7 +95,12 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         overall: estimate.as_ref().map(|e| e.value),
         interval: estimate.as_ref().and_then(|e| e.interval),
         summaries,
-        episodes: EpisodeSummary::of(episodes, &own, &weights, identity.direction),
+        episodes: EpisodeSummary::of(
+            episodes.of_method(index),
+            episodes.shares,
+            &weights,
+            identity.direction,
+        ),
         objective,
         metrics: weighted_metrics(&scored),
         worst,

@@ -223,8 +223,8 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
             let of_choice = |name: &str| of_record(name).filter(|_| is_validated);
             let last_policy = of_choice(&format!("{LAST_PREFIX}{objective}"));
             let evaluations = EpisodeSummary::of(
-                evidence.episodes,
-                &evidence.episodes.of_task(at),
+                &evidence.episodes.of_task[at],
+                evidence.episodes.shares,
                 &HashMap::from([(row.point, evidence.points[row.point].weight)]),
                 identity.direction,
             );
