@@ -362,17 +362,4 @@ mod tests {
         let read: Manifest = serde_json::from_value(json).unwrap();
         assert_eq!((read.identity.tasks(), read.sha256()), (tasks, manifest.sha256()));
     }
-
-    #[test]
-    fn another_run_in_the_same_directory_is_refused_and_the_field_named() {
-        let dir = tempfile::tempdir().unwrap();
-        let layout = Layout::new(dir.path());
-        let (manifest, tasks) = planned(&["tuner"]);
-        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
-        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
-        let mut other = manifest;
-        other.identity.base_seed = 9;
-        let e = establish(&layout, other, &tasks, None, &[]).unwrap_err().to_string();
-        assert!(e.contains("--seed is 0 there and 9 now"), "{e}");
-    }
 }
