@@ -42,7 +42,7 @@ pub(crate) fn manifest(bytes: &[u8]) {
     if most <= FEW_TASKS {
         let tasks = identity.tasks();
         let text = plan_text(&tasks);
-        assert_eq!(parse_rows(text.as_slice(), path).expect("it was written"), tasks);
+        assert_eq!(parse_rows(&text, path).expect("it was written"), tasks);
         for task in &tasks {
             assert!(!task.point.contains('/') && !task.method.contains('/'), "{task:?}");
         }
@@ -54,7 +54,7 @@ pub(crate) fn plan(bytes: &[u8]) {
     let path = Path::new("plan.jsonl");
     if let Ok(tasks) = parse_rows(bytes, path) {
         let text = plan_text(&tasks);
-        assert_eq!(parse_rows(text.as_slice(), path).expect("it was written"), tasks);
+        assert_eq!(parse_rows(&text, path).expect("it was written"), tasks);
     }
 }
 

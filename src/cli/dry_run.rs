@@ -31,10 +31,10 @@ pub(super) fn estimate(
     );
     let mut episodes = 0;
     let mut all = Vec::with_capacity(tasks as usize);
-    let (efforts, family) = (Efforts::of_request(request)?, request.problem.family());
+    let efforts = Efforts::of_request(request)?;
     for draw in &sample.draws {
         for method in &draft.methods {
-            let effort = efforts.in_family(method, family, &draw.point)?;
+            let effort = efforts.task(method, &draw.point)?;
             episodes += replicates(method) * u64::from(effort.episodes());
             for _ in 0..replicates(method) {
                 let (task, method, point) = (all.len(), method.clone(), draw.point.clone());

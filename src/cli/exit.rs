@@ -18,7 +18,7 @@ use crate::run::fault::TrialError;
 pub use crate::run::stop::STOPPED;
 use crate::sample::{ChoiceError, SampleError};
 use crate::store::error::StoreError;
-use crate::study::{CaseError, EngineError, StudyError};
+use crate::study::StudyError;
 use crate::traffic::city::error::CityError;
 use crate::traffic::error::TrafficError;
 use crate::traffic::method_arguments::OwnError;
@@ -58,10 +58,8 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
     fn of<E: Error + 'static>(error: &(dyn Error + 'static), code: fn(&E) -> u8) -> Option<u8> {
         error.downcast_ref().map(code)
     }
-    match error.downcast_ref() {
-        Some(ReportError::Io(e)) => return Some(file(e)),
-        Some(ReportError::Store(e)) => return Some(store(e)),
-        _ => {}
+    if let Some(ReportError::Io(e)) = error.downcast_ref() {
+        return Some(file(e));
     }
     match error.downcast_ref() {
         Some(ExportError::Io(e)) => return Some(file(e)),
@@ -72,9 +70,7 @@ fn known(error: &(dyn Error + 'static)) -> Option<u8> {
         || error.is::<SampleError>()
         || error.is::<ChoiceError>()
         || error.is::<AnalysisError>()
-        || error.is::<StudyError>()
-        || error.is::<EngineError>()
-        || error.is::<CaseError>();
+        || error.is::<StudyError>();
     is_usage
         .then_some(USAGE)
         .or_else(|| of(error, |_: &MujocoError| NO_SUMO))

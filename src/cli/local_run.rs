@@ -16,7 +16,7 @@ use crate::domains;
 use crate::machine::memory_per_worker_mb;
 use crate::report::{self, Report};
 use crate::run::domain::Domain;
-use crate::run::effort::RunEfforts;
+use crate::run::effort::Efforts;
 use crate::run::executor::{Event, Launcher, Local};
 use crate::run::session::Session;
 use crate::run::watchdog::STALL_TIMEOUT_S;
@@ -121,8 +121,8 @@ impl LocalRun<'_> {
                 other_build(&self.session.manifest).into_iter().for_each(note);
             }
         }
-        let efforts = RunEfforts::new(self.domain, &self.session.manifest.identity)?;
-        let effort = |t: &Task| Ok((t.clone(), efforts.of(&t.method, &t.point)?));
+        let efforts = Efforts::of_run(self.domain, &self.session.manifest.identity)?;
+        let effort = |t: &Task| Ok((t.clone(), efforts.task(&t.method, &t.point)?));
         let mut monitor = Monitor::new(
             todo.iter().map(effort).collect::<anyhow::Result<Vec<_>>>()?,
             self.domain,

@@ -202,9 +202,9 @@ impl Maker<'_> {
             Request::new(self.subject.domain(), self.subject.problem(), &self.args.methods);
         let methods = draft(&request)?.methods;
         let cells = sample.draws.iter().flat_map(|d| methods.iter().map(move |m| (d, m)));
-        let (efforts, family) = (Efforts::of_request(&request)?, request.problem.family());
+        let efforts = Efforts::of_request(&request)?;
         let job = |(task, (draw, method)): (usize, (&crate::sample::Draw, &String))| {
-            let effort = efforts.in_family(method, family, &draw.point)?;
+            let effort = efforts.task(method, &draw.point)?;
             let (method, point) = (method.as_str().into(), draw.point.as_str().into());
             Ok(Job { task, method, point, effort })
         };

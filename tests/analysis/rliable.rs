@@ -7,9 +7,10 @@ use std::{env, fs};
 
 use serde::Deserialize;
 use tsc_family::stats::Direction;
-use tsc_family::stats::improvement::probability_of_improvement;
+use tsc_family::stats::improvement::share_better;
 use tsc_family::stats::iqm::interquartile_mean;
 use tsc_family::stats::profile::share_beyond;
+use tsc_family::stats::score::weighted_mean;
 
 /// Largest difference, of rounding.
 const TOLERANCE: f64 = 1e-12;
@@ -65,11 +66,12 @@ fn with_equal_weights_the_interquartile_mean_is_rliable_s() {
 fn with_equal_weights_the_probability_of_improvement_is_rliable_s() {
     for case in cases() {
         let (x, y) = (by_task(&case.x), by_task(&case.y));
-        let tasks = || x.iter().zip(&y).map(|(x, y)| (0.3, x.as_slice(), y.as_slice()));
-        let p = probability_of_improvement(tasks(), Direction::Higher).unwrap();
-        close(p, case.probability_of_improvement);
-        let back = probability_of_improvement(tasks(), Direction::Lower).unwrap();
-        close(back, 1.0 - case.probability_of_improvement);
+        let p = |direction| {
+            let of_task = |(x, y): (&Vec<f64>, &Vec<f64>)| share_better(x, y, direction).unwrap();
+            weighted_mean(x.iter().zip(&y).map(|task| (0.3, of_task(task)))).unwrap()
+        };
+        close(p(Direction::Higher), case.probability_of_improvement);
+        close(p(Direction::Lower), 1.0 - case.probability_of_improvement);
     }
 }
 

@@ -129,23 +129,12 @@ macro_rules! numbers {
     ($($type:ty)*) => {
         $(impl Number for $type {
             fn number(&self) -> Option<f64> {
-                Some(f64::from(*self))
-            }
-        })*
-    };
-}
-numbers!(f32 f64 u32);
-
-macro_rules! counts {
-    ($($type:ty)*) => {
-        $(impl Number for $type {
-            fn number(&self) -> Option<f64> {
                 Some(*self as f64)
             }
         })*
     };
 }
-counts!(u64 usize);
+numbers!(f32 f64 u32 u64 usize);
 
 impl<T: Number> Number for Option<T> {
     fn number(&self) -> Option<f64> {

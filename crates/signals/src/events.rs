@@ -2,11 +2,13 @@
 //!
 //! Columns and functions of detectors are those of the Python package `atspm` (its `raw_data` and `detector_config`).
 
+use std::iter;
+
 use jiff::civil::{Date, DateTime, Time};
 use jiff::{Span, ToSpan};
 
 use super::env::high_resolution::Recording;
-use basics::files::Lines;
+use basics::files::lines;
 
 /// Milliseconds in a tenth of a second.
 const MS_PER_DS: i64 = 100;
@@ -38,61 +40,49 @@ fn stamp(start: DateTime, at_ds: i64) -> String {
 ///
 /// * `start` — when simulated time is 0.
 pub fn events(recording: &Recording, start: DateTime) -> Vec<u8> {
-    let mut lines = Lines::default();
-    ["TimeStamp", "DeviceId", "EventId", "Parameter"].iter().for_each(|name| lines.text(name));
-    lines.end();
-    for event in &recording.events {
-        lines.text(&stamp(start, event.at_ds));
-        lines.whole(device(event.signal));
-        lines.whole(event.code.into());
-        lines.whole(event.parameter.into());
-        lines.end();
-    }
-    lines.into_bytes()
+    let header = ["TimeStamp", "DeviceId", "EventId", "Parameter"].map(str::to_owned);
+    let rows = recording.events.iter().map(|event| {
+        let (code, parameter) = (event.code.to_string(), event.parameter.to_string());
+        [stamp(start, event.at_ds), device(event.signal), code, parameter]
+    });
+    lines(&iter::once(header).chain(rows).collect::<Vec<_>>())
 }
 
 /// Returns the detectors: `DeviceId`, `Phase`, `Parameter` (the channel), `Function`, and where they are.
 pub fn detectors(recording: &Recording) -> Vec<u8> {
-    let mut lines = Lines::default();
-    let names = [
+    let header = [
         "DeviceId", "Phase", "Parameter", "Function", "signal", "lane", "movements", "distance_m",
         "length_m",
     ];
-    names.iter().for_each(|name| lines.text(name));
-    lines.end();
-    for detector in &recording.detectors {
-        lines.whole(device(detector.signal));
-        lines.whole(detector.phase.into());
-        lines.whole(detector.channel.into());
-        lines.text(detector.function.name());
-        lines.text(&recording.signals[detector.signal]);
-        lines.text(&detector.lane);
-        lines.text(&detector.movements.join(" "));
-        lines.number(Some(rounded(detector.distance_m)));
-        lines.number(Some(rounded(detector.length_m)));
-        lines.end();
-    }
-    lines.into_bytes()
+    let rows = recording.detectors.iter().map(|detector| {
+        [
+            device(detector.signal),
+            detector.phase.to_string(),
+            detector.channel.to_string(),
+            detector.function.name().to_owned(),
+            recording.signals[detector.signal].clone(),
+            detector.lane.clone(),
+            detector.movements.join(" "),
+            rounded(detector.distance_m).to_string(),
+            rounded(detector.length_m).to_string(),
+        ]
+    });
+    lines(&iter::once(header.map(str::to_owned)).chain(rows).collect::<Vec<_>>())
 }
 
 /// Returns the phases: `DeviceId`, `Phase`, `signal`, `movements`.
 pub fn phases(recording: &Recording) -> Vec<u8> {
-    let mut lines = Lines::default();
-    ["DeviceId", "Phase", "signal", "movements"].iter().for_each(|name| lines.text(name));
-    lines.end();
-    for phase in &recording.phases {
-        lines.whole(device(phase.signal));
-        lines.whole(phase.number.into());
-        lines.text(&recording.signals[phase.signal]);
-        lines.text(&phase.movements.join(" "));
-        lines.end();
-    }
-    lines.into_bytes()
+    let header = ["DeviceId", "Phase", "signal", "movements"].map(str::to_owned);
+    let rows = recording.phases.iter().map(|phase| {
+        let signal = recording.signals[phase.signal].clone();
+        [device(phase.signal), phase.number.to_string(), signal, phase.movements.join(" ")]
+    });
+    lines(&iter::once(header).chain(rows).collect::<Vec<_>>())
 }
 
 /// Returns the number of a signal as a device, from 1.
-fn device(signal: usize) -> u64 {
-    signal as u64 + 1
+fn device(signal: usize) -> String {
+    (signal + 1).to_string()
 }
 
 fn rounded(metres: f64) -> f64 {

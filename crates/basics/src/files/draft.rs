@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, Permissions, TryLockError};
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -17,9 +17,6 @@ use super::{FileError, make_folder_beneath};
 
 /// How the names of drafts begin.
 const DRAFT: &str = ".tsc-family-draft-";
-
-/// Bytes of a streamed file that are written at once.
-const BUFFER: usize = 1 << 16;
 
 /// Age from which on a draft that nobody has locked is what a killed process left behind: between making and
 /// locking one nothing happens.
@@ -91,61 +88,6 @@ pub fn new_beneath(
     let mut draft = draft(drafts)?;
     draft.write_all(bytes).map_err(FileError::at("write", path))?;
     draft.persist(path).map_err(|e| FileError::at("write", path)(e.error))
-}
-
-/// A file that is written piece by piece and is as before until it is finished: what is dropped before leaves nothing.
-#[derive(Debug)]
-pub struct Streamed {
-    draft: BufWriter<NamedTempFile>,
-    path: PathBuf,
-}
-
-impl Streamed {
-    /// Begins a file, as a draft beside it.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the folder cannot be written.
-    pub fn new(path: &Path) -> Result<Self, FileError> {
-        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-        let folder = parent.unwrap_or(Path::new("."));
-        tidy_up_once(folder);
-        let draft = BufWriter::with_capacity(BUFFER, draft(folder)?);
-        Ok(Self { draft, path: path.to_path_buf() })
-    }
-
-    /// Writes what comes next.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the disk is full.
-    pub fn write(&mut self, bytes: &[u8]) -> Result<(), FileError> {
-        self.draft.write_all(bytes).map_err(FileError::at("write", &self.path))
-    }
-
-    /// Puts the file into its place.
-    ///
-    /// # Errors
-    ///
-    /// [`FileError`] when the disk is full or the file cannot be replaced.
-    pub fn finish(mut self) -> Result<(), FileError> {
-        let flushed = self.draft.flush().and_then(|()| self.draft.get_ref().as_file().sync_all());
-        flushed.map_err(FileError::at("write", &self.path))?;
-        let draft = self.draft.into_inner().map_err(|e| e.into_error());
-        let draft = draft.map_err(FileError::at("write", &self.path))?;
-        draft.persist(&self.path).map_err(|e| FileError::at("write", &self.path)(e.error))?;
-        Ok(())
-    }
-}
-
-impl Write for Streamed {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.draft.write(bytes)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.draft.flush()
-    }
 }
 
 /// Makes a draft, locked where the file system knows locks.

@@ -7,10 +7,10 @@ pub const SCENARIO: u64 = 1 << 24;
 /// Of a table that a scenario names.
 pub const TABLE: u64 = sheet::file::TABLE_BYTES;
 
-/// Of a file of ours that says something of many point MDPs or tasks: manifest, sample, places, index.
+/// Of a file of ours that says something of many point MDPs or tasks: manifest, plan, sample, places, index.
 pub const DOCUMENT: u64 = 1 << 30;
 
-/// Of a line of a plan, and of a record.
+/// Of a record.
 pub const RECORD: u64 = 1 << 30;
 
 /// Of the files of a network that we made, and of a configuration of SUMO.

@@ -12,8 +12,8 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 pub use beneath::{beneath, make_folder, make_folder_beneath};
-pub use draft::{Streamed, new_beneath, readable, replace, write_atomically};
-pub use rows::{Lines, lines};
+pub use draft::{new_beneath, readable, replace, write_atomically};
+pub use rows::lines;
 pub use shell::quoted;
 
 /// A file operation that failed, with the file's name.

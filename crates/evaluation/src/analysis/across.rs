@@ -12,24 +12,24 @@ use crate::stats::score::mean;
 use crate::stats::{Direction, quantile::median};
 
 /// How scores of different families are brought together before their mean is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Scale {
-    /// As they are: of objectives that are the same, or all relative to a baseline.
+    /// Unchanged; for one objective, or for scores that are all relative to a baseline
     #[default]
     Score,
-    /// From 0, the worst score of the family, to 1, its best.
+    /// From 0, the family's worst score, to 1, its best
     Range,
-    /// The rank among the methods on the point MDP, ties shared.
+    /// The methods' ranks on each point MDP
     Rank,
 }
 
 /// What a combination weighs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Weighing {
-    /// All combinations the same, as in the paper.
+    /// All combinations count the same, as in the paper
     #[default]
     Equal,
-    /// The product of the importances of its point MDPs.
+    /// The product of the importances of its point MDPs
     Importance,
 }
 
@@ -300,33 +300,4 @@ fn report(
         median(&held).unwrap_or(0.0)
     };
     Ok(Reported { points, scores, ranks: shares.shares.iter().map(held).collect() })
-}
-
-impl clap::ValueEnum for Scale {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Score, Self::Range, Self::Rank]
-    }
-
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        Some(clap::builder::PossibleValue::new(self.name()).help(match self {
-            Self::Score => {
-                "Unchanged; for one objective, or for scores that are all relative to a baseline"
-            }
-            Self::Range => "From 0, the family's worst score, to 1, its best",
-            Self::Rank => "The methods' ranks on each point MDP",
-        }))
-    }
-}
-
-impl clap::ValueEnum for Weighing {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Equal, Self::Importance]
-    }
-
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        Some(clap::builder::PossibleValue::new(self.name()).help(match self {
-            Self::Equal => "All combinations count the same, as in the paper",
-            Self::Importance => "The product of the importances of its point MDPs",
-        }))
-    }
 }

@@ -1,9 +1,9 @@
 //! How point MDPs came to be in the sample: draws, probabilities, and where they lie.
 
+use std::borrow::Borrow;
 use std::collections::HashMap;
 
 use super::estimator::Chosen;
-use super::evidence::Evidence;
 use super::points::PointSummary;
 use crate::sample::kmeans::standardise;
 use crate::sample::{Design, Draw};
@@ -14,7 +14,7 @@ use crate::store::manifest::Identity;
 pub(super) fn choice(
     identity: &Identity,
     design: Option<&Design>,
-    points: &[PointSummary],
+    points: &[impl Borrow<PointSummary>],
 ) -> Vec<Chosen> {
     let draws: HashMap<&str, &Draw> =
         identity.sample.draws.iter().map(|d| (d.point.as_str(), d)).collect();
@@ -40,29 +40,13 @@ pub(super) fn choice(
             at: at.unwrap_or_default(),
         })
     };
-    let mut chosen: Vec<Chosen> = points.iter().map(|p| of(p).unwrap_or_default()).collect();
-    if design.is_none() {
-        place(&mut chosen, points);
-    }
-    chosen
-}
-
-/// Returns how some of the point MDPs came to be in the sample, as [`choice`] of them alone has it.
-pub(super) fn choice_of(evidence: Evidence<'_>, points: &[&PointSummary]) -> Vec<Chosen> {
-    let positions: HashMap<usize, usize> =
-        evidence.points.iter().enumerate().map(|(i, p)| (p.index, i)).collect();
     let mut chosen: Vec<Chosen> =
-        points.iter().map(|p| evidence.chosen[positions[&p.index]].clone()).collect();
-    if evidence.design.is_none() {
-        place(&mut chosen, points);
+        points.iter().map(|p| of(p.borrow()).unwrap_or_default()).collect();
+    if design.is_none() {
+        let rows: Vec<Vec<f64>> = points.iter().map(|p| p.borrow().row.features.clone()).collect();
+        for (chosen, at) in chosen.iter_mut().zip(standardise(&rows)) {
+            chosen.at = at;
+        }
     }
     chosen
-}
-
-/// Places point MDPs by their features, standardised.
-fn place(chosen: &mut [Chosen], points: &[impl std::borrow::Borrow<PointSummary>]) {
-    let rows: Vec<Vec<f64>> = points.iter().map(|p| p.borrow().row.features.clone()).collect();
-    for (chosen, at) in chosen.iter_mut().zip(standardise(&rows)) {
-        chosen.at = at;
-    }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::choice::choice_of;
+use super::choice::choice;
 use super::episodes::EpisodeSummary;
 use super::estimator::{Chosen, Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
@@ -88,7 +88,6 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         .filter_map(|(p, r)| Some((p.row.point.clone(), r.score?)))
         .max_by(|a, b| identity.direction.compare(a.1, b.1));
     let weights = scored.iter().map(|(p, _)| (p.index, p.weight)).collect();
-    let own = episodes.of_method(index);
     let summary = MethodSummary {
         is_reference: Some(index) == reference.index,
         index,
@@ -96,7 +95,12 @@ pub(super) fn summarise_method(evidence: Evidence<'_>, index: usize) -> Summaris
         overall: estimate.as_ref().map(|e| e.value),
         interval: estimate.as_ref().and_then(|e| e.interval),
         summaries,
-        episodes: EpisodeSummary::of(episodes, &own, &weights, identity.direction),
+        episodes: EpisodeSummary::of(
+            episodes.of_method(index),
+            episodes.shares,
+            &weights,
+            identity.direction,
+        ),
         objective,
         metrics: weighted_metrics(&scored),
         worst,
@@ -152,14 +156,14 @@ pub(super) fn paired<T>(
     evidence: Evidence<'_>,
     index: usize,
     points: &[&PointSummary],
-    estimate: impl FnOnce(&dyn Estimator, Sample<'_>, &mut ChaCha8Rng) -> T,
+    estimate: impl FnOnce(Estimator, Sample<'_>, &mut ChaCha8Rng) -> T,
 ) -> T {
     let identity = evidence.identity;
     let part: Vec<Chosen>;
     let chosen = match points.len() == evidence.points.len() {
         true => evidence.chosen,
         false => {
-            part = choice_of(evidence, points);
+            part = choice(identity, evidence.design, points);
             &part
         }
     };

@@ -52,7 +52,7 @@ pub struct Summaries {
 /// * `relative` — whether scores are divided by a reference; ratios and geometric means of others say nothing.
 pub(super) fn summarise(
     (regime_of, objectives): (&[Option<usize>], &[PointObjectives]),
-    estimator: &dyn Estimator,
+    estimator: Estimator,
     sample: Sample<'_>,
     (regimes, relative): (usize, bool),
     rng: &mut ChaCha8Rng,
@@ -124,7 +124,6 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
-    use crate::analysis::estimator::{Whole, WithReplacement};
     use crate::stats::bootstrap::RESAMPLES;
     use crate::stats::quantile::{ALPHA, median as plain_median};
     use crate::stats::summary::Statistic;
@@ -162,14 +161,14 @@ mod tests {
     fn summarised(objectives: &[PointObjectives], family_size: usize) -> Estimated {
         let of = (&vec![None; objectives.len()][..], objectives);
         let (sample, mut rng) = (sample(family_size, objectives), ChaCha8Rng::seed_from_u64(0));
-        summarise(of, &Whole, sample, (0, false), &mut rng).1.median.unwrap()
+        summarise(of, Estimator::Whole, sample, (0, false), &mut rng).1.median.unwrap()
     }
 
     /// Returns the median with the percentile interval of its resamples.
     fn percentile(objectives: &[PointObjectives], family_size: usize) -> Estimated {
         let median: Statistic<'_> = &|means| weighted_median(scores(means));
         let (sample, mut rng) = (sample(family_size, objectives), ChaCha8Rng::seed_from_u64(0));
-        let all = Whole.estimate_all(sample, objectives, &[median], &mut rng).unwrap();
+        let all = Estimator::Whole.estimate_all(sample, objectives, &[median], &mut rng).unwrap();
         let e = all[0].as_ref().unwrap();
         Estimated { value: e.value, interval: e.interval }
     }
@@ -222,7 +221,7 @@ mod tests {
         let objectives: Vec<_> = [2.0, 3.0, 2.5, 2.0, 400.0].iter().map(drawn).collect();
         let of = (&vec![None; objectives.len()][..], &objectives[..]);
         let (sample, mut rng) = (sample(100, &objectives), ChaCha8Rng::seed_from_u64(0));
-        summarise(of, &WithReplacement, sample, (0, true), &mut rng)
+        summarise(of, Estimator::WithReplacement, sample, (0, true), &mut rng)
     }
 
     #[test]

@@ -63,7 +63,7 @@ pub struct TrainingSummary {
     /// Mean objective in the last ten training episodes, relative to the reference.
     pub last_episodes: Option<f64>,
     /// Objective of every training episode, relative to the reference; empty without a reference.
-    pub curve: Vec<f64>,
+    pub curve: Vec<Option<f64>>,
     /// Return of every training episode; `None` where there is none.
     pub returns: Vec<Option<f64>>,
     /// Loss of every training episode; `None` where nothing was updated.
@@ -223,8 +223,8 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
             let of_choice = |name: &str| of_record(name).filter(|_| is_validated);
             let last_policy = of_choice(&format!("{LAST_PREFIX}{objective}"));
             let evaluations = EpisodeSummary::of(
-                evidence.episodes,
-                &evidence.episodes.of_task(at),
+                &evidence.episodes.of_task[at],
+                evidence.episodes.shares,
                 &HashMap::from([(row.point, evidence.points[row.point].weight)]),
                 identity.direction,
             );
@@ -243,7 +243,7 @@ pub(super) fn trainings(results: &Results, evidence: Evidence<'_>) -> Vec<Traini
                 is_dead: of_record(DEAD).map(|dead| dead > 0.0),
                 evaluations,
                 curve: unit.map_or_else(Vec::new, |unit| {
-                    in_training.iter().map(|value| value / unit).collect()
+                    in_training.iter().map(|value| Some(value / unit)).collect()
                 }),
                 returns: figure(RETURN),
                 losses: figure(LOSS),

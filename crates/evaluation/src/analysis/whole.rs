@@ -176,7 +176,7 @@ impl Analysis {
     }
 
     /// Returns what the estimates rest on.
-    pub fn estimator(&self) -> &'static dyn Estimator {
+    pub fn estimator(&self) -> Estimator {
         estimator_of(&self.manifest.identity.sample)
     }
 

@@ -1,6 +1,6 @@
 //! A table as a Parquet file.
 
-use std::path::Path;
+use std::ptr;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
@@ -10,44 +10,50 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::columns::{Cell, Cells, Column, Columns, Kind};
-use super::error::ExportError;
-use super::sink::Sink;
-use basics::files::Streamed;
+use super::columns::{Cell, Column, Columns, Kind, Line};
 
-/// A table that is written.
-pub(super) struct Table {
-    writer: SerializedFileWriter<Streamed>,
-    path: String,
-}
+/// Rows that a group has at least.
+const GROUP: usize = 1 << 16;
 
-impl Table {
-    /// Begins a table.
-    pub(super) fn new(file: Streamed, path: &Path, columns: &Columns) -> Result<Self, ExportError> {
-        let path = path.display().to_string();
-        let failed = failed(&path);
-        let schema = schema(columns).map_err(&failed)?;
-        let mut properties = WriterProperties::builder()
-            .set_compression(Compression::SNAPPY)
-            .set_created_by(format!("tsc-family {}", env!("CARGO_PKG_VERSION")));
-        // Hardly any value of a metric comes again.
-        for column in columns.all.iter().filter(|column| column.is_metric()) {
-            let column = ColumnPath::from(column.name.clone());
-            properties = properties.set_column_dictionary_enabled(column, false);
-        }
-        let properties = Arc::new(properties.build());
-        let writer = SerializedFileWriter::new(file, schema, properties).map_err(&failed)?;
-        Ok(Self { writer, path })
+/// Returns a table as a Parquet file.
+///
+/// # Errors
+///
+/// What the writer of Parquet files refuses.
+pub(super) fn bytes(columns: &Columns<'_>, rows: &[Line<'_>]) -> Result<Vec<u8>, ParquetError> {
+    let mut properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_created_by(format!("tsc-family {}", env!("CARGO_PKG_VERSION")));
+    // Hardly any value of a metric comes again.
+    for column in columns.all.iter().filter(|column| column.is_metric()) {
+        let column = ColumnPath::from(column.name.clone());
+        properties = properties.set_column_dictionary_enabled(column, false);
     }
+    let properties = Arc::new(properties.build());
+    let mut writer = SerializedFileWriter::new(Vec::new(), schema(columns)?, properties)?;
+    let mut rest = rows;
+    while !rest.is_empty() {
+        let least = GROUP.min(rest.len());
+        // A group ends where a record does.
+        let last = rest[least - 1].0;
+        let more = rest[least..].iter().take_while(|(record, _)| ptr::eq(*record, last));
+        let (rows, later) = rest.split_at(least + more.count());
+        let mut group = writer.next_row_group()?;
+        for column in &columns.all {
+            let writer = group.next_column()?;
+            let mut writer = writer.expect("there is one for every column of the schema");
+            let cells: Vec<Cell<'_>> = rows.iter().map(|row| columns.cell(*row, column)).collect();
+            write_column(&mut writer, column.kind, &cells)?;
+            writer.close()?;
+        }
+        group.close()?;
+        rest = later;
+    }
+    writer.into_inner()
 }
 
-fn failed(path: &str) -> impl Fn(ParquetError) -> ExportError + use<> {
-    let path = path.to_owned();
-    move |e| ExportError::Parquet { path: path.clone(), reason: e.to_string() }
-}
-
-fn schema(columns: &Columns) -> Result<Arc<Type>, ParquetError> {
-    let field = |column: &Column| {
+fn schema(columns: &Columns<'_>) -> Result<Arc<Type>, ParquetError> {
+    let field = |column: &Column<'_>| {
         let (physical, logical) = match column.kind {
             Kind::Whole => (Physical::INT64, Some(LogicalType::integer(64, false))),
             Kind::Number => (Physical::DOUBLE, None),
@@ -63,37 +69,17 @@ fn schema(columns: &Columns) -> Result<Arc<Type>, ParquetError> {
     Type::group_type_builder("episodes").with_fields(fields).build().map(Arc::new)
 }
 
-impl Sink for Table {
-    fn write(&mut self, columns: &Columns, cells: &[Cells]) -> Result<(), ExportError> {
-        let failed = failed(&self.path);
-        let mut group = self.writer.next_row_group().map_err(&failed)?;
-        for column in &columns.all {
-            let writer = group.next_column().map_err(&failed)?;
-            let mut writer = writer.expect("there is one for every column of the schema");
-            write_column(&mut writer, column, cells).map_err(&failed)?;
-            writer.close().map_err(&failed)?;
-        }
-        group.close().map(drop).map_err(failed)
-    }
-
-    fn finish(self: Box<Self>) -> Result<(), ExportError> {
-        let failed = failed(&self.path);
-        Ok(self.writer.into_inner().map_err(failed)?.finish()?)
-    }
-}
-
 fn write_column(
     writer: &mut SerializedColumnWriter<'_>,
-    column: &Column,
-    cells: &[Cells],
+    kind: Kind,
+    cells: &[Cell<'_>],
 ) -> Result<(), ParquetError> {
-    let all = || cells.iter().map(|row| row.cell(column));
-    let levels: Vec<i16> = all().map(|cell| i16::from(cell != Cell::None)).collect();
+    let levels: Vec<i16> = cells.iter().map(|cell| i16::from(*cell != Cell::None)).collect();
     let levels = Some(levels.as_slice());
-    match column.kind {
+    match kind {
         Kind::Whole => {
             // Unsigned numbers stand in the same bits.
-            let values = all().filter_map(|cell| match cell {
+            let values = cells.iter().filter_map(|cell| match cell {
                 Cell::Whole(value) => Some(value.cast_signed()),
                 _ => None,
             });
@@ -101,16 +87,16 @@ fn write_column(
             writer.typed::<Int64Type>().write_batch(&values, levels, None)?;
         }
         Kind::Number => {
-            let values = all().filter_map(|cell| match cell {
-                Cell::Number(value) => Some(value),
+            let values = cells.iter().filter_map(|cell| match cell {
+                Cell::Number(value) => Some(*value),
                 _ => None,
             });
             let values: Vec<f64> = values.collect();
             writer.typed::<DoubleType>().write_batch(&values, levels, None)?;
         }
         Kind::Text => {
-            let values = all().filter_map(|cell| match cell {
-                Cell::Text(value) => Some(ByteArray::from(value)),
+            let values = cells.iter().filter_map(|cell| match cell {
+                Cell::Text(value) => Some(ByteArray::from(*value)),
                 _ => None,
             });
             let values: Vec<ByteArray> = values.collect();

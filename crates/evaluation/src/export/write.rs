@@ -1,17 +1,12 @@
-//! Writes a table, some rows at a time.
+//! Writes a table.
 
 use std::path::Path;
 
-use super::columns::Columns;
-use super::error::ExportError;
-use super::sink::Sink;
-use super::{csv, parquet};
-use crate::store::Layout;
+use super::columns::{Cell, Columns, Line};
+use super::parquet;
 use crate::store::results::Results;
-use basics::files::Streamed;
-
-/// Rows that are in memory at once, and that a group of a Parquet file has at least.
-const AT_ONCE: usize = 1 << 16;
+use crate::store::{Layout, StoreError};
+use basics::files::{FileError, lines, write_atomically};
 
 /// What a table is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -41,6 +36,26 @@ pub struct Exported {
     pub tasks: (usize, usize),
 }
 
+/// Why a table could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The results directory cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The file cannot be written.
+    #[error(transparent)]
+    Io(#[from] FileError),
+    /// The writer of Parquet files refused what it was given.
+    #[error("cannot write {path}: {reason}")]
+    Parquet {
+        /// The file.
+        path: String,
+        /// Its reason.
+        reason: String,
+    },
+}
+
 /// Writes all records of a results directory to a file, which is either as before or complete.
 ///
 /// # Errors
@@ -48,25 +63,37 @@ pub struct Exported {
 /// [`ExportError`] when a record is damaged or the file cannot be written.
 pub fn export(layout: &Layout, to: &Path, format: Format) -> Result<Exported, ExportError> {
     let results = Results::load_all(layout)?;
-    let columns = Columns::of(&results.manifest.identity, &results.episode_metrics());
-    let file = Streamed::new(to)?;
-    let mut sink: Box<dyn Sink> = match format {
-        Format::Csv => Box::new(csv::Table::new(file, &columns)?),
-        Format::Parquet => Box::new(parquet::Table::new(file, to, &columns)?),
+    let metrics = results.episode_metrics();
+    let columns = Columns::of(&results.manifest.identity, &metrics);
+    let rows = results.done().flat_map(|(_, record)| {
+        let alone = record.rows.is_empty().then_some(None);
+        record.rows.iter().map(Some).chain(alone).map(move |row| (record, row))
+    });
+    let rows: Vec<Line<'_>> = rows.collect();
+    let bytes = match format {
+        Format::Csv => csv(&columns, &rows),
+        Format::Parquet => parquet::bytes(&columns, &rows).map_err(|e| ExportError::Parquet {
+            path: to.display().to_string(),
+            reason: e.to_string(),
+        })?,
     };
-    let (mut rows, mut cells) = (0, Vec::new());
-    for (_, record) in results.done() {
-        cells.extend(columns.cells(record));
-        if cells.len() >= AT_ONCE {
-            rows += cells.len();
-            sink.write(&columns, &cells)?;
-            cells.clear();
-        }
+    write_atomically(to, &bytes)?;
+    Ok(Exported { rows: rows.len(), tasks: (results.done().count(), results.plan().len()) })
+}
+
+/// Returns a table as comma-separated text; a number as the shortest text that reads back as the same.
+fn csv(columns: &Columns<'_>, rows: &[Line<'_>]) -> Vec<u8> {
+    let text = |cell: Cell<'_>| match cell {
+        Cell::None => String::new(),
+        Cell::Whole(value) => value.to_string(),
+        Cell::Number(value) => value.to_string(),
+        Cell::Text(value) => value.to_owned(),
+    };
+    let header: Vec<&str> = columns.all.iter().map(|c| c.name.as_str()).collect();
+    let mut table = lines(&[header]);
+    for row in rows {
+        let cells = columns.all.iter().map(|column| text(columns.cell(*row, column)));
+        table.extend(lines(&[cells.collect::<Vec<_>>()]));
     }
-    if !cells.is_empty() {
-        rows += cells.len();
-        sink.write(&columns, &cells)?;
-    }
-    sink.finish()?;
-    Ok(Exported { rows, tasks: (results.done().count(), results.plan().len()) })
+    table
 }

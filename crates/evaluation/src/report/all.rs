@@ -2,7 +2,6 @@
 //! filtered.
 
 use minijinja::{Value, context};
-use rayon::prelude::*;
 
 use super::answers::FEW_SEEDS;
 use super::choice::{choices, dash, decided, probability};
@@ -18,10 +17,6 @@ use crate::stats::bootstrap::RESAMPLES;
 use crate::store::manifest::FeatureColumn;
 
 const TEMPLATE: &str = include_str!("templates/all.html");
-const ROWS: &str = include_str!("templates/all_rows.html");
-
-/// Rows that are rendered at once: of a large family all of them would fill the memory as values of a template.
-const AT_ONCE: usize = 512;
 
 /// Returns the section; `None` where no point MDP has a result.
 ///
@@ -32,10 +27,7 @@ pub(super) fn section(data: &Report) -> Result<Option<String>, ReportError> {
     if data.winners.iter().all(Option::is_none) {
         return Ok(None);
     }
-    values(data)
-        .and_then(|values| render("all.html", TEMPLATE, values))
-        .map(Some)
-        .map_err(ReportError::Template)
+    render("all.html", TEMPLATE, values(data)).map(Some).map_err(ReportError::Template)
 }
 
 /// Returns what the section is called.
@@ -46,7 +38,7 @@ pub(super) fn title(data: &Report) -> String {
     }
 }
 
-fn values(data: &Report) -> Result<Value, String> {
+fn values(data: &Report) -> Value {
     let placed = data.sections.spots(data);
     let (is_placed, linked) =
         (placed.is_some(), placed.iter().flatten().any(|spot| spot.dot.is_some()));
@@ -61,18 +53,7 @@ fn values(data: &Report) -> Result<Value, String> {
     let first = if is_placed { data.words.instance.as_str() } else { "point MDP" };
     let probable = data.winners.iter().flatten().any(|w| w.probability.is_some());
     let failure = data.failure.as_ref().filter(|_| fails_known(data)).map(limit_in_words);
-    let part = |(part, spots): (usize, &[Spot])| {
-        let rows = spots.iter().enumerate().map(|(i, s)| row(data, part * AT_ONCE + i, s));
-        let rows = rows.collect::<Vec<_>>();
-        render(
-            "all_rows.html",
-            ROWS,
-            context! { rows, linked, probable, failure => failure.as_ref() },
-        )
-    };
-    let rows: Result<Vec<String>, String> =
-        spots.par_chunks(AT_ONCE).enumerate().map(part).collect();
-    Ok(context! {
+    context! {
         title => title(data),
         first => format::capitalised(first),
         linked,
@@ -97,9 +78,9 @@ fn values(data: &Report) -> Result<Value, String> {
         methods => data.manifest.identity.methods.iter().map(|m| shown(data, m)).collect::<Vec<_>>(),
         features => columns.iter().map(heading).collect::<Vec<_>>(),
         count => spots.len(),
-        rows => Value::from_safe_string(rows?.concat()),
+        rows => spots.iter().enumerate().map(|(i, s)| row(data, i, s)).collect::<Vec<_>>(),
         choices => choices(data, &row_of),
-    })
+    }
 }
 
 /// Whether it is known of any winner whether it fails.

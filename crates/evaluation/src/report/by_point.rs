@@ -4,11 +4,12 @@
 
 use std::ops::RangeInclusive;
 
-use super::curves::{drawn, line, panel, smoothed};
+use super::curves::{drawn, line, panel};
 use super::figure::{Figure, WIDTH};
 use super::figures::{color, dash, sentence};
 use super::scale::Scale;
 use super::svg::{Anchor, Canvas, TextStyle};
+use super::traces::smoothed;
 use super::whole::Report;
 use super::{format, legend};
 use crate::stats::score::mean;
@@ -28,14 +29,15 @@ pub(super) fn learning(data: &Report) -> Option<Figure> {
         return None;
     }
     let curve = |method: &str, point: usize| {
-        let trainings: Vec<&[f64]> = data
+        let trainings: Vec<&[Option<f64>]> = data
             .trainings_of(method)
             .filter(|t| t.point == point && !t.curve.is_empty())
             .map(|t| t.curve.as_slice())
             .collect();
         let rows = trainings.iter().map(|curve| curve.len()).max()?;
-        let smooth: Vec<Vec<f64>> = trainings.iter().map(|curve| smoothed(curve, rows)).collect();
-        (0..rows).map(|row| mean(&smooth.iter().map(|s| s[row]).collect::<Vec<_>>())).collect()
+        let smooth: Vec<_> = trainings.iter().map(|curve| smoothed(curve, rows)).collect();
+        let at = |row: usize| smooth.iter().filter_map(|s| s[row]).collect::<Vec<f64>>();
+        (0..rows).map(|row| mean(&at(row))).collect()
     };
     let curves: Vec<Vec<Option<Vec<f64>>>> = (0..data.points.len())
         .map(|point| methods.iter().map(|m| curve(&m.method, point)).collect())

@@ -4,14 +4,12 @@
 //! A cell is empty where nothing was measured; it is never 0 for that reason. The last column of tables with
 //! a column `point` is its `title`, where point MDPs are called otherwise than by their ids.
 
-use super::error::ReportError;
 use super::sections::Table;
 use super::whole::Report;
 use crate::analysis::{
     EpisodeSummary, Estimated, MethodSummary, TaskScore, TrainingSummary, TuningSummary,
 };
 use crate::store::record::{Metrics, Outcome, Row};
-use basics::files::{Lines, Streamed, lines};
 use basics::plain::cell;
 
 /// Name of the column of the score.
@@ -52,9 +50,9 @@ fn score_column(data: &Report) -> Option<&'static str> {
     }
 }
 
-/// Writes `scores.csv`: one row per method, point MDP and replicate; without a successful record
+/// Returns `scores.csv`: one row per method, point MDP and replicate; without a successful record
 /// the metrics are empty.
-pub(super) fn scores(data: &Report, file: Streamed) -> Result<(), ReportError> {
+pub(super) fn scores(data: &Report) -> String {
     let identity = &data.manifest.identity;
     let mut header: Vec<String> =
         ["method", "point", "importance", "replicate"].map(str::to_owned).to_vec();
@@ -65,36 +63,35 @@ pub(super) fn scores(data: &Report, file: Streamed) -> Result<(), ReportError> {
     header.extend(identity.features.iter().map(|f| f.name.clone()));
     header.extend(["weight", "against"].map(str::to_owned));
     let titled = Titled(data.titles());
-    let of = |row: &TaskScore, lines: &mut Lines| {
-        score_row(data, row, &names, lines);
-        titled.end(row.point, lines);
-    };
-    write_rows(file, &titled.header(header), &data.tasks, of)
+    let rows = data.tasks.iter().map(|row| titled.row(row.point, score_row(data, row, &names)));
+    table(&titled.header(header), rows)
 }
 
-fn score_row(data: &Report, row: &TaskScore, names: &[String], lines: &mut Lines) {
+fn score_row(data: &Report, row: &TaskScore, names: &[String]) -> Vec<String> {
     let point = &data.points[row.point].row;
     let objective = data.manifest.identity.objective.as_str();
     let value = match row.outcome {
         Some(Outcome::Ok) => row.metrics.get(objective).copied(),
         _ => None,
     };
-    lines.text(&data.manifest.identity.methods[row.method]);
-    lines.text(&point.point);
-    lines.number(Some(point.importance));
-    lines.whole(row.replicate.into());
-    lines.number(value);
+    let mut cells = vec![
+        data.manifest.identity.methods[row.method].clone(),
+        point.point.clone(),
+        point.importance.to_string(),
+        row.replicate.to_string(),
+        number(value),
+    ];
     if !data.reference.is_none() {
-        lines.number(row.reference);
+        cells.push(number(row.reference));
     }
     if score_column(data).is_some() {
-        lines.number(row.score);
+        cells.push(number(row.score));
     }
-    names.iter().for_each(|name| lines.number(row.metrics.get(name).copied()));
-    data.sections.score_cells(data, row, value).iter().for_each(|cell| lines.text(cell));
-    point.features.iter().for_each(|feature| lines.number(Some(*feature)));
-    lines.number(Some(data.points[row.point].weight));
-    lines.text(&data.reference.name);
+    cells.extend(cells_of(names, &row.metrics));
+    cells.extend(data.sections.score_cells(data, row, value));
+    cells.extend(point.features.iter().map(f64::to_string));
+    cells.extend([data.points[row.point].weight.to_string(), data.reference.name.clone()]);
+    cells
 }
 
 /// Returns the names of the summaries beside the overall performance, each with an interval; those of regimes
@@ -201,42 +198,44 @@ fn with_interval(summary: Option<Estimated>) -> [String; 3] {
     [summary.map(|s| s.value), interval.map(|i| i.0), interval.map(|i| i.1)].map(number)
 }
 
-/// Writes `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
-pub(super) fn episodes(data: &Report, file: Streamed) -> Result<(), ReportError> {
+/// Returns `episodes.csv`: one row per episode of training and evaluation, in the order of the plan.
+pub(super) fn episodes(data: &Report) -> String {
     let names = names(data, Table::Episodes);
     let header = ["method", "point", "replicate", "kind", "episode", "seed"]
         .into_iter()
         .chain([data.manifest.identity.objective.as_str()])
         .map(str::to_owned)
         .chain(names.clone())
-        .collect();
+        .collect::<Vec<_>>();
     let titled = Titled(data.titles());
     let records = data.tasks.iter().zip(data.results.rows());
     let rows = records.flat_map(|(task, (_, record))| {
         record.into_iter().flat_map(move |record| record.rows.iter().map(move |row| (task, row)))
     });
-    let of = |(task, row): (&TaskScore, &Row), lines: &mut Lines| {
-        episode_row(data, (task, row), &names, lines);
-        titled.end(task.point, lines);
+    let row = |(task, row): (&TaskScore, &Row)| {
+        titled.row(task.point, episode_row(data, (task, row), &names))
     };
-    write_rows(file, &titled.header(header), rows, of)
+    table(&titled.header(header), rows.map(row))
 }
 
-fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String], lines: &mut Lines) {
+fn episode_row(data: &Report, (task, e): (&TaskScore, &Row), names: &[String]) -> Vec<String> {
     let identity = &data.manifest.identity;
-    lines.text(&identity.methods[task.method]);
-    lines.text(&data.points[task.point].row.point);
-    lines.whole(task.replicate.into());
-    lines.text(e.kind.name());
-    lines.whole(e.episode.into());
-    lines.whole(e.seed);
-    lines.number(e.metrics.get(&identity.objective).copied());
-    names.iter().for_each(|name| lines.number(e.metrics.get(name).copied()));
+    let mut cells = vec![
+        identity.methods[task.method].clone(),
+        data.points[task.point].row.point.clone(),
+        task.replicate.to_string(),
+        e.kind.name().to_owned(),
+        e.episode.to_string(),
+        e.seed.to_string(),
+        number(e.metrics.get(&identity.objective).copied()),
+    ];
+    cells.extend(cells_of(names, &e.metrics));
+    cells
 }
 
-/// Writes `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
+/// Returns `training.csv`: one row per training; `score` is of the evaluation, the columns of the best and the
 /// last episodes are of training, all of them relative to the reference.
-pub(super) fn training(data: &Report, file: Streamed) -> Result<(), ReportError> {
+pub(super) fn training(data: &Report) -> String {
     let header = ["method", "point", "replicate", "outcome", "episodes", "score"]
         .into_iter()
         .chain(["policy_row", "last_policy", "restarts", "dead"])
@@ -247,11 +246,8 @@ pub(super) fn training(data: &Report, file: Streamed) -> Result<(), ReportError>
         .chain(of_episodes(data))
         .collect::<Vec<_>>();
     let titled = Titled(data.titles());
-    let of = |t: &TrainingSummary, lines: &mut Lines| {
-        training_row(data, t).iter().for_each(|cell| lines.text(cell));
-        titled.end(t.point, lines);
-    };
-    write_rows(file, &titled.header(header), &data.trainings, of)
+    let rows = data.trainings.iter().map(|t| titled.row(t.point, training_row(data, t)));
+    table(&titled.header(header), rows)
 }
 
 fn training_row(data: &Report, t: &TrainingSummary) -> Vec<String> {
@@ -312,34 +308,13 @@ impl Titled<'_> {
         cells.extend(self.0.map(|titles| titles[point].clone()));
         cells
     }
-
-    /// Ends a row of the point MDP at a position.
-    fn end(self, point: usize, lines: &mut Lines) {
-        self.0.into_iter().for_each(|titles| lines.text(&titles[point]));
-        lines.end();
-    }
-}
-
-/// Writes a table row by row; `of` adds the cells of a row, as many as the header has, and ends it.
-fn write_rows<T>(
-    mut file: Streamed,
-    header: &[String],
-    rows: impl IntoIterator<Item = T>,
-    of: impl Fn(T, &mut Lines),
-) -> Result<(), ReportError> {
-    file.write(&lines(&[header]))?;
-    for row in rows {
-        let mut lines = Lines::default();
-        of(row, &mut lines);
-        file.write(&lines.into_bytes())?;
-    }
-    Ok(file.finish()?)
 }
 
 /// Returns a table; every row has as many cells as the header.
-pub fn table<H: AsRef<[u8]>>(header: &[H], rows: impl Iterator<Item = Vec<String>>) -> String {
+pub fn table<H: AsRef<str>>(header: &[H], rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let in_memory = "writing rows of equal length to memory cannot fail";
+    let header = header.iter().map(|name| cell(name.as_ref()).into_owned());
     writer.write_record(header).expect(in_memory);
     for row in rows {
         writer.write_record(row.iter().map(|text| cell(text).into_owned())).expect(in_memory);

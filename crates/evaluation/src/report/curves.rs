@@ -11,20 +11,18 @@
 //!   that fails does not flatten the others. Values themselves have a linear axis.
 //! - A training without anything to decide ends after one episode; its curve goes on level.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::csv::{self, number};
 use super::figure::{Figure, WIDTH};
 use super::figures::{color, dash, sentence, widest_name};
 use super::scale::Scale;
-use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
-use super::traces::{BAND, FEW_TRAININGS, SMOOTHED_OVER, TRACES};
+use super::svg::{Anchor, Canvas, Frame, MUTED, TextStyle};
+use super::traces::{SMOOTHED_OVER, TRACES, axes, bands};
 use super::whole::Report;
 use super::{format, traces};
 use crate::analysis::MethodSummary;
 use crate::analysis::TrainingSummary;
-use crate::stats::quantile::quantile;
-use crate::stats::score::{mean, weighted_mean};
 
 /// Height of the panel of all learners and of those of one each, pixels.
 const HEIGHT_PX: (f64, f64) = (330.0, 150.0);
@@ -130,7 +128,7 @@ pub(super) fn table(data: &Report) -> Option<String> {
     let mut header = ["method", "row", "trainings"].map(str::to_owned).to_vec();
     header.extend([objective.as_str(), "return", "loss"].into_iter().flat_map(names));
     let rows = curves.iter().flat_map(|c| {
-        let traces = TRACES.map(|trace| traces::bands(data, &c.trainings, &trace));
+        let traces = TRACES.map(|trace| bands(data, &c.trainings, trace.of));
         (0..c.mean.len()).map(move |row| {
             let of_traces = traces.iter().map(|bands| bands.get(row).copied().flatten());
             let bands = [Some([c.mean[row], c.low[row], c.high[row]])].into_iter().chain(of_traces);
@@ -194,33 +192,10 @@ fn curve<'a>(
         .trainings_of(&method.method)
         .filter(|t| !t.curve.is_empty() && (points.is_empty() || points.contains(&t.point)))
         .collect();
-    let episodes = trainings.iter().map(|t| t.curve.len()).max()?;
-    let smooth: Vec<Vec<f64>> = trainings.iter().map(|t| smoothed(&t.curve, episodes)).collect();
-    let (mut low, mut high) = (Vec::new(), Vec::new());
-    let mut means = Vec::new();
-    for e in 0..episodes {
-        let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        for (training, values) in trainings.iter().zip(&smooth) {
-            by_point.entry(training.point).or_default().push(values[e]);
-        }
-        let pairs = by_point.iter().filter_map(|(p, v)| Some((data.points[*p].weight, mean(v)?)));
-        means.push(weighted_mean(pairs)?);
-        let mut all: Vec<f64> = smooth.iter().map(|values| values[e]).collect();
-        all.sort_by(f64::total_cmp);
-        let (from, to) = if all.len() < FEW_TRAININGS { (0.0, 1.0) } else { BAND };
-        low.push(quantile(&all, from));
-        high.push(quantile(&all, to));
-    }
-    Some(Curve { method, trainings, mean: means, low, high })
-}
-
-/// Returns the trailing means of a curve, which goes on level to the given length.
-pub(super) fn smoothed(curve: &[f64], episodes: usize) -> Vec<f64> {
-    let trailing = |end: usize| {
-        let window = &curve[end.saturating_sub(SMOOTHED_OVER)..end];
-        window.iter().sum::<f64>() / window.len() as f64
-    };
-    (1..=episodes).map(|e| trailing(e.min(curve.len()))).collect()
+    let bands = bands(data, &trainings, |t| &t.curve).into_iter().collect::<Option<Vec<_>>>()?;
+    let of = |i: usize| bands.iter().map(|band| band[i]).collect();
+    let curve = Curve { method, trainings, mean: of(0), low: of(1), high: of(2) };
+    (!bands.is_empty()).then_some(curve)
 }
 
 fn last(values: &[f64]) -> f64 {
@@ -235,24 +210,7 @@ pub(super) fn panel(
     (scale, (low, high)): (Scale, (f64, f64)),
     label: String,
 ) -> Frame {
-    let x_end = episodes.max(2) as f64;
-    let wide = area.2 - area.0 > WIDTH / 2.0;
-    let frame = canvas.axes(&Axes {
-        area,
-        x: (0.0, x_end),
-        y: (low, high),
-        x_step: nice_step(x_end, if wide { 10.0 } else { 5.0 }).max(1.0),
-        y_step: None,
-        x_last: x_end,
-        x_label: Some(label),
-        y_label: None,
-    });
-    for (position, label) in scale.marks(low, high) {
-        let y = frame.y(position);
-        let style = TextStyle::new(Anchor::End);
-        canvas.line((area.0, y), (area.2, y), "#e3e3e3", 1.0, None);
-        canvas.text(area.0 - 7.0, y + 4.5, &label, style);
-    }
+    let frame = axes(canvas, area, (episodes, label), (low, high), scale.marks(low, high));
     if scale == Scale::Ratio {
         let y = frame.y(0.0);
         canvas.line((area.0, y), (area.2, y), MUTED, 1.5, Some("5 4"));
@@ -296,17 +254,6 @@ fn spread(wanted: impl Iterator<Item = f64>, (top, bottom): (f64, f64)) -> Vec<f
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_curve_is_smoothed_by_what_came_before() {
-        let means = smoothed(&[6.0, 4.0, 2.0, 2.0, 1.0, 1.0], 6);
-        assert_eq!(means, [6.0, 5.0, 4.0, 3.5, 3.0, 2.0]);
-    }
-
-    #[test]
-    fn a_training_that_ended_early_goes_on_level() {
-        assert_eq!(smoothed(&[1.5], 3), [1.5, 1.5, 1.5]);
-    }
 
     #[test]
     fn labels_keep_their_order_and_their_distance() {

@@ -1,6 +1,5 @@
 //! Why a report could not be written.
 
-use crate::store::StoreError;
 use basics::files::FileError;
 
 /// Why a report could not be written.
@@ -10,9 +9,6 @@ pub enum ReportError {
     /// A file of the report cannot be written.
     #[error(transparent)]
     Io(#[from] FileError),
-    /// A record that was read before cannot be read again.
-    #[error(transparent)]
-    Store(#[from] StoreError),
     /// The page's template does not fit its data, which is a mistake in this program.
     #[error("the report's page cannot be rendered: {0}; please report this")]
     Template(String),

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use super::figure::WIDTH;
 use super::scale::{linear_marks, number, padded, ticks};
 use super::svg::{Anchor, Axes, Canvas, Frame, MUTED, TextStyle, nice_step};
 use super::whole::Report;
@@ -21,7 +22,7 @@ pub(super) const SMOOTHED_OVER: usize = 5;
 pub(super) const FEW_TRAININGS: usize = 5;
 
 /// Quantiles of the band.
-pub(super) const BAND: (f64, f64) = (0.1, 0.9);
+const BAND: (f64, f64) = (0.1, 0.9);
 
 /// Factor between largest and smallest value from which on an axis is logarithmic.
 const LOG_FROM: f64 = 5.0;
@@ -29,10 +30,13 @@ const LOG_FROM: f64 = 5.0;
 /// Mean, lower and upper end of the band in one episode; `None` where no training has a value.
 type Band = Option<[f64; 3]>;
 
+/// Returns a figure of a training, one value per episode; `None` where there is none.
+type Values = fn(&TrainingSummary) -> &[Option<f64>];
+
 /// A figure of training: its name and what its panel shows.
 pub(super) struct Trace {
     label: &'static str,
-    of: fn(&TrainingSummary) -> &[Option<f64>],
+    pub(super) of: Values,
 }
 
 /// The figures that stand beside the objective.
@@ -42,7 +46,7 @@ pub(super) const TRACES: [Trace; 2] = [
 ];
 
 /// Returns the trailing means of a figure, which goes on level to the given length.
-fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
+pub(super) fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
     let trailing = |end: usize| {
         let window = &values[end.saturating_sub(SMOOTHED_OVER)..end];
         mean(&window.iter().flatten().copied().collect::<Vec<f64>>())
@@ -51,12 +55,11 @@ fn smoothed(values: &[Option<f64>], episodes: usize) -> Vec<Option<f64>> {
 }
 
 /// Returns the mean and the band of a figure, one per episode.
-pub(super) fn bands(data: &Report, trainings: &[&TrainingSummary], trace: &Trace) -> Vec<Band> {
-    let with_values =
-        || trainings.iter().filter(|t| (trace.of)(t).iter().any(Option::is_some)).copied();
-    let episodes = with_values().map(|t| (trace.of)(t).len()).max().unwrap_or(0);
+pub(super) fn bands(data: &Report, trainings: &[&TrainingSummary], of: Values) -> Vec<Band> {
+    let with_values = || trainings.iter().filter(|t| of(t).iter().any(Option::is_some));
+    let episodes = with_values().map(|t| of(t).len()).max().unwrap_or(0);
     let smooth: Vec<(usize, Vec<Option<f64>>)> =
-        with_values().map(|t| (t.point, smoothed((trace.of)(t), episodes))).collect();
+        with_values().map(|t| (t.point, smoothed(of(t), episodes))).collect();
     let band = |e: usize| {
         let mut by_point: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for (point, values) in &smooth {
@@ -84,7 +87,7 @@ pub(super) fn panel(
     area: (f64, f64, f64, f64),
     (episodes, color, dash): (usize, &str, Option<&str>),
 ) {
-    let bands = bands(data, trainings, trace);
+    let bands = bands(data, trainings, trace.of);
     let style = TextStyle::new(Anchor::Start).color(MUTED);
     canvas.text(area.0, area.1 - 8.0, trace.label, style);
     let values = || bands.iter().flatten().flatten().copied();
@@ -102,7 +105,13 @@ pub(super) fn panel(
     }
     let logarithmic = least > 0.0 && most > LOG_FROM * least;
     let at = |value: f64| if logarithmic { value.log10() } else { value };
-    let frame = axes(canvas, area, (episodes, &data.words.row), (at(least), at(most)), logarithmic);
+    let y = padded(at(least), at(most));
+    let marks = match logarithmic {
+        true => ticks(y.0, y.1).into_iter().map(|t| (t.log10(), number(t))).collect(),
+        false => linear_marks(y.0, y.1),
+    };
+    let label = format!("training {}", data.words.row);
+    let frame = axes(canvas, area, (episodes, label), y, marks);
     let x = |e: usize| frame.x((e + 1) as f64);
     // Episodes without any value break the line.
     let mut from = 0;
@@ -123,28 +132,26 @@ pub(super) fn panel(
     }
 }
 
-fn axes(
+/// Draws axes of what is shown by episode, with lines across at the marks.
+pub(super) fn axes(
     canvas: &mut Canvas,
     area: (f64, f64, f64, f64),
-    (episodes, row): (usize, &str),
-    (low, high): (f64, f64),
-    logarithmic: bool,
+    (episodes, label): (usize, String),
+    y: (f64, f64),
+    marks: Vec<(f64, String)>,
 ) -> Frame {
-    let (x_end, y) = (episodes.max(2) as f64, padded(low, high));
+    let x_end = episodes.max(2) as f64;
+    let wide = area.2 - area.0 > WIDTH / 2.0;
     let frame = canvas.axes(&Axes {
         area,
         x: (0.0, x_end),
         y,
-        x_step: nice_step(x_end, 5.0).max(1.0),
+        x_step: nice_step(x_end, if wide { 10.0 } else { 5.0 }).max(1.0),
         y_step: None,
         x_last: x_end,
-        x_label: Some(format!("training {row}")),
+        x_label: Some(label),
         y_label: None,
     });
-    let marks: Vec<(f64, String)> = match logarithmic {
-        true => ticks(y.0, y.1).into_iter().map(|t| (t.log10(), number(t))).collect(),
-        false => linear_marks(y.0, y.1),
-    };
     for (value, label) in marks {
         let y = frame.y(value);
         canvas.line((area.0, y), (area.2, y), "#e3e3e3", 1.0, None);
@@ -156,6 +163,17 @@ fn axes(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_curve_is_smoothed_by_what_came_before() {
+        let means = smoothed(&[6.0, 4.0, 2.0, 2.0, 1.0, 1.0].map(Some), 6);
+        assert_eq!(means, [6.0, 5.0, 4.0, 3.5, 3.0, 2.0].map(Some));
+    }
+
+    #[test]
+    fn a_training_that_ended_early_goes_on_level() {
+        assert_eq!(smoothed(&[Some(1.5)], 3), [Some(1.5); 3]);
+    }
 
     #[test]
     fn episodes_without_a_loss_count_in_no_mean() {

@@ -1,10 +1,9 @@
 //! Writes the files of a report, each of them either complete or as it was before.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::ReportError;
 use super::models::write_models;
-use super::paths::ReportPaths;
 use super::plain_table::Cells;
 use super::whole::Report;
 use super::{
@@ -12,7 +11,26 @@ use super::{
     sure, text,
 };
 use crate::store::Layout;
-use basics::files::{Streamed, make_folder_beneath, write_atomically};
+use basics::files::{make_folder_beneath, write_atomically};
+
+/// The files of a report.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReportPaths {
+    /// `DIR/report/index.html`.
+    pub html: PathBuf,
+    /// `DIR/report/scores.csv`.
+    pub scores: PathBuf,
+    /// The other tables, `DIR/report/*.csv`: those of learners where a method learned.
+    pub tables: Vec<PathBuf>,
+    /// `DIR/report/*.tex`: tables in LaTeX.
+    pub latex: Vec<PathBuf>,
+    /// What the domain adds.
+    pub further: Vec<PathBuf>,
+    /// What people should know of that, such as why a file is missing.
+    pub notes: Vec<String>,
+    /// `DIR/report/*.svg`; beside each are a `.pdf` and a `.pgf`.
+    pub figures: Vec<PathBuf>,
+}
 
 /// Writes a report: to `DIR/report/`, or, where scores are relative to another method than the baseline, to
 /// `DIR/report/against-METHOD/`.
@@ -71,26 +89,21 @@ pub fn write_to(root: &Path, folder: &Path, data: &Report) -> Result<ReportPaths
         write_atomically(&path, latex::table(&about, &cells).as_bytes())?;
         paths.latex.push(path);
     }
-    csv::scores(data, Streamed::new(&paths.scores)?)?;
-    let mut table = |name: &str| {
+    write_atomically(&paths.scores, csv::scores(data).as_bytes())?;
+    let tables = [
+        ("summary.csv", Some(csv::summary(data))),
+        ("pairs.csv", Some(compared::pairs(data))),
+        ("ranks.csv", Some(compared::ranks(data))),
+        ("profiles.csv", Some(compared::profiles(data))),
+        ("episodes.csv", Some(csv::episodes(data))),
+        ("learning.csv", curves::table(data)),
+        ("training.csv", (!data.trainings.is_empty()).then(|| csv::training(data))),
+    ];
+    for (name, text) in tables {
+        let Some(text) = text else { continue };
         let path = folder.join(name);
-        paths.tables.push(path.clone());
-        path
-    };
-    for (name, text) in [
-        ("summary.csv", csv::summary(data)),
-        ("pairs.csv", compared::pairs(data)),
-        ("ranks.csv", compared::ranks(data)),
-        ("profiles.csv", compared::profiles(data)),
-    ] {
-        write_atomically(&table(name), text.as_bytes())?;
-    }
-    csv::episodes(data, Streamed::new(&table("episodes.csv"))?)?;
-    if let Some(text) = curves::table(data) {
-        write_atomically(&table("learning.csv"), text.as_bytes())?;
-    }
-    if !data.trainings.is_empty() {
-        csv::training(data, Streamed::new(&table("training.csv"))?)?;
+        write_atomically(&path, text.as_bytes())?;
+        paths.tables.push(path);
     }
     // The page comes last: when it is new, everything that it names is new too.
     write_atomically(&paths.html, page.as_bytes())?;

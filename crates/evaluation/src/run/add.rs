@@ -317,22 +317,6 @@ mod tests {
     }
 
     #[test]
-    fn a_method_is_computed_again_where_that_is_asked_for() {
-        let dir = tempfile::tempdir().unwrap();
-        let layout = Layout::new(dir.path().join("r"));
-        layout.make().unwrap();
-        let (manifest, tasks) = with_request(&names(&["tuner", "other"]), 2, 1);
-        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
-        committed(&layout, &manifest, &tasks);
-        let other = names(&["other"]);
-        let kept = establish(&layout, manifest, &tasks, None, &other).unwrap().kept;
-        assert_eq!(kept, Some(4));
-        let results = Results::load(&layout).unwrap();
-        assert!(results.missing().all(|task| task.method == "other"));
-        assert_eq!(results.missing().count(), 2);
-    }
-
-    #[test]
     fn what_would_change_records_is_another_run() {
         let (there, _) = with_request(&names(&["tuner"]), 2, 1);
         let (now, _) = with_request(&names(&["tuner", "other"]), 2, 1);

@@ -1,13 +1,15 @@
 //! About how long tasks take: what a forecast starts from before anything has been measured.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
+
+use serde_json::Value;
 
 use super::domain::{Domain, EffortOf};
 use super::error::RunError;
 use super::method::{Method, Training, find};
 use super::plan::Request;
 use super::selection::Selection;
-use crate::family::{MdpFamily, PointMdp};
+use crate::family::PointMdp;
 use crate::store::manifest::{Identity, PointRow};
 
 /// Processor time of starting a worker and of loading its network, seconds.
@@ -71,64 +73,73 @@ impl Seen {
     }
 }
 
-/// The efforts of a family's tasks.
+/// The efforts of tasks on some point MDPs.
 pub struct Efforts<'a> {
     methods: &'a [Method],
     of: Box<EffortOf>,
     evaluation: u32,
     selection: Selection,
-    /// Of point MDPs with more than one agent.
-    agents: BTreeMap<String, u32>,
+    /// Names of the features.
+    features: Vec<&'a str>,
+    /// Features and number of agents of every point MDP.
+    points: HashMap<&'a str, (&'a [f64], u32)>,
 }
 
 impl<'a> Efforts<'a> {
-    /// Returns those of what is asked for.
+    /// Returns those of what is asked for, on all point MDPs of the family.
     ///
     /// # Errors
     ///
     /// [`RunError::Prepare`] with what is wrong with the settings.
     pub fn of_request(request: &Request<'a>) -> Result<Self, RunError> {
-        let settings = request.problem.settings();
-        let wrong = |reason: String| RunError::Prepare(reason.into());
-        let of = request.domain.efforts(&settings).map_err(wrong)?;
-        let row = |p: &PointMdp| (p.id.clone(), request.problem.agents(&p.id));
-        let agents = request.problem.family().points.iter().map(row).filter(|(_, n)| *n > 1);
-        Ok(Self {
-            methods: request.domain.methods(),
-            of,
-            evaluation: request.evaluation_seeds,
-            selection: Selection::of(&settings).map_err(wrong)?,
-            agents: agents.collect(),
-        })
+        let (problem, evaluation) = (request.problem, request.evaluation_seeds);
+        let family = problem.family();
+        let features = family.features.iter().map(|f| f.name.as_str()).collect();
+        let point =
+            |p: &'a PointMdp| (p.id.as_str(), (p.features.as_slice(), problem.agents(&p.id)));
+        let points = family.points.iter().map(point).collect();
+        Self::of(request.domain, &problem.settings(), evaluation, (features, points))
     }
 
-    /// Returns that of a method on a point MDP of a family.
+    /// Returns those of a run that was planned.
     ///
     /// # Errors
     ///
-    /// [`RunError::Method`] for a name that no method has.
-    pub fn in_family(
-        &self,
-        method: &str,
-        family: &MdpFamily,
-        point: &str,
-    ) -> Result<TaskEffort, RunError> {
-        let features = family.position(point).map(|p| family.points[p].features.as_slice());
-        let feature = |name: &str| {
-            let position = family.features.iter().position(|f| f.name == name)?;
-            Some(features?[position])
-        };
-        self.task(method, self.agents.get(point).copied().unwrap_or(1), &feature)
+    /// [`RunError::Prepare`] with what is wrong with its settings.
+    pub fn of_run(domain: &'a dyn Domain, identity: &'a Identity) -> Result<Self, RunError> {
+        let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
+        let features = identity.features.iter().map(|f| f.name.as_str()).collect();
+        let point = |p: &'a PointRow| (p.point.as_str(), (p.features.as_slice(), domain.agents(p)));
+        let points = identity.points.iter().map(point).collect();
+        Self::of(domain, &identity.settings, evaluation, (features, points))
     }
 
-    fn task(
-        &self,
-        method: &str,
-        agents: u32,
-        feature: &dyn Fn(&str) -> Option<f64>,
-    ) -> Result<TaskEffort, RunError> {
+    fn of(
+        domain: &'a dyn Domain,
+        settings: &Value,
+        evaluation: u32,
+        (features, points): (Vec<&'a str>, HashMap<&'a str, (&'a [f64], u32)>),
+    ) -> Result<Self, RunError> {
+        let wrong = |reason: String| RunError::Prepare(reason.into());
+        let of = domain.efforts(settings).map_err(wrong)?;
+        let selection = Selection::of(settings).map_err(wrong)?;
+        Ok(Self { methods: domain.methods(), of, evaluation, selection, features, points })
+    }
+
+    /// Returns that of a method on a point MDP.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Method`] for a name that no method has, [`RunError::Unprepared`] for a point MDP that is not among them.
+    pub fn task(&self, method: &str, point: &str) -> Result<TaskEffort, RunError> {
+        let unprepared = || RunError::Unprepared(point.to_owned());
+        let (features, agents) = self.points.get(point).ok_or_else(unprepared)?;
+        let feature = |name: &str| {
+            let position = self.features.iter().position(|feature| *feature == name)?;
+            features.get(position).copied()
+        };
         let method = find(self.methods, method)?;
-        let of = (self.of)(method, agents, feature);
+        let of = (self.of)(method, *agents, &feature);
         let validation = match method.training {
             Training::Learned => self.selection.most_episodes(of.training),
             _ => 0,
@@ -141,48 +152,6 @@ impl<'a> Efforts<'a> {
             evaluation_s: of.evaluation_s,
             is_informed: of.is_informed,
         })
-    }
-}
-
-/// The efforts of the tasks of a run that was planned.
-pub struct RunEfforts<'a> {
-    efforts: Efforts<'a>,
-    identity: &'a Identity,
-    /// Rows and numbers of agents.
-    points: BTreeMap<&'a str, (&'a PointRow, u32)>,
-}
-
-impl<'a> RunEfforts<'a> {
-    /// Returns those of a run.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::Prepare`] with what is wrong with its settings.
-    pub fn new(domain: &'a dyn Domain, identity: &'a Identity) -> Result<Self, RunError> {
-        let wrong = |reason: String| RunError::Prepare(reason.into());
-        let of = domain.efforts(&identity.settings).map_err(wrong)?;
-        let selection = Selection::of(&identity.settings).map_err(wrong)?;
-        let evaluation = u32::try_from(identity.evaluation_seeds.len()).unwrap_or(u32::MAX);
-        let agents = BTreeMap::new();
-        let efforts = Efforts { methods: domain.methods(), of, evaluation, selection, agents };
-        let row = |p: &'a PointRow| (p.point.as_str(), (p, domain.agents(p)));
-        let points = identity.points.iter().map(row).collect();
-        Ok(Self { efforts, identity, points })
-    }
-
-    /// Returns that of a method on a point MDP.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::Method`] for a name that no method has, [`RunError::Unprepared`] for a point MDP that the run has not.
-    pub fn of(&self, method: &str, point: &str) -> Result<TaskEffort, RunError> {
-        let unprepared = || RunError::Unprepared(point.to_owned());
-        let (point, agents) = self.points.get(point).ok_or_else(unprepared)?;
-        let feature = |name: &str| {
-            let position = self.identity.features.iter().position(|f| f.name == name)?;
-            point.features.get(position).copied()
-        };
-        self.efforts.task(method, *agents, &feature)
     }
 }
 

@@ -18,12 +18,9 @@ pub enum RunError {
     /// The point MDPs cannot be chosen.
     #[error(transparent)]
     Choice(#[from] ChoiceError),
-    /// More tasks or episodes than are taken.
+    /// More tasks or episodes than are taken, or a results directory where tasks cannot run.
     #[error("{0}")]
-    Extent(String),
-    /// A results directory where tasks cannot run.
-    #[error("{0}")]
-    Place(String),
+    Refused(String),
     /// The results directory cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),

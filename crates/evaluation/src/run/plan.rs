@@ -128,7 +128,7 @@ pub fn draft(request: &Request<'_>) -> Result<Draft, RunError> {
     let of_method = |m: &&Method| if repeats(&m) { u64::from(request.replicates) } else { 1 };
     let per_point = methods.iter().map(of_method).sum();
     most::check(sample.draws.len(), per_point, request.evaluation_seeds as usize)
-        .map_err(RunError::Extent)?;
+        .map_err(RunError::Refused)?;
     let names = |m: &&Method| m.name.to_owned();
     let replicated = methods.iter().filter(repeats).map(names).collect();
     Ok(Draft {
@@ -349,19 +349,6 @@ mod tests {
     }
 
     #[test]
-    fn the_tasks_beside_one_are_those_of_its_point_mdp_and_no_plan_is_read_for_them() {
-        let (manifest, tasks) = with_request(&names(&["tuner", "other"]), 2, 3);
-        let identity = &manifest.identity;
-        assert_eq!(identity.per_point(), 5);
-        for task in &tasks {
-            let beside = identity.tasks_beside(task.task);
-            let point: Vec<&Task> = tasks.iter().filter(|t| t.point == task.point).collect();
-            assert_eq!(beside.iter().collect::<Vec<_>>(), point);
-        }
-        assert_eq!(identity.tasks_beside(tasks.len()), []);
-    }
-
-    #[test]
     fn a_run_without_anything_to_replicate_is_the_same_whatever_the_replicates() {
         let other = names(&["other"]);
         assert_eq!(with_request(&other, 2, 3), with_request(&other, 2, 1));
@@ -374,18 +361,5 @@ mod tests {
         assert_eq!(json["identity"].get("replicated"), None);
         let read: Manifest = serde_json::from_value(json).unwrap();
         assert_eq!((read.identity.tasks(), read.sha256()), (tasks, manifest.sha256()));
-    }
-
-    #[test]
-    fn another_run_in_the_same_directory_is_refused_and_the_field_named() {
-        let dir = tempfile::tempdir().unwrap();
-        let layout = Layout::new(dir.path());
-        let (manifest, tasks) = planned(&["tuner"]);
-        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
-        establish(&layout, manifest.clone(), &tasks, None, &[]).unwrap();
-        let mut other = manifest;
-        other.identity.base_seed = 9;
-        let e = establish(&layout, other, &tasks, None, &[]).unwrap_err().to_string();
-        assert!(e.contains("--seed is 0 there and 9 now"), "{e}");
     }
 }

@@ -59,7 +59,7 @@ pub fn open<'a>(
     out: &Path,
     done: &(dyn Fn(&str) + Sync),
 ) -> Result<Session<'a>, RunError> {
-    request.domain.check_path(out).map_err(RunError::Place)?;
+    request.domain.check_path(out).map_err(RunError::Refused)?;
     let prepared = request.problem.prepare(&draft.chosen(), done).map_err(RunError::Prepare)?;
     let folder = PathBuf::from(&prepared.folder);
     let mut provenance = provenance(&prepared.folder, draft.memory_per_worker_mb);
@@ -98,7 +98,7 @@ pub fn reopen<'a>(
 ) -> Result<Session<'a>, RunError> {
     let domain = domain_of(domains, layout, &manifest.identity)?;
     for path in [layout.root(), &prepared] {
-        domain.check_path(path).map_err(RunError::Place)?;
+        domain.check_path(path).map_err(RunError::Refused)?;
     }
     let lock = lock(layout, now())?;
     Ok(Session { domain, layout: layout.clone(), manifest, prepared, kept: None, _lock: lock })
@@ -124,7 +124,7 @@ pub fn open_after<'a>(
     prepared: PathBuf,
 ) -> Result<Session<'a>, RunError> {
     for path in [out, &prepared] {
-        domain.check_path(path).map_err(RunError::Place)?;
+        domain.check_path(path).map_err(RunError::Refused)?;
     }
     let provenance = provenance(&prepared.display().to_string(), None);
     let (started, tasks) = (provenance.started.clone(), identity.tasks());

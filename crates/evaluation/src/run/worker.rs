@@ -93,19 +93,17 @@ pub fn check_own(
     Err(RunError::Controller { path: layout.manifest(), difference, given })
 }
 
-/// Returns a task of a run by its row of the plan. Whoever starts workers has read the plan; one that did so for every
-/// task of it would read for ever.
+/// Returns a task of a run by its row of the plan.
 ///
 /// # Errors
 ///
 /// [`RunError::NoTask`] for a row that the plan does not have.
 pub fn task_of(dir: &Path, identity: &Identity, row: usize) -> Result<Task, RunError> {
-    let tasks = identity.tasks_beside(row);
-    tasks.into_iter().find(|task| task.task == row).ok_or_else(|| RunError::NoTask {
-        path: dir.to_path_buf(),
-        task: row,
-        count: identity.points.len() * identity.per_point(),
-    })
+    let mut tasks = identity.tasks();
+    if row >= tasks.len() {
+        return Err(RunError::NoTask { path: dir.to_path_buf(), task: row, count: tasks.len() });
+    }
+    Ok(tasks.swap_remove(row))
 }
 
 #[cfg(test)]

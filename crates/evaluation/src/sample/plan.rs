@@ -14,12 +14,12 @@ const LARGEST: usize = 2000;
 const MOST: f64 = 10.0;
 
 /// How point MDPs are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
-    /// Random draws by importance, spread over the features: the local pivotal method
+    /// random draws by importance, spread over the features (local pivotal method)
     Balanced,
-    /// Bayesian quadrature: the point MDPs that leave least unknown of the family's score
+    /// the point MDPs that leave least unknown of the family's score, by a Gaussian process
     BayesianQuadrature,
     /// M3: k-means clusters, each represented by the point MDP nearest to its centroid
     KMeans,
@@ -28,6 +28,7 @@ pub enum Sampling {
     /// M2: random draws by importance, without replacement
     WithoutReplacement,
     /// Every point MDP of the family: what `--budget all` does, no choice of its own
+    #[value(skip)]
     All,
 }
 
@@ -212,37 +213,6 @@ impl SamplePlan {
     /// Returns how many resamples leave as many beyond an interval as `usual` do beyond one of 95%.
     pub fn resamples(&self, usual: usize) -> usize {
         (usual as f64 * (ALPHA / self.alpha()).min(MOST)).round() as usize
-    }
-}
-
-impl clap::ValueEnum for Sampling {
-    /// All but [`Sampling::All`], which is what `--budget all` does, no choice of its own.
-    fn value_variants<'a>() -> &'a [Self] {
-        &[
-            Self::Balanced,
-            Self::BayesianQuadrature,
-            Self::KMeans,
-            Self::WithReplacement,
-            Self::WithoutReplacement,
-        ]
-    }
-
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        let help = match self {
-            Self::Balanced => {
-                "random draws by importance, spread over the features (local pivotal method)"
-            }
-            Self::BayesianQuadrature => {
-                "the point MDPs that leave least unknown of the family's score, by a Gaussian process"
-            }
-            Self::KMeans => {
-                "M3: k-means clusters, each represented by the point MDP nearest to its centroid"
-            }
-            Self::WithReplacement => "M1: random draws by importance, with replacement",
-            Self::WithoutReplacement => "M2: random draws by importance, without replacement",
-            Self::All => return None,
-        };
-        Some(clap::builder::PossibleValue::new(self.name()).help(help))
     }
 }
 

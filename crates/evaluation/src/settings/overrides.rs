@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use toml::{Table, Value};
 
-use super::named::Named;
+use super::named::{Named, names_of};
 use super::wording::explain;
 use crate::family::error::FamilyError;
 
@@ -78,17 +78,7 @@ impl Override {
 
     /// Returns the dotted names of what it sets: of a table, those of the settings in it.
     pub fn keys(&self) -> Vec<String> {
-        fn gather(above: &str, value: &Value, keys: &mut Vec<String>) {
-            match value {
-                Value::Table(inner) => {
-                    inner.iter().for_each(|(k, v)| gather(&format!("{above}.{k}"), v, keys));
-                }
-                _ => keys.push(above.to_owned()),
-            }
-        }
-        let mut keys = Vec::new();
-        gather(&self.path.join("."), &self.value, &mut keys);
-        keys
+        names_of(&Table::from_iter([(self.path.join("."), self.value.clone())]))
     }
 
     fn wrong(&self, message: String) -> FamilyError {

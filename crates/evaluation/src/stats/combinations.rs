@@ -7,15 +7,20 @@
 //! families. Ranks follow from differences between methods alone: tasks of a family with equal differences are
 //! one task that counts more, which leaves fewer combinations.
 
-mod error;
-
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-pub use error::{CombinationsError, MOST_COMBINATIONS, MOST_FAMILIES, MOST_METHODS};
-
 use super::Direction;
+
+/// Most methods: their number has five bits beside the sum.
+pub const MOST_METHODS: usize = 32;
+
+/// Most families: a sum has ten bits more than a score.
+pub const MOST_FAMILIES: usize = 1024;
+
+/// Most distinct combinations that are looked at, about an hour on one core.
+pub const MOST_COMBINATIONS: u128 = 50_000_000_000;
 
 /// Bits of a score.
 const SCORE_BITS: i32 = 44;
@@ -25,6 +30,31 @@ const METHOD_BITS: u32 = 5;
 
 /// Parts of the work; more than processors, and always as many, so that sums have one order.
 const PARTS: u64 = 512;
+
+/// Why ranks cannot be counted.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum CombinationsError {
+    /// More combinations than can be looked at.
+    #[error(
+        "{distinct} combinations, more than the {MOST_COMBINATIONS} that are looked at one by one; give fewer \
+         families, or evaluate some on a sample (run --budget)"
+    )]
+    TooMany {
+        /// How many there are.
+        distinct: u128,
+    },
+    /// More methods or families than sums have room for.
+    #[error(
+        "{methods} methods of {families} families; at most {MOST_METHODS} methods and {MOST_FAMILIES} families can \
+         be compared, so give fewer"
+    )]
+    TooWide {
+        /// Number of methods.
+        methods: usize,
+        /// Number of families.
+        families: usize,
+    },
+}
 
 /// A task of a family.
 #[derive(Debug, Clone, PartialEq)]

@@ -13,7 +13,7 @@
 //! - Less may be better: [`Direction`]. rliable's scores are better when they are higher.
 
 use super::Direction;
-use super::score::{mean, weighted_mean};
+use super::score::mean;
 
 /// Returns the share of pairs of runs in which the first method's is better, ties counting half; `None` where a
 /// method has none.
@@ -31,22 +31,6 @@ use super::score::{mean, weighted_mean};
 pub fn share_better(x: &[f64], y: &[f64], direction: Direction) -> Option<f64> {
     let shares: Vec<f64> = x.iter().map(|run| placement(*run, y, direction)).collect();
     if y.is_empty() { None } else { mean(&shares) }
-}
-
-/// Returns the mean over point MDPs of [`share_better`], weighted; `None` without runs or weight.
-///
-/// # Arguments
-///
-/// * `points` — per point MDP its weight and the runs of either method, shape `[runs]` each.
-pub fn probability_of_improvement<'a>(
-    points: impl IntoIterator<Item = (f64, &'a [f64], &'a [f64])>,
-    direction: Direction,
-) -> Option<f64> {
-    let shares: Option<Vec<(f64, f64)>> = points
-        .into_iter()
-        .map(|(weight, x, y)| Some((weight, share_better(x, y, direction)?)))
-        .collect();
-    weighted_mean(shares?)
 }
 
 /// Returns a value per training and seed whose mean is [`share_better`] and whose spread is that of the latter, so
@@ -125,15 +109,6 @@ mod tests {
         assert_eq!(share_better(&x, &y, Direction::Higher), Some(0.375));
         assert_eq!(share_better(&x, &[], Direction::Lower), None);
         assert_eq!(share_better(&[], &y, Direction::Lower), None);
-    }
-
-    #[test]
-    fn point_mdps_count_by_their_weight() {
-        let (better, worse) = ([1.0, 2.0], [5.0, 6.0]);
-        let points = [(3.0, &better[..], &worse[..]), (1.0, &worse[..], &better[..])];
-        assert_eq!(probability_of_improvement(points, Direction::Lower), Some(0.75));
-        assert_eq!(probability_of_improvement(points, Direction::Higher), Some(0.25));
-        assert_eq!(probability_of_improvement([], Direction::Lower), None);
     }
 
     #[test]

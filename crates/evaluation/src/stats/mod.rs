@@ -19,8 +19,6 @@ mod resamples;
 pub mod resampling;
 pub mod score;
 pub mod summary;
-#[cfg(test)]
-mod testing;
 pub mod weighted_quantile;
 
 pub use bootstrap::{Bootstrap, bootstrap, bootstrap_all, means};

@@ -7,7 +7,7 @@ use std::fmt::Debug;
 use serde_json::Value;
 
 use super::manifest::{Identity, PointRow};
-use crate::sample::{SamplePlan, Sampling};
+use crate::sample::SamplePlan;
 
 /// Most settings or points that are named.
 const NAMED: usize = 3;
@@ -33,7 +33,7 @@ pub fn between(there: &Identity, now: &Identity) -> Option<String> {
         seeds(there, now),
         differs("--replicates", &there.replicates, &now.replicates),
         differs("--budget", &there.sample.budget, &now.sample.budget),
-        differs("--sampling", &written(there.sample.sampling), &written(now.sample.sampling)),
+        differs("--sampling", &there.sample.sampling.name(), &now.sample.sampling.name()),
         growth(&there.sample, &now.sample),
     ];
     if let Some(text) = flags.into_iter().flatten().next() {
@@ -71,12 +71,6 @@ fn growth(there: &SamplePlan, now: &SamplePlan) -> Option<String> {
     };
     differs("the run", &until(there), &until(now))
         .or_else(|| differs("--looks", &budgets(there), &budgets(now)))
-}
-
-/// Returns a sampling as it is written in files and on the command line.
-fn written(sampling: Sampling) -> String {
-    let name = serde_json::to_value(sampling).expect("a name is plain data");
-    name.as_str().unwrap_or_default().to_owned()
 }
 
 fn differs<T: PartialEq + Debug>(what: &str, there: &T, now: &T) -> Option<String> {

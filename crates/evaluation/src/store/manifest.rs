@@ -342,48 +342,25 @@ impl Identity {
     pub fn replicates_of(&self, method: &str) -> u32 {
         if self.replicated.iter().any(|m| m == method) { self.replicates } else { 1 }
     }
-}
 
-impl Identity {
     /// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
     /// point MDPs.
     pub fn tasks(&self) -> Vec<Task> {
-        let mut tasks = Vec::with_capacity(self.points.len() * self.per_point());
-        (0..self.points.len()).for_each(|point| self.add_tasks(point, &mut tasks));
-        tasks
-    }
-
-    /// Returns one of [`Self::tasks`] with the others of its point MDP; those are known without what grows with a run.
-    pub fn tasks_beside(&self, task: usize) -> Vec<Task> {
-        let point = task.checked_div(self.per_point()).unwrap_or(usize::MAX);
         let mut tasks = Vec::new();
-        if point < self.points.len() {
-            self.add_tasks(point, &mut tasks);
-        }
-        tasks
-    }
-
-    /// Adds the tasks of the point MDP at a position.
-    fn add_tasks(&self, point: usize, tasks: &mut Vec<Task>) {
-        let first = point * self.per_point();
-        let begin = tasks.len();
-        let row = &self.points[point];
-        for method in &self.methods {
-            for replicate in 0..self.replicates_of(method) {
-                tasks.push(Task {
-                    task: first + tasks.len() - begin,
-                    method: method.clone(),
-                    point: row.point.clone(),
-                    replicate,
-                    seed: seed::task(self.base_seed, method, row.seed_label(), replicate),
-                });
+        for row in &self.points {
+            for method in &self.methods {
+                for replicate in 0..self.replicates_of(method) {
+                    tasks.push(Task {
+                        task: tasks.len(),
+                        method: method.clone(),
+                        point: row.point.clone(),
+                        replicate,
+                        seed: seed::task(self.base_seed, method, row.seed_label(), replicate),
+                    });
+                }
             }
         }
-    }
-
-    /// Returns how many tasks every point MDP has.
-    pub fn per_point(&self) -> usize {
-        self.methods.iter().map(|m| self.replicates_of(m) as usize).sum()
+        tasks
     }
 }
 

@@ -18,9 +18,6 @@ use crate::store::error::StoreError;
 use basics::files::{self, limits};
 use basics::hash::sha256;
 
-/// Records that are read at once, by as many threads as there are processors.
-pub(super) const AT_ONCE: usize = 4096;
-
 /// A results directory in memory: of 10^6 episodes about 200 MB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
@@ -205,18 +202,16 @@ pub(super) fn read_records<T: Send>(
         };
         Ok(record.map(of))
     };
-    for part in tasks.chunks(AT_ONCE) {
-        let read: Vec<_> = part.par_iter().map(read).collect();
-        for (&Task { task, .. }, record) in part.iter().zip(read) {
-            let record = match record {
-                Err(StoreError::Record { path, reason }) => {
-                    damaged.push(Damaged { task, path, reason });
-                    None
-                }
-                record => record?,
-            };
-            found(task, record);
-        }
+    let read: Vec<_> = tasks.par_iter().map(read).collect();
+    for (&Task { task, .. }, record) in tasks.iter().zip(read) {
+        let record = match record {
+            Err(StoreError::Record { path, reason }) => {
+                damaged.push(Damaged { task, path, reason });
+                None
+            }
+            record => record?,
+        };
+        found(task, record);
     }
     Ok(damaged)
 }

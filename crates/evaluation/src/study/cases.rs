@@ -9,7 +9,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Cell, EngineError, Recorded, StudyError, StudyPlan, study};
+use super::{Cell, Recorded, StudyError, StudyPlan, study};
 use basics::seed::derive;
 
 /// Another importance of the point MDPs, as the paper asks about it.
@@ -34,18 +34,6 @@ pub struct CaseStudy {
     pub failures: f64,
     /// A cell per estimator, budget and method.
     pub cells: Vec<Cell>,
-}
-
-/// Why cases cannot be studied.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CaseError {
-    /// A sample cannot be drawn or estimated from.
-    #[error(transparent)]
-    Engine(#[from] EngineError),
-    /// An importance that is none.
-    #[error(transparent)]
-    Study(#[from] StudyError),
 }
 
 impl Case {
@@ -105,14 +93,14 @@ impl Case {
 ///
 /// # Errors
 ///
-/// [`CaseError`].
+/// Those of [`study`], and [`StudyError::Family`] for an importance that is none.
 pub fn study_cases(
     recorded: &Recorded,
     fails: &[bool],
     odds: f64,
     plan: &StudyPlan,
     done: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<CaseStudy>, CaseError> {
+) -> Result<Vec<CaseStudy>, StudyError> {
     let family: Vec<f64> = recorded.family.points.iter().map(|p| p.importance).collect();
     let differ = fails.contains(&true) && fails.contains(&false);
     let mut studies = Vec::new();

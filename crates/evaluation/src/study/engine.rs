@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::Kind;
 use super::cell::{Cell, Trial};
-use super::recorded::{Recorded, RecordedMethod};
+use super::recorded::{Recorded, RecordedMethod, StudyError};
 use crate::analysis::estimator::{Chosen, Estimate, Sample, estimator_of};
 use crate::sample::{Design, SampleError, SamplePlan, Sampling, choose_over};
 use crate::stats::{PointObjectives, StatsError};
@@ -27,18 +27,6 @@ pub struct StudyPlan {
     pub resamples: usize,
 }
 
-/// Why a study breaks off.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum EngineError {
-    /// A budget that the family does not allow.
-    #[error(transparent)]
-    Sample(#[from] SampleError),
-    /// A score that is none.
-    #[error(transparent)]
-    Stats(#[from] StatsError),
-}
-
 /// Draws samples and estimates from them; a cell per estimator, budget and method, in this order.
 ///
 /// The same plan gives the same cells, whatever the number of threads.
@@ -49,12 +37,12 @@ pub enum EngineError {
 ///
 /// # Errors
 ///
-/// [`EngineError`] for a budget above the size of the family or a score that is undefined.
+/// [`StudyError`] for a budget above the size of the family or a score that is undefined.
 pub fn study(
     recorded: &Recorded,
     plan: &StudyPlan,
     done: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<Cell>, EngineError> {
+) -> Result<Vec<Cell>, StudyError> {
     // A design with its process serves balanced samples as well.
     let needs = |is_assisted: bool| {
         let is_one = |k: &&Kind| k.is_assisted() == is_assisted;
@@ -81,7 +69,7 @@ pub fn study(
                 done(1);
                 trial
             });
-            let trials = trials.collect::<Result<Vec<Vec<Trial>>, EngineError>>()?;
+            let trials = trials.collect::<Result<Vec<Vec<Trial>>, StudyError>>()?;
             for (k, method) in recorded.methods.iter().enumerate() {
                 let own: Vec<Trial> = trials.iter().map(|all| all[k]).collect();
                 let truth = recorded.truth(method);
@@ -199,7 +187,7 @@ fn trials(
     plan: &StudyPlan,
     (kind, budget): (Kind, usize),
     repeat: usize,
-) -> Result<Vec<Trial>, EngineError> {
+) -> Result<Vec<Trial>, StudyError> {
     let seed = derive(plan.seed, &["study", &repeat.to_string()]);
     let mut shared: Option<SamplePlan> = None;
     let mut trials = Vec::with_capacity(recorded.methods.len());

@@ -14,9 +14,9 @@ mod kind;
 mod recorded;
 mod stopping;
 
-pub use cases::{Case, CaseError, CaseStudy, study_cases};
+pub use cases::{Case, CaseStudy, study_cases};
 pub use cell::Cell;
-pub use engine::{EngineError, StudyPlan, study};
+pub use engine::{StudyPlan, study};
 pub use kind::Kind;
 pub use recorded::{Recorded, RecordedMethod, StudyError};
 pub use stopping::{Stopped, grow};

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use crate::analysis::{Analysis, PointSummary};
 use crate::family::{FamilyError, Feature, MdpFamily, PointMdp};
+use crate::sample::SampleError;
 use crate::sample::design::{Design, Input, Measure};
-use crate::stats::{Direction, PointObjectives};
+use crate::stats::{Direction, PointObjectives, StatsError};
 
 /// How far the importance of the same point MDP may differ.
 const TOLERANCE: f64 = 1e-9;
@@ -102,6 +103,12 @@ pub enum StudyError {
     /// No family can be made of the point MDPs.
     #[error(transparent)]
     Family(#[from] FamilyError),
+    /// A budget that the family does not allow.
+    #[error(transparent)]
+    Sample(#[from] SampleError),
+    /// A score that is none.
+    #[error(transparent)]
+    Stats(#[from] StatsError),
 }
 
 /// Seconds that tasks took, by method and point MDP; `None` where that is not known.

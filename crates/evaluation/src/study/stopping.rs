@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::engine::{EngineError, Setting};
-use super::recorded::Recorded;
+use super::engine::Setting;
+use super::recorded::{Recorded, StudyError};
 use super::{Kind, StudyPlan};
 use crate::analysis::estimator::Estimate;
 use crate::sample::behind::{Compared, behind};
@@ -68,13 +68,13 @@ struct Run {
 ///
 /// # Errors
 ///
-/// [`EngineError`] for looks that the family does not allow, and a score that is undefined.
+/// [`StudyError`] for looks that the family does not allow, and a score that is undefined.
 pub fn grow(
     recorded: &Recorded,
     plan: &StudyPlan,
     until: &Until,
     done: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<Stopped>, EngineError> {
+) -> Result<Vec<Stopped>, StudyError> {
     let judged = judged(recorded, until);
     let kinds = plan.kinds.iter().filter(|kind| kind.grows());
     let mut all = Vec::new();
@@ -85,7 +85,7 @@ pub fn grow(
             done(1);
             run
         });
-        let runs = runs.collect::<Result<Vec<[Run; 2]>, EngineError>>()?;
+        let runs = runs.collect::<Result<Vec<[Run; 2]>, StudyError>>()?;
         for (which, is_spent) in [true, false].into_iter().enumerate() {
             let own: Vec<&Run> = runs.iter().map(|both| &both[which]).collect();
             all.push(put_together((*kind, is_spent), &judged, &own, until));
@@ -148,7 +148,7 @@ fn run(
     until: &Until,
     (kind, repeat): (Kind, usize),
     judged: &[Judged],
-) -> Result<[Run; 2], EngineError> {
+) -> Result<[Run; 2], StudyError> {
     let seed = derive(plan.seed, &["study", &repeat.to_string()]);
     let largest = plan.budgets.iter().copied().max().unwrap_or_default();
     let chosen = setting.choose(kind, largest, seed)?;
@@ -261,7 +261,7 @@ fn estimates(
     judged: &[Judged],
     resamples: usize,
     seed: u64,
-) -> Result<Vec<Estimate>, EngineError> {
+) -> Result<Vec<Estimate>, StudyError> {
     let methods = &setting.recorded.methods[..];
     let direction = setting.recorded.direction;
     // Each score once: a method is in several pairs.

@@ -8,8 +8,7 @@ use super::program_xml::additional;
 use super::table;
 use super::task_plan::TaskPlan;
 use crate::shown::Seen;
-use basics::files::lines;
-use basics::files::{self, FileError, Streamed, limits, write_atomically};
+use basics::files::{self, FileError, limits, lines, write_atomically};
 use basics::hash::sha256;
 use evaluation::analysis::Analysis;
 use evaluation::report::{csv, format};
@@ -64,13 +63,11 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError>
     let mut written = Written { table: folder.join(TABLE), ..Written::default() };
     let titles = shown.titles(data);
     let titled = csv::Titled(titles.as_deref());
-    let mut file = Streamed::new(&written.table)?;
-    file.write(&lines(&[titled.header(table::HEADER.map(str::to_owned).to_vec())]))?;
+    let mut rows = vec![titled.header(table::HEADER.map(str::to_owned).to_vec())];
     let mut of_points: Vec<Vec<&TaskPlan>> = vec![Vec::new(); data.points.len()];
     shown.plans.iter().for_each(|plan| of_points[plan.point].push(plan));
     for (point, own) in of_points.into_iter().enumerate() {
         let best = best_replicates(seen, &own);
-        let mut rows = Vec::new();
         for plan in own {
             let is_shown = best.iter().any(|s| std::ptr::eq(*s, plan));
             let file = if is_shown { program_file(seen, plan) } else { None };
@@ -87,9 +84,8 @@ pub(crate) fn write(folder: &Path, seen: Seen<'_>) -> Result<Written, FileError>
             let cells = table::rows(data, streets, plan, file.as_ref().map(|f| f.0.as_str()));
             rows.extend(cells.into_iter().map(|cells| titled.row(point, cells)));
         }
-        file.write(&lines(&rows))?;
     }
-    file.finish()?;
+    write_atomically(&written.table, &lines(&rows))?;
     Ok(written)
 }
 

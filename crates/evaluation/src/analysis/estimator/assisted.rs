@@ -10,7 +10,7 @@
 //! distribution of predictions is narrower than that of scores, and what a model is wrong by on average says nothing of
 //! it. So are regimes, which a prediction does not have.
 //!
-//! The interval is that of [`super::Balanced`] over what the model is wrong by, and calibrated: the same sample and the
+//! The interval is that of [`Estimator::Balanced`] over what the model is wrong by, and calibrated: the same sample and the
 //! same models say something of every method whose scores are known everywhere, each estimated as if only the others
 //! were; where such an interval does not hold what is known, all intervals are widened until it would
 //! ([`super::calibration`]). A sample that missed what is extreme shows it there.
@@ -23,67 +23,53 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::balanced::{Balanced, resampling};
+use super::balanced::resampling;
 use super::calibration::widening;
-use super::contract::{Estimate, Estimator, Sample};
-use super::prediction::modelled;
-use super::weighted::estimates;
-use crate::model::Prediction;
+use super::contract::{Estimate, Estimator, Sample, estimates};
+use crate::model::{Known, Prediction, cross_fit};
 use crate::sample::{Design, Measure};
 use crate::stats::summary::Statistics;
 use crate::stats::{PointMeans, PointObjectives, StatsError, means};
 
-/// The estimator of balanced samples with the scores of cheap methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Assisted;
+/// Seed of the folds of the cross-validation.
+const FOLD_SEED: u64 = 0;
 
-impl Estimator for Assisted {
-    fn name(&self) -> &'static str {
-        "M4"
+/// Returns the estimates of [`Estimator::Assisted`].
+pub(super) fn estimate_all(
+    sample: Sample<'_>,
+    scores: &[PointObjectives],
+    statistics: &dyn Statistics,
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Option<Estimate>>, StatsError> {
+    let observed = means(scores)?;
+    let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
+    let (Some(design), Some(rows)) = (sample.design, rows) else {
+        return Estimator::Balanced.estimate_all(sample, scores, statistics, rng);
+    };
+    let predicted = predict(design, sample.name, &rows, &observed);
+    let family = family(design, &predicted.family);
+    let mut of_family = Vec::new();
+    statistics.values(&family, &mut of_family);
+    let is_known = design.input(sample.name, Measure::Score).is_some();
+    let modelled = if is_known { of_family.len() } else { statistics.means() };
+    of_family[modelled..].fill(None);
+    let corrected = Corrected { statistics, of_family, predicted: &predicted.sample };
+    let resampling = resampling(sample, scores);
+    let mut all = estimates(sample, scores, &resampling, &corrected, rng)?;
+    if sample.resamples == 0 {
+        return Ok(all);
     }
-
-    fn assumptions(&self) -> &'static str {
-        "What a model of the scores is wrong by is alike where point MDPs are alike. A few extreme scores that a small \
-         sample may miss are not covered."
+    // Of a method that is known everywhere there is nothing that a sample could miss.
+    let widen = match is_known {
+        true => 1.0,
+        false => widening(design, sample.name, &rows, &observed, &resampling),
+    };
+    for estimate in all.iter_mut().take(modelled).flatten() {
+        let value = estimate.value;
+        estimate.resamples.iter_mut().for_each(|r| *r = value + widen * (*r - value));
+        estimate.interval = estimate.about(sample.alpha);
     }
-
-    fn estimate_all(
-        &self,
-        sample: Sample<'_>,
-        scores: &[PointObjectives],
-        statistics: &dyn Statistics,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let observed = means(scores)?;
-        let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
-        let (Some(design), Some(rows)) = (sample.design, rows) else {
-            return Balanced.estimate_all(sample, scores, statistics, rng);
-        };
-        let predicted = predict(design, sample.name, &rows, &observed);
-        let family = family(design, &predicted.family);
-        let mut of_family = Vec::new();
-        statistics.values(&family, &mut of_family);
-        let is_known = design.input(sample.name, Measure::Score).is_some();
-        let modelled = if is_known { of_family.len() } else { statistics.means() };
-        of_family[modelled..].fill(None);
-        let corrected = Corrected { statistics, of_family, predicted: &predicted.sample };
-        let resampling = resampling(sample, scores);
-        let mut all = estimates(sample, scores, &resampling, &corrected, rng)?;
-        if sample.resamples == 0 {
-            return Ok(all);
-        }
-        // Of a method that is known everywhere there is nothing that a sample could miss.
-        let widen = match is_known {
-            true => 1.0,
-            false => widening(design, sample.name, &rows, &observed, &resampling),
-        };
-        for estimate in all.iter_mut().take(modelled).flatten() {
-            let value = estimate.value;
-            estimate.resamples.iter_mut().for_each(|r| *r = value + widen * (*r - value));
-            estimate.interval = estimate.about(sample.alpha);
-        }
-        Ok(all)
-    }
+    Ok(all)
 }
 
 /// Statistics of the family with predicted scores, and what the sample says they are wrong by.
@@ -142,11 +128,26 @@ fn family(design: &Design, scores: &[f64]) -> Vec<PointMeans> {
 fn predict(design: &Design, method: &str, rows: &[usize], observed: &[PointMeans]) -> Prediction {
     if let Some(own) = design.input(method, Measure::Score) {
         let sample = rows.iter().map(|r| own[*r]).collect();
-        return Prediction { sample, family: own, model: "its own scores", error: 0.0 };
+        return Prediction { sample, family: own };
     }
     let scores: Vec<f64> = observed.iter().map(|m| m.score).collect();
     let weights: Vec<f64> = observed.iter().map(|m| m.weight).collect();
     modelled(design, rows, &scores, &weights)
+}
+
+/// Returns predicted scores of a method that is not among the inputs of the design.
+///
+/// # Arguments
+///
+/// * `rows` — positions of the sample in the design; `scores`, `weights` — of the sample.
+pub(super) fn modelled(
+    design: &Design,
+    rows: &[usize],
+    scores: &[f64],
+    weights: &[f64],
+) -> Prediction {
+    let known = Known { inputs: design.transformed_inputs(), all: design.coordinates() };
+    cross_fit(&known, rows, scores, weights, FOLD_SEED)
 }
 
 #[cfg(test)]
@@ -178,11 +179,7 @@ mod tests {
     }
 
     /// What estimators say of scores on a third of the family.
-    fn estimated(
-        estimator: &dyn Estimator,
-        name: &str,
-        score: impl Fn(usize) -> f64,
-    ) -> Vec<Estimate> {
+    fn estimated(estimator: Estimator, name: &str, score: impl Fn(usize) -> f64) -> Vec<Estimate> {
         let design = design();
         let rows: Vec<usize> = (0..FAMILY).step_by(3).collect();
         let chosen: Vec<Chosen> = (rows.iter())
@@ -229,8 +226,8 @@ mod tests {
     #[test]
     fn what_is_no_mean_is_that_of_the_sample_and_not_of_predictions() {
         let (assisted, balanced) = (
-            estimated(&Assisted, "learner", unforeseen),
-            estimated(&Balanced, "learner", unforeseen),
+            estimated(Estimator::Assisted, "learner", unforeseen),
+            estimated(Estimator::Balanced, "learner", unforeseen),
         );
         for statistic in [MEDIAN, GEOMETRIC, IQM] {
             assert_eq!(assisted[statistic], balanced[statistic]);
@@ -243,7 +240,7 @@ mod tests {
         let design = design();
         let known = design.input("cheap", Measure::Score).unwrap();
         let family = family(&design, &known);
-        let assisted = estimated(&Assisted, "cheap", |row| known[row]);
+        let assisted = estimated(Estimator::Assisted, "cheap", |row| known[row]);
         let mean = known.iter().sum::<f64>() / FAMILY as f64;
         assert!((assisted[0].value - mean).abs() < 1e-12);
         let median = weighted_median(scores(&family)).unwrap();

@@ -6,47 +6,17 @@
 //!
 //! Source: as in [`super::neighbours`].
 
-use rand_chacha::ChaCha8Rng;
-
-use super::contract::{Estimate, Estimator, Sample};
+use super::contract::{Chosen, Sample};
 use super::neighbours::local_means;
-use super::weighted::estimates;
-use crate::stats::summary::Statistics;
-use crate::stats::{PointObjectives, Resampling, StatsError};
+use crate::stats::{PointObjectives, Resampling};
 
 /// Neighbours in a local mean; with fewer, intervals of 20 to 40 skewed scores are too narrow.
 pub(super) const NEIGHBOURS: usize = 6;
 
-/// The estimator of balanced samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Balanced;
-
-impl Estimator for Balanced {
-    fn name(&self) -> &'static str {
-        "balanced"
-    }
-
-    fn assumptions(&self) -> &'static str {
-        "Point MDPs that are alike have scores that are alike. A few extreme scores that a small sample may miss are \
-         not covered."
-    }
-
-    fn estimate_all(
-        &self,
-        sample: Sample<'_>,
-        scores: &[PointObjectives],
-        statistics: &dyn Statistics,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let resampling = resampling(sample, scores);
-        estimates(sample, scores, &resampling, statistics, rng)
-    }
-}
-
 /// Returns how the choice of a balanced sample is drawn anew.
 pub(super) fn resampling(sample: Sample<'_>, scores: &[PointObjectives]) -> Resampling {
     let answered = sample.answered(scores.len());
-    let probability = |c: &super::Chosen| sample.fixed(c.inclusion.unwrap_or(1.0) * answered);
+    let probability = |c: &Chosen| sample.fixed(c.inclusion.unwrap_or(1.0) * answered);
     let inclusion: Vec<f64> = sample.points.iter().map(probability).collect();
     if inclusion.iter().all(|pi| *pi >= 1.0) {
         return Resampling::whole();

@@ -12,10 +12,7 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::contract::{Estimate, Estimator, Sample};
-use super::representatives::Representatives;
-use super::weighted::estimates;
-use super::whole_family::Whole;
+use super::contract::{Estimate, Estimator, Sample, estimates};
 use crate::sample::quadrature::{Quadrature, Rule};
 use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError, means};
@@ -26,43 +23,28 @@ use crate::stats::{PointObjectives, Resampling, StatsError, means};
 /// hold the truth in 99 to 100 of 100 samples there, so they are too wide.
 const WIDENING: f64 = 1.5;
 
-/// The estimator of samples by Bayesian quadrature.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BayesianQuadrature;
-
-impl Estimator for BayesianQuadrature {
-    fn name(&self) -> &'static str {
-        "BQ"
+/// Returns the estimates of [`Estimator::BayesianQuadrature`].
+pub(super) fn estimate_all(
+    sample: Sample<'_>,
+    scores: &[PointObjectives],
+    statistics: &dyn Statistics,
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Option<Estimate>>, StatsError> {
+    if Estimator::Whole.is_known(sample, scores.len()) {
+        return Estimator::Whole.estimate_all(sample, scores, statistics, rng);
     }
-
-    fn assumptions(&self) -> &'static str {
-        "Scores change over features and the scores of cheap methods about as fast as those of cheap methods do. Point MDPs \
-         are chosen, not drawn, so that a few extreme scores that nothing foretells are not covered."
-    }
-
-    fn estimate_all(
-        &self,
-        sample: Sample<'_>,
-        scores: &[PointObjectives],
-        statistics: &dyn Statistics,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        if self.is_known(sample, scores.len()) {
-            return Whole.estimate_all(sample, scores, statistics, rng);
-        }
-        let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
-        let (Some(quadrature), Some(rows)) = (sample.design.and_then(Quadrature::of), rows) else {
-            // Without what is known of the family, neighbours among the chosen ones are all that is left.
-            return Representatives.estimate_all(sample, scores, statistics, rng);
-        };
-        let rule = quadrature.rule(&rows, sample.learned_once);
-        let weighed: Vec<PointObjectives> = (scores.iter().zip(&rule.weights))
-            .map(|(p, weight)| PointObjectives { weight: *weight, ..p.clone() })
-            .collect();
-        let observed: Vec<f64> = means(scores)?.iter().map(|m| m.score).collect();
-        let resampling = resampling(&rule, &observed);
-        estimates(sample, &weighed, &resampling, statistics, rng)
-    }
+    let rows: Option<Vec<usize>> = sample.points.iter().map(|c| c.row).collect();
+    let (Some(quadrature), Some(rows)) = (sample.design.and_then(Quadrature::of), rows) else {
+        // Without what is known of the family, neighbours among the chosen ones are all that is left.
+        return Estimator::Representatives.estimate_all(sample, scores, statistics, rng);
+    };
+    let rule = quadrature.rule(&rows, sample.learned_once);
+    let weighed: Vec<PointObjectives> = (scores.iter().zip(&rule.weights))
+        .map(|(p, weight)| PointObjectives { weight: *weight, ..p.clone() })
+        .collect();
+    let observed: Vec<f64> = means(scores)?.iter().map(|m| m.score).collect();
+    let resampling = resampling(&rule, &observed);
+    estimates(sample, &weighed, &resampling, statistics, rng)
 }
 
 /// Returns how scores are drawn anew: by what each differs by from what the others say.

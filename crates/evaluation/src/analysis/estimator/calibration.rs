@@ -1,6 +1,6 @@
 //! By how much intervals must be widened so that those of methods that are known everywhere would hold what is known.
 
-use super::prediction::modelled;
+use super::assisted::modelled;
 use crate::sample::{Design, Measure};
 use crate::stats::{PointMeans, Resampling};
 

@@ -1,11 +1,17 @@
-//! What an estimator is given and what it gives.
+//! What an estimator is given, what it gives, and what estimators have in common: statistics of weighted point MDPs,
+//! resampled as a design says.
 
 use rand_chacha::ChaCha8Rng;
 
+use super::{
+    assisted, balanced, bayesian_quadrature, representatives, whole_family, without_replacement,
+};
 use crate::sample::Design;
 use crate::stats::quantile::{central, central_about, containing};
 use crate::stats::summary::{MeanOfScores, Statistics};
-use crate::stats::{Bootstrap, Direction, PointObjectives, StatsError};
+use crate::stats::{
+    Bootstrap, Direction, PointObjectives, Resampling, StatsError, bootstrap_all, stretch,
+};
 
 /// What an estimator knows of a sample beside the scores.
 #[derive(Debug, Clone, Copy)]
@@ -64,27 +70,68 @@ pub struct Estimate {
 }
 
 /// A way from the scores on a sample to the whole family.
-pub trait Estimator: Sync {
-    /// Returns its name, such as `M1`.
-    fn name(&self) -> &'static str;
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// M1, of independent draws by importance: the mean score over draws. Deviation: the paper prints a plain sum; a mean
+    /// is meant. The interval is design-based: that of a mean of independent draws ([`Resampling::draws`]).
+    WithReplacement,
+    /// M2, of successive draws by importance.
+    WithoutReplacement,
+    /// M3, of representatives of k-means clusters.
+    Representatives,
+    /// That of samples by Bayesian quadrature.
+    BayesianQuadrature,
+    /// M4, of balanced samples with the scores of cheap methods.
+    Assisted,
+    /// That of balanced samples.
+    Balanced,
+    /// That of a whole family.
+    Whole,
+}
 
+impl Estimator {
     /// Returns what must hold for its interval to be one, in a sentence or two.
-    fn assumptions(&self) -> &'static str;
+    pub fn assumptions(self) -> &'static str {
+        match self {
+            Self::WithReplacement => "Draws are independent and by importance.",
+            Self::WithoutReplacement => {
+                "The estimate weighs importance twice and leans to important point MDPs; the interval is that of the \
+                 same scores weighted by how likely each point MDP was drawn, widened to hold the estimate."
+            }
+            Self::Representatives => {
+                "Representatives of clusters are no random sample. The interval takes each for a random member of its \
+                 cluster, with the spread between neighbouring clusters; what all of them miss, it does not cover."
+            }
+            Self::BayesianQuadrature => {
+                "Scores change over features and the scores of cheap methods about as fast as those of cheap methods \
+                 do. Point MDPs are chosen, not drawn, so that a few extreme scores that nothing foretells are not \
+                 covered."
+            }
+            Self::Assisted => {
+                "What a model of the scores is wrong by is alike where point MDPs are alike. A few extreme scores that \
+                 a small sample may miss are not covered."
+            }
+            Self::Balanced => {
+                "Point MDPs that are alike have scores that are alike. A few extreme scores that a small sample may \
+                 miss are not covered."
+            }
+            Self::Whole => "What is missing is missing at random.",
+        }
+    }
 
     /// Returns how many draws a point MDP stands for that the sample has with this count.
-    fn draws(&self, count: u32) -> u32 {
-        let _ = count;
-        1
+    pub fn draws(self, count: u32) -> u32 {
+        if self == Self::WithReplacement { count } else { 1 }
     }
 
     /// Returns whether so many evaluated point MDPs are the family, so that their choice adds no uncertainty.
-    fn is_whole(&self, family_size: usize, evaluated: usize) -> bool {
-        evaluated == family_size
+    pub fn is_whole(self, family_size: usize, evaluated: usize) -> bool {
+        self != Self::WithReplacement && evaluated == family_size
     }
 
     /// Returns whether nothing but the noise of seeds is left unknown: the family is whole, and no training could have come
     /// out otherwise.
-    fn is_known(&self, sample: Sample<'_>, evaluated: usize) -> bool {
+    pub fn is_known(self, sample: Sample<'_>, evaluated: usize) -> bool {
         self.is_whole(sample.family_size, evaluated) && !sample.learned_once
     }
 
@@ -92,13 +139,13 @@ pub trait Estimator: Sync {
     ///
     /// # Arguments
     ///
-    /// Those of [`Estimator::estimate_all`].
+    /// Those of [`Self::estimate_all`].
     ///
     /// # Errors
     ///
     /// [`StatsError`] without point MDPs, for weights that sum to 0, and where a score is undefined.
-    fn estimate(
-        &self,
+    pub fn estimate(
+        self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
         rng: &mut ChaCha8Rng,
@@ -123,13 +170,28 @@ pub trait Estimator: Sync {
     /// # Errors
     ///
     /// [`StatsError`] where a score is undefined.
-    fn estimate_all(
-        &self,
+    pub fn estimate_all(
+        self,
         sample: Sample<'_>,
         scores: &[PointObjectives],
         statistics: &dyn Statistics,
         rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Option<Estimate>>, StatsError>;
+    ) -> Result<Vec<Option<Estimate>>, StatsError> {
+        let resampling = match self {
+            Self::WithReplacement => Resampling::draws(scores),
+            Self::Representatives => representatives::resampling(sample, scores),
+            Self::Balanced => balanced::resampling(sample, scores),
+            Self::Whole => whole_family::resampling(sample, scores),
+            Self::WithoutReplacement => {
+                return without_replacement::estimate_all(sample, scores, statistics, rng);
+            }
+            Self::BayesianQuadrature => {
+                return bayesian_quadrature::estimate_all(sample, scores, statistics, rng);
+            }
+            Self::Assisted => return assisted::estimate_all(sample, scores, statistics, rng),
+        };
+        estimates(sample, scores, &resampling, statistics, rng)
+    }
 }
 
 impl Estimate {
@@ -182,4 +244,27 @@ impl Sample<'_> {
     pub(super) fn answered(&self, scores: usize) -> f64 {
         if self.chosen == 0 { 1.0 } else { (scores as f64 / self.chosen as f64).min(1.0) }
     }
+}
+
+/// Returns the statistics with their intervals.
+///
+/// # Arguments
+///
+/// * `sample` — what counts here: the method, the number of resamples, and alpha.
+pub(super) fn estimates(
+    sample: Sample<'_>,
+    scores: &[PointObjectives],
+    resampling: &Resampling,
+    statistics: &dyn Statistics,
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Option<Estimate>>, StatsError> {
+    let count = (sample.method, sample.resamples);
+    let all = bootstrap_all(scores, resampling, rng, count, statistics)?;
+    // Of a sample, the choice of point MDPs makes most of the variance, and has its own degrees of freedom.
+    let stretch = if resampling.draws_points() { 1.0 } else { stretch(scores) };
+    let spread = (sample.alpha, stretch);
+    let (means, others) = (Estimate::of_mean, Estimate::of);
+    let estimate =
+        |(i, b)| Some(if i < statistics.means() { means(b?, spread) } else { others(b?, spread) });
+    Ok(all.into_iter().enumerate().map(estimate).collect())
 }

@@ -6,44 +6,19 @@
 //! representative for a random member of its cluster, with that variance; it does not cover that point MDPs near
 //! centroids are unlike others, as where congestion begins.
 
-use rand_chacha::ChaCha8Rng;
-
-use super::contract::{Estimate, Estimator, Sample};
+use super::contract::{Estimator, Sample};
 use super::neighbours::nearest;
-use super::weighted::estimates;
 use crate::stats::resampling::Contrast;
-use crate::stats::summary::Statistics;
-use crate::stats::{PointObjectives, Resampling, StatsError};
+use crate::stats::{PointObjectives, Resampling};
 
 /// Nearest representatives that one is compared with.
 const NEIGHBOURS: usize = 2;
 
-/// The estimator of M3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Representatives;
-
-impl Estimator for Representatives {
-    fn name(&self) -> &'static str {
-        "M3"
-    }
-
-    fn assumptions(&self) -> &'static str {
-        "Representatives of clusters are no random sample. The interval takes each for a random member of its cluster, \
-         with the spread between neighbouring clusters; what all of them miss, it does not cover."
-    }
-
-    fn estimate_all(
-        &self,
-        sample: Sample<'_>,
-        scores: &[PointObjectives],
-        statistics: &dyn Statistics,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let resampling = match self.is_known(sample, scores.len()) {
-            true => Resampling::whole(),
-            false => Resampling::of(contrasts(sample, scores), scores.len() as f64 - 1.0),
-        };
-        estimates(sample, scores, &resampling, statistics, rng)
+/// Returns how the choice of representatives is drawn anew.
+pub(super) fn resampling(sample: Sample<'_>, scores: &[PointObjectives]) -> Resampling {
+    match Estimator::Representatives.is_known(sample, scores.len()) {
+        true => Resampling::whole(),
+        false => Resampling::of(contrasts(sample, scores), scores.len() as f64 - 1.0),
     }
 }
 

@@ -4,53 +4,30 @@
 //! part of the family. What trainings that were not repeated could have given otherwise, neighbours tell
 //! ([`Sample::learned_once`]).
 
-use rand_chacha::ChaCha8Rng;
-
 use super::balanced::NEIGHBOURS;
-use super::contract::{Estimate, Estimator, Sample};
+use super::contract::Sample;
 use super::neighbours::local_means;
-use super::weighted::estimates;
-use crate::stats::summary::Statistics;
-use crate::stats::{PointObjectives, Resampling, StatsError};
+use crate::stats::{PointObjectives, Resampling};
 
-/// The estimator of a whole family.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Whole;
-
-impl Estimator for Whole {
-    fn name(&self) -> &'static str {
-        "all"
-    }
-
-    fn assumptions(&self) -> &'static str {
-        "What is missing is missing at random."
-    }
-
-    fn estimate_all(
-        &self,
-        sample: Sample<'_>,
-        scores: &[PointObjectives],
-        statistics: &dyn Statistics,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let weights: Vec<f64> = scores.iter().map(|p| p.weight).collect();
-        let share = scores.len() as f64 / sample.family_size.max(1) as f64;
-        let inclusion = vec![sample.fixed(share); scores.len()];
-        let resampling = if sample.learned_once {
-            let contrasts = local_means(sample.points, &weights, &inclusion, NEIGHBOURS);
-            Resampling::of(contrasts, scores.len() as f64 - 1.0)
-        } else {
-            Resampling::distinct(&weights, &inclusion)
-        };
-        estimates(sample, scores, &resampling, statistics, rng)
+/// Returns how what is left unknown of a whole family is drawn anew.
+pub(super) fn resampling(sample: Sample<'_>, scores: &[PointObjectives]) -> Resampling {
+    let weights: Vec<f64> = scores.iter().map(|p| p.weight).collect();
+    let share = scores.len() as f64 / sample.family_size.max(1) as f64;
+    let inclusion = vec![sample.fixed(share); scores.len()];
+    if sample.learned_once {
+        let contrasts = local_means(sample.points, &weights, &inclusion, NEIGHBOURS);
+        Resampling::of(contrasts, scores.len() as f64 - 1.0)
+    } else {
+        Resampling::distinct(&weights, &inclusion)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
-    use super::super::contract::Chosen;
+    use super::super::contract::{Chosen, Estimator};
     use super::*;
 
     const FAMILY: usize = 60;
@@ -85,7 +62,8 @@ mod tests {
         let mut luck = ChaCha8Rng::seed_from_u64(5);
         let holds = |_: &u64| {
             let scores = trained(&mut luck);
-            let e = Whole.estimate(sample, &scores, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            let e = Estimator::Whole.estimate(sample, &scores, &mut rng).unwrap();
             e.interval.is_some_and(|(low, high)| low <= truth && truth <= high)
         };
         (0..100u64).filter(holds).count()

@@ -12,52 +12,36 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::contract::{Estimate, Estimator, Sample};
-use super::weighted::estimates;
+use super::contract::{Chosen, Estimate, Sample, estimates};
 use crate::stats::summary::Statistics;
 use crate::stats::{PointObjectives, Resampling, StatsError, means};
 
-/// The estimator of M2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WithoutReplacement;
-
-impl Estimator for WithoutReplacement {
-    fn name(&self) -> &'static str {
-        "M2"
+/// Returns the estimates of [`super::Estimator::WithoutReplacement`].
+pub(super) fn estimate_all(
+    sample: Sample<'_>,
+    scores: &[PointObjectives],
+    statistics: &dyn Statistics,
+    rng: &mut ChaCha8Rng,
+) -> Result<Vec<Option<Estimate>>, StatsError> {
+    let answered = sample.answered(scores.len());
+    let probability = |c: &Chosen| {
+        // Plans from before probabilities were kept: that of a sample in proportion to importance.
+        c.inclusion.unwrap_or_else(|| (c.importance * sample.chosen as f64).min(1.0))
+    };
+    let inclusion: Vec<f64> = sample.points.iter().map(|c| probability(c) * answered).collect();
+    let unbiased: Vec<PointObjectives> = (scores.iter().zip(sample.points).zip(&inclusion))
+        .map(|((p, c), pi)| PointObjectives { weight: c.importance / pi, ..p.clone() })
+        .collect();
+    let weights: Vec<f64> = unbiased.iter().map(|p| p.weight).collect();
+    let fixed: Vec<f64> = inclusion.iter().map(|pi| sample.fixed(*pi)).collect();
+    let resampling = Resampling::distinct(&weights, &fixed);
+    let mut all = estimates(sample, &unbiased, &resampling, statistics, rng)?;
+    let mut own = Vec::with_capacity(all.len());
+    statistics.values(&means(scores)?, &mut own);
+    for (value, estimate) in own.into_iter().zip(&mut all) {
+        let (Some(e), Some(value)) = (estimate.as_mut(), value) else { continue };
+        e.value = value;
+        e.interval = e.interval.map(|(low, high)| (low.min(value), high.max(value)));
     }
-
-    fn assumptions(&self) -> &'static str {
-        "The estimate weighs importance twice and leans to important point MDPs; the interval is that of the same \
-         scores weighted by how likely each point MDP was drawn, widened to hold the estimate."
-    }
-
-    fn estimate_all(
-        &self,
-        sample: Sample<'_>,
-        scores: &[PointObjectives],
-        statistics: &dyn Statistics,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Vec<Option<Estimate>>, StatsError> {
-        let answered = sample.answered(scores.len());
-        let probability = |c: &super::Chosen| {
-            // Plans from before probabilities were kept: that of a sample in proportion to importance.
-            c.inclusion.unwrap_or_else(|| (c.importance * sample.chosen as f64).min(1.0))
-        };
-        let inclusion: Vec<f64> = sample.points.iter().map(|c| probability(c) * answered).collect();
-        let unbiased: Vec<PointObjectives> = (scores.iter().zip(sample.points).zip(&inclusion))
-            .map(|((p, c), pi)| PointObjectives { weight: c.importance / pi, ..p.clone() })
-            .collect();
-        let weights: Vec<f64> = unbiased.iter().map(|p| p.weight).collect();
-        let fixed: Vec<f64> = inclusion.iter().map(|pi| sample.fixed(*pi)).collect();
-        let resampling = Resampling::distinct(&weights, &fixed);
-        let mut all = estimates(sample, &unbiased, &resampling, statistics, rng)?;
-        let mut own = Vec::with_capacity(all.len());
-        statistics.values(&means(scores)?, &mut own);
-        for (value, estimate) in own.into_iter().zip(&mut all) {
-            let (Some(e), Some(value)) = (estimate.as_mut(), value) else { continue };
-            e.value = value;
-            e.interval = e.interval.map(|(low, high)| (low.min(value), high.max(value)));
-        }
-        Ok(all)
-    }
+    Ok(all)
 }

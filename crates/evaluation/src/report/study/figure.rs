@@ -1,6 +1,6 @@
 //! The paper's figure: estimates against the budget, a panel per method, with the whole family as a line.
 
-use super::whole::StudyReport;
+use super::StudyReport;
 use crate::report::figure::{Figure, WIDTH};
 use crate::report::format;
 use crate::report::svg::{Anchor, Axes, Canvas, MUTED, TextStyle, nice_step, text_width};

@@ -2,9 +2,9 @@
 
 use minijinja::{Value, context};
 
+use super::StudyReport;
 use super::stopping;
 use super::table::RIGHT;
-use super::whole::StudyReport;
 use crate::report::error::ReportError;
 use crate::report::figure::Figure;
 use crate::report::format;

@@ -2,7 +2,7 @@
 
 use minijinja::{Value, context};
 
-use super::whole::StudyReport;
+use super::StudyReport;
 use crate::report::csv::{number, table};
 use crate::report::format;
 use crate::report::plain_table::plain_table;

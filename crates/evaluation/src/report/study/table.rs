@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::whole::StudyReport;
+use super::StudyReport;
 use crate::report::format;
 use crate::report::plain_table::plain_table;
 use crate::study::{Cell, Kind};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::run::domain::Domain;
-use crate::run::effort::{RunEfforts, Seen};
+use crate::run::effort::{Efforts, Seen};
 use crate::run::error::RunError;
 use crate::store::Layout;
 use crate::store::manifest::{Manifest, Task};
@@ -25,7 +25,7 @@ const ROOM: (f64, u64) = (1.5, 200);
 
 /// What tasks are expected to cost.
 pub struct Costs<'a> {
-    efforts: RunEfforts<'a>,
+    efforts: Efforts<'a>,
     /// Observed over expected seconds by method.
     factors: BTreeMap<String, f64>,
     /// Memory of a worker, MB.
@@ -48,7 +48,7 @@ impl<'a> Costs<'a> {
         manifest: &'a Manifest,
         done: &[&Task],
     ) -> Result<Self, RunError> {
-        let efforts = RunEfforts::new(domain, &manifest.identity)?;
+        let efforts = Efforts::of_run(domain, &manifest.identity)?;
         let mut costs = Self { efforts, factors: BTreeMap::new(), memory_mb: MEMORY_MB };
         let sha256 = manifest.sha256();
         let step = done.len().div_ceil(READ).max(1);
@@ -85,7 +85,7 @@ impl<'a> Costs<'a> {
     }
 
     fn expected(&self, method: &str, point: &str) -> Result<(f64, bool), RunError> {
-        let effort = self.efforts.of(method, point)?;
+        let effort = self.efforts.task(method, point)?;
         Ok((effort.whole_seconds(), effort.is_informed))
     }
 }

@@ -10,7 +10,6 @@ mod crew;
 pub mod inline;
 mod launcher;
 pub mod local;
-mod log;
 mod strays;
 mod verdict;
 
