@@ -98,11 +98,11 @@ fn early(
         let at = |t: &&tsc_family::analysis::TrainingSummary| {
             t.method == method && analysis.points[t.point].row.point == id
         };
-        let curves: Vec<&[f64]> =
+        let curves: Vec<&[Option<f64>]> =
             analysis.trainings.iter().filter(at).map(|t| &t.curve[..]).collect();
         let last: Vec<f64> = (curves.iter())
             .filter(|c| c.len() >= look)
-            .flat_map(|c| c[look.saturating_sub(WIDTH)..look].iter().copied())
+            .flat_map(|c| c[look.saturating_sub(WIDTH)..look].iter().copied().flatten())
             .collect();
         if last.is_empty() {
             return Err(format!("{method} has fewer than {look} episodes on {id}"));
