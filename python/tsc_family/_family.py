@@ -184,7 +184,7 @@ class Estimate:
     level: float
     """Share of such intervals that hold what they are of, such as 0.95."""
     estimator: str
-    """Name of the estimator: M1, M2, M3, balanced, M4 or all."""
+    """Name of the estimator: M1, M2, M3, balanced, BQ, M4 or all."""
     assumptions: str
     """What must hold for the interval to be one."""
     resamples: NDArray[np.float64]

@@ -90,6 +90,19 @@ pub enum Estimator {
 }
 
 impl Estimator {
+    /// Returns its name in tables: M1 to M4, or that of the sampling.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::WithReplacement => "M1",
+            Self::WithoutReplacement => "M2",
+            Self::Representatives => "M3",
+            Self::BayesianQuadrature => "BQ",
+            Self::Assisted => "M4",
+            Self::Balanced => "balanced",
+            Self::Whole => "all",
+        }
+    }
+
     /// Returns what must hold for its interval to be one, in a sentence or two.
     pub fn assumptions(self) -> &'static str {
         match self {
