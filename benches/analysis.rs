@@ -199,7 +199,8 @@ fn make(dir: &Path, size: &Size) {
         fs::create_dir_all(layout.record(task.task).parent().unwrap()).unwrap();
     }
     tasks.par_iter().for_each(|task| {
-        let point = &manifest.identity.points[task.task / manifest.identity.per_point()];
+        let point =
+            &manifest.identity.points[task.task / (tasks.len() / manifest.identity.points.len())];
         let method = manifest.identity.methods.iter().position(|m| *m == task.method).unwrap();
         let record = record(task, point, (method, size), &sha256);
         let mut text = serde_json::to_string(&record.summary).unwrap() + "\n";
