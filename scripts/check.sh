@@ -6,6 +6,4 @@ cd "$(dirname "$0")/.."
 cargo fmt --all --check
 # With the features that the documentation is made with, which shares what is compiled here.
 cargo clippy --workspace --all-targets --profile quick -- -D warnings
-# Without SUMO.
-cargo clippy --package tsc-family --profile quick --no-default-features -- -D warnings
 make doc

@@ -9,8 +9,9 @@ step() { printf '\n=== %s (%s s)\n' "$1" "$SECONDS"; }
 
 step "tests: all mutations of the readers, all published runs"
 NIGHTLY=1 make test
-step "formatting, clippy, docs"
+step "formatting, clippy, docs; clippy of the program without SUMO"
 make check
+cargo clippy --package tsc-family --profile quick --no-default-features -- -D warnings
 step "licences, sources and advisories of crates"
 scripts/deny.sh
 step "interquartile mean, probability of improvement and profiles against rliable"
