@@ -6,6 +6,9 @@ mod common;
 #[cfg(feature = "libsumo")]
 #[path = "../libsumo_fixture/mod.rs"]
 mod fixture;
+#[cfg(feature = "libsumo")]
+#[path = "../common/nightly.rs"]
+mod nightly;
 mod quick;
 
 mod adding;
