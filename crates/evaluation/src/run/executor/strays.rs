@@ -3,6 +3,7 @@
 
 use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -11,6 +12,10 @@ const NAME: &str = "TSC_FAMILY_WORKER";
 
 /// Most looks at all processes: what forks while it is looked for is found by the next look.
 const LOOKS: usize = 10;
+
+/// Time between two looks. A process that is just executing another program has no environment for a moment, so one look
+/// that finds nothing is not enough.
+const PAUSE: Duration = Duration::from_millis(5);
 
 /// What marks the processes of one worker.
 #[derive(Debug)]
@@ -29,15 +34,18 @@ impl Mark {
     /// Ends what has it, once the worker itself has ended. Where the system has no list of processes with their
     /// environments, nothing is done.
     pub(super) fn end_all(&self) {
+        let mut was_empty = false;
         for _ in 0..LOOKS {
             let found = self.processes();
-            if found.is_empty() {
+            if found.is_empty() && was_empty {
                 return;
             }
+            was_empty = found.is_empty();
             for pid in found {
                 // It may have ended by itself meanwhile.
                 let _ = kill_process(pid, Signal::KILL);
             }
+            std::thread::sleep(PAUSE);
         }
     }
 
