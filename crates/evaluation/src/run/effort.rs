@@ -73,6 +73,9 @@ impl Seen {
     }
 }
 
+/// Features and number of agents of point MDPs.
+type Points<'a> = HashMap<&'a str, (&'a [f64], u32)>;
+
 /// The efforts of tasks on some point MDPs.
 pub struct Efforts<'a> {
     methods: &'a [Method],
@@ -82,7 +85,7 @@ pub struct Efforts<'a> {
     /// Names of the features.
     features: Vec<&'a str>,
     /// Features and number of agents of every point MDP.
-    points: HashMap<&'a str, (&'a [f64], u32)>,
+    points: Points<'a>,
 }
 
 impl<'a> Efforts<'a> {
@@ -98,7 +101,7 @@ impl<'a> Efforts<'a> {
         let point =
             |p: &'a PointMdp| (p.id.as_str(), (p.features.as_slice(), problem.agents(&p.id)));
         let points = family.points.iter().map(point).collect();
-        Self::of(request.domain, &problem.settings(), evaluation, (features, points))
+        Self::of(request.domain, &problem.settings(), evaluation, features, points)
     }
 
     /// Returns those of a run that was planned.
@@ -111,14 +114,15 @@ impl<'a> Efforts<'a> {
         let features = identity.features.iter().map(|f| f.name.as_str()).collect();
         let point = |p: &'a PointRow| (p.point.as_str(), (p.features.as_slice(), domain.agents(p)));
         let points = identity.points.iter().map(point).collect();
-        Self::of(domain, &identity.settings, evaluation, (features, points))
+        Self::of(domain, &identity.settings, evaluation, features, points)
     }
 
     fn of(
         domain: &'a dyn Domain,
         settings: &Value,
         evaluation: u32,
-        (features, points): (Vec<&'a str>, HashMap<&'a str, (&'a [f64], u32)>),
+        features: Vec<&'a str>,
+        points: Points<'a>,
     ) -> Result<Self, RunError> {
         let wrong = |reason: String| RunError::Prepare(reason.into());
         let of = domain.efforts(settings).map_err(wrong)?;
