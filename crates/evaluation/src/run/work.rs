@@ -161,8 +161,8 @@ fn baseline_objective(
 ) -> Result<Option<f64>, RunError> {
     let Some(baseline) = domain.baseline() else { return Ok(None) };
     // A record that is damaged is for `run` and `report` to name.
-    let recorded = (identity.tasks().iter())
-        .filter(|t| t.point == task.point && &*t.method == baseline)
+    let recorded = (identity.tasks_of(|_, point| point == task.point).iter())
+        .filter(|t| &*t.method == baseline)
         .find_map(|t| Record::read(layout, t, manifest).ok().flatten())
         .and_then(|record| record.summary.metrics.get(&identity.objective).copied());
     if recorded.is_some() {

@@ -99,11 +99,11 @@ pub fn check_own(
 ///
 /// [`RunError::NoTask`] for a row that the plan does not have.
 pub fn task_of(dir: &Path, identity: &Identity, row: usize) -> Result<Task, RunError> {
-    let mut tasks = identity.tasks();
-    if row >= tasks.len() {
-        return Err(RunError::NoTask { path: dir.to_path_buf(), task: row, count: tasks.len() });
-    }
-    Ok(tasks.swap_remove(row))
+    identity.tasks_of(|task, _| task == row).pop().ok_or_else(|| RunError::NoTask {
+        path: dir.to_path_buf(),
+        task: row,
+        count: identity.tasks().len(),
+    })
 }
 
 #[cfg(test)]

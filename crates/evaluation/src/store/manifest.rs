@@ -346,17 +346,26 @@ impl Identity {
     /// Returns all tasks, one point MDP after the other, so that a run that is cut short has whole
     /// point MDPs.
     pub fn tasks(&self) -> Vec<Task> {
-        let mut tasks = Vec::new();
+        self.tasks_of(|_, _| true)
+    }
+
+    /// Returns the tasks whose row of the plan and point MDP are wanted. Seeds, which take longest, are derived for these
+    /// only: a worker looks for one task of many.
+    pub fn tasks_of(&self, wanted: impl Fn(usize, &str) -> bool) -> Vec<Task> {
+        let (mut tasks, mut count) = (Vec::new(), 0);
         for row in &self.points {
             for method in &self.methods {
                 for replicate in 0..self.replicates_of(method) {
-                    tasks.push(Task {
-                        task: tasks.len(),
-                        method: method.clone(),
-                        point: row.point.clone(),
-                        replicate,
-                        seed: seed::task(self.base_seed, method, row.seed_label(), replicate),
-                    });
+                    if wanted(count, &row.point) {
+                        tasks.push(Task {
+                            task: count,
+                            method: method.clone(),
+                            point: row.point.clone(),
+                            replicate,
+                            seed: seed::task(self.base_seed, method, row.seed_label(), replicate),
+                        });
+                    }
+                    count += 1;
                 }
             }
         }

@@ -13,8 +13,8 @@ const NAME: &str = "TSC_FAMILY_WORKER";
 /// Most looks at all processes: what forks while it is looked for is found by the next look.
 const LOOKS: usize = 10;
 
-/// Time between two looks. A process that is just executing another program has no environment for a moment, so one look
-/// that finds nothing is not enough.
+/// Time from a look that finds nothing to the next. A process that is just executing another program has no environment for
+/// a moment, so one such look is not enough.
 const PAUSE: Duration = Duration::from_millis(5);
 
 /// What marks the processes of one worker.
@@ -37,15 +37,17 @@ impl Mark {
         let mut was_empty = false;
         for _ in 0..LOOKS {
             let found = self.processes();
-            if found.is_empty() && was_empty {
-                return;
+            if found.is_empty() {
+                if was_empty {
+                    return;
+                }
+                std::thread::sleep(PAUSE);
             }
             was_empty = found.is_empty();
             for pid in found {
                 // It may have ended by itself meanwhile.
                 let _ = kill_process(pid, Signal::KILL);
             }
-            std::thread::sleep(PAUSE);
         }
     }
 
