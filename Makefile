@@ -13,6 +13,7 @@ test: setup
 
 check: setup
 	scripts/check.sh
+	$(MAKE) doc
 
 # The documentation of this project alone: with that of its 200 dependencies it takes minutes. In the
 # profile of the tests, so that it shares what they have compiled.

@@ -58,5 +58,6 @@ scripts/smoke.sh "$work/venv/bin/tsc-family"
 
 step "tests of the package, with gymnasium, PettingZoo and pandas"
 "$work/venv/bin/pip" install --quiet "$wheel[test]"
-"$work/venv/bin/pytest" python/tests -o cache_dir="$work/pytest"
+# Many tests wait for programs that they start, so there are twice as many at a time as processors.
+"$work/venv/bin/pytest" python/tests --numprocesses "$((2 * $(nproc)))" -o cache_dir="$work/pytest"
 step "done"

@@ -2,6 +2,8 @@
 //! every code block true.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "../common/nightly.rs"]
+mod nightly;
 mod pages;
 mod settings_page;
 mod snippets;

@@ -1,4 +1,5 @@
-//! Executes the blocks of every page, each page in a folder of its own.
+//! Executes the blocks of every page, each page in a folder of its own. The pages of published results are executed before
+//! a release: their commands repeat analyses of records that do not change.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -7,6 +8,7 @@ use std::process::{Command, Output};
 use std::thread;
 
 use super::{REPO, all_blocks};
+use crate::nightly::is_nightly;
 use crate::pages::blocks::{Block, Kind};
 
 /// The folder in which the blocks of a page run.
@@ -97,7 +99,8 @@ fn play(blocks: &[Block]) {
 
 #[test]
 fn every_block_that_can_be_executed_works() {
-    let pages = all_blocks();
+    let mut pages = all_blocks();
+    pages.retain(|(page, _)| is_nightly() || !page.path.starts_with("results"));
     let runs = |blocks: &[Block]| blocks.iter().filter(|b| b.kind == Kind::Run).count();
     let total: usize = pages.iter().map(|(_, blocks)| runs(blocks)).sum();
     assert!(total >= 10, "only {total} blocks are executed");

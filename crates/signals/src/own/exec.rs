@@ -315,7 +315,7 @@ mod tests {
     #[test]
     fn whatever_a_command_does_instead_of_answering_is_said() {
         let act = |answer: &str| format!("read -r a; echo '{{}}'; read -r b; {answer}; cat");
-        for (script, expected) in [
+        let cases = [
             (
                 "echo no such thing >&2; exit 3".to_owned(),
                 "it ended (exit status: 3) instead of answering begin; it said last\nno such thing",
@@ -338,10 +338,16 @@ mod tests {
             (act("echo '{\"phases\":[0,0]}'"), "it decided for 2 signals, and there are 1"),
             (act("echo '{\"phases\":[NaN]}'"), "it answered act with"),
             (act("head -c 2000000 /dev/zero"), "its line has more than 1048576 bytes"),
-        ] {
-            let e = play(&mut exec(&script)).unwrap_err();
-            assert!(e.starts_with("mine: ") && e.contains(expected), "{script}: {e}");
-        }
+        ];
+        // Most of them are waited for.
+        thread::scope(|scope| {
+            for (script, expected) in &cases {
+                scope.spawn(move || {
+                    let e = play(&mut exec(script)).unwrap_err();
+                    assert!(e.starts_with("mine: ") && e.contains(expected), "{script}: {e}");
+                });
+            }
+        });
         let mut missing = Exec::new("mine", vec!["/nowhere".into()], Setup::default(), PATIENCE);
         assert!(play(&mut missing).unwrap_err().starts_with("mine: /nowhere cannot be started"));
     }
