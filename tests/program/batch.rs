@@ -167,7 +167,7 @@ fn a_pack_of_a_run_that_another_build_planned_says_so() {
 #[test]
 fn a_pack_that_is_asked_to_stop_keeps_its_training_and_goes_on_to_the_same_record() {
     let dir = tempfile::tempdir().unwrap();
-    let learn = "run smoke --methods idqn --budget 1 --episodes 90 --eval-seeds 1 \
+    let learn = "run smoke --methods idqn --budget 1 --episodes 45 --eval-seeds 1 \
                  --set demand.horizon_s=120";
     succeed(dir.path(), &format!("{learn} --quiet --out here"));
     succeed(dir.path(), &format!("{learn} --out out --executor script"));

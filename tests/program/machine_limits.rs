@@ -155,7 +155,7 @@ fn with_nohup_a_run_goes_on_when_the_terminal_closes() {
     // Said both ways, as whoever runs the tests may have ignored the signal.
     for (heard, expected) in [("--default-signal=HUP", 130), ("--ignore-signal=HUP", 0)] {
         let folder = tempfile::tempdir().unwrap();
-        let line = QUICK.replace("total_steps=600", "total_steps=40000");
+        let line = QUICK.replace("total_steps=600", "total_steps=15000");
         let mut command = Command::new("env");
         command.args([heard, env!("CARGO_BIN_EXE_tsc-family")]).args(line.split_whitespace());
         let mut child = command.current_dir(folder.path()).spawn().unwrap();
