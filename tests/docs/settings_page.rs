@@ -41,7 +41,7 @@ fn the_page_of_settings_says_what_they_are() {
     let others = others.join("\n");
     let expected = format!(
         "{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}\n## Other control tasks\n\n\
-         Other tasks have the sections of [their methods](control-tasks.md#run-one), with the defaults of the pendulum. \
+         Other tasks have the sections of [their methods](control-tasks.md#run-one), with the defaults of the pendulum.\n\
          `dqn` of acrobot has the defaults of CartPole.\n\n{pendulums}\n{others}"
     );
     if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
