@@ -33,8 +33,8 @@ use crate::traffic::places::{self, Places};
 /// `tsc-family check`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 nothing is damaged and every task has a record, 6 nothing is damaged but some tasks have
-no record, 2 something is damaged, or wrong in a submission.
+Exit codes: 0 nothing is damaged and every task has a record, 6 nothing is damaged but some tasks have no \
+record, 2 something is damaged, or wrong in a submission.
 
 Examples:
   tsc-family check results/slc

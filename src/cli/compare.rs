@@ -23,10 +23,10 @@ const SHOWN: usize = 12;
 /// `tsc-family compare`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The runs have one family, preset, demand and --seed. What differs between them is said first:
-simulator, build, settings. A method whose records differ between the runs is there once per run,
-as METHOD@RUN. Scores are relative to the baseline of the first run. Of a folder with runs in it,
-those are taken that have all point MDPs of the first run, and its settings. Needs no SUMO.
+The runs have one family, preset, demand and --seed. What differs between them is said first: simulator, \
+build, settings. A method whose records differ between the runs is there once per run, as METHOD@RUN. Scores \
+are relative to the baseline of the first run. Of a folder with runs in it, those are taken that have all \
+point MDPs of the first run, and its settings. Needs no SUMO.
 
 Examples:
   tsc-family compare results/published results/mine

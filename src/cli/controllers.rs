@@ -39,7 +39,8 @@ static HOST: OnceLock<Box<dyn Host>> = OnceLock::new();
 /// Methods that are not the program's own.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct ControllersArgs {
-    /// Your own controller: a command that answers over pipes, or a class in Python (repeatable)
+    /// Your own controller: a command that answers over pipes, or a class in Python, as
+    /// FILE.py:CLASS?name=value&name=value (repeatable). Only the command of the Python package takes classes
     #[arg(long = "controller", value_name = "NAME=exec:COMMAND|NAME=FILE.py:CLASS")]
     pub controllers: Vec<String>,
     /// Scores measured elsewhere: a table with the columns point, delay_s, and seed or episode (repeatable)

@@ -25,7 +25,7 @@ const RESAMPLES: usize = 400;
 /// `tsc-family estimate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Needs no SUMO. DIR must hold results of the whole family (--budget all). Writes DIR/estimate/index.html,
+Needs no SUMO. DIR must hold results of the whole family (--budget all). Writes DIR/estimate/index.html, \
 errors.csv and the figure as SVG.
 
 Examples:

@@ -58,9 +58,9 @@ const MOST_NAMED: usize = 20;
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("place").required(true))]
 #[command(after_help = "\
-Models and baseline get the same vehicles, and the baseline runs once. Method, hyper-parameters and
-timing of the signals come from the models, everything else from the scenario. Nothing is trained. The
-score is the mean delay divided by the baseline's; over several point MDPs it is weighted by importance.
+Models and baseline get the same vehicles, and the baseline runs once. Method, hyper-parameters and timing \
+of the signals come from the models, everything else from the scenario. Nothing is trained. The score is the \
+mean delay divided by the baseline's; over several point MDPs it is weighted by importance.
 
 Examples:
   tsc-family evaluate --model results/smoke/models/000/1.safetensors --point busy smoke

@@ -28,9 +28,10 @@ const MOST_ADVANCE_M: f64 = 1000.0;
 /// `tsc-family events`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Plays an episode of a run again and writes what its signals and detectors did: events.csv has Indiana codes,
-detectors.csv the channels, phases.csv the phases. The Python package atspm takes the first two as raw_data and
-detector_config. sumo-gui -c FOLDER/episode.sumocfg shows the episode, and plain sumo repeats it. A learned method is not trained again, and a tuned one not tuned: the model or plan of the run is taken.
+Plays an episode of a run again and writes what its signals and detectors did: events.csv has Indiana codes, \
+detectors.csv the channels, phases.csv the phases. The Python package atspm takes the first two as raw_data \
+and detector_config. sumo-gui -c FOLDER/episode.sumocfg shows the episode, and plain sumo repeats it. A \
+learned method is not trained again, and a tuned one not tuned: the model or plan of the run is taken.
 
 Example:
   tsc-family events results/smoke --point busy --method nema --out results/smoke-events")]

@@ -13,9 +13,9 @@ use crate::store::Layout;
 /// `tsc-family export`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Writes a row per episode of training and evaluation, with its task, its seed, every metric, and the features,
-importance and weight of its point MDP. A failed task has one row, with its reason. The same records give the same
-bytes.
+Writes a row per episode of training and evaluation, with its task, its seed, every metric, and the \
+features, importance and weight of its point MDP. A failed task has one row, with its reason. The same \
+records give the same bytes.
 
 Examples:
   tsc-family export results/slc

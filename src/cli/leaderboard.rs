@@ -17,8 +17,8 @@ use crate::store::results::Results;
 /// `tsc-family leaderboard`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Runs of one scenario and preset with the same episodes are one table: same point MDPs, seeds and records
-of the baseline. Packed records are read as they are. Needs no SUMO.
+Runs of one scenario and preset with the same episodes are one table: same point MDPs, seeds and records of \
+the baseline. Packed records are read as they are. Needs no SUMO.
 
 Examples:
   tsc-family leaderboard results

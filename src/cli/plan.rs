@@ -31,8 +31,9 @@ const RESAMPLES: usize = 200;
 /// `tsc-family plan`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Writes a file for `run --plan`. With --assist the sample is also spread over the scores of the methods without
-training, and estimates use these scores (M4). The expected error is that of samples of these methods.
+Writes a file for `run --plan`. With --assist, the choice and the estimates also use the scores of methods \
+that do not learn: Bayesian quadrature by default, M4 with --sampling balanced. The expected error is that \
+of samples of these methods.
 
 Examples:
   tsc-family plan --budget 40 --assist results/all --out plan.json

@@ -16,8 +16,7 @@ use crate::store::results::Results;
 /// `tsc-family report`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Needs no SUMO. Writes DIR/report/index.html, scores.csv, summary.csv, episodes.csv and the figures
-as SVG.
+Needs no SUMO. Writes DIR/report/index.html, scores.csv, summary.csv, episodes.csv and the figures as SVG.
 
 Examples:
   tsc-family report results/slc

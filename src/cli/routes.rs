@@ -18,9 +18,9 @@ use crate::traffic::network::demand::DemandSpec;
 /// `tsc-family routes`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Records have the seed of every episode, for vehicles and SUMO. `routes` prints a command that simulates
-the episode under the network's own signal program, as the baseline does. The delay of a record is the
-mean of timeLoss + departDelay over all vehicles in trips.xml.
+Records have the seed of every episode, for vehicles and SUMO. `routes` prints a command that simulates the \
+episode under the network's own signal program, as the baseline does. The delay of a record is the mean of \
+timeLoss + departDelay over all vehicles in trips.xml.
 
 Example:
   tsc-family routes --point busy smoke --seed 1889785958 --out busy.rou.xml")]

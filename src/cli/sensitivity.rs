@@ -31,7 +31,7 @@ const MOST_ODDS: f64 = 1e6;
 /// `tsc-family sensitivity`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Reads the records only; needs no SUMO. Writes RESULTS/sensitivity/index.html, a figure as SVG, and
+Reads the records only; needs no SUMO. Writes RESULTS/sensitivity/index.html, a figure as SVG, and \
 distributions.csv, weights.csv, ranks.csv, failures.csv, reported.csv, cases.csv.
 
 Examples:

@@ -31,8 +31,8 @@ const ERROR: f64 = 1.5;
 /// `tsc-family status`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 every task has a record, 3 every task has a record and some failed, 6 some tasks have no record.
-For a run that stops when enough is known, these are the tasks of the looks until now.
+Exit codes: 0 every task has a record, 3 every task has a record and some failed, 6 some tasks have no \
+record. For a run that stops when enough is known, these are the tasks of the looks until now.
 
 Example:
   tsc-family status results/slc")]

@@ -16,7 +16,7 @@ pub struct SumocfgArgs {
     /// Length of a step of SUMO scenarios, seconds [default: their own]
     #[arg(long, value_name = "SECONDS", value_parser = parse_time)]
     pub step_length: Option<f64>,
-    /// What SUMO scenarios may do that is in the way otherwise
+    /// Things in SUMO scenarios that are refused without this option
     #[arg(long, value_name = "WHAT,...", value_enum, value_delimiter = ',')]
     pub accept: Vec<Accept>,
 }

@@ -34,9 +34,9 @@ const MOST_NAMED: usize = 20;
 /// `tsc-family transfer`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Point MDPs, seeds, baseline and own training are those of the run: only the models are simulated, and
-nothing is trained. Of several trainings on a point MDP the first one's model is taken. A model that does
-not fit the lanes or phases of a point MDP has no score there, and is named. Writes OUT/transfer:
+Point MDPs, seeds, baseline and own training are those of the run: only the models are simulated, and \
+nothing is trained. Of several trainings on a point MDP the first one's model is taken. A model that does \
+not fit the lanes or phases of a point MDP has no score there, and is named. Writes OUT/transfer: \
 transfer.csv, summary.csv, transfer.tex and a heat map as SVG, PDF and PGF.
 
 Examples:

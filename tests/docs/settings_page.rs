@@ -41,8 +41,8 @@ fn the_page_of_settings_says_what_they_are() {
     let others = others.join("\n");
     let expected = format!(
         "{by_hand}{MARK}\n## Traffic signals\n\n{signals}\n## Carts and poles\n\n{poles}\n## Other control tasks\n\n\
-         The other tasks have the sections of the pendulum, but for their environments; acrobot has `dqn` as CartPole \
-         does.\n\n{pendulums}\n{others}"
+         Other tasks have the sections of [their methods](control-tasks.md#run-one), with the defaults of the pendulum.\n\
+         `dqn` of acrobot has the defaults of CartPole.\n\n{pendulums}\n{others}"
     );
     if std::env::var("INSTA_UPDATE").is_ok_and(|mode| mode == "always") {
         fs::write(PAGE, &expected).unwrap();

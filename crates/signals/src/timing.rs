@@ -24,8 +24,8 @@
 //!   place of which a crosswalk takes `lane_width_m`.
 //!
 //! Source: ITE, "Guidelines for Determining Traffic Signal Change and Clearance Intervals" (2020);
-//! MUTCD (2009), sections 4D.26 and 4E.06; HCM (6th ed.), chapter 19; FHWA, "Signal Timing Manual" (2nd ed.),
-//! chapter 6.
+//! MUTCD (2009), sections 4D.26 and 4E.06; HCM (6th ed.), chapter 19; "Signal Timing Manual" (2nd ed.,
+//! NCHRP Report 812), chapter 6.
 
 mod crosswalks;
 mod program;

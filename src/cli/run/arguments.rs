@@ -15,9 +15,8 @@ use crate::store::most::{MOST_EVALUATION_SEEDS, MOST_REPLICATES};
 /// `tsc-family run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-The same command continues an interrupted run and keeps finished tasks. With more methods, a larger
-budget or more replicates it adds to the run, whose records stay. Another run in the same directory is
-refused.
+The same command continues an interrupted run and keeps finished tasks. With more methods, a larger budget \
+or more replicates it adds to the run, whose records stay. Another run in the same directory is refused.
 
 Examples:
   tsc-family run --budget 20 --out results/slc
@@ -68,7 +67,7 @@ pub struct RunArgs {
     pub existing: Option<PathBuf>,
     /// Methods, separated by commas, or `all`; for signals `baseline` always runs [default: those of the run that is in
     /// --out, else baseline,fixed-time,max-pressure,actuated,nema, with --sumocfg also program, with plans also existing;
-    /// for `cartpole` ppo,dqn, for `pendulum` ppo,sac]
+    /// for control tasks ppo, and dqn or sac where the task has it]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Methods that are not the program's own

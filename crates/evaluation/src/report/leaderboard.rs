@@ -11,8 +11,8 @@ use crate::stats::Direction;
 const ABOVE: &str = "\
 # Leaderboard
 
-After this page you can see how all published methods rank on each family, and how sure that is. `tsc-family leaderboard` made it from
-the records; do not edit it.
+This page shows how all published methods rank on each family, and how sure that is. `tsc-family leaderboard` made it from the records;
+do not edit it.
 
 - **Score**: the estimate over all point MDPs of the family, with its 95% interval. A run on a sample has the estimate and the interval
   of its sample. A run with *looks*, which could have stopped early, has wider intervals.
@@ -21,7 +21,8 @@ the records; do not edit it.
   methods on the same vehicles.
 - **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
   method has a row per run, unless a run with more point MDPs and as many trainings has the same records. Where versions
-  differ, the heading names the simulator, and the version of the program that computed the baseline.
+  differ, the heading names the simulator, and the version of the program that computed the baseline. The rules of preset `field` changed
+  with version 0.2.0. So compare methods within one table only.
 - **Training**: trainings per point MDP, and episodes or steps of each. *Chosen*: validation chose the policies that count. *Last*: they are
   those after the last episode. Compare *chosen* only with *chosen*.
 - **Date**: the day on which the run began. The link leads to its manifest, which has all settings, seeds and hashes.

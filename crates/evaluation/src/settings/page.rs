@@ -17,12 +17,22 @@ fn table(of: &str, name: &str, section: &dyn Section) -> String {
     )
 }
 
+/// Returns a default as TOML has it: a table of numbers in one line; JSON and TOML write everything else alike.
+fn toml(json: &str) -> String {
+    let Some(fields) = json.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')) else {
+        return json.to_owned();
+    };
+    let field = |field: &str| field.replacen('"', "", 2).replacen(':', " = ", 1);
+    let fields: Vec<String> = fields.split(',').map(field).collect();
+    format!("{{ {} }}", fields.join(", "))
+}
+
 /// `section` is the source of those that name none of their own.
 fn row(setting: &Setting, section: &str) -> String {
     let range = setting.limits.map_or(String::new(), |limits| limits.to_string());
     let default = match (setting.default)().as_str() {
         "null" => String::new(),
-        default => format!("`{default}`"),
+        default => format!("`{}`", toml(default)),
     };
     let source = match setting.source == section {
         true => String::new(),

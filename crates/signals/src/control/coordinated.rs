@@ -22,9 +22,9 @@
 //!
 //! Source: J. D. C. Little, M. D. Kelson and N. H. Gartner, "MAXBAND: a program for setting signals on arteries and
 //! triangular networks", Transportation Research Record 795 (1981); weights by volume: N. H. Gartner et al., "A multi-band
-//! approach to arterial traffic signal optimization", Transportation Research Part B 25 (1991); FHWA, "Signal Timing
-//! Manual" (2nd ed.), chapter 7. Deviation: offsets are whole seconds found by coordinate ascent, not by integer
-//! programming.
+//! approach to arterial traffic signal optimization", Transportation Research Part B 25 (1991); "Signal Timing
+//! Manual" (2nd ed., NCHRP Report 812), chapter 7. Deviation: offsets are whole seconds found by coordinate ascent, not
+//! by integer programming.
 
 mod bands;
 

@@ -30,15 +30,16 @@ pub struct StageCycle {
 
 settings! {
     /// Dual-ring control.
-    pub struct Config, source "FHWA, Signal Timing Manual (2nd ed.), chapters 5 and 6" {
+    pub struct Config, source "Signal Timing Manual (2nd ed., NCHRP Report 812), chapters 5 and 6" {
         /// Time without a vehicle on a phase's detectors after which its green may end.
         passage_s: u32 = 2, in 1.0..=30.0, unit "s", source "Signal Timing Manual, chapter 6; 2 s is our choice";
         /// Longest green of a phase while another one is called, within the limits of `[signal]`.
         max_green_s: u32 = 60, in 1.0..=600.0, unit "s", source "Signal Timing Manual, chapter 6";
-        /// The same for a left turn's own phase; less where the through phase after it could not last its shortest green
-        /// any more. In left-hand traffic these are right turns.
+        /// The same for a left turn's own phase. It is shorter where the through phase after it would otherwise get
+        /// less than its shortest green. In left-hand traffic these are right turns.
         left_max_green_s: u32 = 30, in 1.0..=600.0, unit "s", source "Signal Timing Manual, chapter 6";
-        /// Length of the detectors, which end at the stop line; of a shorter lane, the street upstream is seen too.
+        /// Length of the detectors, which end at the stop line. If a lane is shorter than the detector, the detector
+        /// continues on the street upstream.
         detector_m: f64 = 20.0, in 1.0..=200.0, unit "m", source "SUMO's NEMA controller; presence detection, Signal Timing Manual, chapter 4";
         /// The same on lanes for left turns alone.
         left_detector_m: f64 = 10.0, in 1.0..=200.0, unit "m", source "our choice: two vehicles";

@@ -10,7 +10,7 @@
 //!
 //! Deviation: gap reduction, detectors of the plan, delayed calls and conditional service are not simulated.
 //!
-//! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapters 5 to 7; NEMA TS 2.
+//! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapters 5 to 7; NEMA TS 2.
 
 use super::{Controller, Drive, Same, Setup};
 use evaluation::run::method::{Method, Training};

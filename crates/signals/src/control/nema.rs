@@ -16,7 +16,7 @@
 //! - **The least green of a through phase** is that of the crosswalk to its right: in every cycle, or when
 //!   somebody has pushed the button, which calls the phase, too.
 //!
-//! Source: NEMA TS 2; FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapters 5 and 6.
+//! Source: NEMA TS 2; "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapters 5 and 6.
 
 pub use super::dual_ring::{Config, Recall};
 use super::{Controller, Drive, Same, Setup};

@@ -13,7 +13,7 @@
 //!
 //! Deviation: `signal.max_green_s` does not end a coordinated phase, as in a cabinet. All other limits hold.
 //!
-//! Source: FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapter 7; NEMA TS 2.
+//! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 7; NEMA TS 2.
 
 use super::coordinated::Coordinated;
 use super::dual_ring::{self, Recall};
@@ -31,7 +31,7 @@ pub const METHOD: Method = Method {
 
 settings! {
     /// Coordinated-actuated control.
-    pub struct Config, source "FHWA, Signal Timing Manual (2nd ed.), chapter 7" {
+    pub struct Config, source "Signal Timing Manual (2nd ed., NCHRP Report 812), chapter 7" {
         /// Simulated episodes that tuning may use for one signal; for n signals, √n times as many.
         simulations: u32 = 24, in 8.0..=10_000.0, unit "episodes", source "our choice";
         /// Time lost per phase change in Webster's formula.
@@ -40,7 +40,8 @@ settings! {
         saturation_flow_vph: f64 = 1900.0, in 100.0..=5000.0, unit "veh/h per lane";
         /// Time without a vehicle on a phase's detectors after which its green may end.
         passage_s: u32 = 2, in 1.0..=30.0, unit "s", source "as for nema";
-        /// Length of the detectors, which end at the stop line; of a shorter lane, the street upstream is seen too.
+        /// Length of the detectors, which end at the stop line. If a lane is shorter than the detector, the detector
+        /// continues on the street upstream.
         detector_m: f64 = 20.0, in 1.0..=200.0, unit "m", source "as for nema";
         /// The same on lanes for left turns alone.
         left_detector_m: f64 = 10.0, in 1.0..=200.0, unit "m", source "as for nema";

@@ -78,7 +78,7 @@ const MOST_SPLITS: u32 = 16;
 
 /// Length of a presence detector, metres: 20 ft.
 ///
-/// Source: FHWA, "Signal Timing Manual" (2nd ed.), chapter 4; split failures are defined for such zones (C. M. Day et al.,
+/// Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 4; split failures are defined for such zones (C. M. Day et al.,
 /// "Performance Measures for Traffic Signal Systems", Purdue University, 2014).
 pub const PRESENCE_LENGTH_M: f64 = 6.1;
 

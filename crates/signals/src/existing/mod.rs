@@ -12,7 +12,7 @@
 //! - **Offset and reference** have no effect: intersections are simulated apart. They are kept for whoever takes the plan
 //!   back.
 //!
-//! Source: FHWA, "Signal Timing Manual" (2nd ed.), chapters 5 to 7; NEMA TS 2.
+//! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapters 5 to 7; NEMA TS 2.
 
 pub mod program_file;
 pub mod ran;

@@ -17,7 +17,7 @@
 //! Deviation: sight distance, crashes and delay, which the guidelines also ask for, are not known. The hour is that
 //! of the scenario, and its speed the speed limit.
 //!
-//! Source: FHWA, "Signal Timing Manual" (2nd ed., NCHRP 812), chapter 4, guidelines for left-turn phasing (1 to 4);
+//! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 4, guidelines for left-turn phasing (1 to 4);
 //! HCM (2000), cross products for protected left turns (5).
 
 use std::collections::BTreeSet;

@@ -19,15 +19,16 @@ settings! {
         /// How arriving vehicles turn; renormalised over the movements that exist.
         turn_shares: TurnShares = TurnShares::default();
         /// Volume of the horizon divided by four times the volume of its busiest quarter, which is the second one. 1 is
-        /// an even flow; values must be above 0.25. The volume of the horizon stays the same. This is the peak hour
-        /// factor of the Highway Capacity Manual, `V / (4 V15)`, whose default is 0.92.
+        /// constant demand. A value is above 0.25 and at most 1. The volume of the horizon stays the same. This is the
+        /// peak hour factor of the Highway Capacity Manual, `V / (4 V15)`, whose default is 0.92.
         peak_hour_factor: f64 = 1.0;
         /// Variation (standard deviation divided by the mean) of the inflow between the four approaches of a
         /// six-feature point MDP, whose mean stays the same; 0 makes them equal. It has no effect on approaches that
         /// have their own features, because these have their own inflows. 0.4 is the variation within the intersections
         /// of Salt Lake City.
         approach_spread: f64 = 0.0, in 0.0..=MAX_APPROACH_SPREAD;
-        /// Share of vehicles that are heavy: single-unit trucks and buses of 9.1 m. Arrivals, turns and desired speeds do not depend on it. The default of the Highway Capacity Manual is 0.03.
+        /// Share of vehicles that are heavy: single-unit trucks of 9.1 m, which stand for buses too. Arrivals, turns
+        /// and desired speeds do not depend on it. The default of the Highway Capacity Manual is 0.03.
         #[serde(skip_serializing_if = "is_zero")]
         heavy_vehicles: f64 = 0.0, in 0.0..=1.0;
         /// How much drivers dawdle: 0 not at all, 1 as much as SUMO's model of following allows (SUMO's `sigma`). Less of it

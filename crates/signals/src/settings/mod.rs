@@ -128,7 +128,7 @@ settings! {
         /// Table of point MDPs, relative to the scenario file, as written by hand.
         points: Option<String> = None;
         /// Description of an intersection: `six-features`, or `per-approach`, its real arms. A scenario of your own
-        /// with `approaches` that does not say it has `per-approach`.
+        /// with `approaches` has `per-approach` unless it says otherwise.
         detail: Detail = Detail::SixFeatures;
         /// Share of the daily traffic that arrives in the simulated hour: 1/24 is the paper's AADT per
         /// hour, 0.055 fits UDOT's counts, 0.084 is a traffic engineer's design hour.
@@ -230,8 +230,8 @@ settings! {
     pub struct NetworkSettings, source "netconvert's defaults where it has one, else our choice" {
         /// Length of outgoing edges. They cost simulation time and do not change results.
         exit_length_m: f64 = 60.0, in 10.0..=10_000.0, unit "m";
-        /// Green of each phase of the program `phases` in a network's file, which lists the phases of `all-pairs`. No
-        /// method runs that program: controllers choose their own durations.
+        /// Green of each phase of the program `phases` in a network's file. This program lists the phases of
+        /// `all-pairs`, and no method runs it.
         phase_green_s: f64 = 30.0, in 1.0..=300.0, unit "s";
         /// Cycle that netconvert's default program gets.
         default_cycle_s: f64 = 90.0, in 20.0..=600.0, unit "s";

@@ -107,21 +107,22 @@ settings! {
         /// Longest green; without it there is no limit.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         max_green_s: Option<u32> = None, in 1.0..=3600.0, unit "s";
-        /// Whether greens beside a crosswalk last until pedestrians have crossed. Greens in a row that serve a crosswalk
-        /// or a movement then carry its time together.
+        /// Whether greens beside a crosswalk last until pedestrians have crossed. If consecutive greens serve one
+        /// crosswalk or movement, their sum is long enough for it.
         pedestrians: bool = false;
-        /// Whether vehicles may turn on red to the near side (right, in left-hand traffic left) from the lane beside the
-        /// kerb, after they stopped and where nobody with priority comes. It holds for every method on generated networks,
-        /// and for the links of imported ones whose own programs show `s` wherever others have red.
+        /// Whether vehicles may turn on red to the near side (right, in left-hand traffic left) from the lane beside
+        /// the kerb, after they stopped and where nobody with priority comes. It holds for every method on generated
+        /// networks. In an imported network it holds for links whose own programs show SUMO's letter `s`. They may show
+        /// red (`r`) only beside a permissive green that meets them.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         turn_on_red: bool = false;
-        /// Pedestrians who push the button of each crossing, with `pedestrians`. Without it every green beside a
-        /// crosswalk lasts until they have crossed (recall). With it that time is given when somebody waits, except in
-        /// fixed cycles and `actuated`, whose cycles let pedestrians cross every time.
+        /// Pedestrians per hour who push the button of each crosswalk. It has an effect only if `pedestrians` is true.
+        /// Without it every green beside a crosswalk lasts until they have crossed (recall). With it that time is given
+        /// when somebody waits, except in fixed cycles and `actuated`, whose cycles let pedestrians cross every time.
         #[serde(skip_serializing_if = "Option::is_none")]
         pedestrian_calls_per_h: Option<f64> = None, in 0.0..=3600.0, unit "pedestrians/h", source "our choice";
-        /// Width of lanes that a crosswalk leads over, with `pedestrians`, where the network says none; without it SUMO's
-        /// 3.2 m.
+        /// Width of lanes that a crosswalk leads over, where the network says none; without it SUMO's 3.2 m. It has an
+        /// effect only if `pedestrians` is true.
         #[serde(skip_serializing_if = "Option::is_none")]
         lane_width_m: Option<f64> = None, in 2.0..=6.0, unit "m", source "SUMO";
         /// How left turns are signalled in generated networks: `permissive`, `protected`, `protected-permissive`, or
@@ -129,7 +130,7 @@ settings! {
         /// of all pairs. Left turns without a lane of their own stay permissive. `network` is netconvert's program, in which lefts yield and those with lanes of their own get a stage. In left-hand traffic these are right
         /// turns.
         #[serde(skip_serializing_if = "LeftTurns::is_network")]
-        left_turns: LeftTurns = LeftTurns::Network, source "FHWA, Signal Timing Manual (2nd ed.), chapter 4; HCM";
+        left_turns: LeftTurns = LeftTurns::Network, source "Signal Timing Manual (2nd ed., NCHRP Report 812), chapter 4; HCM";
         /// Shortest fixed cycle.
         min_cycle_s: u32 = 20, in 1.0..=600.0, unit "s", source "our choice";
         /// Longest fixed cycle, unless the shortest greens make it longer.

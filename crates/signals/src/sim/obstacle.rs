@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Accept {
-    /// Calibrators and vaporizers add or remove vehicles, under each method others
+    /// Calibrators and vaporizers stay. They add and remove other vehicles under each method
     Calibrators,
     /// A mesoscopic scenario is simulated lane by lane
     Microscopic,

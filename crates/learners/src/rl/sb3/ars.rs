@@ -29,7 +29,8 @@ settings! {
             source "Jayawardana et al., 2022, give none for most tasks";
         /// Directions of an update, each tried both ways for an episode.
         directions: usize = 8, in 1.0..=1e4, unit "directions";
-        /// How many of the best directions count, by the better return of both ways; all where there are fewer.
+        /// How many directions count: those with the highest return in either way. If there are fewer directions, all
+        /// count.
         best_directions: usize = 8, in 1.0..=1e4, unit "directions";
         /// Size of a step.
         learning_rate: f32 = 0.02, in 1e-8..=1e3;

@@ -51,11 +51,11 @@ settings! {
         gamma: f32 = 0.99, in 0.0..=1.0;
         /// Discount of later advantages within the generalised advantage estimate.
         gae_lambda: f32 = 0.95, in 0.0..=1.0;
-        /// Largest mean divergence of the policy after an update from that before.
+        /// Largest mean KL divergence between the policies before and after an update.
         target_kl: f32 = 0.01, in 1e-9..=10.0;
         /// Steps of conjugate gradients per update.
         cg_steps: u32 = 15, in 1.0..=1000.0, unit "steps";
-        /// Added to the diagonal of Fisher's metric.
+        /// Added to the diagonal of the Fisher information matrix.
         cg_damping: f32 = 0.1, in 0.0..=1e3;
         /// Factor by which a step that does not improve the policy is made shorter.
         line_search_factor: f32 = 0.8, in 0.01..=0.99;
