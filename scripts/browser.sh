@@ -63,7 +63,7 @@ published() {
     rm -rf "$2/report" "$2/estimate"
     quiet "$binary" report "$2"
 }
-published salt-lake-city/field field
+published salt-lake-city/field-0.2.0 field
 published cartpole/carl carl
 quiet "$binary" report field --against fixed-time
 quiet "$binary" run salt-lake-city --budget 4 --eval-seeds 2 --set demand.horizon_s=120 --out sample \

@@ -6,8 +6,6 @@
 #   scripts/published.sh cartpole salt-lake-city/resco             those of a folder, and one run
 #   scripts/published.sh --list                                    their names
 #
-# The folder salt-lake-city/field is of the preset field of version 0.1.0, which this version cannot continue.
-#
 # The folders *-sumo-1.28 need a BINARY that was built with SUMO 1.28 (docs/install.md), and its SUMO_HOME.
 #
 # Ctrl-C stops it, and the same command continues. JOBS is the number of workers, BINARY a program to
