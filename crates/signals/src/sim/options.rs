@@ -239,7 +239,7 @@ pub fn replaced(name: &str, value: &str) -> Option<(&'static str, &'static str)>
     match name {
         "max-depart-delay" if !is_negative => Some((
             "-1",
-            "it leaves vehicles that wait to enter out of the delay, under each method others",
+            "it leaves vehicles that wait to enter out of the delay, other ones under each method",
         )),
         "max-num-teleports" if !is_negative => {
             Some(("-1", "it ends a simulation early, depending on the method"))
@@ -248,10 +248,10 @@ pub fn replaced(name: &str, value: &str) -> Option<(&'static str, &'static str)>
             Some(("false", "it ends the delay of vehicles that stand, under each method of others"))
         }
         "time-to-teleport.highways" if number.is_none_or(|value| value > 0.0) => {
-            Some(("0", "it moves vehicles that stand, under each method others"))
+            Some(("0", "it moves vehicles that stand, other ones under each method"))
         }
         "time-to-teleport.disconnected" if !is_negative => {
-            Some(("-1", "it moves vehicles that stand, under each method others"))
+            Some(("-1", "it moves vehicles that stand, other ones under each method"))
         }
         name if COLLISIONS.contains(&name) && value == "remove" => Some((
             "warn",
