@@ -63,9 +63,16 @@ if [ -z "${BINARY:-}" ]; then
     BINARY=${CARGO_TARGET_DIR:-target}/release/tsc-family
 fi
 
+# Packs files of a run. PACK FILES
+pack() {
+    tar -C "$out" --sort=name --mtime=@0 --owner=0 --group=0 --exclude=lock.json -cJf "$out/$1" "${@:2}"
+}
+
 # Unpacks what was committed of a run.
 unpack() {
-    if [ ! -d "$1/done" ] && [ -e "$1/records.tar.xz" ]; then
+    if [ ! -d "$1/done" ] && [ -e "$1/progress.tar.xz" ]; then
+        tar -xJf "$1/progress.tar.xz" -C "$1"
+    elif [ ! -d "$1/done" ] && [ -e "$1/records.tar.xz" ]; then
         tar -xJf "$1/records.tar.xz" -C "$1"
         gunzip -kf "$1/plan.jsonl.gz"
     fi
@@ -88,12 +95,21 @@ for run in "${runs[@]}"; do
     code=0
     # shellcheck disable=SC2086 # the arguments of a run are words
     "$BINARY" run ${run#* } $more --out "$out" ${JOBS:+--jobs "$JOBS"} || code=$?
-    # Its records, as far as they are there.
     if [ -d "$out/done" ]; then
-        tar -C "$out" --sort=name --mtime=@0 --owner=0 --group=0 -cJf "$out/records.tar.xz" done
-        gzip -nkf "$out/plan.jsonl"
         echo "$out: $(find "$out/done" -name '*.jsonl' | wc -l) of $(wc -l <"$out/plan.jsonl") tasks" >&2
     fi
-    # 3: some tasks failed, which the report says.
-    [ "$code" -eq 0 ] || [ "$code" -eq 3 ] || exit "$code"
+    case $code in
+        # 3: some tasks failed, which the report says.
+        0 | 3)
+            pack records.tar.xz done
+            gzip -nkf "$out/plan.jsonl"
+            rm -f "$out/progress.tar.xz"
+            ;;
+        # What an interrupted run has done is no result yet, and only this script reads it.
+        *)
+            # shellcheck disable=SC2046 # names without spaces
+            [ ! -d "$out/done" ] || pack progress.tar.xz $(cd "$out" && echo *.json plan.jsonl done)
+            exit "$code"
+            ;;
+    esac
 done
