@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 use crate::common::succeed;
@@ -70,19 +71,10 @@ fn methods(name: &str) -> Vec<Map<String, Value>> {
     rows
 }
 
-/// The methods of all results of [`TABLES`]: each is read once, two at a time.
+/// The methods of all results of [`TABLES`], each of which is read once.
 fn methods_of_tables() -> BTreeMap<&'static str, Vec<Map<String, Value>>> {
     let names: BTreeSet<&str> = TABLES.iter().map(|&(_, _, _, name, _)| name).collect();
-    let names: Vec<&str> = names.into_iter().collect();
-    let read = |names: &[&'static str]| -> Vec<_> {
-        names.iter().map(|&name| (name, methods(name))).collect()
-    };
-    std::thread::scope(|scope| {
-        let (first, second) = names.split_at(names.len() / 2);
-        let first = scope.spawn(move || read(first));
-        let second = read(second);
-        first.join().unwrap().into_iter().chain(second).collect()
-    })
+    names.into_par_iter().map(|name| (name, methods(name))).collect()
 }
 
 /// A score with its interval, as tables have it.

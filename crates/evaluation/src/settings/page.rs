@@ -17,7 +17,8 @@ fn table(of: &str, name: &str, section: &dyn Section) -> String {
     )
 }
 
-/// Returns a default as TOML has it: a table of numbers in one line; JSON and TOML write everything else alike.
+/// Returns a default as TOML has it: a table of numbers in one line. JSON and TOML write everything else alike. The crate
+/// `toml` would sort the names, and write 1e-8 in full.
 fn toml(json: &str) -> String {
     let Some(fields) = json.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')) else {
         return json.to_owned();
