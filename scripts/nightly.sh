@@ -7,7 +7,7 @@ program=$target/quick/tsc-family
 
 step() { printf '\n=== %s (%s s)\n' "$1" "$SECONDS"; }
 
-step "tests: all mutations of the readers, all published runs"
+step "tests: all mutations of the readers, all published runs, the commands on their pages"
 NIGHTLY=1 make test
 step "formatting, clippy, docs; clippy of the program without SUMO"
 make check

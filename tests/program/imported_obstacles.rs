@@ -52,7 +52,7 @@ fn all_that_is_in_the_way_is_said_at_once_and_its_options_pass_it() {
     assert!(said.starts_with("error: 4 things are in the way:\n"), "{said}");
     for expected in [
         "a.sumocfg: option <new-thing>: it is none that is known to be safe",
-        "add.xml: line 2: <calibrator> adds or removes vehicles, other ones under each method",
+        "add.xml: line 2: <calibrator> adds or removes vehicles, and these differ between methods",
         "a.sumocfg: no end; the last vehicle or flow that is known departs at",
         "a.sumocfg: a step-length of 0.3 s does not divide a second",
     ] {

@@ -1,7 +1,8 @@
 //! Left turns that yield in a plan although the Signal Timing Manual protects them, whatever their volume. The simulation
 //! does not punish such a plan, because its drivers do not collide.
 //!
-//! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 4: two or more left-turn lanes, or four or more opposing lanes.
+//! Source: "Signal Timing Manual" (2nd ed., NCHRP Report 812), chapter 4: two or more left-turn lanes, or four or more
+//! opposing lanes.
 
 use std::collections::BTreeMap;
 

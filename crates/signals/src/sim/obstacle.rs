@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Accept {
-    /// Calibrators and vaporizers stay. They add and remove other vehicles under each method
+    /// Calibrators and vaporizers stay. The vehicles that they add and remove differ between methods
     Calibrators,
     /// A mesoscopic scenario is simulated lane by lane
     Microscopic,

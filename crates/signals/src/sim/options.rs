@@ -239,23 +239,24 @@ pub fn replaced(name: &str, value: &str) -> Option<(&'static str, &'static str)>
     match name {
         "max-depart-delay" if !is_negative => Some((
             "-1",
-            "it leaves vehicles that wait to enter out of the delay, other ones under each method",
+            "it leaves vehicles that wait to enter out of the delay, and these differ between methods",
         )),
         "max-num-teleports" if !is_negative => {
             Some(("-1", "it ends a simulation early, depending on the method"))
         }
-        "time-to-teleport.remove" if !is_false => {
-            Some(("false", "it ends the delay of vehicles that stand, under each method of others"))
-        }
+        "time-to-teleport.remove" if !is_false => Some((
+            "false",
+            "it ends the delay of vehicles that stand, and these differ between methods",
+        )),
         "time-to-teleport.highways" if number.is_none_or(|value| value > 0.0) => {
-            Some(("0", "it moves vehicles that stand, other ones under each method"))
+            Some(("0", "it moves vehicles that stand, and these differ between methods"))
         }
         "time-to-teleport.disconnected" if !is_negative => {
-            Some(("-1", "it moves vehicles that stand, other ones under each method"))
+            Some(("-1", "it moves vehicles that stand, and these differ between methods"))
         }
         name if COLLISIONS.contains(&name) && value == "remove" => Some((
             "warn",
-            "it ends the delay of vehicles that collide, under each method of others",
+            "it ends the delay of vehicles that collide, and these differ between methods",
         )),
         "pedestrian.model" if value == "remote" => {
             Some(("striping", "it would connect to another program"))

@@ -81,7 +81,7 @@ impl Look {
         let tag = element.local_name().as_ref().to_owned();
         if CHANGERS.contains(&tag.as_str()) {
             let reason = format!(
-                "<{tag}> adds or removes vehicles, other ones under each method, so that their delays are of other vehicles"
+                "<{tag}> adds or removes vehicles, and these differ between methods, so that delays are of different vehicles"
             );
             self.blocked(position, reason, Way::Accept(Accept::Calibrators));
         }
