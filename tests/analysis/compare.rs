@@ -230,6 +230,22 @@ fn a_leaderboard_has_a_table_per_task_and_the_places_that_intervals_allow() {
     let best = rows.iter().find(|row| row.contains("| idqn |")).unwrap();
     assert!(best.starts_with("| 1 |") && best.contains("(city/two/manifest.json)"), "{page}");
     assert!(rows[3].contains("| baseline | 1.00"), "{page}");
+    // A method that lacks a point MDP has no place, and does not stand for the method of a whole run.
+    let partial = manifest(&["baseline", "actuated"]);
+    fs::create_dir(root.join("part")).unwrap();
+    write_results(&root.join("part"), &partial, |task| {
+        let is_done = task.method == "baseline" || task.point != "busy";
+        let rows = evaluations(&[delay_s(task) - 1.0, delay_s(task) + 1.0]);
+        is_done.then(|| Ok(TaskResult { rows, ..TaskResult::default() }))
+    });
+    let page = succeed(root, "leaderboard part city");
+    let rows: Vec<&str> = page.lines().filter(|l| l.contains("(part/manifest.json)")).collect();
+    assert_eq!(rows.len(), 2, "{page}");
+    assert!(
+        rows[1].starts_with("| - | actuated | 0.83") && rows[1].contains("| 1 of 2 |"),
+        "{page}"
+    );
+    assert!(page.contains("| actuated |") && page.contains("(city/one/manifest.json)"), "{page}");
     // It replaces itself and no other file.
     succeed(root, "leaderboard city --out page.md");
     fs::write(root.join("notes.md"), "mine").unwrap();

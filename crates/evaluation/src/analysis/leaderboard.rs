@@ -67,8 +67,8 @@ pub struct Row {
     pub settings: Vec<String>,
     /// Path of its results directory, as it was given.
     pub path: String,
-    /// First and last place that the intervals allow, from 1.
-    pub places: (usize, usize),
+    /// First and last place that the intervals allow, from 1; `None` for a method that lacks results on point MDPs of its run.
+    pub places: Option<(usize, usize)>,
     /// The score.
     pub score: f64,
     /// Its interval.
@@ -233,6 +233,8 @@ fn table(
         let (source, analysis) = &runs[*run];
         for summary in &analysis.methods {
             let Some(score) = summary.overall else { continue };
+            let has_looks = source.identity().sample.growth.is_some();
+            let has_place = summary.rank.is_some() || has_looks;
             let others = by_method.entry(summary.method.as_str()).or_default();
             let trained = source.identity().replicates_of(&summary.method);
             let has_it = |other: &usize| {
@@ -243,7 +245,9 @@ fn table(
             if others.iter().any(has_it) {
                 continue;
             }
-            others.push(*run);
+            if has_place {
+                others.push(*run);
+            }
             let trainings: Vec<_> = analysis.trainings_of(&summary.method).collect();
             let trained = trainings.iter().map(|t| t.episodes).max().map(|episodes| Trained {
                 trainings: source.identity().replicates_of(&summary.method),
@@ -256,12 +260,12 @@ fn table(
                 method: summary.method.clone(),
                 settings: self::settings(first, source, known),
                 path: source.path.clone(),
-                places: (1, 1),
+                places: has_place.then_some((1, 1)),
                 score,
                 interval: summary.interval,
                 points: (summary.points, source.identity().sample.family_size),
                 sampling: source.identity().sample.sampling,
-                has_looks: source.identity().sample.growth.is_some(),
+                has_looks,
                 seeds: source.identity().evaluation_seeds.len(),
                 trained,
                 simulator: source.identity().simulator.clone(),
@@ -272,8 +276,8 @@ fn table(
     }
     let direction = identity.direction;
     rows.sort_by(|a, b| {
-        direction
-            .compare(a.score, b.score)
+        (b.places.cmp(&a.places))
+            .then_with(|| direction.compare(a.score, b.score))
             .then_with(|| (&a.method, &a.path).cmp(&(&b.method, &b.path)))
     });
     place(&mut rows, direction);
@@ -303,8 +307,9 @@ fn are_the_same(a: &Source, b: &Source, method: &str) -> bool {
     agree(&of(a), &of(b), method)
 }
 
-/// Sets the places that intervals allow.
+/// Sets the places that intervals allow, of the rows that have one.
 fn place(rows: &mut [Row], direction: Direction) {
+    let mut rows: Vec<&mut Row> = rows.iter_mut().filter(|row| row.places.is_some()).collect();
     let ends: Vec<(f64, f64)> =
         rows.iter().map(|row| row.interval.unwrap_or((row.score, row.score))).collect();
     let is_before = |a: (f64, f64), b: (f64, f64)| match direction {
@@ -314,7 +319,7 @@ fn place(rows: &mut [Row], direction: Direction) {
     for (i, row) in rows.iter_mut().enumerate() {
         let before = ends.iter().filter(|other| is_before(**other, ends[i])).count();
         let behind = ends.iter().filter(|other| is_before(ends[i], **other)).count();
-        row.places = (before + 1, ends.len() - behind);
+        row.places = Some((before + 1, ends.len() - behind));
     }
 }
 
@@ -327,7 +332,7 @@ mod tests {
             method: format!("m{score}"),
             settings: Vec::new(),
             path: String::new(),
-            places: (1, 1),
+            places: Some((1, 1)),
             score,
             interval,
             points: (1, 1),
@@ -348,10 +353,12 @@ mod tests {
             row(0.50, Some((0.40, 0.62))),
             row(0.60, Some((0.58, 0.61))),
             row(1.0, None),
+            Row { places: None, ..row(0.30, Some((0.29, 0.31))) },
         ];
         place(&mut rows, Direction::Lower);
-        assert_eq!(rows.clone().map(|r| r.places), [(1, 2), (1, 3), (2, 3), (4, 4)]);
+        let allowed = [Some((1, 2)), Some((1, 3)), Some((2, 3)), Some((4, 4)), None];
+        assert_eq!(rows.clone().map(|r| r.places), allowed);
         place(&mut rows, Direction::Higher);
-        assert_eq!(rows[3].places, (1, 1));
+        assert_eq!(rows[3].places, Some((1, 1)));
     }
 }

@@ -18,7 +18,7 @@ do not edit it.
   of its sample. A run with *looks*, which could have stopped early, has wider intervals.
 - **Place**: the first and the last place that the intervals allow. A method is surely before another one only where their intervals
   do not meet. A wide range means that the run is too small to say. `tsc-family compare` decides more pairs, because it compares two
-  methods on the same vehicles.
+  methods on the same vehicles. A method that lacks results on point MDPs of its run has no place, because what it lacks may be hard.
 - **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
   method has a row per run, unless a run with more point MDPs and as many trainings has the same records. Where versions
   differ, the heading names the simulator, and the version of the program that computed the baseline. The rules of preset `field` changed
@@ -88,8 +88,9 @@ fn about(table: &Table) -> String {
 
 fn line(row: &Row, link: &dyn Fn(&str) -> String) -> String {
     let place = match row.places {
-        (first, last) if first == last => first.to_string(),
-        (first, last) => format!("{first} to {last}"),
+        None => "-".to_owned(),
+        Some((first, last)) if first == last => first.to_string(),
+        Some((first, last)) => format!("{first} to {last}"),
     };
     let points = match (row.points, row.sampling) {
         ((all, of), _) if all == of => format!("all {of}"),
@@ -142,8 +143,8 @@ pub fn json(tables: &[Table]) -> Vec<Value> {
             "method": row.method,
             "run_settings": row.settings,
             "path": row.path,
-            "first_place": row.places.0,
-            "last_place": row.places.1,
+            "first_place": row.places.map(|(first, _)| first),
+            "last_place": row.places.map(|(_, last)| last),
             "score": row.score,
             "interval": row.interval,
             "points": row.points.0,
