@@ -6,15 +6,14 @@
 
 use rayon::prelude::*;
 
-use super::estimator::{Estimate, Sample};
+use super::estimator::{Estimate, Estimator, Sample, estimator_of};
 use super::evidence::Evidence;
 use super::method::{MethodSummary, Summarised, paired};
 use super::points::PointSummary;
 use super::profiles::RankedProfiles;
 use super::summaries::Estimated;
-use crate::sample::Design;
 use crate::stats::improvement::{self, placements};
-use crate::stats::{Dominance, PointObjectives, Verdict};
+use crate::stats::{Dominance, PointObjectives, Verdict, stretch};
 
 /// Fewest point MDPs on which a method can dominate another: on nine, each a coin toss, one is ahead on all with a
 /// probability of 0.4%, but on four with 12%.
@@ -127,9 +126,14 @@ fn compared(
         });
         mean.ok()
     };
-    let difference = match apart(&shared, evidence.assisting(), (a, of_a), (b, of_b)) {
-        Some((of_a, of_b)) => of_a.ahead(of_b, direction),
-        None => mean(&ahead)?,
+    let difference = match both_over(&shared, (a, of_a), (b, of_b)) {
+        Some((of_a, of_b)) if apart(evidence, &shared) => of_a.ahead(of_b, direction),
+        // The same mean of differences, without drawing the seeds once more.
+        Some((of_a, of_b)) if only_seeds(evidence, &shared, [a.index, b.index]) => {
+            let differences: Vec<PointObjectives> = shared.iter().map(ahead).collect();
+            of_a.ahead(of_b, direction).stretched(stretch(&differences))
+        }
+        _ => mean(&ahead)?,
     };
     let improvement = mean(&wins)?;
     let share = |(low, high): (f64, f64)| (low.max(0.0), high.min(1.0));
@@ -161,19 +165,32 @@ fn shared<'a>(
     points.iter().filter_map(on_point).collect()
 }
 
-/// Returns the two estimates where their resamples say more than differences do: both methods were trained several times,
-/// each on its own, or a model assists, whose mean of differences would be another than the difference of the two means
-/// that are shown; and both estimates are over just these point MDPs.
-fn apart<'a>(
+/// Returns the two estimates where both are over just these point MDPs and from the same resamples.
+fn both_over<'a>(
     shared: &[OnPoint<'_>],
-    design: Option<&Design>,
     (a, of_a): (&MethodSummary, &'a Option<Estimate>),
     (b, of_b): (&MethodSummary, &'a Option<Estimate>),
 ) -> Option<(&'a Estimate, &'a Estimate)> {
-    let both = shared.iter().any(|(_, x, y)| x.method.len() > 1 && y.method.len() > 1);
-    let both = both || design.is_some();
     let same = [a.points, b.points] == [shared.len(); 2];
     let (of_a, of_b) = of_a.as_ref().zip(of_b.as_ref())?;
     let resampled = !of_a.resamples.is_empty() && of_a.resamples.len() == of_b.resamples.len();
-    (both && same && resampled).then_some((of_a, of_b))
+    (same && resampled).then_some((of_a, of_b))
+}
+
+/// Whether the resamples of two estimates say more than those of differences do: both methods were trained several times,
+/// each on its own, or a model assists, whose mean of differences would be another than the difference of the two means
+/// that are shown.
+fn apart(evidence: Evidence<'_>, shared: &[OnPoint<'_>]) -> bool {
+    let several = |o: &PointObjectives| o.method.len() > 1;
+    evidence.assisting().is_some() || shared.iter().any(|(_, x, y)| several(x) && several(y))
+}
+
+/// Whether resamples of these point MDPs differ by evaluation seeds alone, the same for both methods.
+fn only_seeds(evidence: Evidence<'_>, shared: &[OnPoint<'_>], methods: [usize; 2]) -> bool {
+    let sample = &evidence.identity.sample;
+    let once = |o: &PointObjectives| o.method.len() == 1;
+    estimator_of(sample) == Estimator::Whole
+        && shared.len() == sample.family_size
+        && methods.iter().all(|method| !evidence.learned_once[*method])
+        && shared.iter().all(|(_, x, y)| once(x) && once(y))
 }

@@ -300,7 +300,7 @@ fn luck(data: &Report) -> Vec<String> {
     let learned = once(data, true);
     if !learned.is_empty() {
         sentences.push(format!(
-            "The intervals of {} are rather too wide: each was trained once per point MDP, so all that neighbouring \
+            "The intervals of {} tend to be too wide: each was trained once per point MDP, so all that neighbouring \
              point MDPs differ by counts as the luck of training; --replicates R measures it.",
             learned.join(", ")
         ));

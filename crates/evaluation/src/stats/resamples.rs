@@ -74,6 +74,8 @@ struct Measured {
     values: Vec<f64>,
     /// Number of seeds and of replicates of every point MDP.
     shapes: Vec<(usize, usize)>,
+    /// What the baseline's drawn seeds sum to, where it is the same on all seeds of a point MDP, as with shares of wins.
+    sums: Vec<Option<f64>>,
 }
 
 /// Indices that are drawn in a resample; kept so that there is one list for all.
@@ -92,7 +94,12 @@ impl Measured {
             point.method.iter().for_each(|replicate| values.extend(replicate));
         }
         let shapes = points.iter().map(|p| (p.baseline.len(), p.method.len())).collect();
-        Self { values, shapes }
+        let sum = |p: &PointObjectives| {
+            let first = p.baseline.first()?;
+            let same = p.baseline.iter().all(|b| b == first);
+            same.then(|| std::iter::repeat_n(first, size(p.baseline.len())).sum())
+        };
+        Self { values, shapes, sums: points.iter().map(sum).collect() }
     }
 
     /// Returns room for the indices of a resample.
@@ -115,7 +122,8 @@ impl Measured {
         drawn.of_replicates.fill(replicates, &mut drawn.replicates);
         let (mut seeds, mut replicates) = (&drawn.seeds[..], &drawn.replicates[..]);
         let mut rest = &self.values[..];
-        for ((mean, whole), (n, r)) in means.iter_mut().zip(whole).zip(&self.shapes) {
+        let points = self.shapes.iter().zip(&self.sums);
+        for ((mean, whole), ((n, r), same)) in means.iter_mut().zip(whole).zip(points) {
             let (baseline, others) = rest.split_at(*n);
             let (method, others) = others.split_at(n * r);
             rest = others;
@@ -132,7 +140,8 @@ impl Measured {
                     let of_drawn =
                         |values: &[f64]| of_seeds.iter().map(|k| values[*k as usize]).sum::<f64>();
                     let of = |r: &u32| of_drawn(&method[*r as usize * n..][..*n]);
-                    (of_drawn(baseline), of_replicates.iter().map(of).sum::<f64>())
+                    let bottom = same.unwrap_or_else(|| of_drawn(baseline));
+                    (bottom, of_replicates.iter().map(of).sum::<f64>())
                 }
             };
             let top = sum / of_replicates.len() as f64;

@@ -227,6 +227,12 @@ impl Estimate {
         about.map(|interval| containing(interval, self.value))
     }
 
+    /// Returns the same with intervals that are wider than the resamples by this factor.
+    pub fn stretched(self, stretch: f64) -> Self {
+        let of = Self { stretch, ..self };
+        Self { interval: of.about(of.alpha), ..of }
+    }
+
     /// Returns by how much this is better than another, as [`Self::difference`] does; negative where it is worse.
     pub fn ahead(&self, other: &Self, direction: Direction) -> Self {
         match direction {

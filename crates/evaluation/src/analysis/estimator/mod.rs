@@ -12,7 +12,7 @@
 //!
 //! A method that learned once on each point MDP has scores that another training would have changed. How much is not
 //! known, so its interval takes all that neighbours differ by for the luck of training ([`Sample::learned_once`]): it is
-//! that of a family without end, of which even the whole is a sample. That is rather too wide.
+//! that of a family without end, of which even the whole is a sample. That tends to be too wide.
 //!
 //! To add one: a variant of [`Estimator`], its file, and its line in [`estimator_of`]; with a sampling of its own, that is a
 //! variant of [`Sampling`], its file in `sample`, and their lines.

@@ -27,8 +27,9 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::super::contract::{Chosen, Estimator};
+    use super::super::contract::{Chosen, Estimate, Estimator};
     use super::*;
+    use crate::stats::{Direction, improvement, stretch};
 
     const FAMILY: usize = 60;
 
@@ -73,5 +74,52 @@ mod tests {
     fn the_interval_of_a_whole_family_holds_what_other_trainings_would_give() {
         let (without, with) = (held(false), held(true));
         assert!(without < 30 && (90..=100).contains(&with), "{without} and {with} of 100");
+    }
+
+    #[test]
+    fn without_replicates_the_difference_of_means_is_the_mean_of_differences() {
+        let mut luck = ChaCha8Rng::seed_from_u64(9);
+        let mut measured = |level: f64| -> Vec<PointObjectives> {
+            let noisy = |luck: &mut ChaCha8Rng, of: f64| of * (0.8 + 0.4 * luck.random::<f64>());
+            let on = |i: usize| PointObjectives {
+                weight: 1.0 + (i % 7) as f64,
+                draws: 1,
+                method: vec![(0..5).map(|_| noisy(&mut luck, level + i as f64)).collect()],
+                baseline: (0..5).map(|seed| 60.0 + (i * seed) as f64).collect(),
+            };
+            (0..FAMILY).map(on).collect()
+        };
+        let (x, y) = (measured(20.0), measured(24.0));
+        let differences: Vec<PointObjectives> = (x.iter().zip(&y))
+            .map(|(x, y)| PointObjectives {
+                method: improvement::differences(&y.method, &x.method),
+                ..x.clone()
+            })
+            .collect();
+        let of = |objectives: &[PointObjectives]| {
+            let sample = Sample {
+                family_size: FAMILY,
+                chosen: FAMILY,
+                method: 0,
+                name: "m",
+                learned_once: false,
+                points: &[],
+                design: None,
+                resamples: 400,
+                alpha: 0.05,
+            };
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            Estimator::Whole.estimate(sample, objectives, &mut rng).unwrap()
+        };
+        let direct = of(&differences);
+        let apart = of(&x).ahead(&of(&y), Direction::Lower).stretched(stretch(&differences));
+        let ends = |e: &Estimate| {
+            let (low, high) = e.interval.unwrap();
+            [low, e.value, high]
+        };
+        assert!(ends(&direct)[0] < ends(&direct)[2]);
+        for (a, b) in ends(&direct).into_iter().zip(ends(&apart)) {
+            assert!((a - b).abs() < 1e-12, "{direct:?} {apart:?}");
+        }
     }
 }
