@@ -20,9 +20,11 @@ const MARK: &str = "<!-- from here on written by tests/docs/settings_page.rs -->
 fn the_page_of_settings_says_what_they_are() {
     let page = fs::read_to_string(PAGE).unwrap();
     let (by_hand, _) = page.split_once(MARK).expect("the page has the mark");
-    let signals = markdown("", &defaults().sections());
-    let poles = markdown("CartPole: ", &cartpole::Scenario::default().sections());
-    let pendulums = markdown("Pendulum: ", &pendulum::Scenario::default().sections());
+    let field: toml::Table =
+        toml::from_str(include_str!("../../scenarios/presets/field.toml")).unwrap();
+    let signals = markdown("", &defaults().sections(), Some(("field", &field)));
+    let poles = markdown("CartPole: ", &cartpole::Scenario::default().sections(), None);
+    let pendulums = markdown("Pendulum: ", &pendulum::Scenario::default().sections(), None);
     // The other sections of these have no setting that the pendulum's do not have.
     let cars = mountain_car::Scenario::default();
     let acrobots = acrobot::Scenario::default();
@@ -31,12 +33,12 @@ fn the_page_of_settings_says_what_they_are() {
     let cheetahs = half_cheetah::Scenario::default();
     let swimmers = swimmer::Scenario::default();
     let others = [
-        markdown("Mountain car: ", &cars.sections()[..1]),
-        markdown("Acrobot: ", &acrobots.sections()[..1]),
-        markdown("Pendulum, swung up: ", &swing_ups.sections()[..1]),
-        markdown("Quad: ", &quads.sections()[..1]),
-        markdown("Half cheetah: ", &cheetahs.sections()[..1]),
-        markdown("Swimmer: ", &swimmers.sections()[..1]),
+        markdown("Mountain car: ", &cars.sections()[..1], None),
+        markdown("Acrobot: ", &acrobots.sections()[..1], None),
+        markdown("Pendulum, swung up: ", &swing_ups.sections()[..1], None),
+        markdown("Quad: ", &quads.sections()[..1], None),
+        markdown("Half cheetah: ", &cheetahs.sections()[..1], None),
+        markdown("Swimmer: ", &swimmers.sections()[..1], None),
     ];
     let others = others.join("\n");
     let expected = format!(

@@ -91,8 +91,8 @@ pub struct Row {
     pub date: String,
 }
 
-/// Returns the tables, those of one scenario and preset after one another, with most point MDPs first; before them all those
-/// whose scores are relative to a baseline.
+/// Returns the tables: those of one scenario after one another, the one with the most rows first; before all others those of
+/// scenarios whose scores are relative to a baseline.
 ///
 /// # Arguments
 ///
@@ -159,6 +159,11 @@ pub fn leaderboard<'a>(
         let differs = tables.iter().zip(&firsts).any(is_other);
         tables[t].version = differs.then_some(version);
     }
+    let scenarios: Vec<String> = tables.iter().map(|table| table.scenario.clone()).collect();
+    tables.sort_by_key(|table| {
+        let scenario = scenarios.iter().position(|scenario| *scenario == table.scenario);
+        (scenario, std::cmp::Reverse(table.rows.len()))
+    });
     tables
 }
 

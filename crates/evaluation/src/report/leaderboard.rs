@@ -16,8 +16,8 @@ do not edit it.
 
 - **Score**: the estimate over all point MDPs of the family, with its 95% interval. A run on a sample has the estimate and the interval
   of its sample. A run with *looks*, which could have stopped early, has wider intervals.
-- **Place**: the first and the last place that the intervals allow. A method is surely before another one only where their intervals
-  do not meet. A wide range means that the run is too small to say. `tsc-family compare` decides more pairs, because it compares two
+- **Place**: the first and the last place that the intervals allow. A method is ahead of another one by more than chance only where
+  their intervals do not meet. A wide range means that the run is too small to say. `tsc-family compare` decides more pairs, because it compares two
   methods on the same vehicles. A method that lacks results on point MDPs of its run has no place, because what it lacks may be hard.
 - **One table** has runs of one scenario and preset with the same point MDPs and seeds, and with the same records of the baseline. A
   method has a row per run, unless a run with more point MDPs and as many trainings has the same records. Where versions
