@@ -37,7 +37,7 @@ pub struct Placed {
     pub of_point: BTreeMap<String, ExistingPlan>,
     /// The same as they were given.
     pub given: Vec<NamedPlan>,
-    /// Plans that cannot be shown, with the reason.
+    /// Plans that cannot be simulated, with the reason.
     pub refused: Vec<(NamedPlan, String)>,
     /// What is doubtful.
     pub doubts: Vec<Doubt>,
@@ -48,7 +48,7 @@ pub struct Placed {
 /// # Errors
 ///
 /// [`FamilyError`] where no plan belongs to an intersection, two belong to one, or intersections have no approaches of
-/// their own. A plan that cannot be shown is no error, see [`Placed::refused`].
+/// their own. A plan that cannot be simulated is no error, see [`Placed::refused`].
 pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyError> {
     let wrong = |line: u64, message: String| at(&plans.file, Fault { line, message });
     if loaded.scenario.family.detail != Detail::PerApproach || loaded.intersections.is_empty() {
@@ -158,7 +158,7 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
 }
 
 impl Placed {
-    /// Refuses plans that cannot be shown, unless they are of a network: those are left out.
+    /// Refuses plans that cannot be simulated, unless they are of a network: those are left out.
     ///
     /// # Errors
     ///
@@ -173,13 +173,13 @@ impl Placed {
         }
     }
 
-    /// Returns what is to be said of plans that cannot be shown and are left out.
+    /// Returns what is to be said of plans that cannot be simulated and are left out.
     pub fn left_out(&self) -> Option<Doubt> {
         let said = self
             .refused
             .iter()
             .map(|(named, why)| format!("intersection {}: {why}", named.intersection));
-        Doubt::of("existing plans that cannot be shown are left out", said.collect())
+        Doubt::of("existing plans that cannot be simulated are left out", said.collect())
     }
 }
 

@@ -239,7 +239,7 @@ pub struct NamedPlan {
 pub struct Plans {
     /// Name of the file, for messages.
     pub file: String,
-    /// Whether it is a network, of which plans that cannot be shown are left out.
+    /// Whether it is a network, of which plans that cannot be simulated are left out.
     pub is_utdf: bool,
     /// The plans.
     pub all: Vec<NamedPlan>,

@@ -112,13 +112,14 @@ settings! {
         pedestrians: bool = false;
         /// Whether vehicles may turn on red to the near side (right, in left-hand traffic left) from the lane beside
         /// the kerb, after they stopped and where nobody with priority comes. It holds for every method on generated
-        /// networks. In an imported network it holds for links whose own programs show SUMO's letter `s`. They may show
-        /// red (`r`) only beside a permissive green that meets them.
+        /// networks. In an imported network it holds for links whose own programs show SUMO's letter `s`. Such a link
+        /// may show red (`r`) only beside a permissive green that meets it.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         turn_on_red: bool = false;
         /// Pedestrians per hour who push the button of each crosswalk. It has an effect only if `pedestrians` is true.
         /// Without it every green beside a crosswalk lasts until they have crossed (recall). With it that time is given
-        /// when somebody waits, except in fixed cycles and `actuated`, whose cycles let pedestrians cross every time.
+        /// when somebody waits, except in fixed cycles and `actuated`, whose cycles let pedestrians cross every time. At an
+        /// intersection with counted pedestrians, these push the buttons, and there is no recall.
         #[serde(skip_serializing_if = "Option::is_none")]
         pedestrian_calls_per_h: Option<f64> = None, in 0.0..=3600.0, unit "pedestrians/h", source "our choice";
         /// Width of lanes that a crosswalk leads over, where the network says none; without it SUMO's 3.2 m. It has an

@@ -59,7 +59,7 @@ impl Utdf {
     ///
     /// # Errors
     ///
-    /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be shown.
+    /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be simulated.
     pub(super) fn plans_alone(&self) -> Result<Plans, FamilyError> {
         let fail = |fault| at(&self.file, fault);
         let mut plans = Plans { file: self.file.clone(), ..Plans::default() };

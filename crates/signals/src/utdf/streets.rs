@@ -58,7 +58,7 @@ const MIN_LINKS: usize = 3;
 const MIN_ANGLE_DEG: f64 = 5.0;
 
 /// What is said of plans that a file has and nobody can show.
-pub(super) const NO_PLAN: &str = "plans that cannot be shown are left out";
+pub(super) const NO_PLAN: &str = "plans that cannot be simulated are left out";
 
 /// Most bends that a street goes through.
 const MOST_BENDS: usize = 20;

@@ -256,7 +256,7 @@ fn a_plan_that_cannot_be_is_left_out_with_the_reason() {
     ] {
         let said = left_out(from, to);
         assert!(
-            said.contains("plans that cannot be shown are left out") && said.contains(expected),
+            said.contains("plans that cannot be simulated are left out") && said.contains(expected),
             "{said}"
         );
     }

@@ -5,7 +5,7 @@
 //! - **Detectors** are as those of `nema`: presence at the stop line. A lane belongs to the phases that give one of its
 //!   links the right of way; where none does, to those in which they yield.
 //! - **Pedestrians** take walk and clearance of the plan: in every cycle where every method serves them so, else on recall,
-//!   or when somebody has pushed the button. A fixed cycle is what it is.
+//!   or when somebody has pushed the button. Where nobody crosses, only recall does. A fixed cycle is what it is.
 
 use osm_signals::Turn;
 
@@ -119,7 +119,8 @@ impl<'a> Wired<'a> {
     fn phase(&self, index: usize, timing: &Timing) -> Phase {
         let phase = &self.plan.phases[index];
         let crossings = self.crossings(index, timing);
-        let in_every_cycle = timing.recalls_pedestrians() || phase.recall == Recall::Ped;
+        let everybody = timing.crossings() > 0 && timing.recalls_pedestrians();
+        let in_every_cycle = everybody || phase.recall == Recall::Ped;
         let walk_s = phase.walk_s.filter(|_| in_every_cycle).map_or(0, whole_s);
         let min_s = nearest_s(phase.min_green_s).max(1).max(walk_s);
         let links = self.all(index);
@@ -313,6 +314,7 @@ mod tests {
     use super::*;
     use crate::env::testing::crossing;
     use crate::existing::testing::plan;
+    use crate::settings::SignalSettings;
 
     /// Four arms from the north clockwise, with links right, through, left.
     fn scene() -> Scene {
@@ -391,6 +393,24 @@ mod tests {
         let cycle = fixed_cycle(&plan, &scene, &scene.signals[0]).unwrap();
         let states: Vec<&str> = cycle.iter().map(|p| p.state.as_str()).collect();
         assert_eq!(states[..4], ["rrrrrrrGGrrr", "rrrrrrrGyrrr", "rrrrrrrGrrrr", "GGgrrrGGgrrr"]);
+    }
+
+    #[test]
+    fn walks_lengthen_greens_where_pedestrians_cross_and_on_recall() {
+        let (scene, mut plan) = (scene(), placed(Control::Actuated));
+        for phase in &mut plan.phases {
+            (phase.walk_s, phase.recall) = (Some([20.0, 15.0]), Recall::None);
+        }
+        plan.phases[1].recall = Recall::Ped;
+        let wired = Wired::new(&plan, &scene, &scene.signals[0]).unwrap();
+        let least_s = |pedestrians| {
+            let settings = SignalSettings { pedestrians, ..settings() };
+            let rings = wired.rings(&timing(&wired.links, &settings));
+            [0, 1].map(|phase: usize| rings.phases[phase].min_s)
+        };
+        assert_eq!(least_s(true), [35, 35]);
+        let [without, recalled] = least_s(false);
+        assert!(without < 35 && recalled == 35, "{without} {recalled}");
     }
 
     fn rings(plan: &ExistingPlan) -> Rings {
