@@ -21,7 +21,7 @@ use readers::{READERS, Reader};
 
 /// Returns the number of mutations of all seeds of a reader together.
 fn mutations() -> usize {
-    if is_nightly() { 12_000 } else { 1200 }
+    if is_nightly() { 12_000 } else { 600 }
 }
 
 /// Most bytes of a mutation.

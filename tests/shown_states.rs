@@ -233,8 +233,8 @@ fn scenario(preset: &str, actions: &str) -> Scenario {
         format!("preset={preset}"),
         more.to_owned(),
         format!("signal.actions={actions}"),
-        "fixed_time.simulations=12".to_owned(),
-        "training.episodes=2".to_owned(),
+        "fixed_time.simulations=8".to_owned(),
+        "training.episodes=1".to_owned(),
     ];
     let settings: Vec<Override> = settings.iter().map(|s| s.parse().unwrap()).collect();
     load_with("smoke", &settings).unwrap().scenario

@@ -69,12 +69,6 @@ fn studied(plan: &StudyPlan) -> Vec<Cell> {
 }
 
 #[test]
-fn a_sample_that_is_the_family_is_off_by_nothing_at_all() {
-    let cells = studied(&plan(&[SIZE], 3, &[Kind::M2, Kind::M3, Kind::Balanced]));
-    assert!(cells.iter().all(|c| c.error == 0.0), "{cells:?}");
-}
-
-#[test]
 fn balanced_samples_are_unbiased_and_their_intervals_cover_what_they_promise() {
     let kinds = [Kind::M1, Kind::Balanced, Kind::M4];
     let cells = studied(&plan(&[20, 40], 300, &kinds));
@@ -101,6 +95,8 @@ fn balanced_samples_are_unbiased_and_their_intervals_cover_what_they_promise() {
 fn a_sample_of_everything_misses_nothing_but_draws_with_replacement_do() {
     for cell in studied(&plan(&[SIZE], 3, &Kind::ALL)) {
         assert_eq!(cell.error < 1e-9, cell.kind != Kind::M1, "{:?} {}", cell.kind, cell.error);
+        let plain = [Kind::M2, Kind::M3, Kind::Balanced].contains(&cell.kind);
+        assert!(cell.error == 0.0 || !plain, "{:?} {}", cell.kind, cell.error);
     }
 }
 

@@ -2,5 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod cartpole;
+#[path = "../common/nightly.rs"]
+mod nightly;
 mod steps;
 mod training;

@@ -94,7 +94,7 @@ fn a_run_against_another_method_writes_a_second_report() {
 #[test]
 fn records_do_not_depend_on_the_number_of_workers() {
     let folder = tempfile::tempdir().unwrap();
-    let methods = "run smoke --eval-seeds 1 --methods fixed-time,max-pressure,actuated --quiet";
+    let methods = "run smoke --eval-seeds 1 --methods fixed-time,max-pressure,actuated --set demand.horizon_s=600 --quiet";
     succeed(folder.path(), &format!("{methods} --out one --jobs 1"));
     succeed(folder.path(), &format!("{methods} --out three --jobs 3"));
     let one = records(&folder.path().join("one"));

@@ -48,7 +48,7 @@ fn rows(results: &Path) -> Vec<String> {
 #[test]
 fn networks_that_are_built_anew_meanwhile_change_no_record() {
     let folder = tempfile::tempdir().unwrap();
-    let long = "run smoke --methods baseline --eval-seeds 30 --jobs 1 --quiet --out";
+    let long = "run smoke --methods baseline --eval-seeds 20 --jobs 1 --quiet --out";
     let child = start(folder.path(), &format!("{long} long"));
     wait_for_an_episode(&folder.path().join("long"));
     let other = "run smoke --methods baseline --eval-seeds 1 --quiet --out";

@@ -1,4 +1,4 @@
-//! The networks of hand-written extracts in SUMO, with their real arms: all before a release, else a third.
+//! The networks of hand-written extracts in SUMO, with their real arms: all before a release, else a sixth.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -53,10 +53,10 @@ fn write_approaches(file: &Path, wanted: DrivingSide, every: usize) -> usize {
     intersections
 }
 
-/// A third of them at every change.
+/// A sixth of them at every change.
 #[test]
 fn every_case_simulates_without_an_error_or_a_teleport() {
-    let every = if is_nightly() { 1 } else { 3 };
+    let every = if is_nightly() { 1 } else { 6 };
     assert!(simulated(DrivingSide::Right, every) > 30 / every);
 }
 

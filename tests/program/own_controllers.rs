@@ -14,14 +14,18 @@ fn tsc(folder: &Path, args: &str) -> Output {
     program(folder).args(shlex::split(args).unwrap()).output().unwrap()
 }
 
-/// A folder with a controller in a shell: the first phase, or what `act` says instead.
-fn folder(act: &str) -> tempfile::TempDir {
-    let dir = tempfile::tempdir().unwrap();
-    let script = format!(
+/// A controller in a shell, which answers a decision with what `act` prints.
+fn script(act: &str) -> String {
+    format!(
         "while read -r line; do case $line in\n*'\"event\":\"begin\"'*) echo '{{}}';;\n\
          *'\"event\":\"act\"'*) {act};;\nesac; done\n"
-    );
-    fs::write(dir.path().join("mine.sh"), script).unwrap();
+    )
+}
+
+/// A folder with such a controller.
+fn folder(act: &str) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("mine.sh"), script(act)).unwrap();
     dir
 }
 
@@ -123,7 +127,7 @@ fn a_command_is_ranked_and_a_changed_one_is_another_run() {
 
 #[test]
 fn a_command_that_misbehaves_is_a_failed_record_and_the_run_goes_on() {
-    for (act, expected) in [
+    let misbehaviours = [
         (
             "echo 'trouble here' >&2; exit 7",
             "it ended (exit status: 7) instead of answering act; it said last\\ntrouble here",
@@ -135,12 +139,21 @@ fn a_command_that_misbehaves_is_a_failed_record_and_the_run_goes_on() {
         ("sleep 30", "it did not answer act within 1 s"),
         // A child that outlives it holds its pipes open.
         ("sleep 300 & exit 1", "it ended (exit status: 1) instead of answering act"),
-    ] {
-        let dir = folder(act);
-        let output = tsc(dir.path(), &format!("{} --answer-timeout 1", mine("a")));
-        assert_eq!(code(&output), 3, "{act}: {}", stderr(&output));
-        let (failed, well) = (rows(dir.path(), "a", 2), rows(dir.path(), "a", 1));
-        assert_eq!((&failed[0]["outcome"], &well[0]["outcome"]), (&"failed".into(), &"ok".into()));
+    ];
+    let dir = tempfile::tempdir().unwrap();
+    let mut command =
+        format!("run smoke --methods max-pressure {SHORT} --answer-timeout 1 --out a");
+    for (i, (act, _)) in misbehaviours.iter().enumerate() {
+        fs::write(dir.path().join(format!("{i}.sh")), script(act)).unwrap();
+        command += &format!(" --controller \"c{i}=exec:sh {i}.sh\"");
+    }
+    let output = tsc(dir.path(), &command);
+    assert_eq!(code(&output), 3, "{}", stderr(&output));
+    // The first two tasks are those of the baseline and of max pressure.
+    assert_eq!(rows(dir.path(), "a", 1)[0]["outcome"], "ok");
+    for (i, (act, expected)) in misbehaviours.iter().enumerate() {
+        let failed = rows(dir.path(), "a", 2 + i);
+        assert_eq!(failed[0]["outcome"], "failed", "{act}");
         let reason = failed[0]["reason"].to_string();
         assert!(reason.contains(expected), "{act}: {reason}");
     }

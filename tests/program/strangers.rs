@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::common::{run, stderr, stdout, succeed};
 use serde_json::{Value, json};
@@ -12,7 +13,7 @@ use tsc_family::store::manifest::Manifest;
 use tsc_family::store::plan::plan_text;
 use tsc_family::store::record::Record;
 
-const SMOKE: &str = "run smoke --methods max-pressure,actuated --eval-seeds 1 --quiet --out out";
+const SMOKE: &str = "run smoke --methods max-pressure,actuated --eval-seeds 1 --set demand.horizon_s=120 --quiet --out out";
 
 /// A folder with results, and what somebody else keeps beside them.
 fn place() -> (tempfile::TempDir, PathBuf) {
@@ -21,6 +22,15 @@ fn place() -> (tempfile::TempDir, PathBuf) {
     let victim = folder.path().join("victim");
     fs::create_dir(&victim).unwrap();
     fs::write(victim.join("thesis.tex"), "years").unwrap();
+    (folder, victim)
+}
+
+/// The same, from such a folder.
+fn again(place: &Path) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let copied = Command::new("cp").arg("-a").arg(place.join(".")).arg(folder.path()).status();
+    assert!(copied.unwrap().success());
+    let victim = folder.path().join("victim");
     (folder, victim)
 }
 
@@ -72,8 +82,9 @@ fn check(folder: &Path, args: &str) -> String {
 
 #[test]
 fn repair_removes_no_folder_but_those_of_networks() {
+    let (made, _) = place();
     for at in ["../../../../victim/thesis.tex", "/"] {
-        let (folder, victim) = place();
+        let (folder, victim) = again(made.path());
         // Seen from the folder of the network, or as it lies on the disk.
         let absolute = victim.join("thesis.tex").display().to_string();
         let name = if at == "/" { absolute } else { at.to_owned() };
@@ -148,6 +159,7 @@ fn imported(folder: &Path, additional: &str) {
 
 #[test]
 fn what_a_stranger_s_scenario_would_write_goes_nowhere_and_what_it_would_draw_in_is_refused() {
+    let (made, _) = place();
     for (additional, expected) in [
         (
             "<additional><inductionLoop id='d' lane='in0_0' pos='1' period='1' file='../victim/thesis.tex'/></additional>",
@@ -162,7 +174,7 @@ fn what_a_stranger_s_scenario_would_write_goes_nowhere_and_what_it_would_draw_in
             "thesis.tex, which lies outside the scenario; pass --accept outside-files",
         ),
     ] {
-        let (folder, victim) = place();
+        let (folder, victim) = again(made.path());
         imported(folder.path(), additional);
         let said = check(folder.path(), "--repair") + reasons(folder.path()).as_str();
         assert!(said.contains(expected), "{said}");
@@ -189,6 +201,7 @@ fn network(folder: &Path, ending: &str, from: &str, to: &str) {
 
 #[test]
 fn what_a_stranger_s_network_would_draw_in_or_write_is_not_simulated() {
+    let (made, _) = place();
     let inject = r#""to": "out1\"/><include href=\"../../../../victim/thesis.tex"#;
     for (ending, from, to, expected) in [
         ("demand.json", "\"to\": \"out1", inject, "is no name of an edge, a lane or a speed"),
@@ -218,7 +231,7 @@ fn what_a_stranger_s_network_would_draw_in_or_write_is_not_simulated() {
             "it is not as networks are generated: remote-port",
         ),
     ] {
-        let (folder, victim) = place();
+        let (folder, victim) = again(made.path());
         network(folder.path(), ending, from, to);
         let said = check(folder.path(), "--repair --jobs 1") + reasons(folder.path()).as_str();
         assert!(said.contains(expected), "{ending}: {said}");
