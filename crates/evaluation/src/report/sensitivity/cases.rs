@@ -65,7 +65,7 @@ pub(super) fn text(report: &SensitivityReport<'_>) -> Vec<String> {
         });
         let table = plain_table(&header, &right, rows.collect());
         format!(
-            "{}; mean and deviation of the estimates from {repeats} samples of N point MDPs:\n\n{table}",
+            "{}; mean and standard deviation of the estimates from {repeats} samples of N point MDPs:\n\n{table}",
             t.title
         )
     });
