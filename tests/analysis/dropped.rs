@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use crate::made_up::{evaluations, manifest, reported, write_results};
+use crate::made_up::{evaluations, manifest, reported, words, write_results};
+use tsc_family::report::{self, text};
 use tsc_family::sample::{Draw, Growth, Look, Sampling, Until};
 use tsc_family::store::audit::{Audit, Remedy};
 use tsc_family::store::dropped::{Dropped, write_dropped};
@@ -93,6 +94,13 @@ fn a_look_is_complete_without_what_was_dropped() {
     let data = reported(&layout);
     let ippo = data.methods.iter().find(|m| m.method == "ippo").unwrap();
     assert_eq!((ippo.rank, ippo.points, ippo.missing), (None, 4, 0));
+    let said = text::growth(&data).unwrap();
+    let out = "Dropped out, because another method was ahead: ippo (after look 1, behind idqn).";
+    assert!(said.ends_with(out), "{said}");
+    report::write(&layout, &data).unwrap();
+    let page = words(&fs::read_to_string(layout.report().join("index.html")).unwrap());
+    assert!(page.contains("; 1 method dropped out"), "{page}");
+    assert!(page.contains("Methods that dropped out are not ranked."), "{page}");
     let standing = data.standing().unwrap();
     assert!(
         standing.behind.is_empty() && standing.open.iter().all(|(a, b)| a != "ippo" && b != "ippo")

@@ -81,7 +81,7 @@ fn a_method_without_some_results_is_not_ranked_and_nothing_is_claimed_where_it_h
     let page = page_of(&layout);
     for said in [
         "Only the baseline is ranked; 1 method not, for want of point MDPs",
-        "On the 1 point MDP that all of them finished, the order is: max-pressure 0.52, baseline 1.00.",
+        "On the 1 point MDP that all methods finished, the order is: max-pressure 0.52, baseline 1.00.",
         "It is decided wherever two methods have results.",
         "Not known: 1 of 4 intersections, where fewer than two methods have results.",
         "Not ranked, because they have no results on some point MDPs: max-pressure (1 of 2).",

@@ -278,7 +278,7 @@ fn a_method_that_lacks_points_is_compared_where_all_have_results() {
     let data = data_of(&layout);
     insta::assert_snapshot!(format!("{}\n{}", text::table(&data), text::notes(&data).join("\n")));
     let page = words(&file_of(&layout, "index.html"));
-    let said = "Methods without results on some point MDPs are not ranked. On the 1 point MDP that all of them finished, the order is: idqn 0.60, fixed-time 0.75, baseline 1.00.";
+    let said = "Methods without results on some point MDPs are not ranked. On the 1 point MDP that all methods finished, the order is: idqn 0.60, fixed-time 0.75, baseline 1.00.";
     assert!(page.contains(said), "{page}");
     assert!(page.contains("1 | idqn | 0.60 |"), "{page}");
 }

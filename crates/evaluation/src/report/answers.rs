@@ -188,9 +188,12 @@ fn sure(data: &Report, best: &MethodSummary) -> Vec<String> {
         let order: Vec<String> = (common.methods.iter())
             .map(|m| format!("{} {}", m.method, m.overall.map_or_else(String::new, format::score)))
             .collect();
+        let which = match text::only_dropped_lack(data) {
+            true => "that dropped out",
+            false => "without results on some point MDPs",
+        };
         sentences.push(format!(
-            "Methods without results on some point MDPs are not ranked. On the {} that all of them finished, the \
-             order is: {}.",
+            "Methods {which} are not ranked. On the {} that all methods finished, the order is: {}.",
             format::count(common.points, "point MDP"),
             order.join(", ")
         ));

@@ -3,9 +3,9 @@
 use super::answers::{AS_MUCH, change};
 use super::format;
 use super::sections::About;
-use super::today;
 use super::whole::Report;
 use super::words::Words;
+use super::{text, today};
 use crate::analysis::{Decided, MethodSummary, Pair};
 
 /// Returns the headline: the best method and its score, and what the domain adds.
@@ -72,10 +72,13 @@ fn alone(data: &Report) -> bool {
     data.methods.iter().filter(|m| m.rank.is_some()).count() == 1
 }
 
-/// Says how many methods are not ranked.
+/// Says how many methods are not ranked, or dropped out.
 fn unranked(data: &Report) -> String {
     match data.unranked().count() {
         0 => String::new(),
+        n if text::only_dropped_lack(data) => {
+            format!("; {} dropped out", format::count(n, "method"))
+        }
         n => format!("; {} not ranked", format::count(n, "method")),
     }
 }

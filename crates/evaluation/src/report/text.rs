@@ -6,6 +6,7 @@ use super::plain_table::Cells;
 use super::whole::Report;
 use super::{decisive_points, format, policies, summaries};
 use crate::analysis::{LearnerSummary, MethodSummary};
+use crate::store::dropped::Dropped;
 
 /// Returns the ranking of the methods, best first, below it further summaries, and, where some are not
 /// ranked, all of them on the point MDPs that they have in common; [`notes`] belong below it.
@@ -260,10 +261,27 @@ pub fn growth(data: &Report) -> Option<String> {
     };
     Some(format!(
         "The sample grows until {until}. After look {} of {looks}, with {}, {outcome}. Intervals are wider than from \
-         a single look: each holds with 95% certainty over all looks together.",
+         a single look: each holds with 95% certainty over all looks together.{}",
         standing.look,
         format::count(data.points.len(), "point MDP"),
+        dropped(data)
     ))
+}
+
+/// Says which methods a growing run no longer evaluates.
+fn dropped(data: &Report) -> String {
+    let of = |d: &Dropped| format!("{} (after look {}, behind {})", d.method, d.look, d.behind);
+    let all: Vec<String> = data.results.dropped.iter().map(of).collect();
+    match all.is_empty() {
+        true => String::new(),
+        false => format!(" Dropped out, because another method was ahead: {}.", all.join(", ")),
+    }
+}
+
+/// Whether there are methods without a rank, and all of them have dropped out of a growing run.
+pub(super) fn only_dropped_lack(data: &Report) -> bool {
+    let is_dropped = |m: &MethodSummary| data.results.dropped.iter().any(|d| d.method == m.method);
+    data.unranked().next().is_some() && data.unranked().all(is_dropped)
 }
 
 /// Returns the methods that tune or learn, once per point MDP, and have an interval.
