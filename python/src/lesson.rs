@@ -11,7 +11,6 @@ use std::thread;
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use tsc_family::run::domain::Next;
 use tsc_family::traffic::control::{
     ControlError, Controller, Drive, EpisodeOutcome, GreenPhase, Observation, SignalSpec, Trainer,
 };
@@ -48,7 +47,7 @@ enum Reply {
 }
 
 /// Validates what a class has learned so far.
-pub(crate) type Validate<'a> = dyn FnMut(&mut dyn Trainer) -> Result<Next, ControlError> + 'a;
+pub(crate) type Validate<'a> = dyn FnMut(&mut dyn Trainer) -> Result<(), ControlError> + 'a;
 
 /// Figures that the class has logged since the last row.
 type Figures = Arc<Mutex<BTreeMap<String, f64>>>;
@@ -371,8 +370,8 @@ fn play(
                 continue;
             }
             (Request::Validate, _) => {
-                let goes_on = validate(trainer)? == Next::Continue;
-                let _ = pupil.replies.send(Reply::Validated(goes_on));
+                validate(trainer)?;
+                let _ = pupil.replies.send(Reply::Validated(!trainer.stops()));
                 continue;
             }
             (Request::Finish, None) => "no episode is over",

@@ -5,7 +5,7 @@ use crate::methods::Begin;
 use crate::task::scenario::Settings;
 use crate::task::{Scale, Task};
 use basics::seed;
-use evaluation::run::domain::{Course, Next, Played, Trial};
+use evaluation::run::domain::{Course, Played, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::store::record::Metrics;
 use learners::nn::archive::Archive;
@@ -67,7 +67,7 @@ impl<T: Task> Trial for TaskTrial<T> {
             self.trainer = (self.begin)(seed::restart(self.seed, course.restarts()));
             self.trainer.restore("", &saved).map_err(TrialError::Model)?;
         }
-        while !self.trainer.finished() {
+        while !course.stops() && !self.trainer.finished() {
             let steps = self.trainer.steps() + self.row_steps;
             let progress = self.trainer.advance(steps, &mut |k| course.seed(k));
             // That of the episode that began last, in this part or before.
@@ -87,7 +87,7 @@ impl<T: Task> Trial for TaskTrial<T> {
                 continue;
             }
             // Acting draws nothing at random, and the training's own environments are others.
-            let next = course.validate(&mut Played(self))?;
+            course.validate(&mut Played(self))?;
             let trainer = &self.trainer;
             course.checkpoint(
                 &|| {
@@ -97,9 +97,6 @@ impl<T: Task> Trial for TaskTrial<T> {
                 },
                 0.0,
             )?;
-            if next == Next::Stop {
-                break;
-            }
         }
         Ok(())
     }
@@ -146,6 +143,8 @@ mod tests {
         saved: Option<Archive>,
         rows: Vec<(u64, Metrics)>,
         states: Vec<Archive>,
+        /// Whether it ends before the first row of this attempt.
+        stops: bool,
     }
 
     impl Course for Kept {
@@ -157,6 +156,9 @@ mod tests {
         }
         fn saved(&mut self) -> Option<Archive> {
             self.saved.take()
+        }
+        fn stops(&self) -> bool {
+            self.stops
         }
         fn checkpoint(
             &mut self,
@@ -213,6 +215,15 @@ mod tests {
                 assert!(resumed.model().unwrap().to_bytes() == model.to_bytes());
                 assert_eq!(rest.rows, kept.rows[i + 1..]);
             }
+            let state = kept.states[1].clone();
+            let mut stopped = trial(method, &[]);
+            let mut none = Kept { saved: Some(state), stops: true, ..Kept::default() };
+            stopped.train(&mut none).unwrap();
+            assert!(
+                none.rows.is_empty(),
+                "what was kept where the training stops early is not trained further"
+            );
+            assert!(stopped.model().unwrap().to_bytes() != model.to_bytes());
             let mut loaded = trial(method, &[]);
             loaded.load(&model).unwrap();
             assert_eq!(loaded.episode(3).unwrap(), whole.episode(3).unwrap());

@@ -15,7 +15,7 @@ use super::program::{PHASES, ProgramKind, ProgramPhase, SignalProgram};
 use super::sim::{self, Sim, SimError};
 use super::street_results::{ByStreet, StreetResult};
 use basics::files::numbers::is_usable;
-use evaluation::run::domain::{Course, Next, Policy, Trial};
+use evaluation::run::domain::{Course, Policy, Trial};
 use evaluation::run::fault::TrialError;
 use evaluation::store::opaque::Opaque;
 use evaluation::store::record::{Metrics, Row, RowKind};
@@ -203,9 +203,13 @@ impl<S: Sim> Trainer for School<'_, S> {
         self.course.saved()
     }
 
-    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<(), ControlError> {
         let mut learned = Learned { env: &mut *self.env, controller };
         self.course.validate(&mut learned).map_err(|e| ControlError::Validation(Box::new(e)))
+    }
+
+    fn stops(&self) -> bool {
+        self.course.stops()
     }
 
     fn restarts(&self) -> u32 {

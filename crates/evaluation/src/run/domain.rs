@@ -336,15 +336,6 @@ impl<T: Trial> Policy for Played<'_, T> {
     }
 }
 
-/// Whether a training goes on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Next {
-    /// It does.
-    Continue,
-    /// It has not become better for so long that it ends here.
-    Stop,
-}
-
 /// A training as the task keeps it: its seeds, its rows and how far it has come.
 pub trait Course {
     /// Returns the `index`-th training seed.
@@ -361,9 +352,15 @@ pub trait Course {
     /// # Errors
     ///
     /// [`TrialError`] when an episode of validation fails.
-    fn validate(&mut self, policy: &mut dyn Policy) -> Result<Next, TrialError> {
+    fn validate(&mut self, policy: &mut dyn Policy) -> Result<(), TrialError> {
         let _ = policy;
-        Ok(Next::Continue)
+        Ok(())
+    }
+
+    /// Returns whether validation has found nothing better for so long that training ends here; asked before every row of
+    /// training, the first after [`Self::saved`] included: the state that was kept may be that of the last row.
+    fn stops(&self) -> bool {
+        false
     }
 
     /// Returns how often the training has started again; the seed of everything random in the method follows from it.

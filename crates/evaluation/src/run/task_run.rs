@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use super::checkpoint::{Candidate, Keeper, Validated};
-use super::domain::{Course, Next, Policy, Trial};
+use super::domain::{Course, Policy, Trial};
 use super::fault::{CheckpointError, TrialError};
 use super::progress::{News, Progress};
 use super::selection::{MAX_RESTARTS, Restart, Selection};
@@ -265,10 +265,10 @@ impl Course for TaskRun<'_> {
         }
     }
 
-    fn validate(&mut self, policy: &mut dyn Policy) -> Result<Next, TrialError> {
+    fn validate(&mut self, policy: &mut dyn Policy) -> Result<(), TrialError> {
         let row = self.rows.len() as u32;
         if !self.selection.is_due(row) {
-            return Ok(Next::Continue);
+            return Ok(());
         }
         let seeds = 0..self.selection.validation_seeds;
         let objective = self.play(row, seeds, &mut |seed| policy.episode(seed))?;
@@ -276,10 +276,12 @@ impl Course for TaskRun<'_> {
             let candidate = Candidate { row, objective, model };
             self.validated.keep(candidate, self.selection.finalists, self.direction);
         }
-        let patience = self.selection.patience;
-        let stops = patience > 0
-            && self.validated.since_best(self.objective, self.direction) >= patience as usize;
-        Ok(if stops { Next::Stop } else { Next::Continue })
+        Ok(())
+    }
+
+    fn stops(&self) -> bool {
+        let patience = self.selection.patience as usize;
+        patience > 0 && self.validated.since_best(self.objective, self.direction) >= patience
     }
 
     fn restarts(&self) -> u32 {
@@ -429,7 +431,7 @@ mod tests {
         fn train(&mut self, course: &mut dyn Course) -> Result<(), TrialError> {
             course.saved().iter().for_each(|saved| self.restore(saved));
             self.pending = Some(self.done).filter(|done| *done > 0);
-            while self.done < self.objectives.len() {
+            while !course.stops() && self.done < self.objectives.len() {
                 self.pending = None;
                 course.episode(self.done as u64, Metrics::from([("delay".to_owned(), 99.0)]));
                 self.done += 1;
@@ -439,13 +441,10 @@ mod tests {
                     self.done = 0;
                     continue;
                 }
-                let next = course.validate(&mut Played(self))?;
+                course.validate(&mut Played(self))?;
                 course.checkpoint(&|| self.archive(), 0.0)?;
                 if self.done == self.killed_after {
                     return Err(TrialError::Failed("killed".into()));
-                }
-                if next == Next::Stop {
-                    break;
                 }
             }
             Ok(())
@@ -596,6 +595,23 @@ mod tests {
             let mut again = trial.clone();
             again.dies_after = if killed_after <= 2 { trial.dies_after.clone() } else { vec![] };
             let (resumed, said, _) = done(dir.path(), again, selection()).unwrap();
+            assert_eq!((&resumed, &said), (&rows, &figures), "killed after {killed_after}");
+        }
+    }
+
+    #[test]
+    fn a_training_that_was_killed_where_it_stops_early_does_not_go_on() {
+        let patient = Selection { patience: 2, ..selection() };
+        let trial = Swings::of(&[50.0, 20.0, 9.0, 25.0, 9.0, 30.0, 9.0, 8.0]);
+        let (rows, figures, _) = whole(trial.clone(), patient.clone());
+        assert_eq!(values(&rows, RowKind::Training).len(), 6);
+        for killed_after in 1..=6 {
+            let dir = tempfile::tempdir().unwrap();
+            assert!(
+                done(dir.path(), Swings { killed_after, ..trial.clone() }, patient.clone())
+                    .is_none()
+            );
+            let (resumed, said, _) = done(dir.path(), trial.clone(), patient.clone()).unwrap();
             assert_eq!((&resumed, &said), (&rows, &figures), "killed after {killed_after}");
         }
     }

@@ -6,7 +6,6 @@ use super::senses::{Given, Senses};
 use super::training::{self, CHECKPOINT, Curve, TrainingState, remarks};
 use super::{ControlError, Controller, Drive, GreenPhase, Observation, Setup, SignalSpec, Trainer};
 use basics::seed;
-use evaluation::run::domain::Next;
 use learners::nn::archive::Archive;
 
 /// What is a learner's own: networks, states, actions, rewards.
@@ -105,12 +104,12 @@ impl<L: Learner> Learning<L> {
         ControlError::Own { method: self.name, reason }
     }
 
-    /// Validates what has been learned so far and returns whether training goes on.
-    fn validate(&mut self, trainer: &mut dyn Trainer) -> Result<Next, ControlError> {
+    /// Validates what has been learned so far.
+    fn validate(&mut self, trainer: &mut dyn Trainer) -> Result<(), ControlError> {
         self.training.active = false;
-        let next = trainer.validate(self);
+        let validated = trainer.validate(self);
         self.training.active = true;
-        next
+        validated
     }
 }
 
@@ -165,7 +164,7 @@ impl<L: Learner> Controller for Learning<L> {
         }
         self.learner.reseed(seed::restart(self.seed, trainer.restarts()));
         self.training.active = true;
-        while self.training.done < self.training.episodes {
+        while !trainer.stops() && self.training.done < self.training.episodes {
             let episode = self.training.done;
             self.training.curve = Curve::default();
             trainer.episode(self, episode)?;
@@ -190,7 +189,7 @@ impl<L: Learner> Controller for Learning<L> {
                 self.learner.meet(&self.signals).map_err(|reason| self.own(reason))?;
                 continue;
             }
-            let next = self.validate(trainer)?;
+            self.validate(trainer)?;
             trainer.checkpoint(&|| {
                 let mut archive = Archive::default();
                 archive.put("kind", CHECKPOINT);
@@ -200,9 +199,6 @@ impl<L: Learner> Controller for Learning<L> {
                 self.learner.save(&mut archive);
                 archive
             })?;
-            if next == Next::Stop {
-                break;
-            }
         }
         self.training.active = false;
         Ok(())

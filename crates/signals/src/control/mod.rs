@@ -36,7 +36,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use osm_signals::Turn;
 
-use evaluation::run::domain::Next;
 use learners::nn::archive::{Archive, ArchiveError};
 
 use crate::needs::{Need, least_greens_s};
@@ -360,16 +359,21 @@ pub trait Trainer {
         None
     }
 
-    /// Offers the policy for validation: plays it on validation seeds when that is due, and returns whether training goes
-    /// on. Called after every training episode, before [`Self::checkpoint`]; the controller neither explores nor learns
-    /// meanwhile.
+    /// Offers the policy for validation: plays it on validation seeds when that is due. Called after every training
+    /// episode, before [`Self::checkpoint`]; the controller neither explores nor learns meanwhile.
     ///
     /// # Errors
     ///
     /// [`ControlError::Validation`] when an episode of it fails.
-    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<(), ControlError> {
         let _ = controller;
-        Ok(Next::Continue)
+        Ok(())
+    }
+
+    /// Returns whether validation has found nothing better for so long that training ends here; asked before every
+    /// training episode.
+    fn stops(&self) -> bool {
+        false
     }
 
     /// Returns how often the training has started again, by which the learner's seed is derived anew.

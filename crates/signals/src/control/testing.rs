@@ -81,6 +81,8 @@ pub(crate) struct QueueWorld {
     pub(crate) stubborn: bool,
     /// Whether it validates after every episode.
     pub(crate) validates: bool,
+    /// Whether validation has ended the training.
+    pub(crate) stops: bool,
     /// Episode, from 1, after which training starts again, once.
     pub(crate) starts_again_after: u32,
     restarts: u32,
@@ -99,6 +101,7 @@ impl QueueWorld {
             scale: 1.0,
             stubborn: false,
             validates: false,
+            stops: false,
             starts_again_after: 0,
             restarts: 0,
         }
@@ -169,13 +172,17 @@ impl Trainer for QueueWorld {
         self.saved.take()
     }
 
-    fn validate(&mut self, controller: &mut dyn Controller) -> Result<Next, ControlError> {
+    fn validate(&mut self, controller: &mut dyn Controller) -> Result<(), ControlError> {
         if self.validates {
             controller.set_validation(true);
             self.episode(controller, 1000)?;
             controller.set_validation(false);
         }
-        Ok(Next::Continue)
+        Ok(())
+    }
+
+    fn stops(&self) -> bool {
+        self.stops
     }
 
     fn restarts(&self) -> u32 {
@@ -239,6 +246,13 @@ pub(crate) fn check_learner(make: &dyn Fn(u32) -> Box<dyn Controller>) {
     continued.train(&mut world).unwrap();
     assert!(world.kept.borrow().last().unwrap().to_bytes() == last);
     assert_eq!(world.kept.borrow().len() as u32, episodes - killed.dies_at);
+
+    // What was kept where a training ends early is not trained further.
+    let mut world = QueueWorld::new(signals());
+    world.saved = killed.kept.borrow_mut().pop();
+    world.stops = true;
+    make(episodes).train(&mut world).unwrap();
+    assert!(world.kept.borrow().is_empty());
 
     // Validation disturbs neither what is learned nor what evaluation draws.
     let mut world = QueueWorld::new(signals());
