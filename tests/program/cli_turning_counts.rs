@@ -94,6 +94,35 @@ fn counted_turns_are_what_is_simulated_in_every_period() {
     }
     let page = fs::read_to_string(folder.path().join("r/report/index.html")).unwrap();
     assert!(page.contains("id=\"periods\""));
+    // A period may be called anything.
+    for (name, old, new) in [
+        ("approaches.csv", ",am,", ",AM peak,"),
+        ("scenario.toml", "am = 500", "\"AM peak\" = 500"),
+    ] {
+        let path = folder.path().join("counted").join(name);
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains(old), "{text}");
+        fs::write(path, text.replace(old, new)).unwrap();
+    }
+    succeed(
+        folder.path(),
+        "run counted --budget all --methods baseline --eval-seeds 1 --set demand.horizon_s=60 --out named",
+    );
+    let read =
+        |name: &str| fs::read_to_string(folder.path().join("named/report").join(name)).unwrap();
+    let renamed = read("periods.csv");
+    assert_eq!(renamed.lines().count(), 3, "{renamed}");
+    assert!(renamed.contains("AM peak,500,baseline,1,"), "{renamed}");
+    assert!(read("intersections/i0007.html").contains("AM peak, 500 h a year"));
+    let files = fs::read_dir(folder.path().join("named/report/plans")).unwrap();
+    let names: Vec<String> =
+        files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    let of_period = |stem: &str| names.iter().filter(|name| name.starts_with(stem)).count();
+    assert_eq!(
+        (of_period("baseline.AM-peak-"), of_period("baseline.pm.utdf.csv")),
+        (1, 1),
+        "{names:?}"
+    );
 }
 
 #[test]

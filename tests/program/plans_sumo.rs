@@ -1,6 +1,7 @@
 //! The plans of a report are what a method did: plain `sumo` with them shows their phases, and repeats
 //! the recorded delays to the last digit.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -200,6 +201,15 @@ fn plans_of_several_signals_in_an_imported_scenario_repeat_delays_too() {
     }
     assert!(!best.is_empty() && best != "program", "{best}");
     assert_eq!(delays, [delay_s(folder, "-c out/report/plans/a.winner.sumocfg")]);
+    // Records do not have the offsets of the network's own programs.
+    let mut reader = csv::Reader::from_path(folder.join("out/report/cabinet.csv")).unwrap();
+    let rows: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
+    let offsets = |method: &str| -> BTreeSet<&str> {
+        let own = rows.iter().filter(|row| row["method"] == method);
+        own.map(|row| row["offset_s"].as_str()).collect()
+    };
+    assert_eq!(offsets("program"), BTreeSet::from([""]));
+    assert!(!offsets("fixed-time").is_empty() && !offsets("fixed-time").contains(""));
 }
 
 #[test]

@@ -99,13 +99,13 @@ impl Basis {
             }
         }
         let total_vph: f64 = group.iter().map(|m| volume_vph(m)).sum();
-        let group_vph = (total_vph > 0.0).then(|| total_vph / ratio);
+        let group_vph = (total_vph > 0.0 && ratio.is_finite()).then(|| total_vph / ratio);
         let same = |s: &Supply| {
             s.permissive_share == 0.0 && (s.protected_share - own.protected_share).abs() < 1e-9
         };
         let is_plain = group.iter().filter_map(|m| m.supply.as_ref()).all(same);
         let delay_s = group_vph
-            .filter(|_| is_plain && ratio.is_finite() && own.greens_per_h > 0.0)
+            .filter(|_| is_plain && own.greens_per_h > 0.0)
             .map(|vph| self.delay_s(ratio, vph, own));
         Some(Capacity { group_vph, ratio, delay_s })
     }
@@ -262,7 +262,8 @@ mod tests {
     #[test]
     fn vehicles_without_green_are_above_any_capacity_and_old_records_say_nothing() {
         let mut all = [movement("NBT", "NBT", [1, 1], 10.0, [0.0, 0.0])];
-        assert_eq!(BASIS.capacities(&all)[0].unwrap().ratio, f64::INFINITY);
+        let without = BASIS.capacities(&all)[0].unwrap();
+        assert_eq!((without.ratio, without.group_vph), (f64::INFINITY, None));
         all[0].supply = None;
         assert_eq!(BASIS.capacities(&all), [None]);
     }

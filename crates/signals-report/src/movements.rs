@@ -135,8 +135,12 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<Value> {
     let Seen { data, shown } = seen;
     let identity = &data.manifest.identity;
-    let of =
-        |method: usize| shown.movements.iter().find(|t| t.point == point && t.method == method);
+    let of = |method: usize| {
+        let replicate = shown.training(data, point, method)?.0.replicate;
+        let is =
+            |t: &&TaskMovements| (t.point, t.method, t.replicate) == (point, method, replicate);
+        shown.movements.iter().find(is)
+    };
     let best = data.winners[point].as_ref().map(|winner| winner.best)?;
     let rival = today(data).unwrap_or(&identity.baseline);
     let rival = identity.methods.iter().position(|m| *m == rival);
@@ -182,7 +186,16 @@ pub(crate) fn point(seen: Seen<'_>, point: usize, page: Option<&str>) -> Option<
             }
         })
         .collect();
-    let names: Vec<String> = compared.iter().map(|m| named(data, &identity.methods[*m])).collect();
+    let called = |method: &usize| {
+        let name = named(data, &identity.methods[*method]);
+        match shown.training(data, point, *method) {
+            Some((task, count)) if count > 1 => {
+                format!("{name}, training {} of {count}, the best", task.replicate + 1)
+            }
+            _ => name,
+        }
+    };
+    let names: Vec<String> = compared.iter().map(called).collect();
     let title = shown.title(&data.points[point].row);
     Some(
         context! { title, names, rows, page, weight => format::percent(data.points[point].weight) },

@@ -13,7 +13,7 @@ use minijinja::{Value, context};
 use super::answers::today;
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
-use super::movements;
+use super::movements::{self, TaskMovements};
 use super::plans::cabinet::{of_plan, phases, seconds};
 use super::plans::left_turns::unprotected;
 use super::plans::remove_earlier;
@@ -24,13 +24,13 @@ use super::sketch::sketch;
 use super::worth::{FILE, Yearly};
 use basics::files::{FileError, write_atomically};
 use evaluation::analysis::Analysis;
-use evaluation::family::names::safe_id;
 use evaluation::report::figures::shown as named;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
 use evaluation::stats::mean_interval;
 use evaluation::stats::score::mean;
 use signals::existing::ExistingPlan;
+use signals::family::load::id_of_intersection;
 use signals::places::DrawnIntersection;
 
 /// Name of the folder within the report.
@@ -58,10 +58,12 @@ fn pages(seen: Seen<'_>) -> Vec<Page<'_>> {
         match own.filter(|_| !drawn.period.is_empty()) {
             Some((_, page)) => page.periods.push((point, drawn)),
             None => {
-                let suffix = format!("-{}", safe_id(&drawn.period));
-                let stem = drawn.point.strip_suffix(&suffix).filter(|_| !drawn.period.is_empty());
-                let name = format!("{}.html", stem.unwrap_or(&drawn.point));
-                pages.push((&drawn.intersection, Page { name, periods: vec![(point, drawn)] }));
+                let stem = match drawn.period.as_str() {
+                    "" => drawn.point.clone(),
+                    _ => id_of_intersection(&drawn.intersection),
+                };
+                let page = Page { name: format!("{stem}.html"), periods: vec![(point, drawn)] };
+                pages.push((&drawn.intersection, page));
             }
         }
     }
@@ -131,16 +133,18 @@ fn compared(seen: Seen<'_>, (point, drawn): &(usize, &DrawnIntersection)) -> Opt
     })
 }
 
-/// Returns the stops per vehicle of a method.
+/// Returns the stops per vehicle of a method, over all its trainings as its delay is.
 fn stops(seen: Seen<'_>, point: usize, method: usize) -> Option<f64> {
-    let mut own = seen.shown.movements.iter().filter(|t| (t.point, t.method) == (point, method));
-    let task = own.next()?;
-    let (mut stops, mut vehicles) = (0.0, 0.0);
-    for m in &task.results {
-        stops += m.stops.unwrap_or_default() * m.vehicles_veh;
-        vehicles += m.vehicles_veh;
-    }
-    (vehicles > 0.0).then(|| stops / vehicles)
+    let own = seen.shown.movements.iter().filter(|t| (t.point, t.method) == (point, method));
+    let of_task = |task: &TaskMovements| {
+        let (mut stops, mut vehicles) = (0.0, 0.0);
+        for m in task.results.iter().filter(|m| m.vehicles_veh > 0.0) {
+            stops += m.stops? * m.vehicles_veh;
+            vehicles += m.vehicles_veh;
+        }
+        (vehicles > 0.0).then(|| stops / vehicles)
+    };
+    mean(&own.map(of_task).collect::<Option<Vec<f64>>>()?)
 }
 
 /// Returns what a method costs in a year.
@@ -253,7 +257,7 @@ fn schedule(plan: &ExistingPlan) -> Value {
     context! {
         control => plan.control.name(),
         cycle => plan.cycle_s.map_or_else(|| "free".to_owned(), seconds),
-        offset => plan.cycle_s.map_or_else(|| "-".to_owned(), |_| seconds(plan.offset_s)),
+        offset => plan.cycle_s.and(plan.offset_s).map_or_else(|| "-".to_owned(), seconds),
         reference => if reference.is_empty() { "-".to_owned() } else { reference.join(" ") },
         splits => splits.collect::<Vec<_>>().join(", "),
     }

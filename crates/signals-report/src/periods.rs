@@ -9,7 +9,7 @@ use minijinja::{Value, context};
 use super::demand::{HOUR_S, horizon_s};
 use super::level_of_service::{DELAY, letter};
 use super::shown::Seen;
-use evaluation::analysis::{Analysis, PointSummary};
+use evaluation::analysis::Analysis;
 use evaluation::report::csv;
 use evaluation::report::figures::shown as named;
 
@@ -38,16 +38,12 @@ struct Achieved {
 }
 
 /// Returns the periods of a run with their point MDPs; nothing where the scenario does not say their hours.
-fn periods(data: &Analysis) -> Vec<Period> {
+fn periods(Seen { data, shown }: Seen<'_>) -> Vec<Period> {
     let identity = &data.manifest.identity;
     let hours = identity.settings.pointer("/family/periods").and_then(serde_json::Value::as_object);
-    // The id of a point MDP ends with its period; of `am` and `early-am` the longer one is meant.
-    let names = || hours.into_iter().flatten().map(|(name, _)| name);
-    let ends = |point: &str, name: &str| point.strip_suffix(name).is_some_and(|p| p.ends_with('-'));
-    let of_point = |point: &str| names().filter(|n| ends(point, n)).max_by_key(|n| n.len());
     let of = |(name, hours): (&String, &serde_json::Value)| {
-        let is = |p: &&PointSummary| of_point(&p.row.point) == Some(name);
-        let points = data.points.iter().filter(is).map(|p| p.index).collect();
+        let own = shown.places.drawings.iter().filter(|drawn| drawn.period == *name);
+        let points = own.filter_map(|drawn| data.position(&drawn.point)).collect();
         Some(Period { name: name.clone(), hours: hours.as_f64()?, points })
     };
     let all: Vec<Period> = hours.into_iter().flatten().filter_map(of).collect();
@@ -73,8 +69,8 @@ fn per_year(data: &Analysis, period: &Period, achieved: &Achieved) -> Option<f64
 }
 
 /// Whether there is anything to say of periods.
-pub(crate) fn are_known(data: &Analysis) -> bool {
-    data.manifest.identity.objective == DELAY && !periods(data).is_empty()
+pub(crate) fn are_known(seen: Seen<'_>) -> bool {
+    seen.data.manifest.identity.objective == DELAY && !periods(seen).is_empty()
 }
 
 /// Returns the table.
@@ -83,7 +79,7 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
     let identity = &data.manifest.identity;
     let mut rows = Vec::new();
     let horizon_h = horizon_s(identity).unwrap_or(HOUR_S) / HOUR_S;
-    for period in periods(data) {
+    for period in periods(seen) {
         for (index, method) in identity.methods.iter().enumerate() {
             let Some(sum) = achieved(data, &period, index) else { continue };
             let year = per_year(data, &period, &sum).map_or_else(String::new, |h| h.to_string());
@@ -104,10 +100,11 @@ pub(crate) fn table(seen: Seen<'_>) -> String {
 /// Returns the section on periods; undefined where their hours are not known.
 pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
     let data = seen.data;
-    if !are_known(data) {
+    if !are_known(seen) {
         return None;
     }
-    let all = periods(data);
+    let all = periods(seen);
+    let is_whole = all.iter().map(|period| period.points.len()).sum::<usize>() == data.points.len();
     let heads: Vec<Value> = (all.iter())
         .map(|p| context! { name => p.name.as_str(), hours => p.hours.to_string(), points => p.points.len() })
         .collect();
@@ -116,6 +113,7 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
             all.iter().map(|p| achieved(data, p, method.index)).collect();
         let year = |(p, sum): (&Period, &Option<Achieved>)| per_year(data, p, sum.as_ref()?);
         let total: Option<f64> = all.iter().zip(&sums).map(year).sum();
+        let total = total.filter(|_| is_whole);
         let cells = all.iter().zip(&sums).map(|(p, sum)| {
             let delay_s = sum.map(|sum| sum.delay_s / sum.vehicles);
             context! {

@@ -72,7 +72,7 @@ impl TrafficSections {
         let placed = self.shown.is_placed();
         let all: [(bool, &str, TableText); 6] = [
             (true, plans::cabinet::TABLE, plans::cabinet::table),
-            (periods::are_known(data), periods::TABLE, periods::table),
+            (periods::are_known(self.seen(data)), periods::TABLE, periods::table),
             (!movements.is_empty(), movements::TABLE, movements::table),
             (!streets.is_empty(), corridors::TABLE, corridors::table),
             (placed, INTERSECTIONS, table),

@@ -14,7 +14,7 @@ use evaluation::store::error::StoreError;
 use evaluation::store::manifest::{PointRow, Task};
 use evaluation::store::record::{Outcome, Summary};
 use evaluation::store::results::Results;
-use signals::places::{FILE, MappedIntersection, Places};
+use signals::places::{DrawnIntersection, FILE, MappedIntersection, Places};
 
 /// Intersections of a point MDP that are named; more are counted.
 const NAMED: usize = 3;
@@ -113,6 +113,30 @@ impl Shown {
     ) -> impl Iterator<Item = &'a MappedIntersection> {
         let own = self.of_point.get(point).into_iter().flatten();
         own.map(|i| &self.places.intersections[*i])
+    }
+
+    /// Returns the training of a method on a point MDP that is shown where only one can be: the best of several, and how
+    /// many there are.
+    pub(super) fn training(
+        &self,
+        data: &Analysis,
+        point: usize,
+        method: usize,
+    ) -> Option<(&TaskPlan, usize)> {
+        let direction = data.direction();
+        let own = || self.plans.iter().filter(|task| (task.point, task.method) == (point, method));
+        let better = |a: &TaskPlan, b: &TaskPlan| match (a.objective, b.objective) {
+            (Some(a), Some(b)) => direction.is_worse(a, b),
+            (a, b) => a.is_none() && b.is_some(),
+        };
+        let best = own().reduce(|best, task| if better(best, task) { task } else { best })?;
+        Some((best, own().count()))
+    }
+
+    /// Returns how a point MDP that is one intersection is drawn, with its period; `None` where it stands for others by
+    /// its features alone.
+    pub(super) fn drawing(&self, point: &str) -> Option<&DrawnIntersection> {
+        self.places.drawings.iter().find(|drawn| drawn.point == point)
     }
 
     /// Returns for how many intersections a point MDP stands.

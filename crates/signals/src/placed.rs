@@ -687,7 +687,7 @@ mod tests {
         );
         assert_eq!(
             (plan.offset_s, plan.cycle_s, plan.control),
-            (5.0, Some(58.0), Control::Pretimed)
+            (Some(5.0), Some(58.0), Control::Pretimed)
         );
         assert_eq!(plan.ways["NBT"], [("in2".to_owned(), "out0".to_owned())]);
         assert_eq!(placed.given[0].intersection, "7");

@@ -100,11 +100,10 @@ pub(crate) fn values(seen: Seen<'_>) -> Option<Value> {
 pub(crate) fn of_plan(plan: &ExistingPlan) -> String {
     let mut text = plan.control.name().to_owned();
     if let Some(cycle_s) = plan.cycle_s {
-        text.push_str(&format!(
-            ", cycle {} s, offset {} s",
-            seconds(cycle_s),
-            seconds(plan.offset_s)
-        ));
+        text.push_str(&format!(", cycle {} s", seconds(cycle_s)));
+        if let Some(offset_s) = plan.offset_s {
+            text.push_str(&format!(", offset {} s", seconds(offset_s)));
+        }
     }
     let reference: Vec<String> = plan.reference.iter().map(u32::to_string).collect();
     match reference.as_slice() {

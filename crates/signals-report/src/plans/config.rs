@@ -6,6 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 use quick_xml::escape::escape;
 
+use super::program_xml::comment;
 use basics::files::FileError;
 use evaluation::store::manifest::Identity;
 use signals::sim::sumocfg::{file_names, options};
@@ -78,11 +79,7 @@ pub(super) fn configuration(show: &Show<'_>) -> Result<String, String> {
     lines.push(("seed".to_owned(), show.seed.to_string()));
     lines.push(("time-to-teleport".to_owned(), show.time_to_teleport_s.to_string()));
     lines.push(("xml-validation".to_owned(), "never".to_owned()));
-    let mut text = "<!--\n".to_owned();
-    for line in show.comment {
-        text += &format!("    {}\n", line.replace("--", "- -"));
-    }
-    text += "-->\n<configuration>\n";
+    let mut text = comment(show.comment) + "<configuration>\n";
     for (option, value) in lines {
         text += &format!("    <{option} value=\"{}\"/>\n", escape(value.as_str()));
     }

@@ -19,7 +19,7 @@ const OPPOSITE_DEG: f64 = 45.0;
 /// Returns these left turns with the reason, such as `SBL (2 lanes)`; in left-hand traffic right turns.
 pub(crate) fn unprotected(seen: Seen<'_>, point: usize, plan: &ExistingPlan) -> Vec<String> {
     let id = &seen.data.points[point].row.point;
-    let Some(drawn) = seen.shown.places.drawings.iter().find(|drawn| drawn.point == *id) else {
+    let Some(drawn) = seen.shown.drawing(id) else {
         return Vec::new();
     };
     let names = renamed(seen, point);

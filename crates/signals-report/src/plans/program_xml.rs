@@ -24,11 +24,7 @@ pub(super) fn additional(
     if programs.is_empty() {
         return None;
     }
-    let mut text = "<!--\n".to_owned();
-    for line in comment {
-        text += &format!("    {}\n", line.replace("--", "- -"));
-    }
-    text += "-->\n<additional>\n";
+    let mut text = self::comment(comment) + "<additional>\n";
     for program in programs {
         text += &format!(
             "    <tlLogic id=\"{}\" type=\"{}\" programID=\"{}\" offset=\"{}\">\n",
@@ -53,6 +49,22 @@ pub(super) fn additional(
     }
     text += "</additional>\n";
     Some(text)
+}
+
+/// Returns lines as a comment of XML, in which no two hyphens follow one another.
+pub(super) fn comment(lines: &[String]) -> String {
+    let mut text = "<!--\n".to_owned();
+    for line in lines {
+        text += "    ";
+        for letter in line.chars() {
+            if letter == '-' && text.ends_with('-') {
+                text.push(' ');
+            }
+            text.push(letter);
+        }
+        text.push('\n');
+    }
+    text + "-->\n"
 }
 
 #[cfg(test)]
@@ -85,6 +97,13 @@ mod tests {
             </tlLogic>
         </additional>
         "#);
+    }
+
+    #[test]
+    fn no_two_hyphens_follow_one_another_in_a_comment() {
+        let lines = ["a---b", "----", "--->", "-"].map(str::to_owned);
+        let text = comment(&lines);
+        assert_eq!(text, "<!--\n    a- - -b\n    - - - -\n    - - ->\n    -\n-->\n");
     }
 
     #[test]

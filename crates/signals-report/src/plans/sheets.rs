@@ -14,11 +14,13 @@ use super::left_turns::unprotected;
 use super::told::{Told, best};
 use crate::shown::Seen;
 use basics::files::{FileError, write_atomically};
+use evaluation::family::names::safe_id;
 use evaluation::report::figures::shown as named;
 use evaluation::report::page::render;
 use evaluation::report::{ReportError, format};
 use signals::existing::table::to_csv;
 use signals::existing::{ExistingPlan, NamedPlan};
+use signals::family::load::number_of_intersection;
 use signals::utdf::to_utdf;
 
 /// Most intersections with a page each.
@@ -75,14 +77,6 @@ pub(crate) fn page_name(seen: Seen<'_>, point: usize) -> String {
     format!("{}.html", seen.data.points[point].row.point)
 }
 
-/// Returns the number of an intersection and its period, from the id of its point MDP; `None` for an id that is a name.
-fn node(point: &str) -> Option<(u32, &str)> {
-    let rest = point.strip_prefix('i')?;
-    let (number, period) = rest.split_once('-').unwrap_or((rest, ""));
-    let is_number = number.len() >= 4 && number.bytes().all(|b| b.is_ascii_digit());
-    Some((number.parse().ok().filter(|_| is_number)?, period))
-}
-
 /// Writes the plans of each method as a table, by point MDP.
 fn write_tables(folder: &Path, seen: Seen<'_>, all: &[Told]) -> Result<(), ReportError> {
     let identity = &seen.data.manifest.identity;
@@ -112,7 +106,10 @@ fn write_utdf(
     let (mut nameless, mut refused) = (Vec::new(), Vec::new());
     for told in all {
         let (point, method) = (&identity.points[told.point].point, &identity.methods[told.method]);
-        let Some((number, period)) = node(point) else {
+        let drawn = seen.shown.drawing(point);
+        let numbered =
+            drawn.and_then(|d| Some((number_of_intersection(&d.intersection)?, &d.period)));
+        let Some((number, period)) = numbered else {
             nameless.push(point.clone());
             continue;
         };
@@ -121,8 +118,8 @@ fn write_utdf(
             refused.push(format!("{method}, {reason}"));
             continue;
         }
-        let dot = if period.is_empty() { "" } else { "." };
-        let name = format!("{method}{dot}{period}.utdf.csv");
+        let dot = if period.is_empty() { String::new() } else { format!(".{}", safe_id(period)) };
+        let name = format!("{method}{dot}.utdf.csv");
         files.entry(name).or_default().push((number, told.plan.clone()));
     }
     let has_numbers = !files.is_empty();
@@ -155,12 +152,14 @@ fn page(seen: Seen<'_>, point: usize, own: &[&Told]) -> Value {
     let identity = &data.manifest.identity;
     let row = &data.points[point].row;
     let plans = own.iter().map(|told| {
-        let delay_s =
-            data.points[point].results[told.method].as_ref().map(|r| format!("{:.1}", r.objective));
+        // Of the training whose plan it is.
+        let of_training = told.objective.map(|delay_s| format!("{delay_s:.1}"));
+        let trainings = shown.training(data, point, told.method).map_or(1, |(_, count)| count);
         context! {
             method => named(data, &identity.methods[told.method]),
             of => of_plan(&told.plan),
-            delay_s,
+            delay_s => of_training,
+            training => (trainings > 1).then(|| format!("training {} of {trainings}", told.replicate + 1)),
             phases => phases(&told.plan),
             is_stages => told.is_stages,
             unprotected => unprotected(seen, point, &told.plan).join(", "),
@@ -219,17 +218,4 @@ pub(crate) fn rings(plan: &ExistingPlan) -> Vec<Vec<Value>> {
             boxes
         })
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nodes_are_the_numbers_of_ids_and_periods_what_follows() {
-        assert_eq!(node("i0001"), Some((1, "")));
-        assert_eq!(node("i12345-am"), Some((12345, "am")));
-        assert_eq!(node("Main-and-5th-02587130"), None);
-        assert_eq!(node("i9"), None, "no id of a number");
-    }
 }

@@ -10,6 +10,7 @@ use signals::existing::ExistingPlan;
 use signals::existing::ran::{of_program, of_rings};
 use signals::movement_results::MovementResult;
 use signals::network::plain::SIGNAL;
+use signals::network_files::GENERATED;
 use signals::program::ProgramKind;
 
 /// The plan of a signal as phases.
@@ -18,6 +19,10 @@ pub(crate) struct Told {
     pub(crate) method: usize,
     /// Position of the point MDP in the manifest.
     pub(crate) point: usize,
+    /// Which of several trainings.
+    pub(crate) replicate: u32,
+    /// Mean objective of its evaluation episodes.
+    pub(crate) objective: Option<f64>,
     /// SUMO's id of the signal.
     pub(crate) signal: String,
     /// The plan.
@@ -32,6 +37,8 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
     let told = |signal: &str, plan: ExistingPlan, is_stages: bool| Told {
         method: task.method,
         point: task.point,
+        replicate: task.replicate,
+        objective: task.objective,
         signal: signal.to_owned(),
         plan: with_names_of_the_network(seen, task.point, plan),
         is_stages,
@@ -50,7 +57,11 @@ pub(super) fn of_task(seen: Seen<'_>, task: &TaskPlan) -> Vec<Told> {
         Some(told(&signal.signal, plan, is_stages))
     });
     let programs = task.programs().iter().filter(|_| task.is_whole()).filter_map(|program| {
-        let plan = of_program(program, names.get(&program.signal).unwrap_or(&nothing))?;
+        let mut plan = of_program(program, names.get(&program.signal).unwrap_or(&nothing))?;
+        // Records do not have the offset of a program of a network that is not ours.
+        if program.own && data.manifest.identity.points[task.point].environment != GENERATED {
+            plan.offset_s = None;
+        }
         Some(told(&program.signal, plan, true)).filter(|told| !told.plan.phases.is_empty())
     });
     rings.chain(programs).collect()

@@ -208,8 +208,9 @@ pub struct ExistingPlan {
     /// Cycle, seconds; absent where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_s: Option<f64>,
-    /// Offset, seconds.
-    pub offset_s: f64,
+    /// Offset, seconds; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset_s: Option<f64>,
     /// Phases that the offset counts from: the coordinated ones.
     pub reference: Vec<u32>,
     /// What of the reference phases the offset counts from, as UTDF writes it.
@@ -265,7 +266,7 @@ impl ExistingPlan {
         Self {
             control,
             cycle_s: None,
-            offset_s: 0.0,
+            offset_s: Some(0.0),
             reference: Vec::new(),
             referenced_to: 0,
             phases,
@@ -322,7 +323,7 @@ impl ExistingPlan {
         }
         for (what, value, range) in [
             ("the cycle", self.cycle_s.unwrap_or(*CYCLE_S.start()), CYCLE_S),
-            ("the offset", self.offset_s, OFFSET_S),
+            ("the offset", self.offset_s.unwrap_or_default(), OFFSET_S),
         ] {
             if !range.contains(&value) {
                 let (low, high) = (range.start(), range.end());
@@ -425,12 +426,13 @@ impl ExistingPlan {
                 ));
             }
         }
-        if let Some(cycle_s) = self.cycle_s.filter(|cycle_s| self.offset_s.abs() >= *cycle_s) {
+        let offset = self.offset_s.zip(self.cycle_s);
+        if let Some((offset_s, cycle_s)) = offset.filter(|(offset, cycle)| offset.abs() >= *cycle) {
             notes.push(format!(
                 "the offset of {} s is no part of the cycle of {} s; it counts as {} s",
-                tenth(self.offset_s),
+                tenth(offset_s),
                 tenth(cycle_s),
-                tenth(self.offset_s.rem_euclid(cycle_s))
+                tenth(offset_s.rem_euclid(cycle_s))
             ));
         }
         if self.control == Control::Actuated {

@@ -71,7 +71,7 @@ pub fn of_rings(signal: &SignalProgram) -> ExistingPlan {
     // Plans count from the beginning of the first coordinated green, which lasts its split at least.
     let (timed, _) = schedule(&plan);
     let green_s = plan.coordinated().iter().map(|p| timed[*p].green_s).max().unwrap_or_default();
-    plan.offset_s = (signal.offset_s - f64::from(green_s)).rem_euclid(cycle_s);
+    plan.offset_s = Some((signal.offset_s - f64::from(green_s)).rem_euclid(cycle_s));
     plan
 }
 
@@ -127,7 +127,7 @@ pub fn of_program(
     let cycle_s = is_fixed.then(|| phases.iter().map(PlanPhase::split_s).sum());
     let control = if is_fixed { Control::Pretimed } else { Control::Actuated };
     let reference = if is_fixed { vec![1] } else { Vec::new() };
-    let offset_s = program.offset_s;
+    let offset_s = Some(program.offset_s);
     Some(ExistingPlan { cycle_s, offset_s, reference, ..ExistingPlan::new(control, phases) })
 }
 

@@ -139,7 +139,8 @@ pub fn read(text: &str, file: &str) -> Result<Plans, FamilyError> {
         };
         named.plan.control = control;
         named.plan.cycle_s = whole.cycle_s;
-        named.plan.offset_s = whole.offset_s.unwrap_or_default();
+        // Without one, the plan begins with the simulation.
+        named.plan.offset_s = Some(whole.offset_s.unwrap_or_default());
         named.plan.reference = whole.reference.unwrap_or_default();
         named.plan.referenced_to = whole.referenced_to.unwrap_or_default();
         named.plan.check().map_err(wrong)?;
@@ -389,7 +390,7 @@ pub fn cells(plan: &ExistingPlan, phase: &PlanPhase) -> Vec<String> {
     vec![
         plan.control.name().to_owned(),
         optional(plan.cycle_s),
-        number(plan.offset_s),
+        optional(plan.offset_s),
         reference.join(" "),
         plan.referenced_to.to_string(),
         phase.number.to_string(),
@@ -447,7 +448,7 @@ mod tests {
         plan.phases[1].walk_s = Some([7.0, 14.5]);
         plan.phases[1].recall = Recall::Ped;
         plan.phases[2].inhibit_max = true;
-        plan.offset_s = 12.5;
+        plan.offset_s = Some(12.5);
         let named =
             NamedPlan { intersection: "Oak / Main".into(), period: "am".into(), plan, line: 2 };
         let text = to_csv(std::slice::from_ref(&named));

@@ -509,14 +509,20 @@ fn period_weights(
     intersections.iter().map(of).collect()
 }
 
-/// Returns the id of the point MDP of an intersection: a number gets a letter and leading zeros, so
-/// that names sort as numbers do. `007` is no number but a name, as `7` is another one. The period, if any, comes last.
+/// Returns the number of an intersection, as UTDF numbers nodes. `007` is no number but a name, as `7` is another one.
+pub fn number_of_intersection(id: &str) -> Option<u32> {
+    id.parse().ok().filter(|number: &u32| number.to_string() == id)
+}
+
+/// Returns the id of an intersection as files are called: a number gets a letter and leading zeros, so that names sort as
+/// numbers do.
+pub fn id_of_intersection(id: &str) -> String {
+    number_of_intersection(id).map_or_else(|| safe_id(id), |number| format!("i{number:04}"))
+}
+
+/// Returns the id of the point MDP of an intersection: the period, if any, comes last.
 fn id_of_point(intersection: &Intersection) -> String {
-    let id = &intersection.id;
-    let own = match id.parse::<u32>() {
-        Ok(number) if number.to_string() == *id => format!("i{number:04}"),
-        _ => safe_id(id),
-    };
+    let own = id_of_intersection(&intersection.id);
     match intersection.period.as_str() {
         "" => own,
         period => safe_id(&format!("{own}-{period}")),

@@ -123,7 +123,7 @@ impl Utdf {
         let reference = [reference / 100, reference % 100];
         let mut plan = ExistingPlan {
             cycle_s: data("cycle length")?.filter(|s| *s > 0.0 && control != Control::Actuated),
-            offset_s: data("offset")?.unwrap_or_default(),
+            offset_s: Some(data("offset")?.unwrap_or_default()),
             reference: reference.into_iter().filter(|number| *number > 0).collect(),
             referenced_to: data("referenced to")?.filter(|n| *n >= 0.0).map_or(0, |n| n as u32),
             ..ExistingPlan::new(control, Vec::new())

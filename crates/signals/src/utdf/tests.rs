@@ -200,7 +200,10 @@ fn plans(text: &str) -> Vec<NamedPlan> {
 fn phases_and_times_become_existing_plans() {
     let plans = plans(TWO);
     let one = &plans[0].plan;
-    assert_eq!((one.control, one.cycle_s, one.offset_s), (Control::Coordinated, Some(100.0), 0.0));
+    assert_eq!(
+        (one.control, one.cycle_s, one.offset_s),
+        (Control::Coordinated, Some(100.0), Some(0.0))
+    );
     assert_eq!((&one.reference[..], one.sum_s()), (&[2, 6][..], 100.0));
     let phase = |number: u32| one.phases.iter().find(|p| p.number == number).unwrap();
     let main = phase(2);
@@ -215,7 +218,7 @@ fn phases_and_times_become_existing_plans() {
     assert_eq!((phase(5).movements.clone(), phase(5).walk_s), (vec!["EBL".to_owned()], None));
     let two = &plans[1].plan;
     let numbers: Vec<u32> = two.phases.iter().map(|p| p.number).collect();
-    assert_eq!((numbers, two.offset_s), (vec![1, 2, 6, 8], 32.0));
+    assert_eq!((numbers, two.offset_s), (vec![1, 2, 6, 8], Some(32.0)));
 }
 
 #[test]

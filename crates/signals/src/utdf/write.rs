@@ -117,7 +117,7 @@ fn times(text: &mut String, node: u32, plan: &ExistingPlan) {
         ("Lock Timings", "0".to_owned()),
         ("Referenced To", plan.referenced_to.to_string()),
         ("Reference Phase", reference.to_string()),
-        ("Offset", number(plan.offset_s)),
+        ("Offset", plan.offset_s.map(number).unwrap_or_default()),
         ("Master", "0".to_owned()),
         ("Yield", "0".to_owned()),
         ("Node 0", node.to_string()),
