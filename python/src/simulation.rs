@@ -191,35 +191,35 @@ impl Simulation {
     }
 
     /// The green that a signal shows or changes to.
-    fn phase(&self, signal: usize) -> usize {
-        self.env.observations()[signal].phase
+    fn phase(&self, signal: usize) -> PyResult<usize> {
+        Ok(self.observation(signal)?.phase)
     }
 
     /// What a signal's detectors tell.
     fn observe<'py>(&self, py: Python<'py>, signal: usize) -> PyResult<Bound<'py, PyObservation>> {
         let frame =
             self.frames[signal].as_ref().expect("only signals that are decided are asked for");
-        frame.observe(py, std::slice::from_ref(&self.env.observations()[signal]))
+        frame.observe(py, std::slice::from_ref(self.observation(signal)?))
     }
 
     /// What IDQN sees of a signal: a row per lane or phase, whichever are more.
     fn idqn<'py>(&self, py: Python<'py>, signal: usize) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        view::idqn(py, self.seen(signal), self.sizes)
+        view::idqn(py, self.seen(signal)?, self.sizes)
     }
 
     /// What MPLight sees of a signal: its phase, and the pressure of every movement.
-    fn mplight<'py>(&self, py: Python<'py>, signal: usize) -> Bound<'py, PyArray1<f32>> {
-        view::mplight(py, self.seen(signal), self.sizes)
+    fn mplight<'py>(&self, py: Python<'py>, signal: usize) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        Ok(view::mplight(py, self.seen(signal)?, self.sizes))
     }
 
     /// What IDQN is paid for: waiting times, scaled and cut.
-    fn wait(&self, signal: usize) -> f32 {
-        view::wait(&self.env.observations()[signal])
+    fn wait(&self, signal: usize) -> PyResult<f32> {
+        Ok(view::wait(self.observation(signal)?))
     }
 
     /// What MPLight is paid for: queues at the signal less those at the next ones.
-    fn pressure(&self, signal: usize) -> f32 {
-        view::pressure(&self.env.observations()[signal])
+    fn pressure(&self, signal: usize) -> PyResult<f32> {
+        Ok(view::pressure(self.observation(signal)?))
     }
 
     /// Ends the episode and returns what a record has of it.
@@ -247,8 +247,14 @@ impl Simulation {
     }
 
     /// A signal and what its detectors tell.
-    fn seen(&self, signal: usize) -> (&SignalSpec, &Observation) {
-        (&self.specs[signal], &self.env.observations()[signal])
+    fn seen(&self, signal: usize) -> PyResult<(&SignalSpec, &Observation)> {
+        Ok((&self.specs[signal], self.observation(signal)?))
+    }
+
+    /// What a signal's detectors tell; there is nothing before the first episode.
+    fn observation(&self, signal: usize) -> PyResult<&Observation> {
+        let none = || raised("no episode goes on; call reset() first");
+        self.env.observations().get(signal).ok_or_else(none)
     }
 
     /// The signals that are decided.

@@ -8,6 +8,15 @@ from pathlib import Path
 import pytest
 
 from tsc_family import _sumo
+from tsc_family._command import error_of
+
+
+def test_the_words_of_an_error_are_whole_also_where_they_contain_the_word():
+    words = "warning: odd\nerror: --controller mine=a.py: Traceback\nRuntimeError: parse error: line 7\n"
+    reason = "--controller mine=a.py: Traceback\nRuntimeError: parse error: line 7"
+    assert str(error_of(words, 2)) == reason
+    assert str(error_of("killed\n", 137)) == "killed"
+    assert "exit code 137" in str(error_of("", 137))
 
 
 def test_doctor_says_where_sumo_is(tsc_family):

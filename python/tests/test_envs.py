@@ -91,6 +91,10 @@ def test_a_seed_has_the_vehicles_of_a_run_s_row_with_that_seed(env, evaluated, t
 def test_what_is_padded_keeps_the_phase_and_says_so(env):
     one = env("quiet", sizes={"phases": 8})
     _, info = one.reset(seed=1)
+    # Another one of the same place knows its signals without an episode of its own.
+    with pytest.raises(tf.Error, match=r"call reset\(\) first"):
+        env("quiet", sizes={"phases": 8}).unwrapped.step(7)
+    _, info = one.reset(seed=1)
     assert info["action_mask"].tolist()[-1] == 0 and one.action_space.n == 8
     assert one.step(7)[4]["invalid_action"]
     with pytest.raises(tf.Error, match="not in Discrete"):

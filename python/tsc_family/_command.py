@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -147,6 +148,6 @@ class _Heard:
 
 def error_of(words: str, code: int) -> Error:
     """Returns the exception with what a command said when it failed."""
-    _, found, reason = words.rpartition("error: ")
-    reason = reason.strip() if found else words.strip()
+    # Where a line begins with it; the message may contain the word too.
+    reason = re.split(r"^error: ", words, flags=re.MULTILINE)[-1].strip()
     return Error(reason or f"tsc-family ended with exit code {code} and said nothing")

@@ -242,7 +242,6 @@ fn run(cli: Cli) -> anyhow::Result<u8> {
         Command::Completions(args) => shell::completions(&args),
         Command::Man => shell::man(&Cli::command()),
     }
-    .or_else(|error| if is_broken_pipe(&error) { Ok(exit::DONE) } else { Err(error) })
 }
 
 /// Reads the command line, or says what is wrong with it and returns the exit code.
@@ -290,12 +289,4 @@ fn temporary_folder() -> Result<tempfile::TempDir, FileError> {
 /// Says why a command could not do its work.
 fn complain(error: &anyhow::Error) {
     output::note(format_args!("error: {error:#}"));
-}
-
-/// Whether the reader of our standard output went away, as `head` does; no reason to complain.
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error
-        .chain()
-        .filter_map(|e| e.downcast_ref::<std::io::Error>())
-        .any(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
 }

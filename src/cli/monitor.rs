@@ -173,7 +173,7 @@ impl<'d> Monitor<'d> {
                 let told = self.told(task, reason.clone());
                 self.say(&format!("task {task} ({name}) is not done: {told}"));
                 if self.json {
-                    // A closed pipe shows at the summary; the tasks go on.
+                    // Tasks go on also where nobody can be told.
                     let _ = line(json!({
                         "event": "undone",
                         "task": task,
@@ -275,7 +275,7 @@ impl<'d> Monitor<'d> {
                 "wall_s": summary.wall.wall_s,
             });
             value[metric] = json!(summary.metrics.get(metric));
-            // A closed pipe shows at the summary; the tasks go on.
+            // Tasks go on also where nobody can be told.
             let _ = line(value);
         }
     }

@@ -16,17 +16,25 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 ///
 /// # Errors
 ///
-/// The operating system's, a closed pipe among them.
+/// Those of [`write`].
 pub(super) fn line(text: impl std::fmt::Display) -> std::io::Result<()> {
-    writeln!(std::io::stdout(), "{}", plain(&text.to_string())).map_err(of_stdout)
+    write(format!("{}\n", plain(&text.to_string())).as_bytes())
 }
 
-/// Returns an error of standard output that says so: a full one is no full results disk.
-pub(super) fn of_stdout(e: std::io::Error) -> std::io::Error {
-    match e.kind() {
-        // Whoever reads has enough, which is no failure.
-        std::io::ErrorKind::BrokenPipe => e,
-        kind => std::io::Error::new(kind, format!("cannot write to standard output: {e}")),
+/// Writes bytes to standard output. A reader that has gone, as `head` does, has enough: the work and its exit code are the
+/// same as with one that stays.
+///
+/// # Errors
+///
+/// The operating system's, but for a closed pipe; they say where it happened, since a full standard output is no full
+/// results disk.
+pub(super) fn write(text: &[u8]) -> std::io::Result<()> {
+    match std::io::stdout().write_all(text) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => {
+            Err(std::io::Error::new(e.kind(), format!("cannot write to standard output: {e}")))
+        }
+        Ok(()) => Ok(()),
     }
 }
 

@@ -110,7 +110,7 @@ pub(super) fn run(args: &PlanArgs) -> anyhow::Result<u8> {
     note(format!("plan: {}", args.out.display()));
     note(format!(
         "run it: tsc-family run {} --plan {} --methods {}",
-        quoted(args.scenario.scenario.as_ref()),
+        args.scenario.said(),
         quoted(&args.out),
         if args.methods.is_empty() { "...".to_owned() } else { args.methods.join(",") }
     ));

@@ -138,7 +138,6 @@ pub(super) fn man(command: &clap::Command) -> anyhow::Result<u8> {
 }
 
 fn print(text: &[u8]) -> anyhow::Result<u8> {
-    use std::io::Write;
-    std::io::stdout().write_all(text).map_err(super::output::of_stdout)?;
+    super::output::write(text)?;
     Ok(exit::DONE)
 }

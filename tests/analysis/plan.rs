@@ -43,6 +43,11 @@ fn a_plan_is_what_run_evaluates() {
         let point = line.split_whitespace().next().unwrap();
         assert!(listed.contains(point), "{listed}");
     }
+    let set = "--preset tuned --set training.validation_seeds=3";
+    let told = command(dir.path(), &format!("plan cartpole --budget 2 {set} --out r.json"));
+    let told = String::from_utf8(told.stderr).unwrap();
+    let expected = format!("run it: tsc-family run cartpole {set} --plan r.json --methods ...");
+    assert!(told.contains(&expected), "{told}");
     let repeated = succeed(dir.path(), "plan cartpole --budget 5 --seed 3 --out q.json");
     assert_eq!(planned, repeated);
     assert_eq!(

@@ -226,6 +226,7 @@ fn unusable_input_is_refused_with_its_place_and_a_way_out() {
         ("river --methods drift", 2),
         ("river --methods drift,drift", 2),
         ("river --methods drift,dove", 2),
+        ("river --methods dove", 2),
         ("river --failure waiting_s>20", 2),
         ("river --failure distance_m", 2),
         ("river --weigh-by siz_m", 2),

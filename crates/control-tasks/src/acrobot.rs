@@ -48,8 +48,18 @@ pub struct Acrobot {
 /// Angle of the first link from hanging and of the second from the first (rad), and their velocities (rad/s).
 pub type State = [f64; 4];
 
-/// Returns an angle from -pi to pi.
+/// Angle beyond which whole turns are divided out, where gymnasium takes them off one by one: extreme links turn so fast
+/// that this would take for ever. Radians.
+const MANY_TURNS_RAD: f64 = 1000.0;
+
+/// Lengths and masses of links, within which a step of 0.2 s is short enough.
+const LINKS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+
+/// Returns an angle from -pi to pi; no number for one that is none or infinite.
 fn wrap(mut angle: f64) -> f64 {
+    if angle.is_nan() || angle.abs() > MANY_TURNS_RAD {
+        return (angle + PI).rem_euclid(2.0 * PI) - PI;
+    }
     while angle > PI {
         angle -= 2.0 * PI;
     }
@@ -174,6 +184,16 @@ impl Task for Acrobots {
         })
     }
 
+    fn check(_: &Scenario, context: &[f64]) -> Result<(), (usize, String)> {
+        match context.iter().position(|value| !LINKS.contains(value)) {
+            Some(place) => {
+                let unit = Self::FEATURES[place].unit;
+                Err((place, format!("give {} to {} {unit}", LINKS.start(), LINKS.end())))
+            }
+            None => Ok(()),
+        }
+    }
+
     fn dynamics(scenario: &Scenario, context: &[f64]) -> Acrobot {
         let &[first, second, mass, second_mass] = context else {
             unreachable!("a context has all features");
@@ -195,6 +215,19 @@ mod tests {
         check_family::<Acrobots>(81);
         check_episodes::<Acrobots>();
         check_features::<Acrobots>(&Scenario::default());
+    }
+
+    #[test]
+    fn extreme_links_are_refused_and_no_angle_takes_for_ever() {
+        for angle in [1e20, -1e300, 1e9] {
+            assert!(wrap(angle).abs() <= PI, "{angle}");
+        }
+        assert!(wrap(f64::NAN).is_nan() && wrap(f64::INFINITY).is_nan());
+        assert_eq!(wrap(7.0), 7.0 - 2.0 * PI);
+        let checked = |context: &[f64]| Acrobots::check(&Scenario::default(), context);
+        let expected = (3, "give 0.1 to 10 kg".to_owned());
+        assert_eq!(checked(&[1.0, 1.0, 1.0, 1000.0]), Err(expected));
+        assert_eq!(checked(&[0.1, 10.0, 1.0, 1.0]), Ok(()));
     }
 
     #[test]

@@ -32,6 +32,9 @@ const VALUE: [&str; 2] = ["value", "v"];
 /// Seconds of the parts of a clock time, the last one first.
 const CLOCK_S: [f64; 4] = [1.0, 60.0, 3600.0, 86_400.0];
 
+/// What is wrong with a text that does not begin as XML does.
+const NO_ELEMENT: &str = "it does not begin with an XML element; is it a SUMO configuration?";
+
 /// What is read of a SUMO configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SumoConfig {
@@ -262,7 +265,13 @@ pub fn options(text: &str) -> Result<Vec<(String, String)>, String> {
                     }
                 }
             }
-            Event::Text(text) => between.push_str(&text),
+            Event::Text(text) => {
+                between.push_str(&text);
+                if option.is_empty() && !between.trim().is_empty() {
+                    return Err(NO_ELEMENT.into());
+                }
+            }
+            Event::GeneralRef(_) if option.is_empty() => return Err(NO_ELEMENT.into()),
             Event::GeneralRef(_) => {
                 return Err(format!("write the value of <{option}> as an attribute `value`"));
             }

@@ -65,6 +65,8 @@ impl Sensitivity {
         elsewhere: &[(String, Analysis)],
     ) -> Result<Self, AnalysisError> {
         let methods = question.methods.clone().unwrap_or_else(|| Board::methods_of(analysis));
+        // Names that there are not are told before how many there are.
+        let board = Board::new(analysis, &methods)?;
         if methods.len() < 2 {
             let only = methods.first().map_or("no method", String::as_str);
             return Err(AnalysisError::NotTogether(format!(
@@ -77,7 +79,7 @@ impl Sensitivity {
                 "--methods has {twice} twice; name it once"
             )));
         }
-        let board = best_first(Board::new(analysis, &methods)?);
+        let board = best_first(board);
         let failures =
             question.failure.as_ref().map(|limit| failures(analysis, &board, limit)).transpose()?;
         let mut distributions = vec![Distribution::importance(&board), Distribution::equal(&board)];

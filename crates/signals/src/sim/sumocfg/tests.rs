@@ -37,6 +37,14 @@ fn a_name_with_an_ampersand_is_unescaped() {
 }
 
 #[test]
+fn a_text_that_is_no_xml_is_refused_as_such() {
+    for text in ["# A page\n\nwith <b>words</b> &sup1;", "nothing but text", "&sup1;"] {
+        let e = parse(text).unwrap_err();
+        assert!(e.contains("is it a SUMO configuration?"), "{text}: {e}");
+    }
+}
+
+#[test]
 fn a_configuration_that_is_not_utf_8_is_refused_with_the_way_out() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("a.sumocfg");
