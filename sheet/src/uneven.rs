@@ -3,7 +3,7 @@
 
 use std::io::Cursor;
 
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv::{Position, ReaderBuilder, StringRecord, StringRecordsIntoIter, Trim};
 
 use super::dialect::{self, Decimals};
 use super::encoding::{self, decode, with_line_feeds};
@@ -74,7 +74,7 @@ impl Line {
 ///
 /// # Errors
 ///
-/// [`Fault`] when it is no text.
+/// [`Fault`] when it is no text, and where a quotation mark that is not closed makes one record of several lines.
 pub fn lines(bytes: &[u8]) -> Result<Vec<Line>, Fault> {
     let mut text = decode(bytes)?;
     if let Some(ended) = with_line_feeds(&text) {
@@ -91,15 +91,20 @@ pub fn lines(bytes: &[u8]) -> Result<Vec<Line>, Fault> {
     let separator = best.map_or(b',', |(_, separator)| separator);
     let mut lines = Vec::new();
     let (mut counted, mut number) = (0, 1);
-    for record in records(&text, separator) {
+    let mut records = records(&text, separator);
+    let byte = |position: &Position| usize::try_from(position.byte()).unwrap_or(usize::MAX);
+    while let Some(record) = records.next() {
         let fields = record.map_err(|e| Fault::new(number, e.to_string()))?;
         // The reader says that a record starts where the one before ends, so blank lines before it are passed over here.
-        let begin = fields.position().map_or(0, csv::Position::byte);
-        let begin = usize::try_from(begin).unwrap_or(usize::MAX).clamp(counted, text.len());
+        let begin = fields.position().map_or(0, byte).clamp(counted, text.len());
         let blank =
             text.as_bytes()[begin..].iter().take_while(|b| matches!(b, b'\r' | b'\n')).count();
         number += encoding::lines(&text.as_bytes()[counted..begin + blank]);
         counted = begin + blank;
+        let end = byte(records.reader().position()).clamp(counted, text.len());
+        if is_unclosed(&text.as_bytes()[counted..end]) {
+            return Err(Fault::new(number, "a quotation mark is not closed; close or remove it"));
+        }
         if fields.iter().all(str::is_empty) {
             continue;
         }
@@ -119,7 +124,13 @@ pub fn is_utdf(bytes: &[u8]) -> bool {
     })
 }
 
-fn records(text: &str, separator: u8) -> impl Iterator<Item = csv::Result<StringRecord>> + '_ {
+/// Whether a record goes on over several lines only because a quotation mark in it is not closed.
+fn is_unclosed(record: &[u8]) -> bool {
+    let marks = record.iter().filter(|byte| **byte == b'"').count();
+    marks % 2 == 1 && record.trim_ascii_end().contains(&b'\n')
+}
+
+fn records(text: &str, separator: u8) -> StringRecordsIntoIter<Cursor<&[u8]>> {
     let mut builder = ReaderBuilder::new();
     builder.trim(Trim::All).flexible(true).has_headers(false).delimiter(separator);
     builder.from_reader(Cursor::new(text.as_bytes())).into_records()
@@ -141,6 +152,28 @@ mod tests {
             (lines[2].count(2), lines[2].count(3), lines[2].count(9)),
             (Ok(Some(12.0)), Ok(None), Ok(None))
         );
+    }
+
+    #[test]
+    fn a_quotation_mark_that_is_not_closed_is_refused_at_its_line() {
+        let error = |text: &str| {
+            let fault = lines(text.as_bytes()).unwrap_err();
+            format!("{}: {}", fault.line, fault.message)
+        };
+        let unclosed = "a quotation mark is not closed; close or remove it";
+        let rest = "a,b\n\n1,\"crash\n2,x\n3,y\n";
+        assert_eq!(error(rest), format!("3: {unclosed}"));
+        assert_eq!(error("a,b\r1,\"crash\r2,x\r"), format!("2: {unclosed}"));
+        // The next quotation mark closes it, and the lines between are gone.
+        let part = "a,b\n1,\"crash\n2,x\n3,\"y\"\n4,z\n";
+        assert_eq!(error(part), format!("2: {unclosed}"));
+    }
+
+    #[test]
+    fn quotation_marks_around_several_lines_and_for_inches_are_read() {
+        let lines = lines(b"a,b\n1,\"two\nlines\"\n2,12\" pipe\n3,\"last\n").unwrap();
+        let second: Vec<(u64, &str)> = lines.iter().map(|l| (l.number, l.text(1))).collect();
+        assert_eq!(second, [(1, "b"), (2, "two\nlines"), (4, "12\" pipe"), (5, "last")]);
     }
 
     #[test]

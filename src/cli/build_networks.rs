@@ -54,7 +54,7 @@ pub struct BuildNetworksArgs {
     pub force: bool,
     /// Remove networks in the folder that were made with other settings or for other point MDPs; those that a
     /// task simulates stay
-    #[arg(long, conflicts_with = "osm")]
+    #[arg(long, conflicts_with_all = ["osm", "utdf", "turning_counts", "existing"])]
     pub prune: bool,
     /// Network in UTDF, as Synchro exports it, instead of a scenario: the combined file, or those of version 6 (repeatable)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "osm"])]

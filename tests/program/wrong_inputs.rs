@@ -113,6 +113,12 @@ fn mistakes() -> Vec<Mistake> {
             &["counts.csv, line 3: time \"25:00\" is not understood; write it like 07:15"],
         ),
         (
+            "a quotation mark that is not closed",
+            counts("1,07:00,9,99", "1,07:00,9,\"99"),
+            true,
+            &["counts.csv, line 2: a quotation mark is not closed; close or remove it"],
+        ),
+        (
             "a period that was not counted",
             Period("pm=16:00-18:00,500"),
             true,
@@ -179,6 +185,47 @@ fn mistakes() -> Vec<Mistake> {
             ],
         ),
         (
+            "a growth that is a factor",
+            utdf("Growth,1,100,", "Growth,1,1.05,"),
+            false,
+            &["growth is percent here (100 = none)", "multiply it by 100 (node 1 NBL: 1.05)"],
+        ),
+        (
+            "an empty volume of a movement with lanes",
+            utdf("Volume,1,80,310,", "Volume,1,80,,"),
+            false,
+            &[
+                "movements that have lanes were not counted",
+                "write 0 where nobody drives (node 1 NBT)",
+            ],
+        ),
+        (
+            "a signal without lanes",
+            utdf("Lanes,2,1,,1,,,,,2,0,1,2,,,\n", ""),
+            false,
+            &["signals that cannot be simulated are left out (node 2 has no incoming lane)"],
+        ),
+        (
+            "a walk without its clearance",
+            utdf("DontWalk,1,,14,", "DontWalk,1,,,"),
+            false,
+            &["only one of Walk and DontWalk get no walk; give both, or none (node 1, phase 2)"],
+        ),
+        (
+            "a coordinate that is no number",
+            utdf("11,1,0,1200", "11,1,nan,1200"),
+            true,
+            &["network.csv, line 24: X = \"nan\": expected a number"],
+        ),
+        (
+            "a yellow of the network that is no number",
+            utdf("yellowTime,3.5", "yellowTime,\"3,9\""),
+            true,
+            &[
+                "network.csv, line 1: [Network] yellowtime = \"3,9\": expected a number from 1 to 10",
+            ],
+        ),
+        (
             "a cycle that is shorter than its splits",
             utdf("Cycle Length,1,100", "Cycle Length,1,60"),
             false,
@@ -235,6 +282,21 @@ fn mistakes() -> Vec<Mistake> {
             ],
         ),
         (
+            "a cycle of an actuated plan",
+            plan("1,pretimed", "1,actuated"),
+            false,
+            &["intersection 1: the cycle of 70 s has no effect, because control is actuated"],
+        ),
+        (
+            "two coordinated phases in one ring",
+            plan("1,pretimed,70,2,", "1,coordinated,70,2 4,"),
+            true,
+            &[
+                "plan.csv, line 2: intersection 1: reference phases 2 and 4 are in one ring",
+                "give one per ring",
+            ],
+        ),
+        (
             "a walk of 3 s",
             plan("4,1,7,14", "4,1,3,14"),
             false,
@@ -266,6 +328,16 @@ fn mistakes() -> Vec<Mistake> {
             ],
         ),
     ]
+}
+
+#[test]
+fn pruning_is_refused_where_a_scenario_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    for option in ["--utdf n.csv", "--turning-counts c.csv", "--existing p.csv"] {
+        let output = run(folder.path(), &format!("build-networks --prune {option} --out x"));
+        assert_eq!(output.status.code(), Some(2), "{option}");
+        assert!(stderr(&output).contains("cannot be used with"), "{}", stderr(&output));
+    }
 }
 
 #[test]

@@ -83,12 +83,14 @@ pub fn placed(loaded: &LoadedScenario, plans: &Plans) -> Result<Placed, FamilyEr
         );
         return Err(wrong(first.line, message));
     }
+    let ids: BTreeSet<&str> = loaded.intersections.iter().map(|i| i.id.as_str()).collect();
     let (mut used, mut notes, mut without) = (vec![false; plans.all.len()], Vec::new(), Vec::new());
     for ((point, members), spec) in loaded.family.points.iter().zip(&loaded.members).zip(&specs) {
         let intersection = &loaded.intersections[members[0]];
-        let is_same = |plan: &NamedPlan| {
-            let same = |a: &str, b: &str| a == b || comparable(a) == comparable(b);
-            same(&plan.intersection, &intersection.id)
+        // A plan that is called exactly like an intersection is of no other one.
+        let is_same = |plan: &NamedPlan| match ids.contains(plan.intersection.as_str()) {
+            true => plan.intersection == intersection.id,
+            false => comparable(&plan.intersection) == comparable(&intersection.id),
         };
         let of = |is_own: &dyn Fn(&NamedPlan) -> bool| {
             plans.all.iter().enumerate().filter(|(_, plan)| is_own(plan)).collect::<Vec<_>>()
@@ -206,15 +208,12 @@ fn of_states(
     let id = program.signal.as_str();
     let first = |members: &Vec<usize>| &loaded.intersections[members[0]];
     let is_only = || loaded.members.iter().all(|m| first(m).id == first(&loaded.members[0]).id);
-    let points = loaded.family.points.iter().zip(&loaded.members).zip(specs);
-    let mut own = points.filter(|((point, members), _)| {
-        let intersection = &first(members).id;
-        point.id == id
-            || *intersection == id
-            || comparable(intersection) == comparable(id)
-            || (id == SIGNAL && is_only())
+    let mut points = loaded.family.points.iter().zip(&loaded.members).zip(specs);
+    let mut similar = points.clone().filter(|((_, members), _)| {
+        comparable(&first(members).id) == comparable(id) || (id == SIGNAL && is_only())
     });
-    let Some(((point, members), spec)) = own.next() else { return Ok(None) };
+    let exact = points.find(|((point, members), _)| point.id == id || first(members).id == id);
+    let Some(((point, members), spec)) = exact.or_else(|| similar.next()) else { return Ok(None) };
     let fail = |message: String| format!("signal {id}: {message}");
     let intersection = first(members);
     let layout = layout(spec).map_err(|e| e.to_string())?;
@@ -636,6 +635,32 @@ mod tests {
         let mut more = plans(plan(Control::Pretimed));
         more.all.push(NamedPlan { intersection: "9".into(), line: 9, ..more.all[0].clone() });
         assert!(placed(&loaded, &more).unwrap().doubts[0].brief().contains("does not have (9)"));
+    }
+
+    #[test]
+    fn an_exact_name_goes_before_a_similar_one() {
+        let mut table =
+            "intersection,arm,latitude,longitude,bearing_deg,lanes_in,lanes_out,left_turn_lanes,right_turn_lanes,\
+             speed_mph,length_m,aadt_veh_per_day_per_lane,movements\n"
+                .to_owned();
+        for id in ["7", "007"] {
+            for bearing_deg in CROSS {
+                table += &format!("{id},a{bearing_deg},,,{bearing_deg},2,2,1,0,30,200,9000,\n");
+            }
+        }
+        let text = "name = \"s\"\n[family]\napproaches = \"a.csv\"\n";
+        let loaded = from_text(text, "s.toml", &[], &|_| Ok(table.clone())).unwrap();
+        let of = |ids: &[&str]| {
+            let one = plans(plan(Control::Pretimed));
+            let named = |id: &&str| NamedPlan { intersection: (*id).into(), ..one.all[0].clone() };
+            let given = Plans { all: ids.iter().map(named).collect(), ..one.clone() };
+            let placed = placed(&loaded, &given).unwrap();
+            (placed.of_point.len(), placed.doubts.iter().map(Doubt::brief).collect::<Vec<_>>())
+        };
+        assert_eq!(of(&["7", "007"]), (2, vec![]));
+        let without = "intersections without an existing plan (007)".to_owned();
+        assert_eq!(of(&["7"]), (1, vec![without]));
+        assert_eq!(of(&["07"]).0, 2, "no intersection is called so");
     }
 
     #[test]

@@ -32,6 +32,12 @@ pub use seconds::{Timed, change_s, nearest_s, schedule};
 /// Most rings.
 const RINGS: u32 = 2;
 
+/// Shortest green that can be shown: a step of the simulation, seconds.
+const STEP_S: f64 = 1.0;
+
+/// Most reference phases: one per ring.
+const MOST_REFERENCES: usize = 2;
+
 /// How far cycle and splits may differ, seconds: tables have one digit after the point.
 const CYCLE_SLACK_S: f64 = 0.55;
 
@@ -375,16 +381,15 @@ impl ExistingPlan {
                 ));
             }
         }
-        if self.control == Control::Coordinated && self.coordinated().is_empty() {
-            return Err(
-                "control is coordinated, but no reference phase says which phases hold the green; give them, such as 2 6"
-                    .to_owned(),
-            );
-        }
+        self.check_reference()?;
         self.check_cycle()?;
         let (timed, _) = schedule(self);
         for (phase, timed) in self.phases.iter().zip(&timed) {
-            if timed.green_s < 1 && self.control != Control::Actuated {
+            let is_short = match self.control {
+                Control::Actuated => phase.max_green_s < STEP_S,
+                Control::Pretimed | Control::Coordinated => timed.green_s < 1,
+            };
+            if is_short {
                 return Err(format!(
                     "phase {} has a green of {} s, and steps are of 1 s; give it more, or remove the phase",
                     phase.number, phase.max_green_s
@@ -392,6 +397,31 @@ impl ExistingPlan {
             }
         }
         Ok(self.notes(&timed))
+    }
+
+    /// Checks that the reference phases can hold the green: one per ring.
+    fn check_reference(&self) -> Result<(), String> {
+        if self.reference.len() > MOST_REFERENCES {
+            let numbers: Vec<String> = self.reference.iter().map(u32::to_string).collect();
+            return Err(format!(
+                "a plan has at most two reference phases, one per ring; give two of {}",
+                numbers.join(", ")
+            ));
+        }
+        if self.control != Control::Coordinated {
+            return Ok(());
+        }
+        match self.coordinated()[..] {
+            [] => Err(
+                "control is coordinated, but no reference phase says which phases hold the green; give them, such as 2 6"
+                    .to_owned(),
+            ),
+            [a, b] if self.phases[a].ring == self.phases[b].ring => Err(format!(
+                "reference phases {} and {} are in one ring; give one per ring",
+                self.phases[a].number, self.phases[b].number
+            )),
+            _ => Ok(()),
+        }
     }
 
     /// Checks that the splits make the cycle.
@@ -436,6 +466,12 @@ impl ExistingPlan {
             ));
         }
         if self.control == Control::Actuated {
+            notes.extend(self.cycle_s.map(|cycle_s| {
+                format!(
+                    "the cycle of {} s has no effect, because control is actuated",
+                    tenth(cycle_s)
+                )
+            }));
             return notes;
         }
         for (phase, timed) in self.phases.iter().zip(timed) {
@@ -571,6 +607,25 @@ mod tests {
     }
 
     #[test]
+    fn reference_phases_are_at_most_one_per_ring() {
+        let e = refused(&|p| p.reference = vec![2, 4, 6]);
+        let expected = "a plan has at most two reference phases, one per ring; give two of 2, 4, 6";
+        assert_eq!(e, expected);
+        let e = refused(&|p| p.reference = vec![2, 4]);
+        assert_eq!(e, "reference phases 2 and 4 are in one ring; give one per ring");
+        // Without coordination they hold nothing.
+        let pretimed = ExistingPlan { reference: vec![2, 4], ..plan(Control::Pretimed) };
+        assert_eq!(pretimed.check(), Ok(vec![]));
+    }
+
+    #[test]
+    fn a_cycle_of_an_actuated_plan_is_said_to_have_no_effect() {
+        let plan = ExistingPlan { cycle_s: Some(90.0), ..plan(Control::Actuated) };
+        let notes = plan.check().unwrap();
+        assert_eq!(notes, ["the cycle of 90 s has no effect, because control is actuated"]);
+    }
+
+    #[test]
     fn a_green_shorter_than_a_second_is_refused_and_a_ring_that_waits_is_said() {
         let e = refused(&|p| {
             p.phases[0].max_green_s = 0.1;
@@ -578,6 +633,10 @@ mod tests {
             p.phases[1].max_green_s = 27.9;
         });
         assert!(e.contains("phase 1 has a green of 0.1 s, and steps are of 1 s"), "{e}");
+        let mut actuated = plan(Control::Actuated);
+        (actuated.phases[1].min_green_s, actuated.phases[1].max_green_s) = (0.2, 0.4);
+        let e = actuated.check().unwrap_err();
+        assert!(e.contains("phase 2 has a green of 0.4 s, and steps are of 1 s"), "{e}");
         let mut plan = plan(Control::Pretimed);
         plan.phases[4].max_green_s = 15.0;
         plan.phases[1].walk_s = Some([7.0, 20.0]);

@@ -168,7 +168,7 @@ fn approach(row: &Row, columns: &Columns) -> Result<Approach, String> {
     })
 }
 
-fn check(row: &Approach) -> Result<(), String> {
+pub(crate) fn check(row: &Approach) -> Result<(), String> {
     let number = |name: &str, value: f64, low: f64, high: f64| {
         within(value, low, high).map_err(|expected| format!("{name} = {value}: {expected}"))
     };

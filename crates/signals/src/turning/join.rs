@@ -27,13 +27,12 @@ use crate::family::approaches::{
 use crate::family::doubts::Doubt;
 use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
-use evaluation::family::names::safe_id;
 
 /// Turns from left to right.
 const TURNS: [Turn; 3] = [Turn::Left, Turn::Through, Turn::Right];
 
 /// Vehicles of an hour at a whole intersection below which a count is doubtful.
-const FEW_VEHICLES: f64 = 20.0;
+pub(crate) const FEW_VEHICLES: f64 = 20.0;
 
 /// A table of approaches with counts.
 #[derive(Debug, Clone, PartialEq)]
@@ -213,12 +212,16 @@ impl TurningCounts {
 
 /// Returns a name as it is compared: without case, leading zeros, and what separates words.
 pub(crate) fn comparable(id: &str) -> String {
-    let plain = safe_id(&id.to_lowercase());
-    if plain.chars().all(|c| c.is_ascii_digit()) {
-        plain.trim_start_matches('0').to_owned()
-    } else {
-        plain
-    }
+    let id = id.to_lowercase();
+    let words = id.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
+    let plain: Vec<&str> = words
+        .map(|word| match word.trim_start_matches('0') {
+            "" => "0",
+            rest if word.chars().all(|c| c.is_ascii_digit()) => rest,
+            _ => word,
+        })
+        .collect();
+    if plain.is_empty() { id } else { plain.join(" ") }
 }
 
 /// Returns when the busiest hours of a period are.

@@ -260,6 +260,17 @@ fn what_is_no_count_is_refused_with_the_line_and_the_way_out() {
 }
 
 #[test]
+fn names_are_compared_without_case_leading_zeros_and_what_separates_words() {
+    let same = |a: &str, b: &str| comparable(a) == comparable(b);
+    assert!(same("Main St / 5th Ave", "main-st_5TH  ave"));
+    assert!(same("007", "7") && same("Site 007", "site-7") && same("0", "000"));
+    assert!(same("Stra\u{df}e 3", "STRA\u{df}E-03"));
+    for (a, b) in [("0", "7"), ("70", "7"), ("1-2", "12"), ("a07", "a7"), ("/", "-")] {
+        assert!(!same(a, b), "{a} {b}");
+    }
+}
+
+#[test]
 fn pedestrians_cross_the_arm_that_their_column_names_or_any() {
     let text = "INTID,Time,NBL,NBT,NBR,SBT,EBT,WBT,NB Peds,SB Peds CW,SB Peds CCW,PED\n\
                 7,07:00,1,2,3,4,5,6,30,7,8,20\n7,08:00,0,0,1,0,0,0,1,1,1,1\n";

@@ -24,7 +24,7 @@ use evaluation::family::columns::at;
 use evaluation::family::error::FamilyError;
 use evaluation::family::names::safe_id;
 pub use streets::Converted;
-use streets::NO_PLAN;
+use streets::{HALF_WALK, NO_PLAN};
 use tables::Tables;
 pub use write::to_utdf;
 
@@ -125,15 +125,18 @@ pub fn read_plans(path: &Path) -> Result<(Plans, Vec<Doubt>), FamilyError> {
         let mut network = Utdf::default();
         network.add(&bytes, &file)?;
         if network.tables.is_plans_only() {
-            return Ok((network.plans_alone()?, Vec::new()));
+            let (plans, half_walk) = network.plans_alone()?;
+            return Ok((plans, Doubt::of(HALF_WALK, half_walk).into_iter().collect()));
         }
         network.complete()?;
         let Converted { plans, doubts, .. } = network.intersections()?;
-        let doubts: Vec<Doubt> =
-            doubts.into_iter().filter(|doubt| doubt.brief().starts_with(NO_PLAN)).collect();
+        let doubts: Vec<Doubt> = (doubts.into_iter())
+            .filter(|doubt| [NO_PLAN, HALF_WALK].contains(&doubt.about.as_str()))
+            .collect();
         if plans.all.is_empty() {
             let why = doubts
-                .first()
+                .iter()
+                .find(|doubt| doubt.about == NO_PLAN)
                 .map_or_else(|| "it has no section [Phases]".to_owned(), Doubt::brief);
             return Err(wrong(format!(
                 "no plan that can be shown: {why}; export the network with its phases, or give a table of phases"

@@ -55,13 +55,15 @@ fn name((heading, turn): (Heading, Turn)) -> String {
 }
 
 impl Utdf {
-    /// Returns the plans of a file without streets: its columns are the movements.
+    /// Returns the plans of a file without streets: its columns are the movements. Also returns which phases have half a walk.
     ///
     /// # Errors
     ///
     /// [`FamilyError::Csv`] with file and line: a cell that is no number, a plan that cannot be simulated.
-    pub(super) fn plans_alone(&self) -> Result<Plans, FamilyError> {
+    pub(super) fn plans_alone(&self) -> Result<(Plans, Vec<String>), FamilyError> {
         let fail = |fault| at(&self.file, fault);
+        self.check_network().map_err(|message| fail(Fault { line: 1, message }))?;
+        let mut half_walk = Vec::new();
         let mut plans = Plans { file: self.file.clone(), ..Plans::default() };
         for ((_, id), cells) in self.tables.phases.iter().filter(|((record, _), _)| record == "brp")
         {
@@ -73,7 +75,7 @@ impl Utdf {
             let names: Names = columns
                 .filter_map(|column| Some((column.clone(), Heading::of_movement(column)?)))
                 .collect();
-            match self.plan(id, &names).map_err(fail)? {
+            match self.plan(id, &names, &mut half_walk).map_err(fail)? {
                 None => {}
                 Some(Ok(plan)) => plans.all.push(NamedPlan {
                     intersection: id.clone(),
@@ -86,10 +88,14 @@ impl Utdf {
                 }
             }
         }
-        Ok(plans)
+        Ok((plans, half_walk))
     }
 
     /// Returns the plan of a signal, or why it has none; `None` where the file has no phases of it.
+    ///
+    /// # Arguments
+    ///
+    /// * `half_walk` — gets the phases that have only one of walk and clearance.
     ///
     /// # Errors
     ///
@@ -98,6 +104,7 @@ impl Utdf {
         &self,
         id: &str,
         names: &Names,
+        half_walk: &mut Vec<String>,
     ) -> Result<Option<Result<ExistingPlan, String>>, Fault> {
         let none = Cells::new();
         let record =
@@ -131,7 +138,12 @@ impl Utdf {
         for (column, brp) in record("brp") {
             let Some(phase) = self.phase(column, brp, &record)? else { continue };
             match phase {
-                Ok(phase) => plan.phases.push(phase),
+                Ok((phase, has_half_walk)) => {
+                    if has_half_walk {
+                        half_walk.push(format!("node {id}, phase {}", phase.number));
+                    }
+                    plan.phases.push(phase);
+                }
                 Err(reason) => return Ok(Some(Err(reason))),
             }
         }
@@ -144,13 +156,14 @@ impl Utdf {
         Ok(Some(plan.check().map(|_| plan)))
     }
 
-    /// Returns the phase of a column, or why it cannot be; `None` for one that is not used.
+    /// Returns the phase of a column, and whether it has only one of walk and clearance, or why it cannot be; `None` for one
+    /// that is not used.
     fn phase<'t>(
         &self,
         column: &str,
         brp: &Cell,
         record: &dyn Fn(&str) -> &'t Cells,
-    ) -> Result<Option<Result<PlanPhase, String>>, Fault> {
+    ) -> Result<Option<Result<(PlanPhase, bool), String>>, Fault> {
         let value =
             |name: &str| record(name).get(column).map(|cell| number(cell, name)).transpose();
         let Some(max_green_s) = value("maxgreen")? else { return Ok(None) };
@@ -169,8 +182,10 @@ impl Utdf {
         };
         let yellow_s = value("yellow")?;
         let all_red_s = value("allred")?;
-        let walk_s =
-            value("walk")?.filter(|s| *s > 0.0).zip(value("dontwalk")?.filter(|s| *s > 0.0));
+        let walk_s = value("walk")?.filter(|s| *s > 0.0);
+        let clearance_s = value("dontwalk")?.filter(|s| *s > 0.0);
+        let has_half_walk = walk_s.is_some() != clearance_s.is_some();
+        let walk_s = walk_s.zip(clearance_s);
         let recall = match value("recall")? {
             None => Recall::None,
             Some(code) => match Recall::ALL.get(code as usize).filter(|_| code >= 0.0) {
@@ -201,7 +216,7 @@ impl Utdf {
             dual_entry: value("dualentry")?.is_some_and(|flag| flag != 0.0),
             inhibit_max: value("inhibitmax")?.is_some_and(|flag| flag != 0.0),
         };
-        Ok(Some(Ok(phase)))
+        Ok(Some(Ok((phase, has_half_walk))))
     }
 
     /// Gives phases their movements, or says why they cannot have them.

@@ -24,11 +24,12 @@ use super::plans::Names;
 use super::tables::{Cell, Cells, Node, Records};
 use crate::existing::{NamedPlan, Plans};
 use crate::family::approaches::{
-    Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H, MOST_VPH, check_arms,
+    self, Approach, Arrivals, Counted, Intersection, MOST_PEDESTRIANS_PER_H, MOST_VPH, check_arms,
     gathered,
 };
 use crate::family::doubts::Doubt;
 use crate::settings::MIN_PEAK_HOUR_FACTOR;
+use crate::turning::FEW_VEHICLES;
 use crate::vocabulary::Heading;
 use basics::units::{FOOT_M, KMH_TO_MPH};
 use evaluation::family::columns::at;
@@ -51,6 +52,9 @@ const DEFAULT_FT: f64 = 1000.0;
 const LEAST_STORAGE_M: f64 = 5.0;
 const MOST_STORAGE_M: f64 = 1000.0;
 
+/// Growth below which it is probably a factor, percent.
+const LEAST_GROWTH_PERCENT: f64 = 10.0;
+
 /// Fewest links of a signal: with two there is nothing to decide.
 const MIN_LINKS: usize = 3;
 
@@ -59,6 +63,10 @@ const MIN_ANGLE_DEG: f64 = 5.0;
 
 /// What is said of plans that a file has and nobody can show.
 pub(super) const NO_PLAN: &str = "plans that cannot be simulated are left out";
+
+/// What is said of phases with half a walk.
+pub(super) const HALF_WALK: &str =
+    "phases that have only one of Walk and DontWalk get no walk; give both, or none";
 
 /// Most bends that a street goes through.
 const MOST_BENDS: usize = 20;
@@ -102,7 +110,11 @@ struct Said {
     left_out: Vec<String>,
     several_exits: Vec<String>,
     one_controller: Vec<String>,
+    growth: Vec<String>,
+    few: Vec<String>,
+    no_volume: Vec<String>,
     no_plan: Vec<String>,
+    half_walk: Vec<String>,
 }
 
 /// A movement of a lane group.
@@ -113,7 +125,12 @@ struct Movement {
     lanes: u32,
     shared: u32,
     to: Option<String>,
+    /// Volume times growth; 0 where the file has no volume.
     volume_vph: f64,
+    /// Whether the file has a volume.
+    is_counted: bool,
+    /// Growth as the file has it, percent.
+    growth_percent: Option<f64>,
     peak_hour_factor: Option<f64>,
     heavy: Option<f64>,
     /// People per hour who cross where it leaves.
@@ -140,7 +157,6 @@ impl Utdf {
             let made = self.signal(node, &mut said).map_err(|fault| at(&self.file, fault))?;
             let Some((arms, names)) = made else { continue };
             let total: f64 = arms.iter().filter_map(|a| a.counted).map(|c| c.total_vph()).sum();
-            with_volumes += usize::from(total > 0.0);
             let total_lanes =
                 arms.iter().map(|a| a.lanes_in.max(a.lanes_out)).max().unwrap_or_default();
             let most_vph =
@@ -154,12 +170,14 @@ impl Utdf {
                 continue;
             }
             let intersection = gathered(arms).remove(0);
-            if let Err(why) = check_arms(&intersection) {
+            if let Err(why) = check_rows(&intersection) {
                 said.left_out.push(why);
                 continue;
             }
+            with_volumes += usize::from(total > 0.0);
             rows.push(intersection);
-            match self.plan(&node.id, &names).map_err(|fault| at(&self.file, fault))? {
+            let plan = self.plan(&node.id, &names, &mut said.half_walk);
+            match plan.map_err(|fault| at(&self.file, fault))? {
                 None => {}
                 Some(Err(reason)) => said.no_plan.push(format!("node {}: {reason}", node.id)),
                 Some(Ok(plan)) => plans.all.push(NamedPlan {
@@ -200,12 +218,14 @@ impl Utdf {
     }
 
     /// Checks the defaults of the network.
-    fn check_network(&self) -> Result<(), String> {
+    pub(super) fn check_network(&self) -> Result<(), String> {
         for (name, low, high) in [
             ("phf", MIN_PEAK_HOUR_FACTOR, 1.0),
             ("hv", 0.0, 1.0),
             ("growth", 0.0, 10.0),
             ("metric", 0.0, 1.0),
+            ("yellowtime", 1.0, 10.0),
+            ("allredtime", 0.0, 20.0),
         ] {
             let Some(text) = self.tables.network.get(name).filter(|text| !text.is_empty()) else {
                 continue;
@@ -254,6 +274,7 @@ impl Utdf {
         {
             said.one_controller.push(format!("node {id} with {}", cell.text));
         }
+        said.volumes(id, &movements);
         let ids: Vec<&str> = up.iter().map(|(_, cell)| cell.text.as_str()).collect();
         let mut bearings = Vec::new();
         let mut lanes_out = Vec::new();
@@ -523,9 +544,10 @@ impl Utdf {
                     }
                 }
             };
-            let growth = range(&growth, "growth", 0.0, 1000.0)?.map(|percent| percent / 100.0);
+            let growth_percent = range(&growth, "growth", 0.0, 1000.0)?;
+            let growth = growth_percent.map(|percent| percent / 100.0);
             let growth = growth.or_else(|| default("growth")).unwrap_or(1.0);
-            let volume = range(&volumes, "volume", 0.0, MOST_VPH)?.unwrap_or_default();
+            let volume = range(&volumes, "volume", 0.0, MOST_VPH)?;
             let factor =
                 range(&factors, "phf", MIN_PEAK_HOUR_FACTOR, 1.0)?.or_else(|| default("phf"));
             let percent =
@@ -544,7 +566,9 @@ impl Utdf {
                 lanes: count(&lanes, "lanes")?,
                 shared: count(&shared, "shared")?,
                 to: to.get(column).map(|cell| cell.text.clone()),
-                volume_vph: volume * growth,
+                volume_vph: volume.unwrap_or_default() * growth,
+                is_counted: volume.is_some(),
+                growth_percent,
                 peak_hour_factor: factor
                     .filter(|factor| (MIN_PEAK_HOUR_FACTOR..=1.0).contains(factor)),
                 heavy: percent
@@ -618,6 +642,18 @@ impl Movement {
             }
         }
     }
+}
+
+/// Checks that the table of approaches may have the arms of an intersection.
+fn check_rows(intersection: &Intersection) -> Result<(), String> {
+    let Intersection { id, arms, .. } = intersection;
+    if arms.iter().all(|arm| arm.lanes_in == 0) {
+        return Err(format!("node {id} has no incoming lane"));
+    }
+    for arm in arms {
+        approaches::check(arm).map_err(|why| format!("node {id}, {}: {why}", arm.arm))?;
+    }
+    check_arms(intersection)
 }
 
 /// Returns two directions that are nearly the same.
@@ -716,6 +752,25 @@ fn whole(cell: &Cell, record: &str) -> Result<u32, Fault> {
 }
 
 impl Said {
+    /// Says what is doubtful about the volumes of a signal.
+    fn volumes(&mut self, id: &str, movements: &[Movement]) {
+        let is_factor = |growth: &f64| *growth > 0.0 && *growth < LEAST_GROWTH_PERCENT;
+        for m in movements {
+            if let Some(growth) = m.growth_percent.filter(is_factor) {
+                self.growth.push(format!("node {id} {}: {growth}", m.column));
+            }
+        }
+        if !movements.iter().any(|m| m.is_counted) {
+            return;
+        }
+        let not_counted = movements.iter().filter(|m| m.lanes > 0 && !m.is_counted);
+        self.no_volume.extend(not_counted.map(|m| format!("node {id} {}", m.column)));
+        let total: f64 = movements.iter().map(|m| m.volume_vph).sum();
+        if total < FEW_VEHICLES {
+            self.few.push(format!("node {id}: {total:.1} veh/h"));
+        }
+    }
+
     fn doubts(self) -> Vec<Doubt> {
         let doubts = [
             ("signals that cannot be simulated are left out", self.left_out),
@@ -763,7 +818,20 @@ impl Said {
                 self.part_of_bay,
             ),
             ("nodes of one controller are simulated apart", self.one_controller),
+            (
+                "growth is percent here (100 = none); if it is a factor, multiply it by 100",
+                self.growth,
+            ),
+            (
+                "signals have hardly any vehicle; volumes may be shares or in thousands, or growth a factor",
+                self.few,
+            ),
+            (
+                "movements that have lanes were not counted, and have no vehicles; write 0 where nobody drives",
+                self.no_volume,
+            ),
             (NO_PLAN, self.no_plan),
+            (HALF_WALK, self.half_walk),
         ];
         doubts.into_iter().filter_map(|(about, rows)| Doubt::of(about, rows)).collect()
     }

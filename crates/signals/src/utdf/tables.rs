@@ -136,12 +136,13 @@ impl Tables {
                 let number = |name: &str| -> Result<Option<f64>, Fault> {
                     match text(name) {
                         "" => Ok(None),
-                        value => value.parse().map(Some).map_err(|_| {
-                            Fault::new(
+                        value => match value.parse::<f64>() {
+                            Ok(number) if number.is_finite() => Ok(Some(number)),
+                            _ => Err(Fault::new(
                                 line.number,
                                 format!("{name} = {value:?}: expected a number"),
-                            )
-                        }),
+                            )),
+                        },
                     }
                 };
                 let kind = number("TYPE")?.map(|kind| kind as u32);
